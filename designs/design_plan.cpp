@@ -30,21 +30,26 @@ bool DesignPlan::has_leaves(bool wires, const FamilyChoices& choices) const {
   return std::ranges::any_of(leaves, is_such) || std::ranges::any_of(parts, has_such);
 }
 
+bool is_of_job(const Fault& fault) { return fault.pointer.starts_with("/design/"); }
+
+void show_at(const std::string& pointer, const DesignSource& family, Fault& fault) {
+  fault.rule += " (" + fault.pointer + " of the family " + family.text.origin + ")";
+  fault.pointer = pointer;
+}
+
 SpecError located(const DesignSource& source, const SpecError& error) {
   std::vector<Fault> faults = error.faults();
   for (Fault& fault : faults) {
-    if (!fault.source.empty() || fault.pointer.starts_with("/design/")) continue;
-    if (source.kind == DesignSource::Kind::job) {
+    if (!fault.source.empty() || is_of_job(fault)) continue;
+    if (source.kind == DesignSource::Kind::job)
       fault.pointer = source.lead + fault.pointer;
-    } else if (source.kind == DesignSource::Kind::library) {
-      fault.rule += " (" + fault.pointer + " of the family " + source.text.origin + ")";
-      fault.pointer = "/design/parameters";
-    }
+    else if (source.kind == DesignSource::Kind::library)
+      show_at("/design/parameters", source, fault);
   }
   if (source.kind == DesignSource::Kind::file) {
     // those that are of the job stay without a place: its reader knows it
     const auto of_job = std::stable_partition(faults.begin(), faults.end(), [](const Fault& fault) {
-      return !fault.source.empty() || !fault.pointer.starts_with("/design/");
+      return !fault.source.empty() || !is_of_job(fault);
     });
     std::vector<Fault> in_file(faults.begin(), of_job);
     locate(in_file, source.text, {});

@@ -179,6 +179,10 @@ struct DesignPlan {
   bool has_leaves(bool wires, const FamilyChoices& choices) const;
 };
 
+/// Whether a place is one of the job, whose reader knows it, and none of a design file.
+bool is_of_job(const Fault& fault);
+/// Puts a fault of one of the program's families, which the reader does not see, at `pointer`.
+void show_at(const std::string& pointer, const DesignSource& family, Fault& fault);
 /// The fault with its place: line and column of a file of the user, a pointer into the job for a
 /// design that is written there.
 SpecError located(const DesignSource& source, const SpecError& error);

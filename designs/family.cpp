@@ -155,8 +155,10 @@ SpecError broken(const Family& family, const ParameterValues& values,
   look(flat.drives);
   for (const FlatSpring<double>& item : flat.springs) look_at(item.spring.name, item.source);
   for (const FlatDrive<double>& drive : flat.drives) look_at("the drive", drive.source);
-  if (source != nullptr && source->source->kind != DesignSource::Kind::library)
-    return located(*source, SpecError(source->pointer, "the item", rule));
+  const ItemSource* seen = source;  // by the reader: no family of the program
+  while (seen != nullptr && seen->source->kind == DesignSource::Kind::library)
+    seen = seen->part.get();
+  if (seen != nullptr) return located(*source, SpecError(source->pointer, "the item", rule));
   std::string given;
   for (const Parameter& p : family.parameters)
     given += (given.empty() ? "" : ", ") + p.name + " = " + with_unit(values.at(p.name), p.unit);

@@ -1,6 +1,7 @@
 #pragma once
 // A design at given numbers: no frames, parts, repeats or options, global axes, full names. What
 // `flexopt expand` prints, and what the mechanism is made of.
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,9 +18,12 @@ struct ItemSource {
   const DesignSource* source = nullptr;
   std::string pointer;   ///< into the file
   std::string instance;  ///< " (copy i = 3 of part arm)", for messages
+  /// The item "parts" has of the design that the file is a part of; null where it is of none.
+  std::shared_ptr<const ItemSource> part = nullptr;
 };
 
-/// The error with its place, and the copy that it comes from.
+/// The error with its place, and the copy that it comes from. In a part that is one of the
+/// program's families the place is that of the part, in the file that uses it.
 SpecError located(const ItemSource& item, const SpecError& error);
 
 /// A direction that a body holds, of the kind held_displacement or held_rotation.

@@ -12,9 +12,14 @@ namespace flexopt {
 
 SpecError located(const ItemSource& item, const SpecError& error) {
   std::vector<Fault> faults = error.faults();
+  const auto is_new = [](const Fault& fault) { return fault.source.empty() && !is_of_job(fault); };
   for (Fault& fault : faults)
-    if (fault.source.empty()) fault.rule += item.instance;
-  return located(*item.source, SpecError(std::move(faults)));
+    if (is_new(fault)) fault.rule += item.instance;
+  const ItemSource* at = &item;
+  for (; at->source->kind == DesignSource::Kind::library && at->part; at = at->part.get())
+    for (Fault& fault : faults)
+      if (is_new(fault)) show_at(at->part->pointer, *at->source, fault);
+  return located(*at->source, SpecError(std::move(faults)));
 }
 
 namespace {
@@ -72,7 +77,7 @@ ItemSource Flattener<S>::source_of(const DesignItem& item) const {
     for (const auto& [name, value] : copy_) indices.push_back(fmt::format("{} = {}", name, value));
     instance += fmt::format(" (copy {})", fmt::join(indices, ", "));
   }
-  return {&plan_.source, item.pointer, std::move(instance)};
+  return {&plan_.source, item.pointer, std::move(instance), scope_.part};
 }
 
 template <class S>
@@ -166,7 +171,7 @@ bool Flattener<S>::take_numbers() {
       try {
         slots_.push_back(number(plan_.let_numbers[i]));
       } catch (const SpecError& error) {
-        throw located(plan_.source, error);
+        throw located(ItemSource{&plan_.source, "", scope_.instance, scope_.part}, error);
       }
     });
     if (!sound) return false;
@@ -205,10 +210,10 @@ void Flattener<S>::check_rules() {
       value = fmt::format("{:g}{}", values[static_cast<std::size_t>(&p - plan_.parameters.data())],
                           p.unit == "1" ? "" : " " + p.unit);
     }
-    faults_.add(located(plan_.source,
-                        SpecError(pointer, value,
-                                  fmt::format("{} ({}){}", with_values(rule.otherwise, values),
-                                              rule.that.text(), scope_.instance))));
+    const ItemSource at{&plan_.source, pointer, scope_.instance, scope_.part};
+    faults_.add(located(at, SpecError(pointer, value,
+                                      fmt::format("{} ({})", with_values(rule.otherwise, values),
+                                                  rule.that.text()))));
   }
 }
 
@@ -228,18 +233,24 @@ void Flattener<S>::collect_frames() {
       throw SpecError(item.pointer + "/name", "\"" + name + "\"", "another frame has this name");
   });
   for (const auto& [name, frame] : frames_)
-    faults_.attempt([&, &name = name, &frame = frame] { (void)this->frame(name, *frame.item); });
+    faults_.attempt([&, &name = name, &frame = frame] {
+      try {
+        (void)this->frame(name, *frame.item);
+      } catch (const SpecError& error) {
+        throw located(source_of(*frame.item), error);
+      }
+    });
 }
 
 template <class S>
-Placement<S> Flattener<S>::frame(const std::string& name, const DesignItem& item) {
+Placement<S> Flattener<S>::frame(const std::string& name, const DesignItem& item, const char* key) {
   if (name.empty()) return scope_.placement;
   const std::string wanted = instance_name(item, name);
   const auto found = frames_.find(wanted);
   if (found == frames_.end()) {
     std::vector<std::string> known;
     for (const auto& [own, frame] : frames_) known.push_back(own);
-    throw SpecError(item.pointer + "/frame", "\"" + wanted + "\"",
+    throw SpecError(item.pointer + key, "\"" + wanted + "\"",
                     "there is no such frame; " + known_names(wanted, known));
   }
   if (std::ranges::find(inside_, wanted) != inside_.end())
@@ -254,7 +265,7 @@ Placement<S> Flattener<S>::frame(const std::string& name, const DesignItem& item
   };
   try {
     const FrameItem& own = *found->second.item;
-    const Placement<S> outer = frame(own.frame, own);
+    const Placement<S> outer = frame(own.frame, own, "/in");
     Matrix3<S> turned = Matrix3<S>::Identity();
     for (const FrameItem::Turn& turn : own.turns)
       turned = Matrix3<S>(turned.lazyProduct(turn_about<S>(turn.axis, number(turn.angle))));
@@ -293,9 +304,15 @@ void Flattener<S>::add_part(const PartItem& item) {
     scope.placement = scope.placement.inside(Vector3<S>(S(0), S(0), S(0)), reflection, true);
   }
   scope.prefix = scope_.prefix + name + "/";
-  scope.instance = source_of(item).instance + " (part " + scope_.prefix + name + ")";
-  for (const auto& [inner, outer] : item.join)
-    scope.joined[instance_name(item, inner)] = body(item, outer, "/join");
+  scope.part = std::make_shared<const ItemSource>(source_of(item));
+  scope.instance = scope.part->instance + " (part " + scope_.prefix + name + ")";
+  for (const auto& [inner, outer] : item.join) {
+    const std::string joined = instance_name(item, inner);
+    const auto known = [&](const BodyItem& own) { return own.name == joined; };
+    if (joined != "ground" && std::ranges::none_of(item.design->bodies, known))
+      throw SpecError(item.pointer + "/join", "\"" + joined + "\"", "the part has no such body");
+    scope.joined[joined] = body(item, outer, "/join");
+  }
   FaultList faults;
   const auto inner = Flattener(*item.design, input, std::move(scope), out_, faults).run();
   if (!faults.faults().empty()) throw SpecError(faults.faults());
@@ -311,11 +328,6 @@ std::map<std::string, int> Flattener<S>::run() {
   check_rules();
   collect_frames();
   each(plan_.bodies, [&](const BodyItem& item) { add_body(item); });
-  for (const auto& [name, index] : scope_.joined) {
-    const auto known = [&name = name](const BodyItem& item) { return item.name == name; };
-    if (name != "ground" && std::ranges::none_of(plan_.bodies, known))
-      faults_.add("/join", "\"" + name + "\"", "the part has no such body" + scope_.instance);
-  }
   each(plan_.parts, [&](const PartItem& item) { add_part(item); });
   each(plan_.leaves, [&](const LeafItem& item) { add_leaf(item); });
   each(plan_.joints, [&](const JointItem& item) { add_joint(item); });

@@ -1,6 +1,7 @@
 #pragma once
 // Private to flatten.cpp and its companions: flatten_items.cpp, flatten_leaves.cpp.
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@ class Flattener {
     Placement<S> placement;
     std::string prefix, instance;
     std::map<std::string, int> joined;
+    std::shared_ptr<const ItemSource> part = nullptr;  ///< as of ItemSource
   };
 
   Flattener(const DesignPlan& plan, const DesignInput<S>& input, Scope scope, FlatDesign<S>& out,
@@ -34,7 +36,8 @@ class Flattener {
   void check_rules();
   std::string with_values(std::string text, const std::vector<double>& values) const;
   void collect_frames();
-  Placement<S> frame(const std::string& name, const DesignItem& item);
+  /// `key`: where the item names it.
+  Placement<S> frame(const std::string& name, const DesignItem& item, const char* key = "/frame");
   void add_body(const BodyItem& item);
   void add_part(const PartItem& item);
   void add_leaf(const LeafItem& item);

@@ -11,6 +11,7 @@
 
 #include "core/equilibrium/continuity.hpp"
 #include "core/equilibrium/free_motions.hpp"
+#include "core/equilibrium/held_meanwhile.hpp"
 #include "core/equilibrium/newton_equations.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
@@ -465,7 +466,9 @@ Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& optio
                         const LoadFactors f = at(p);
                         return fmt::format("{:.6g}", growth.growing == 0 ? f.constant : f.growing);
                       }};
-  return follow(system, options, along);
+  Equilibrium result = follow(system, options, along);
+  if (!result.converged) result.message += held_meanwhile(system);
+  return result;
 }
 
 }  // namespace flexopt

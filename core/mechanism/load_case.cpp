@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <string_view>
 #include <utility>
 
 namespace flexopt {
@@ -61,6 +63,29 @@ std::optional<std::string> broken_temperature_rule(const LoadCase& loads,
   return std::nullopt;
 }
 
+// A displacement that the ground holds away from the origin, along which it grows.
+std::optional<std::string> held_by_the_ground(const Mechanism& mechanism) {
+  const auto apart = [](const std::string& body, std::string_view direction, double place) {
+    return fmt::format(
+        "the ground holds {} of {} at {:.4g} m from the origin: such a ground does not expand",
+        direction, body, place);
+  };
+  double length = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  for (const RigidBody& body : mechanism.bodies)
+    for (std::size_t d = 0; d < 3; ++d)
+      if (const double place = body.reference[static_cast<Eigen::Index>(d)];
+          body.held[d] && std::abs(place) > 1e-9 * length)
+        return apart(body.name, direction_names[d], place);
+  for (const Joint& joint : mechanism.joints) {
+    if (joint.type != JointType::held_displacement) continue;
+    const RigidBody& body = mechanism.bodies[static_cast<std::size_t>(joint.body)];
+    if (const double place = joint.axis.dot(body.reference); std::abs(place) > 1e-9 * length)
+      return apart(body.name, "a displacement", place);
+  }
+  return std::nullopt;
+}
+
 // Joints and springs that a body holds would have to grow with it.
 std::optional<std::string> broken_expansion_rule(const LoadCase& loads,
                                                  const Mechanism& mechanism) {
@@ -83,6 +108,8 @@ std::optional<std::string> broken_expansion_rule(const LoadCase& loads,
       return name + " has a joint: such a body does not expand";
     if (std::ranges::any_of(mechanism.springs, holds))
       return name + " has a spring: such a body does not expand";
+    if (is_ground)
+      if (auto rule = held_by_the_ground(mechanism)) return rule;
     if (std::ranges::any_of(mechanism.leaves,
                             [b](const LeafSpring& l) { return l.point && l.point->body == b; }))
       return name + " is a point of a leaf: it does not expand";

@@ -61,20 +61,78 @@ void read_assembly(const json& read, const Mechanism& mechanism, FaultList& faul
   }
 }
 
+// Linear coefficient of all leaves, where it is one.
+std::optional<double> expansion_of_leaves(const Mechanism& mechanism) {
+  std::optional<double> all;
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    const std::optional<double>& own = leaf.material.thermal_expansion;
+    if (!own || (all && *all != *own)) return std::nullopt;
+    all = own;
+  }
+  return all;
+}
+
+// Thermal strain of a body that is a piece of the leaves that it holds, the mean of theirs: the
+// rigid middle of one, or a line without mass or box at which several meet. Nothing of others.
+std::optional<double> expansion_with_leaves(const Mechanism& mechanism, int body,
+                                            const std::vector<double>& temperature) {
+  const RigidBody& own = mechanism.bodies[static_cast<std::size_t>(body)];
+  bool of_one = true, line = own.mass == 0 && !own.box && body != mechanism.end_effector;
+  std::optional<Vector3d> first;
+  double sum = 0;
+  int edges = 0;
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
+    const LeafSpring& leaf = mechanism.leaves[i];
+    for (int e = 0; e < 2; ++e) {
+      if ((e == 0 ? leaf.base : leaf.tip) != body) continue;
+      const Vector3d place = e == 0 ? leaf.origin : leaf.tip_middle();
+      if (!first) first = place;
+      line = line && (place - *first).norm() <= leaf.thickness;
+      const std::string whole = own.name.substr(0, own.name.rfind('/'));
+      of_one = of_one && own.name == whole + "/reinforcement" &&
+               leaf.name == whole + (e == 0 ? "/tip" : "/base");
+      sum += leaf.material.thermal_expansion.value_or(0) * temperature[i];
+      ++edges;
+    }
+  }
+  if (edges < 2 || !(of_one || line)) return std::nullopt;
+  return sum / edges;
+}
+
+// Takes in the strain of one body, unless joints or springs that it holds would have to grow too.
+void add_expansion(std::size_t body, double strain, const Mechanism& mechanism,
+                   const std::string& pointer, const std::string& value, FaultList& faults,
+                   std::vector<double>& strains) {
+  LoadCase alone;
+  alone.body_expansion.assign(strains.size(), 0.0);
+  alone.body_expansion[body] = strains[body] = strain;
+  if (const auto rule = broken_rule(alone, mechanism)) faults.add(pointer, value, *rule);
+}
+
 void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& faults,
-                      LoadCase& loads) {
+                      LoadCase& loads, std::vector<std::string>& notes) {
   const Pointer at("/temperature");
   const json& bodies = read["bodies"];
   if (read.contains("thermal_expansion") && bodies.empty())
     faults.add((at / "thermal_expansion").to_string(), shown(read["thermal_expansion"]),
                "it is that of the bodies: name those that are warm");
-  std::optional<double> coefficient;
-  if (!mechanism.leaves.empty()) coefficient = mechanism.leaves[0].material.thermal_expansion;
+  std::optional<double> coefficient = expansion_of_leaves(mechanism);
   if (read.contains("thermal_expansion")) coefficient = read["thermal_expansion"].get<double>();
   std::vector<std::string> known;
   for (const RigidBody& body : mechanism.bodies) known.push_back(body.name);
   known.emplace_back("ground");
   std::vector<double> strains(known.size(), 0.0);
+  std::string pieces;
+  for (std::size_t b = 0; !loads.temperature.empty() && b < mechanism.bodies.size(); ++b)
+    if (const auto strain =
+            expansion_with_leaves(mechanism, static_cast<int>(b), loads.temperature);
+        strain && !bodies.contains(known[b])) {
+      add_expansion(b, *strain, mechanism, (at / "change").to_string(), shown(read["change"]),
+                    faults, strains);
+      pieces += (pieces.empty() ? "" : ", ") + known[b];
+    }
+  if (!pieces.empty())
+    notes.push_back("As warm as the leaves that they are a piece of: " + pieces + ".");
   for (const auto& [name, change] : bodies.items()) {
     const std::string here = (at / "bodies" / name).to_string();
     const auto found = std::ranges::find(known, name);
@@ -82,13 +140,12 @@ void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& f
       faults.add(here, shown(name), "no body has this name; " + known_names(name, known));
     } else if (!coefficient) {
       faults.add(here, shown(change),
-                 "the leaves' material has no thermal_expansion: give that of the bodies");
+                 "the leaves have no thermal_expansion that is the same for all: give that of the "
+                 "bodies");
     } else {
-      const auto body = static_cast<std::size_t>(found - known.begin());
-      LoadCase alone;
-      alone.body_expansion.assign(known.size(), 0.0);
-      alone.body_expansion[body] = strains[body] = *coefficient * change.get<double>();
-      if (const auto rule = broken_rule(alone, mechanism)) faults.add(here, shown(change), *rule);
+      add_expansion(static_cast<std::size_t>(found - known.begin()),
+                    *coefficient * change.get<double>(), mechanism, here, shown(change), faults,
+                    strains);
     }
   }
   if (std::ranges::any_of(strains, [](double x) { return x != 0; }))
@@ -96,7 +153,7 @@ void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& f
 }
 
 void read_temperature(const json& read, const Mechanism& mechanism, FaultList& faults,
-                      LoadCase& loads) {
+                      LoadCase& loads, std::vector<std::string>& notes) {
   const Pointer at("/temperature");
   if (!faults.sound(at.to_string())) return;
   std::vector<double> change(mechanism.leaves.size(), read["change"]);
@@ -125,7 +182,7 @@ void read_temperature(const json& read, const Mechanism& mechanism, FaultList& f
   }
   if (std::ranges::any_of(change, [](double x) { return x != 0; }))
     loads.temperature = std::move(change);
-  read_warm_bodies(read, mechanism, faults, loads);
+  read_warm_bodies(read, mechanism, faults, loads, notes);
 }
 
 /// Throws SpecError.
@@ -246,7 +303,8 @@ void read_surroundings(const json& read, const Mechanism& mechanism, const Model
                        FaultList& faults, LoadCase& loads, std::vector<std::string>& notes) {
   if (read.contains("gravity") && faults.sound("/gravity"))
     for (int i = 0; i < 3; ++i) loads.gravity[i] = read["gravity"][static_cast<std::size_t>(i)];
-  if (read.contains("temperature")) read_temperature(read["temperature"], mechanism, faults, loads);
+  if (read.contains("temperature"))
+    read_temperature(read["temperature"], mechanism, faults, loads, notes);
   read_assembly(read["assembly"], mechanism, faults, loads);
   if (model.accuracy == Accuracy::full || !faults.sound("/temperature")) return;
   const Mechanism warm = warmed(mechanism, loads);

@@ -200,14 +200,16 @@ const RecordTable<AssemblySpec>& assembly_table() {
 Shape temperature_shape() {
   constexpr double largest = 1e4;  // [K]
   const Shape change = quantity("K", -largest, largest);
-  return record({shape::with_default("change", change, 0.0, "of all leaves, since assembly"),
-                 shape::with_default("leaves", map(change), json::object(),
-                                     "of single leaves by their names, instead of that of all"),
-                 shape::with_default(
-                     "bodies", map(change), json::object(),
-                     "of bodies by their names, \"ground\" among them; others stay as they are"),
-                 shape::optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3),
-                                 "of the bodies; default: that of the leaves' material")});
+  return record(
+      {shape::with_default("change", change, 0.0, "of all leaves, since assembly"),
+       shape::with_default("leaves", map(change), json::object(),
+                           "of single leaves by their names, instead of that of all"),
+       shape::with_default(
+           "bodies", map(change), json::object(),
+           "of bodies by their names, \"ground\" among them; others stay as they are, but "
+           "for pieces of leaves (reinforcements, rigid folds), which are as warm as these"),
+       shape::optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3),
+                       "of the bodies; default: that of the leaves")});
 }
 
 const RecordTable<BucklingSpec>& buckling_table() {

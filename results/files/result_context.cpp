@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "core/elements/plate/full_leaf.hpp"
 #include "core/elements/plate/leaf_validity.hpp"
 #include "core/response/fatigue_law.hpp"
 #include "core/response/mobility/mobility.hpp"
@@ -73,7 +74,22 @@ Json constraints_json(const Mechanism& mechanism) {
           {"tolerance", Mobility::tolerance}};
 }
 
-Json leaf_geometry_json(const Mechanism& mechanism) {
+std::string refined_leaves(const Mechanism& mechanism, const ModelOptions& model) {
+  std::string text;
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    const PlateShape shape = leaf_shape(leaf, model);
+    const auto& [along, across] = shape.mesh;
+    if (along == model.mesh[0] && (shape.is_beam() || across == model.mesh[1])) continue;
+    text += fmt::format("{}{} has {} x {}", text.empty() ? "" : ", ", leaf.name, along, across);
+  }
+  if (text.empty()) return text;
+  return fmt::format(
+      "Leaves that are curved or vary in thickness have more elements than the mesh of {} x {}: "
+      "{}.",
+      model.mesh[0], model.mesh[1], text);
+}
+
+Json leaf_geometry_json(const Mechanism& mechanism, const ModelOptions& model) {
   Json leaves = Json::array();
   for (const LeafSpring& leaf : mechanism.leaves) {
     leaves.push_back({{"name", leaf.name},
@@ -81,6 +97,7 @@ Json leaf_geometry_json(const Mechanism& mechanism) {
                       {"width", leaf.width},
                       {"thickness", leaf.thickness},
                       {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
+                      {"mesh", leaf_shape(leaf, model).mesh},
                       {"validity", validity_json(leaf)}});
     // of its arc, positive to the side of across × (base → tip)
     if (leaf.curve) leaves.back()["curve"] = -*leaf.curve;

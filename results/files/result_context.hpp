@@ -1,5 +1,7 @@
 #pragma once
 // What stands beside the numbers of result.json: units, meanings, the material, what is checked.
+#include <string>
+
 #include "results/files/json_text.hpp"
 #include "results/files/run_record.hpp"
 
@@ -16,8 +18,11 @@ OrderedJson conventions_json(const RunRecord& record);
 
 OrderedJson material_json(const Material& material);
 
-/// Sizes of the undeflected leaves, and which model each of them needs.
-OrderedJson leaf_geometry_json(const Mechanism& mechanism);
+/// Sizes of the undeflected leaves, their elements, and which model each of them needs.
+OrderedJson leaf_geometry_json(const Mechanism& mechanism, const ModelOptions& model);
+
+/// Which leaves have more elements than the model's mesh says; empty where none has.
+std::string refined_leaves(const Mechanism& mechanism, const ModelOptions& model);
 
 /// What the undeflected leaves and joints leave free, and what they hold more than once.
 OrderedJson constraints_json(const Mechanism& mechanism);

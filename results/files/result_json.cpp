@@ -208,9 +208,11 @@ OrderedJson make_result(const RunRecord& record) {
       {"conventions", conventions_json(record)},
       {"material", material_json(record.job.design.material)},
       {"stress_checks", stress_checks_json(record)},
-      {"leaves", leaf_geometry_json(record.mechanism)},
+      {"leaves", leaf_geometry_json(record.mechanism, record.job.model)},
       {"constraints", constraints_json(record.mechanism)},
       {"path", std::move(path)}};
+  if (std::string refined = refined_leaves(record.mechanism, record.job.model); !refined.empty())
+    result["notes"].push_back(std::move(refined));
   if (record.job.request.state_space) result["state_space"] = signals_json(response);
   if (record.job.request.wants_frequency_derivatives())
     add_frequency_derivatives(response, record.mechanism, result);

@@ -1,7 +1,12 @@
 // Design files: what they may hold, and that frames, repeats and parts are only other ways to write
 // the same mechanism.
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -341,6 +346,41 @@ TEST_CASE("wrong design files are refused with place and rule", "[designs][files
     INFO(c.pointer << " = " << c.value.dump());
     CHECK_THAT(text, Contains(c.at) && Contains(c.rule));
   }
+}
+
+TEST_CASE("the place of a fault begins where the file begins that its reader sees",
+          "[designs][files]") {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / fmt::format("flexopt_places_{}", getpid());
+  std::filesystem::create_directories(folder);
+  const std::string file = (folder / "own.json").string();
+  for (const WrongDesign& c : wrong_designs()) {
+    const json document = changed(c.pointer, c.value);
+    INFO(c.pointer << " = " << c.value.dump());
+    const auto in_job = [](const Fault& f) { return f.pointer.starts_with("/design/parameters"); };
+    try {
+      make(document);
+    } catch (const SpecError& error) {
+      for (const Fault& f : error.faults()) {
+        INFO(f.text());
+        CHECK((f.pointer.starts_with("/design/mechanism/") || in_job(f)));
+        CHECK_FALSE(f.pointer.starts_with("/design/mechanism/design"));
+      }
+    }
+    try {
+      std::ofstream(file) << document.dump(1);
+      const auto family = read_family_file(file);
+      (void)family->make(sample_values(*family), default_choices(*family), steel(), {});
+    } catch (const SpecError& error) {
+      for (const Fault& f : error.faults()) {
+        INFO(f.text());
+        CHECK((f.source == file || in_job(f)));
+        CHECK((f.line > 0 || in_job(f)));
+        CHECK((!f.pointer.starts_with("/design/") || in_job(f)));
+      }
+    }
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("a leaf that crosses another is refused, one that begins at its edge is not",

@@ -23,12 +23,14 @@ constexpr double reached = 1e-8;
 constexpr double least_step = 1e-7;
 // Estimates that move by so small a share of the way between two states are
 // those of a branch that leads straight to a bifurcation. An imperfection that
-// is rounding, or as small, makes it miss that by a little; it has missed it
+// is rounding, or as small, makes it miss that by a little; it has passed it
 // where the factor is so far beyond.
-constexpr double agreement = 0.02, missed = 1.01;
+constexpr double agreement = 0.02, passed = 1.01;
 // As near to it, over the size of the factor, what makes the branch miss it is rounding, or as
 // small, and its factor and the derivatives of that are the bifurcation's.
 constexpr double nearly_met = 1e-5;
+// The same where Newton's method does not come nearer.
+constexpr double still_near = 1e-2;
 // So many estimates in a row, for next to a fold one may agree by chance.
 constexpr int straight_states = 3;
 // Beyond it, where the tangent must have become indefinite.
@@ -42,6 +44,12 @@ constexpr double fold_motion = 1e3;
 // Where a limit is watched: the first step along σ, and the step, over the size of the factor, at
 // which a leaf that is stretched too far ends the search.
 constexpr double first_step = 1, last_stretch = 0.01;
+// Of a trial with the load put on, over the way to the factor: how far from it just below and above
+// are, in how many steps it is come to, and the shortest of them.
+constexpr double trial_margin = 1e-3, least_trial_step = 1e-5;
+// Motion of the bodies over that of the same step before, where it leads to another branch.
+constexpr double most_jump = 4;
+constexpr int trial_steps = 10;
 // What a limit is missed by.
 constexpr double at_the_limit = 1e-11;
 
@@ -49,6 +57,17 @@ VectorXd over_length(const VectorXd& bodies, double length) {
   VectorXd scaled = bodies;
   for (Eigen::Index b = 0; b < scaled.size(); b += 6) scaled.segment<3>(b) /= length;
   return scaled;
+}
+
+// Places and rotations of the bodies, lengths over the longest leaf.
+VectorXd places(const System& system) {
+  VectorXd all(2 * static_cast<Eigen::Index>(system.size()));
+  for (int b = 0; 12 * b < all.size(); ++b) {
+    const BodyPose& pose = system.pose(b);
+    all.segment<3>(12 * b) = pose.position / system.length();
+    all.segment<9>(12 * b + 3) = Eigen::Map<const VectorXd>(pose.rotation.data(), 9);
+  }
+  return all;
 }
 
 // Motions of the bodies, over the largest unknown of all.
@@ -133,23 +152,31 @@ bool BranchTracer::crosses(const Look& at) {
   return found;
 }
 
-// Whether the branch turned away from a bifurcation that it met but for rounding: straight on from
-// the state nearest to it there is an equilibrium with an indefinite tangent. Of a fold there is
-// none with so much of the load.
-bool BranchTracer::turned_away(Heading& heading) {
-  const double size = std::max(1.0, std::abs(branch_->factor())), far = beyond * size;
-  if (!next_to(heading, size) || heading.at_nearest || heading.nearest->tried) return false;
-  Nearest& nearest = *heading.nearest;
-  nearest.tried = true;
+// Whether there is a bifurcation that the branch was heading for straight on: beyond the state
+// nearest to it there is an equilibrium with an indefinite tangent. Of a fold there is none with so
+// much of the load. The branch stays where it is.
+bool BranchTracer::proves(Nearest& nearest) {
+  if (nearest.straight < straight_states || std::exchange(nearest.tried, true)) return false;
+  const double size = std::max(1.0, std::abs(nearest.factor));
   const LoadBranch::State kept = branch_->save();
-  branch_->restore(nearest.state);
-  const double from = branch_->factor();
-  const bool converged =
-      branch_->advance(nearest.along, far / std::abs(nearest.along.factor), weight_).converged;
-  const bool crossed =
-      converged && std::abs(branch_->factor() - from) > 0.9 * far && branch_->negative_pivots() > 0;
+  bool crossed = false;
+  for (const double share : {1, 10, 100}) {
+    const double far = share * beyond * size;
+    branch_->restore(nearest.state);
+    const double from = branch_->factor();
+    crossed =
+        branch_->advance(nearest.along, far / std::abs(nearest.along.factor), weight_).converged &&
+        std::abs(branch_->factor() - from) > 0.9 * far && branch_->negative_pivots() > 0;
+    if (crossed) break;
+  }
   branch_->restore(kept);
   return crossed;
+}
+
+// Whether the branch turned away from one that it met but for rounding.
+bool BranchTracer::turned_away(Heading& heading) {
+  const double size = std::max(1.0, std::abs(branch_->factor()));
+  return next_to(heading, size) && !heading.at_nearest && proves(*heading.nearest);
 }
 
 // Whether a bifurcation that the branch was heading for straight on is met but for rounding.
@@ -177,6 +204,11 @@ CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd&
   result.mode = motions(*here.factor, here.ahead->mode);
   critical_ = std::move(here);
   return result;
+}
+
+CriticalLoad BranchTracer::critical_beside(int side, Nearest nearest) {
+  branch_->restore(nearest.state);
+  return critical_at(nearest.factor, look(side, &nearest.along, nearest.mode), nearest.mode, true);
 }
 
 BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double step) {
@@ -257,7 +289,8 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
   CriticalLoad result;
   const double begin = branch_->factor();
   Heading heading;
-  at_limit_ = missed_ = false;
+  at_limit_ = false;
+  passed_.reset();
   if (limit_) heading.longest = first_step;
   for (int count = 0;; ++count) {
     const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
@@ -269,21 +302,21 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
       heading.longest = std::numeric_limits<double>::infinity();
       heading.trust = std::max(2.0, heading.trust);  // it only touches
     }
-    if (const auto& nearest = heading.nearest;
-        turned_away(heading) ||
-        (nearest && std::abs(at - begin) > missed * std::abs(nearest->factor - begin))) {
-      missed_ = !next_to(heading, size);
-      branch_->restore(nearest->state);
+    if (turned_away(heading)) {
       here = {};
-      return critical_at(nearest->factor, look(side, &nearest->along, nearest->mode), nearest->mode,
-                         true);
+      return critical_beside(side, *std::move(heading.nearest));
+    }
+    if (const auto& nearest = heading.nearest;
+        nearest && std::abs(at - begin) > passed * std::abs(nearest->factor - begin)) {
+      // the states that lead past it are not those that the way beyond it may take
+      if (!passed_) count = 0;
+      if (nearest->straight >= straight_states) passed_ = nearest->factor;
+      heading.nearest.reset();
+      heading.straight = 0;
     }
     if (std::abs(at - begin) > bound || count == most_states) {
       result.none = std::abs(at - begin) > std::min(bound, enough);
-      result.reason = fmt::format(
-          "no singular tangent on the branch of equilibria up to a "
-          "factor of {:.4g}{}",
-          at, result.none ? "" : fmt::format(", where {} states were spent", most_states));
+      result.reason = where_it_ended(at, !result.none);
       return result;
     }
     const double step =
@@ -295,10 +328,8 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     if (went.taken && limit_ && limit_->beyond(branch_->system()) > 0) {
       at_limit_ = close_in(*from, here.along, step);
       if (!at_limit_)
-        result.reason = fmt::format(
-            "no equilibrium was found next to the limit, at a factor of "
-            "{:.4g}",
-            branch_->factor());
+        result.reason = fmt::format("no equilibrium was found next to the limit, at {}",
+                                    shown(branch_->factor()));
       return result;
     }
     if (went.taken) {
@@ -317,17 +348,87 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
           straight ? heading.nearest->factor : at + 0.5 * step * here.along.factor;
       return critical_at(factor, std::move(here), heading.mode, straight);
     }
+    // where several modes become soft at once no equilibrium may be found next to the singular
+    // state
+    if (heading.nearest && heading.nearest->distance < still_near * size &&
+        proves(*heading.nearest)) {
+      here = {};
+      return critical_beside(side, *std::move(heading.nearest));
+    }
     result.none = went.stretched;
     result.reason =
-        fmt::format("the branch of equilibria ends at a factor of {:.4g}: {}", at, went.obstacle);
+        fmt::format("the branch of equilibria ends at {}: {}", shown(at), went.obstacle);
     return result;
   }
 }
 
+std::string BranchTracer::where_it_ended(double factor, bool states_spent) const {
+  std::string text =
+      fmt::format("no singular tangent on the branch of equilibria up to {}{}", shown(factor),
+                  states_spent ? fmt::format(", where {} states were spent", most_states) : "");
+  if (passed_) text += "; it bends away from a bifurcation near " + shown(*passed_);
+  return text;
+}
+
+std::string BranchTracer::shown(double factor) const {
+  return unit_ == 0 ? fmt::format("a factor of {:.4g}", factor)
+                    : fmt::format("a load of {:.4g}", factor * unit_);
+}
+
+bool BranchTracer::stands_within() const {
+  LoadBranch& branch = *branch_;
+  return branch.negative_pivots() == 0 && (!limit_ || limit_->beyond(branch.system()) <= 0);
+}
+
+BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double factor) {
+  branch_->restore(begin);
+  Trial trial{branch_->factor(), {}};
+  const double way = factor - branch_->factor(),
+               margin =
+                   trial_margin * std::copysign(std::max(std::abs(way), std::abs(factor)), way);
+  const double below = std::abs(way) > std::abs(margin) ? factor - margin : trial.stable_to;
+  const double longest = way / trial_steps;
+  double step = longest;
+  while (std::abs(below - trial.stable_to) > 1e-9 * std::abs(way)) {
+    const LoadBranch::State kept = branch_->save();
+    const bool ends = std::abs(below - trial.stable_to) <= std::abs(step);
+    const double next = ends ? below : trial.stable_to + step;
+    if (branch_->advance_to(next).converged && stands_within()) {
+      trial.stable_to = next;
+      if (std::abs(step) < std::abs(longest)) step *= 2;
+      continue;
+    }
+    branch_->restore(kept);
+    step /= 2;
+    if (std::abs(step) > least_trial_step * std::abs(way)) continue;
+    trial.doubt = fmt::format(
+        "the branch was followed to {}, but put on step by step the load has no stable equilibrium "
+        "within its limits beyond {}",
+        shown(factor), shown(trial.stable_to));
+    return trial;
+  }
+  if (at_limit_) return trial;
+  // another branch beyond a singular state is farther away than a step on this one
+  const LoadBranch::State under = branch_->save();
+  const VectorXd here = places(branch_->system());
+  if (!branch_->advance_to(below - 2 * margin).converged) {
+    branch_->restore(under);
+    return trial;
+  }
+  const double usual = (here - places(branch_->system())).norm();
+  branch_->restore(under);
+  const double above = factor + margin;
+  if (branch_->advance_to(above).converged && stands_within() &&
+      (places(branch_->system()) - here).norm() < most_jump * usual) {
+    trial.stable_to = above;
+    trial.doubt = fmt::format("the branch was followed to {}, but it goes on, stable, to {}",
+                              shown(factor), shown(above));
+  }
+  return trial;
+}
+
 // (S25): the stiffness of the critical mode stays zero.
-std::optional<VectorXd> BranchTracer::gradient(const DesignDirections& design,
-                                               const MatrixXd& drive_load_rates) {
-  if (missed_) return std::nullopt;
+VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& drive_load_rates) {
   const MechanismFactor& factor = *critical_->factor;
   // by inverse iteration, which leaves no rounding along stiff motions
   VectorXd mode = critical_->rate->times(critical_->ahead->mode);
@@ -356,7 +457,7 @@ std::optional<VectorXd> BranchTracer::gradient(const DesignDirections& design,
         state.row(factor.size() - factor.conditions() + *row) = -drive_load_rates.row(k);
   critical_->rate->set_direction(moved.col(count), 1);
   const double along = critical_->rate->forms(mode)(0, 0);
-  return VectorXd(-rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along);
+  return -rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along;
 }
 
 }  // namespace flexopt

@@ -31,9 +31,15 @@ class BranchLimit {
 
 class BranchTracer {
  public:
-  /// All arguments must outlive it. `limit`: null where the tangent alone is watched.
-  BranchTracer(LoadBranch& branch, const ModelOptions& model, BranchLimit* limit = nullptr)
-      : branch_(&branch), model_(&model), limit_(limit), shared_(branch.system().mechanism()) {}
+  /// All arguments must outlive it. `limit`: null where the tangent alone is watched. `unit`: what
+  /// a factor of 1 is [N or N m], where messages are to name loads; else 0.
+  BranchTracer(LoadBranch& branch, const ModelOptions& model, BranchLimit* limit = nullptr,
+               double unit = 0)
+      : branch_(&branch),
+        model_(&model),
+        limit_(limit),
+        unit_(unit),
+        shared_(branch.system().mechanism()) {}
 
   /// What is linear at a state of the branch.
   struct Look {
@@ -56,10 +62,18 @@ class BranchTracer {
   /// Whether it was the limit that ended the way.
   bool at_limit() const { return at_limit_; }
 
-  /// Of the factor of a singular state that was followed to; nothing where the branch misses a
-  /// bifurcation, whose factor is an estimate from its nearest state then.
-  std::optional<VectorXd> gradient(const DesignDirections& design,
-                                   const MatrixXd& drive_load_rates);
+  /// What putting the load on says of a factor that follow() found from `begin`.
+  struct Trial {
+    double stable_to = 0;  ///< the last factor whose equilibrium is stable and within the limit
+    std::string doubt;     ///< why the factor is not confirmed; empty if it is
+  };
+  /// Step by step at given loads, however the branch was followed: just below the factor the
+  /// equilibrium is stable and within the limit; just above a singular tangent there is none beside
+  /// it that is stable. The branch stands there afterwards.
+  Trial put_on(const LoadBranch::State& begin, double factor);
+
+  /// Of the factor of a singular state that was followed to.
+  VectorXd gradient(const DesignDirections& design, const MatrixXd& drive_load_rates);
 
  private:
   struct Stride {
@@ -88,11 +102,16 @@ class BranchTracer {
   Look look_on(int side, Look last, double at, double step, Heading& heading);
   /// `straight`: the branch led straight to it, which makes it no fold.
   CriticalLoad critical_at(double factor, Look here, const VectorXd& mode, bool straight);
+  CriticalLoad critical_beside(int side, Nearest nearest);
   bool close_in(const LoadBranch::State& from, const BranchDirection& along, double step);
+  std::string where_it_ended(double factor, bool states_spent) const;
+  std::string shown(double factor) const;
+  bool stands_within() const;
 
   double measure(const VectorXd& bodies) const;
   double product(const BranchDirection& a, const BranchDirection& b) const;
   bool crosses(const Look& at);
+  bool proves(Nearest& nearest);
   bool turned_away(Heading& heading);
   static bool next_to(const Heading& heading, double size);
   VectorXd nearly_singular_motion(const MechanismFactor& factor, const VectorXd& known) const;
@@ -101,10 +120,12 @@ class BranchTracer {
   LoadBranch* branch_;
   const ModelOptions* model_;
   BranchLimit* limit_;
+  double unit_;
   StiffnessRate::Shared shared_;
   /// Of the motions of the bodies by the factor where the branch began, over the longest leaf.
   double first_rate_ = 0, weight_ = 0;
-  bool at_limit_ = false, missed_ = false;
+  bool at_limit_ = false;
+  std::optional<double> passed_;  ///< estimate of a bifurcation that the branch bends away from
   std::optional<Look> critical_;
 };
 

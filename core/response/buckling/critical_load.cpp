@@ -63,21 +63,32 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
   double bound = 100;
   for (const auto& e : {ahead, behind})
     if (e) bound = std::max(bound, 10 * std::abs(*e - at));
-  result.load = tracer.follow(1, std::move(first), bound);
+  // the derivative is that of the state where the branch stands: before the load is put on
+  const auto follow = [&](int side) {
+    result.load = tracer.follow(side, std::move(first), bound);
+    if (!result.load.factor) return;
+    if (design) result.gradient = tracer.gradient(*design, of_drives);
+    const BranchTracer::Trial trial = tracer.put_on(begin, *result.load.factor);
+    if (trial.doubt.empty()) return;
+    result.gradient.reset();
+    result.load.factor.reset();
+    result.load.mode.clear();
+    result.load.reason = "a singular tangent is not confirmed: " + trial.doubt;
+  };
+  follow(1);
   if (!result.load.factor && stable) {
     const std::string reason = result.load.reason;
     const bool none = result.load.none;
     branch.restore(begin);
     first = tracer.look(-1, nullptr, {});
     if (!behind) first.ahead.reset();
-    result.load = tracer.follow(-1, std::move(first), bound);
+    follow(-1);
     if (!result.load.factor) {
       result.load.none = none && result.load.none;
       result.load.reason = reason + "; " + result.load.reason;
     }
   }
   if (stable) result.load.linearised = ahead ? ahead : behind;
-  if (design && result.load.factor) result.gradient = tracer.gradient(*design, of_drives);
   return result;
 }
 

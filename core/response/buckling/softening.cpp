@@ -16,6 +16,16 @@ namespace {
 constexpr int most_vectors = 60;  // of a Krylov space
 constexpr int exact_vectors = 4;  // of either sign whose forms are computed exactly
 
+// No force on what is held, and nothing in the rows of conditions (joints, drives, material
+// points): answers that keep them alone have a positive product with K.
+VectorXd on_motions(const MechanismFactor& factor, MatrixXd column) {
+  factor.clear_held(column);
+  column.bottomRows(factor.conditions()).setZero();
+  for (const MechanismFactor::Leaf& leaf : factor.leaves())
+    column.middleRows(leaf.offset + leaf.rows.unknowns, leaf.rows.point).setZero();
+  return column;
+}
+
 }  // namespace
 
 StiffnessRate::Shared::Shared(const Mechanism& mechanism)
@@ -100,10 +110,7 @@ VectorXd StiffnessRate::times(const VectorXd& y) const {
     const Vector3d arm = system.pose(load.body).rotation * load.arm;
     add_load(load, spin(state_, load.body).cross(arm), 1);
   }
-  MatrixXd column = w;
-  factor_->clear_held(column);
-  column.bottomRows(factor_->conditions()).setZero();
-  return column;
+  return on_motions(*factor_, std::move(w));
 }
 
 namespace {
@@ -127,15 +134,13 @@ void add_roots(const MatrixXd& Y, const VectorXd& stiffness, const StiffnessRate
 }  // namespace
 
 VectorXd any_force(const MechanismFactor& factor) {
-  MatrixXd r(factor.size(), 1);
+  VectorXd r(factor.size());
   unsigned long long seed = 1;
   for (Eigen::Index k = 0; k < r.rows(); ++k) {
     seed = seed * 6364136223846793005ull + 1442695040888963407ull;
-    r(k, 0) = static_cast<double>(seed >> 33) / 2147483648.0 - 1;
+    r[k] = static_cast<double>(seed >> 33) / 2147483648.0 - 1;
   }
-  factor.clear_held(r);
-  r.bottomRows(factor.conditions()).setZero();
-  return r;
+  return on_motions(factor, std::move(r));
 }
 
 // Lanczos with K⁻¹ dK/dσ in the product of K: of v = K⁻¹ r it is vᵀr.

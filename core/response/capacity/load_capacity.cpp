@@ -84,7 +84,8 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   if (design) unloaded = limits.unloaded(unit.system(), *design, model);
   const double size = size_of_load(unit, model);
   LoadBranch branch(system, load_along(direction, size), growing, request.newton);
-  BranchTracer tracer(branch, model, &limits);
+  const LoadBranch::State begin = branch.save();
+  BranchTracer tracer(branch, model, &limits, size);
   const std::optional<double>& largest =
       direction % 6 < 3 ? request.capacity.largest_force : request.capacity.largest_moment;
   const double bound = largest ? *largest / size : std::numeric_limits<double>::infinity();
@@ -107,10 +108,15 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
     capacity.reason = fmt::format(
         "the tangent becomes singular ({})",
         end.fold ? "the load is the largest of its branch" : "branches of equilibria meet");
-    if (design) result.gradient = tracer.gradient(design->design, {});
-    if (result.gradient) *result.gradient *= size;
+    if (design) result.gradient = size * tracer.gradient(design->design, {});
   }
   capacity.value = reached * size;
+  if (const BranchTracer::Trial trial = tracer.put_on(begin, reached); !trial.doubt.empty()) {
+    capacity = {};
+    capacity.value = trial.stable_to * size;
+    capacity.reason = "a limit is not confirmed: " + trial.doubt;
+    result.gradient.reset();
+  }
   return result;
 }
 

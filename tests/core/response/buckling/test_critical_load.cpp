@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/equilibrium/stroke_path.hpp"
@@ -42,6 +43,15 @@ CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& mode
   return find_critical_load(branch, model, &design);
 }
 
+/// The factor near which the branch is said to bend away.
+double told_bifurcation(const CriticalLoad& load) {
+  const std::string said = "it bends away from a bifurcation near a factor of ";
+  INFO(load.reason);
+  const std::size_t at = load.reason.find(said);
+  REQUIRE(at != std::string::npos);
+  return std::stod(load.reason.substr(at + said.size()));
+}
+
 DeadLoad along_x(double force) { return {.force = {force, 0, 0}}; }
 
 double bending(const LeafSpring& leaf) {
@@ -76,6 +86,49 @@ TEST_CASE("columns buckle at Euler's loads", "[buckling]") {
     // hardly anything happens on the way there: the estimate is as good
     CHECK(*r.load.linearised == Approx(*r.load.factor).epsilon(1e-3));
   }
+}
+
+TEST_CASE("the estimate of a straight column is its load, whatever carries O", "[buckling]") {
+  const double L = 0.02, E = 200e9;
+  Material material = models::steel();
+  material.poissons_ratio = 0;
+  enum class Section { wire, beam, plate };
+  for (const Section section : {Section::wire, Section::beam, Section::plate})
+    for (const bool point : {false, true})
+      for (const int elements : {4, 12}) {
+        const bool wire = section == Section::wire;
+        const double w = wire ? 6e-4 : 5e-3, t = 6e-4;
+        Mechanism m = models::single_leaf(L, w, t, Direction::uy, material);
+        LeafSpring& leaf = m.leaves[0];
+        if (wire) leaf.section = flexopt::Section::circular;
+        if (point) {
+          m.bodies[0].held = {false, false, false, true, true, true};
+          leaf.tip = free_edge;
+          leaf.point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+        }
+        const double EI = E * (wire ? pi * std::pow(t, 4) / 64 : w * t * t * t / 12),
+                     A = wire ? pi * t * t / 4 : w * t,
+                     kGA = E / 2 * A * (wire ? 6.0 / 7 : 5.0 / 6);
+        const ModelOptions model =
+            section == Section::plate
+                ? ModelOptions{.mesh = {elements, 3}}
+                : ModelOptions{.flexure = Flexure::beam, .mesh = {elements, 1}};
+        for (const DriveState drive : {DriveState::free, DriveState::locked}) {
+          // clamped at the base; a wire whose drive is held gives way in the other plane
+          const bool pinned = drive == DriveState::locked && !wire;
+          const double k = pinned ? 4.493409457909064 / L : pi / (2 * L), euler = k * k * EI,
+                       expected = euler / (1 + euler / kGA);
+          const CriticalLoadResult r = critical(m, model, along_x(-1), drive);
+          CAPTURE(static_cast<int>(section), point, elements, pinned, expected, r.load.reason);
+          REQUIRE(r.load.factor);
+          REQUIRE(r.load.linearised);
+          // four elements are 1 % too stiff for a pinned column; the column gets shorter on the way
+          // by its strain, which raises its load by no more
+          const double strain = expected / (E * A);
+          CHECK(*r.load.factor == Approx(expected).epsilon(elements == 4 ? 0.01 : 5e-3));
+          CHECK(*r.load.linearised == Approx(*r.load.factor).epsilon(2 * strain + 1e-5));
+        }
+      }
 }
 
 TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse", "[buckling]") {
@@ -301,7 +354,8 @@ TEST_CASE("a guide that is deflected gives way with its drive free, and says so"
   CHECK(r.load.linearised);
 }
 
-TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation", "[buckling]") {
+TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, however small it is",
+          "[buckling]") {
   // a dead force of 1e-7 N pulls the guide aside
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const double perfect = *critical(m, coarse_plates(), along_x(-10), DriveState::free).load.factor;
@@ -311,12 +365,11 @@ TEST_CASE("an imperfection that is next to nothing does not hide a bifurcation",
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
   const CriticalLoadResult r = find_critical_load(branch, coarse_plates(), nullptr);
-  INFO(r.load.reason);
-  REQUIRE(r.load.factor);
-  CHECK(*r.load.factor == Approx(perfect).epsilon(1e-4));
+  CHECK_FALSE(r.load.factor);
+  CHECK(told_bifurcation(r.load) == Approx(perfect).epsilon(1e-3));
 }
 
-TEST_CASE("a bifurcation that an error of assembly makes the branch miss has no derivative",
+TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none of its states",
           "[buckling][slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   Mechanism thicker = m;
@@ -350,10 +403,12 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss has no 
   for (const double turn : {7e-5, 3e-4, 1e-3}) {
     const CriticalLoadResult crooked = traced(turn);
     CAPTURE(turn, crooked.load.reason);
-    REQUIRE(crooked.load.factor);
-    CHECK_FALSE(crooked.load.fold);
+    // it bends away and stays stable; where that is said is an estimate, with its digits
+    CHECK_FALSE(crooked.load.factor);
     CHECK_FALSE(crooked.gradient);
-    CHECK(*crooked.load.factor == Approx(*perfect.load.factor).epsilon(100 * turn));
+    if (turn < 5e-4)  // a larger one is not heading for it
+      CHECK(told_bifurcation(crooked.load) ==
+            Approx(*perfect.load.factor).epsilon(100 * turn + 1e-3));
   }
 }
 

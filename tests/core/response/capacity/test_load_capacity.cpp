@@ -170,6 +170,44 @@ TEST_CASE("a pressed guide bears its buckling load", "[capacity][slow]") {
         Approx(response.path[1].load_capacity[against + ux]->value).epsilon(1e-7));
 }
 
+TEST_CASE("a branch that bends away from a bifurcation bears more, up to its own fold",
+          "[capacity][slow]") {
+  // a wide thin leaf, its end-effector aside and held against turning about y, pushed along its
+  // width
+  Mechanism m;
+  const Vector3d base(0.007174577127435354, -0.011424483376091938, 0.006715844435671702),
+      tip(-0.012655392305937698, -0.00882211670871194, 0.006715844435671702),
+      O(0.004048490774918041, 0.01904406613150541, -0.009728818309966669);
+  Material material{"m", 200e9, 0.33, 2700, {}};
+  m.bodies = {models::body(O, 0, 0)};
+  m.leaves = {models::leaf(base, tip - base, (tip - base).norm(), 0.013351688871343404,
+                           5.758879260761212e-05, material)};
+  m.joints = {{.name = "held",
+               .type = JointType::held_rotation,
+               .body = 0,
+               .place = O,
+               .axis = Vector3d::UnitY()}};
+  m.drives = {make_drive<double>(Direction::ux)};
+  const double stroke = -0.00010485480303967987;
+  const ModelOptions model{.accuracy = Accuracy::full, .mesh = {8, 3}};
+  StrokeRequest request = asking({against + uz}, {stroke});
+  request.capacity.stress = 600e6;
+  const LoadCapacity found = capacity(m, model, request, against + uz);
+  INFO(found.reason);
+  CHECK(found.limit == CapacityLimit::instability);
+  CHECK(found.fold);
+  // what a state under three quarters of it foretells, and its own branch comes to
+  StrokeRequest under = request;
+  under.outputs = {Output::equilibrium, Output::buckling};
+  under.buckling_load = "load";
+  under.loads.constant = {{.force = {0, 0, -0.75 * found.value}, .name = "load"}};
+  const StrokeResponse loaded = evaluate_stroke(m, model, under);
+  REQUIRE(loaded.path[0].buckling);
+  REQUIRE(loaded.path[0].buckling->drive_locked.factor);
+  CHECK(0.75 * *loaded.path[0].buckling->drive_locked.factor == Approx(1).epsilon(1e-6));
+  CHECK(found.value == Approx(0.11843).epsilon(1e-3));
+}
+
 TEST_CASE("what the stroke stresses a guide with is not left for loads", "[capacity]") {
   StrokeRequest request = asking({uz}, {0.003, 0.005, 0.007, 0.009});
   request.capacity.stress = 300e6;
