@@ -292,7 +292,7 @@ std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& 
 
 std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
                                     const Pose& pose, const Candidate& at) {
-  constexpr double holds = 0.1, presses = 0.01;  // of multipliers whose sum is 1
+  constexpr double holds = 0.1, presses = 1e-4;  // of multipliers whose sum is 1
   if (at.violation <= 0 || !problem.differentiable()) return std::nullopt;
   Posing posing(problem, book, pose, true, Aim::feasibility, at.violation);
   const Problem p = posing.problem();
@@ -311,7 +311,8 @@ std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook
   for (Eigen::Index j = 0; j < x.size(); ++j) {
     const auto variable = posing.variable(j);
     const bool at_end = slope[j] > 0 ? x[j] - p.lower[j] < 1e-3 : p.upper[j] - x[j] < 1e-3;
-    if (variable && at_end && std::abs(slope[j]) > presses) conflict.variables.push_back(*variable);
+    if (variable && at_end && std::abs(slope[j]) > 0.1 * holds)
+      conflict.variables.push_back(*variable);
     if (variable && !at_end && std::abs(slope[j]) > holds) return std::nullopt;
   }
   return conflict;

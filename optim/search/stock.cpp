@@ -134,6 +134,12 @@ class Sizes {
   /// Designs that were not tried whose sizes differ from this one's by at most one step each, with
   /// its other variables.
   std::vector<Neighbour> beside(const Candidate& at);
+  /// With one size further and further away and the other sizes of any value: where that is better
+  /// than the best, the combinations round it are tried. Whether one of them is better.
+  bool look_further();
+  bool spent(std::size_t more) const {
+    return static_cast<int>(book_.evaluations().size() + more) > spec_.max_evaluations;
+  }
   void tell(std::size_t beside);
 
   const Campaign& campaign_;
@@ -230,18 +236,60 @@ std::vector<Neighbour> Sizes::beside(const Candidate& at) {
   return all;
 }
 
+bool Sizes::look_further() {
+  const Candidate from = *best_;
+  const std::vector<Variable>& variables = spec_.variables;
+  if (std::ranges::count_if(variables, [](const Variable& v) { return !v.stock.empty(); }) < 2)
+    return false;
+  const Variables values = problem_.variables(from.x);
+  for (std::size_t j = 0; j < variables.size(); ++j) {
+    const std::vector<double>& stock = variables[j].stock;
+    if (stock.empty()) continue;
+    const auto here = std::ranges::find(stock, values[j]) - stock.begin();
+    for (const std::ptrdiff_t side : {-1, 1}) {
+      VectorXd x = from.x;
+      for (std::ptrdiff_t k = here + side; k >= 0 && k < std::ssize(stock); k += side) {
+        if (spent(1)) return false;
+        Variables moved = problem_.variables(x);
+        moved[j] = stock[static_cast<std::size_t>(k)];
+        x = problem_.scaled(moved);
+        Pose held = pose_;
+        const auto column = static_cast<Eigen::Index>(j);
+        held.lower[column] = held.upper[column] = x[column];
+        const SearchResult any =
+            search(problem_, book_, held, x, {spec_.max_evaluations, true, {}});
+        book_.set_scales(campaign_.scales);
+        if (!any.best) break;
+        const Candidate relaxed =
+            weigh(problem_, campaign_.scales, pose_, any.best->x, any.best->values);
+        if (!Posing(problem_, book_, pose_, true).better(relaxed, *best_)) break;
+        std::vector<Neighbour> round = neighbours(problem_, relaxed.x);
+        std::erase_if(round,
+                      [&](const Neighbour& n) { return tried_.contains(key_of(problem_, n.x)); });
+        try_all(std::move(round));
+        if (best_->x != from.x) return true;
+        x = relaxed.x;
+      }
+    }
+  }
+  return false;
+}
+
 void Sizes::tell(std::size_t beside) {
   StockSearch& report = outcome_.report;
   report.tried = static_cast<int>(tried_.size());
+  const bool all_held =
+      std::ranges::none_of(spec_.variables, [](const Variable& v) { return v.stock.empty(); });
   report.message = fmt::format(
-      "{} combinations of sizes tried, {} of them with the other variables searched: {}; {}",
-      report.tried, report.designs.size(),
+      "{} combinations of sizes tried{}: {}{}", report.tried,
+      all_held
+          ? ""
+          : fmt::format(", {} of them with the other variables searched", report.designs.size()),
       report.settled
           ? "none that is a step beside the chosen one in any of the sizes is better"
-          : fmt::format("the evaluations are spent, {} combinations beside the chosen one are not "
-                        "tried",
+          : fmt::format("the evaluations are spent, {} beside the chosen one are not tried",
                         beside),
-      outcome_.chosen.summary.message);
+      all_held ? "" : "; " + outcome_.chosen.summary.message);
 }
 
 StockOutcome Sizes::run(const Candidate& optimum) {
@@ -254,9 +302,12 @@ StockOutcome Sizes::run(const Candidate& optimum) {
     const VectorXd here = best_->x;
     std::vector<Neighbour> more = beside(*best_);
     untried = more.size();
-    if (static_cast<int>(book_.evaluations().size() + untried) > spec_.max_evaluations) break;
+    if (spent(untried)) break;
     try_all(std::move(more));
-    outcome_.report.settled = best_->x == here;
+    untried = 0;
+    if (best_->x != here || look_further()) continue;
+    outcome_.report.settled = !spent(1);
+    break;
   }
   tell(untried);
   outcome_.evaluations.insert(outcome_.evaluations.begin(), book_.evaluations().begin(),
