@@ -214,7 +214,7 @@ Confirmation Confirming::run() {
 
 bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
                 const Candidate& at) {
-  constexpr double pressing = 1e-6, near = 0.3, spanned = 0.05, rounding = 1e-7;
+  constexpr double pressing = 1e-6, near = 0.1, spanned = 0.05, rounding = 1e-7;
   if (!problem.differentiable()) return false;
   Posing posing(problem, book, pose, true);
   const Problem p = posing.problem();

@@ -125,7 +125,7 @@ TEST_CASE("no feasible stock design is said, with the optimum of any size", "[op
   document["optimise"]["variables"][1]["stock"] = {"0.6 mm", "0.8 mm"};
   const Optimum o = run(document);
   CHECK(o.status == OptimumStatus::infeasible);
-  CHECK_THAT(o.stop_reason, Contains("none of the 1 neighbouring stock designs"));
+  CHECK_THAT(o.stop_reason, Contains("none of the 2 neighbouring stock designs"));
   REQUIRE(o.stock);
   CHECK(o.stock->chosen == -1);
   CHECK(o.parameters.at("thickness") == Approx(0.5e-3).epsilon(1e-3));
