@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "optim/numerics/multipliers.hpp"
+#include "optim/numerics/unit_points.hpp"
 
 namespace flexopt {
 namespace {
@@ -21,16 +22,24 @@ std::optional<Multipliers> balance_at(Posing& posing, const Candidate& at) {
   return least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc);
 }
 
-/// x, or the first design on the way from it to the middle of the box that can be evaluated.
-std::optional<Candidate> workable(const Posing& posing, const Pose& pose, const VectorXd& from) {
+constexpr int spread_designs = 16;
+
+/// x, or the first design that can be evaluated: on the way from it to the middle of the box, then
+/// of a few that are spread over the box; `most` designs in all.
+std::optional<Candidate> workable(const Posing& posing, const Pose& pose, const VectorXd& from,
+                                  int most) {
   const VectorXd begin = from.cwiseMax(pose.lower).cwiseMin(pose.upper),
                  middle = 0.5 * (pose.lower + pose.upper);
   int cost = 0;
-  for (const double step : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+  const auto at = [&](const VectorXd& x) {
+    if (cost >= most) return std::optional<Candidate>();
     // no rounding where a variable is held
-    const VectorXd x = (begin + step * (middle - begin)).cwiseMax(pose.lower).cwiseMin(pose.upper);
-    if (auto found = posing.assess(x, cost)) return found;
-  }
+    return posing.assess(x.cwiseMax(pose.lower).cwiseMin(pose.upper), cost);
+  };
+  for (const double step : {0.0, 0.25, 0.5, 0.75, 1.0})
+    if (auto found = at(begin + step * (middle - begin))) return found;
+  for (const VectorXd& unit : sobol_points(static_cast<int>(from.size()), spread_designs, 1))
+    if (auto found = at(pose.lower + unit.cwiseProduct(pose.upper - pose.lower))) return found;
   return std::nullopt;
 }
 
@@ -89,9 +98,12 @@ class Search {
 
 std::string Search::no_design() const {
   const auto& tried = book_.evaluations();
-  return fmt::format("no design from the start to the middle of the box could be evaluated: {}",
-                     spent() == 0 ? "the formulas rule them out"
-                                  : tried[static_cast<std::size_t>(before_)].record.message);
+  return fmt::format(
+      "no design from the start to the middle of the box, and none of {} spread over it, "
+      "could be evaluated: {}",
+      spread_designs,
+      spent() == 0 ? "the formulas rule them out"
+                   : tried[static_cast<std::size_t>(before_)].record.message);
 }
 
 void Search::pose_objective() {
@@ -234,7 +246,7 @@ void Search::judge() {
 }
 
 SearchResult Search::from(const VectorXd& x) {
-  result_.best = workable(*objective_, pose_, x);
+  result_.best = workable(*objective_, pose_, x, options_.max_evaluations);
   if (!result_.best) {
     result_.summary.message = no_design();
     result_.evaluations = spent();

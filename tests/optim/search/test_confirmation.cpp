@@ -94,6 +94,19 @@ TEST_CASE("a start a million times off ends where a near one does", "[optim]") {
   CHECK(far.objective == Approx(near.objective).epsilon(1e-3));
 }
 
+TEST_CASE("a start far from any design that has a value finds one elsewhere in the box",
+          "[optim]") {
+  const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
+  CAPTURE(name);
+  json document = stiff_guide();
+  document["design"]["parameters"]["thickness"] = "0.95 mm";
+  set_algorithm(document, name);
+  const Optimum o = run(document, 170e6);  // 792 MPa at the start, 180 MPa in the middle of the box
+  INFO(o.stop_reason);
+  CHECK(o.status == OptimumStatus::optimal);
+  CHECK(o.objective == Approx(support(200e9, 0.03, 0.5e-3, 0.1, 5e-3)).epsilon(1e-3));
+}
+
 TEST_CASE("a design where the slope vanishes by symmetry is left", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LD_MMA");
   CAPTURE(name);
