@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/math/decompositions.hpp"
@@ -89,6 +90,13 @@ Multipliers least_squares_multipliers(const VectorXd& x, const VectorXd& lower,
   for (std::size_t k = 0; k < rows.size(); ++k)
     result.lambda[rows[k]] = y[static_cast<Eigen::Index>(k)];
   result.residual = (b + A * y).lpNorm<Eigen::Infinity>();
+  result.gap = result.lambda.dot(c.cwiseAbs());
+  VectorXd slope = df;
+  if (c.size() > 0) slope += dc.transpose() * result.lambda;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double room = slope[j] > 0 ? x[j] - lower[j] : upper[j] - x[j];
+    result.gap += std::abs(slope[j]) * (std::isfinite(room) ? room : 1.0);
+  }
   return result;
 }
 

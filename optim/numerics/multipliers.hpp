@@ -9,6 +9,10 @@ struct Multipliers {
   /// How far the first-order conditions are from holding: the largest |∇f + Σ λ ∇c| and |λ c|,
   /// bounds of x counted among c.
   double residual = 0;
+  /// What f can still fall by, to first order, with these λ: Σ |λ c| and the fall of the Lagrangian
+  /// to the end of the box in each x (a step of 1 where the box has no end). An upper bound of it
+  /// where f and c are convex.
+  double gap = 0;
 };
 
 /// min |∇f + Σ λ_i ∇c_i|² + Σ (λ_i c_i)² over λ ≥ 0, bounds of x among c: the multipliers that come

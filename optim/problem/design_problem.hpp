@@ -55,10 +55,10 @@ struct DesignValues {
   bool of_reduced_leaves = false;
 };
 
-/// What the goals are divided by to be of order one.
+/// What the goals are divided by to be of order one at a design.
 struct Scales {
-  double objective = 1;
-  std::vector<double> constraints;  ///< the larger bound; where it is 0, what the goal reaches
+  double objective = 1;             ///< the size of the goal there
+  std::vector<double> constraints;  ///< the larger bound; where it is 0, the size of the goal
 };
 
 class DesignProblem {
@@ -125,8 +125,9 @@ class DesignProblem {
   /// Largest relative violation of the constraints that are formulas; nothing without value.
   std::optional<double> formula_violation(const Variables& variables, const Scales& scales) const;
 
-  /// Scales from a design that could be evaluated, or from none.
-  Scales scales(const DesignValues* reference) const;
+  /// Scales at a design that could be evaluated, or from the job alone (null). Those `before`
+  /// shrink by no more than a thousandth at once.
+  Scales scales(const DesignValues* reference, const Scales* before = nullptr) const;
 
   double objective(const DesignValues& values) const;
   std::vector<double> constraints(const DesignValues& values) const;
@@ -144,6 +145,9 @@ class DesignProblem {
   /// variables themselves, and formulas over them. Nothing where a formula's is not finite.
   std::optional<MatrixXd> parameter_derivatives(const ParameterValues& parameters) const;
 
+  /// The size of a goal at a design: of its value, or a tenth of its change over the range of a
+  /// variable, to first order, where that is more. Where all of these are 0, of its largest value.
+  double reach(std::size_t goal, const DesignValues& values) const;
   /// A goal's values, and its derivatives where `gradients` holds, part by part.
   GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
                          const std::vector<StrokeRequest>& requests) const;

@@ -69,17 +69,31 @@ std::optional<std::string> DesignProblem::ruled_out(const Variables& variables,
   return std::nullopt;
 }
 
-Scales DesignProblem::scales(const DesignValues* reference) const {
-  Scales scales;
-  const auto largest = [&](std::size_t goal) {
-    double most = 0;
-    if (reference && reference->ok)
-      for (const double v : reference->goals[goal]) most = std::max(most, std::abs(v));
-    return most;
+double DesignProblem::reach(std::size_t goal, const DesignValues& values) const {
+  constexpr double share = 0.1;  // of what the goal changes by over a variable's range
+  const GoalValues& of = values.goals[goal];
+  const std::size_t decisive = extreme(goals_[goal], of).entry;
+  double most = std::abs(of[decisive]);
+  if (values.gradient.rows() > 0) {
+    Eigen::Index row = static_cast<Eigen::Index>(decisive);
+    for (std::size_t g = 0; g < goal; ++g) row += static_cast<Eigen::Index>(values.goals[g].size());
+    for (Eigen::Index j = 0; j < values.gradient.cols(); ++j)
+      most = std::max(most, share * std::abs(values.gradient(row, j)) * range(j));
+  }
+  if (most == 0)
+    for (const double v : of) most = std::max(most, std::abs(v));
+  return most;
+}
+
+Scales DesignProblem::scales(const DesignValues* reference, const Scales* before) const {
+  constexpr double least = 1e-3;  // of the scale before: a goal may vanish where it is best
+  const auto at_reference = [&](std::size_t goal, double known) {
+    const double size = reference && reference->ok ? reach(goal, *reference) : 0.0;
+    const double scale = std::max(size, before ? least * known : 0.0);
+    return scale > 0 ? scale : 1.0;
   };
-  scales.objective = reference && reference->ok ? std::abs(objective(*reference)) : 0.0;
-  if (scales.objective == 0) scales.objective = largest(0);
-  if (scales.objective == 0) scales.objective = 1;
+  Scales scales;
+  scales.objective = at_reference(0, before ? before->objective : 0.0);
   for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
     const Constraint& c = spec().constraints[i];
     double scale = std::max(std::abs(c.min.value_or(0)), std::abs(c.max.value_or(0)));
@@ -91,8 +105,8 @@ Scales DesignProblem::scales(const DesignValues* reference) const {
           scale = std::max(scale, std::abs(formula(i + 1, variables(x)).value_or(0)));
         }
     }
-    if (scale == 0) scale = largest(i + 1);
-    scales.constraints.push_back(scale == 0 ? 1.0 : scale);
+    if (scale == 0) scale = at_reference(i + 1, before ? before->constraints[i] : 0.0);
+    scales.constraints.push_back(scale);
   }
   return scales;
 }

@@ -48,9 +48,19 @@ Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& 
   return c;
 }
 
+double objective_scale(const Scales& scales, const Pose& pose) {
+  return pose.goal == 0 ? scales.objective : scales.constraints[pose.goal - 1];
+}
+
 Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
                Aim aim, double violation)
-    : problem_(problem), book_(book), pose_(pose), aim_(aim), violation_(violation), split_(slack) {
+    : problem_(problem),
+      book_(book),
+      pose_(pose),
+      scales_(book.scales()),
+      aim_(aim),
+      violation_(violation),
+      split_(slack) {
   assert(pose.bounds.size() + 1 == problem.goals().size());
   for (Eigen::Index j = 0; j < pose.lower.size(); ++j)
     if (pose.lower[j] < pose.upper[j]) free_.push_back(j);
@@ -79,7 +89,7 @@ Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& p
 }
 
 double Posing::scale(std::size_t goal) const {
-  return goal == 0 ? book_.scales().objective : book_.scales().constraints[goal - 1];
+  return goal == 0 ? scales_.objective : scales_.constraints[goal - 1];
 }
 
 /// Whether bounding the goal's one number is the same as bounding every value.
@@ -157,7 +167,7 @@ std::optional<Candidate> Posing::assess(const VectorXd& design_x, int& cost) con
   DesignValues values = book_.at(problem_.variables(design_x), cost);
   if (!values.ok) return std::nullopt;
   correct(design_x, values, nullptr);
-  return weigh(problem_, book_.scales(), pose_, design_x, values);
+  return weigh(problem_, scales_, pose_, design_x, values);
 }
 
 double Posing::merit(const Candidate& candidate) const {
@@ -228,9 +238,20 @@ bool Posing::look_at(const VectorXd& x, bool gradient, Seen& seen, int& cost) {
     seen.first.push_back(total);
     total += static_cast<Eigen::Index>(g.size());
   }
-  seen.candidate = weigh(problem_, book_.scales(), pose_, all, seen.values);
-  if (!best_ || better(seen.candidate, *best_)) best_ = seen.candidate;
+  seen.candidate = weigh(problem_, scales_, pose_, all, seen.values);
+  if (!best_ || better(seen.candidate, *best_)) {
+    best_ = seen.candidate;
+    outgrown_ = outgrown_ || (watches_ && outgrows(*best_));
+  }
   return true;
+}
+
+bool Posing::outgrows(const Candidate& candidate) const {
+  constexpr double far = 30;
+  if (candidate.violation > problem_.spec().constraint_tolerance) return false;
+  const double ratio =
+      objective_scale(problem_.scales(&candidate.values, &scales_), pose_) / scale(pose_.goal);
+  return ratio > far || ratio * far < 1;
 }
 
 void Posing::set_rows(const VectorXd& x, const Seen& seen, bool gradient,
@@ -269,8 +290,9 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   if (!look_at(x, gradient, seen, out.cost)) return out;
   out.ok = true;
   // the least violation is no aim in itself: a third of what is tolerated will do
-  out.enough = aim_ == Aim::feasibility &&
-               seen.candidate.violation <= 0.3 * problem_.spec().constraint_tolerance;
+  out.enough =
+      outgrown_ || (aim_ == Aim::feasibility &&
+                    seen.candidate.violation <= 0.3 * problem_.spec().constraint_tolerance);
   if (gradient) out.df = VectorXd::Zero(x.size());
   set_rows(x, seen, gradient, out);
   const auto n = static_cast<Eigen::Index>(free_.size());

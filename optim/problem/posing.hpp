@@ -54,7 +54,7 @@ Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& 
 
 class Posing {
  public:
-  /// `violation` is V₀. Refers to all its arguments.
+  /// `violation` is V₀. Refers to all its arguments; the scales are those of the book now.
   Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
          Aim aim = Aim::objective, double violation = 1);
 
@@ -73,6 +73,19 @@ class Posing {
   bool better(const Candidate& a, const Candidate& b) const;
   /// True if a is better, or worse by no more than the job's tolerance.
   bool as_good(const Candidate& a, const Candidate& b) const;
+
+  /// The goal that a row of c bounds.
+  std::size_t goal_of(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)].goal; }
+  /// The variable that an entry of x stands for; nothing of the slack.
+  std::optional<Eigen::Index> variable(Eigen::Index j) const {
+    return j < static_cast<Eigen::Index>(free_.size())
+               ? std::optional(free_[static_cast<std::size_t>(j)])
+               : std::nullopt;
+  }
+  /// From now on a design is enough that is better than all before and whose objective is beyond
+  /// 30 times its scale, or below a thirtieth of it: `outgrown` then.
+  void watch_scale() { watches_ = true; }
+  bool outgrown() const { return outgrown_; }
 
   /// dObjective/dBound of each of the goals 1, 2, …, from multipliers of the rows, SI.
   std::vector<double> multipliers(const VectorXd& lambda) const;
@@ -96,6 +109,8 @@ class Posing {
   Problem::Value evaluate(const VectorXd& x, bool gradient);
   /// Whether the design has values (and, with `gradient`, derivatives). Adds what they cost.
   bool look_at(const VectorXd& x, bool gradient, Seen& seen, int& cost);
+  /// Whether a design's objective is of another order than the scale.
+  bool outgrows(const Candidate& candidate) const;
   /// The rows c and their derivatives.
   void set_rows(const VectorXd& x, const Seen& seen, bool gradient, Problem::Value& out) const;
   /// Brings the candidates of each point into the order in which the last design had them, by the
@@ -114,8 +129,10 @@ class Posing {
   const DesignProblem& problem_;
   EvaluationBook& book_;
   const Pose& pose_;
+  Scales scales_;
   Aim aim_;
   double violation_;
+  bool watches_ = false, outgrown_ = false;
   bool slack_ = false;  ///< there is one
   bool exact_ = false;  ///< derivatives are exact
   bool split_ = false;  ///< constraints are posed at each point
@@ -127,5 +144,8 @@ class Posing {
   MatrixXd last_derivatives_;        ///< of the entries at the last design
   std::optional<Candidate> best_;
 };
+
+/// The scale of the pose's objective.
+double objective_scale(const Scales& scales, const Pose& pose);
 
 }  // namespace flexopt

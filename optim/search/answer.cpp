@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "optim/numerics/parallel.hpp"
@@ -46,29 +47,80 @@ ModelOptions at_full_accuracy(ModelOptions model) {
 
 }  // namespace
 
-void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer, bool converged,
-           Optimum& optimum) {
+void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer,
+           OptimumStatus if_feasible, Optimum& optimum) {
   optimum.parameters = problem.parameters(problem.variables(answer.best.x));
   optimum.objective = answer.best.objective;
   optimum.decisive = place(problem.goals()[0], answer.best.values.goals[0]);
   optimum.constraints = states(problem, scales, answer.best.values);
   const bool feasible = answer.best.violation <= problem.spec().constraint_tolerance;
-  optimum.status = !feasible   ? OptimumStatus::infeasible
-                   : converged ? OptimumStatus::optimal
-                               : OptimumStatus::feasible;
+  optimum.status = feasible ? if_feasible : OptimumStatus::infeasible;
 }
 
-std::string what_stops(const std::vector<ConstraintState>& constraints, const Scales& scales) {
-  std::size_t worst = 0;
+namespace {
+
+double relative_margin(const ConstraintState& of, double scale) { return of.margin / scale; }
+
+std::string figures_of(const ConstraintState& c, double scale) {
+  const bool above = c.max && (!c.min || *c.max - c.value < c.value - *c.min);
+  const std::string asked =
+      fmt::format("{} = {:.6g} where {} {:.6g} is asked for", c.label, c.value,
+                  above ? "at most" : "at least", above ? *c.max : *c.min);
+  return c.margin < 0 ? fmt::format("{} ({:.2g} % beyond)", asked, -100 * c.margin / scale) : asked;
+}
+
+std::string words_of(std::vector<std::size_t> which,
+                     const std::vector<ConstraintState>& constraints, const Scales& scales) {
+  const auto margin = [&](std::size_t i) {
+    return relative_margin(constraints[i], scales.constraints[i]);
+  };
+  std::ranges::stable_sort(which, {}, margin);
+  std::vector<std::string> words;
+  for (const std::size_t i : which)
+    words.push_back(figures_of(constraints[i], scales.constraints[i]));
+  return fmt::format("{}", fmt::join(words, " and "));
+}
+
+std::vector<std::size_t> violated(const std::vector<ConstraintState>& constraints,
+                                  const Scales& scales, double tolerance) {
+  std::vector<std::size_t> which;
   for (std::size_t i = 0; i < constraints.size(); ++i)
-    if (constraints[i].margin / scales.constraints[i] <
-        constraints[worst].margin / scales.constraints[worst])
-      worst = i;
-  const ConstraintState& c = constraints[worst];
-  const bool above = c.max && c.value > *c.max;
-  return fmt::format("{} = {:.6g} where {} {:.6g} is asked for ({:.2g} % beyond)", c.label, c.value,
-                     above ? "at most" : "at least", above ? *c.max : *c.min,
-                     -100 * c.margin / scales.constraints[worst]);
+    if (relative_margin(constraints[i], scales.constraints[i]) < -tolerance) which.push_back(i);
+  return which;
+}
+
+}  // namespace
+
+std::string violated_words(const std::vector<ConstraintState>& constraints, const Scales& scales) {
+  return words_of(violated(constraints, scales, 0), constraints, scales);
+}
+
+std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const Scales& scales,
+                       const Chosen& answer, const std::vector<ConstraintState>& constraints) {
+  const OptimiseSpec& spec = problem.spec();
+  const std::optional<Conflict> conflict = conflict_at(problem, book, answer.pose, answer.best);
+  std::vector<std::size_t> pressing;
+  if (conflict)
+    for (const std::size_t goal : conflict->goals)
+      if (goal <= constraints.size()) pressing.push_back(goal - 1);
+  const std::vector<std::size_t> missed = violated(constraints, scales, spec.constraint_tolerance);
+  std::string text = "the least violated one has ";
+  if (pressing.empty()) return text + words_of(missed, constraints, scales);
+  std::vector<std::string> edges;
+  for (const Eigen::Index j : conflict->variables)
+    edges.push_back(fmt::format("{} at its {}imum",
+                                spec.variables[static_cast<std::size_t>(j)].parameter,
+                                answer.best.x[j] > 0.5 ? "max" : "min"));
+  text += words_of(pressing, constraints, scales);
+  if (pressing.size() > 1 || !edges.empty())
+    text += fmt::format(", which cannot be met {}{}{}",
+                        pressing.size() > 1 ? "together near it" : "near it",
+                        edges.empty() ? "" : " with ", fmt::join(edges, " and "));
+  std::vector<std::size_t> rest;
+  for (const std::size_t i : missed)
+    if (std::ranges::find(pressing, i) == pressing.end()) rest.push_back(i);
+  if (!rest.empty()) text += "; missed as well: " + words_of(rest, constraints, scales);
+  return text;
 }
 
 void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Chosen& answer,

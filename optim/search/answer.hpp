@@ -16,13 +16,19 @@ struct Chosen {
   std::vector<double> multipliers;  ///< of the goals 1, 2, …; empty where unknown
 };
 
-/// Parameters, objective, constraints and status of the answer. `converged`: of the search that
-/// ended there.
-void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer, bool converged,
-           Optimum& optimum);
+/// Parameters, objective, constraints and status of the answer, where it is feasible
+/// `if_feasible`.
+void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer,
+           OptimumStatus if_feasible, Optimum& optimum);
 
-/// The constraint that is violated most, in words with its figures.
-std::string what_stops(const std::vector<ConstraintState>& constraints, const Scales& scales);
+/// The violated constraints, the worst first, in words with their figures.
+std::string violated_words(const std::vector<ConstraintState>& constraints, const Scales& scales);
+
+/// What stands against a feasible design at the least violated one, in words with the figures: the
+/// constraints (and bounds of variables) with a multiplier in its first-order conditions, which
+/// cannot be met together near it, where these are known; else those that are violated.
+std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const Scales& scales,
+                       const Chosen& answer, const std::vector<ConstraintState>& constraints);
 
 /// Sensitivities of the objective and the active constraints, and multipliers of the constraints,
 /// at the answer: from the derivatives of all goals there.

@@ -9,6 +9,7 @@
 
 #include "optim/numerics/parallel.hpp"
 #include "optim/search/answer.hpp"
+#include "optim/search/confirmation.hpp"
 #include "optim/search/different_ends.hpp"
 #include "optim/search/help_optimise.hpp"
 #include "optim/search/pareto.hpp"
@@ -19,13 +20,6 @@
 
 namespace flexopt {
 namespace {
-
-/// One start from begin to end.
-struct Start {
-  std::unique_ptr<EvaluationBook> book;
-  VectorXd from;
-  SearchResult result;
-};
 
 StartSummary summarise(const DesignProblem& problem, const Start& start, int index) {
   StartSummary s;
@@ -55,10 +49,8 @@ int mark_agreeing(std::vector<StartSummary>& starts, const StartSummary& best) {
   return count;
 }
 
-/// The starts, each with its book; the scales come from the first that can be evaluated, before the
-/// starts go their own ways.
-std::vector<Start> make_starts(Campaign& campaign, std::vector<VectorXd> points) {
-  const DesignProblem& problem = campaign.problem;
+/// The starts, each with its book.
+std::vector<Start> make_starts(const Campaign& campaign, std::vector<VectorXd> points) {
   std::vector<Start> starts;
   for (VectorXd& x : points) {
     Start start;
@@ -67,15 +59,22 @@ std::vector<Start> make_starts(Campaign& campaign, std::vector<VectorXd> points)
     start.from = std::move(x);
     starts.push_back(std::move(start));
   }
-  for (Start& start : starts) {
-    int cost = 0;
-    const DesignValues& values = start.book->at(problem.variables(start.from), cost);
-    if (!values.ok) continue;
-    campaign.scales = problem.scales(&values);
-    break;
-  }
-  for (Start& start : starts) start.book->set_scales(campaign.scales);
   return starts;
+}
+
+/// The feasible ends that are worse than the best one, in words; empty where there are none.
+std::string other_ends(const std::vector<StartSummary>& starts) {
+  std::vector<std::string> ends;
+  int agree = 0;
+  for (const StartSummary& s : starts) {
+    agree += s.agrees ? 1 : 0;
+    if (s.feasible && !s.agrees) ends.push_back(fmt::format("{} at {:.6g}", s.index, s.objective));
+  }
+  if (ends.empty()) return "";
+  const std::size_t count = ends.size(), most = 8;
+  if (count > most) ends.resize(most);
+  return fmt::format("{} of {} starts agree with it, other starts end elsewhere: start {}{}", agree,
+                     starts.size(), fmt::join(ends, ", start "), count > most ? ", ..." : "");
 }
 
 /// The ends of the starts; null where there is none.
@@ -84,21 +83,6 @@ std::vector<const Candidate*> ends_of(const std::vector<Start>& starts) {
   for (const Start& start : starts)
     ends.push_back(start.result.best ? &*start.result.best : nullptr);
   return ends;
-}
-
-/// The best feasible end, else the least violated one; −1 where there is none.
-int best_of(const DesignProblem& problem, const std::vector<Start>& starts) {
-  const std::vector<const Candidate*> ends = ends_of(starts);
-  int best = -1;
-  for (int i = 0; i < static_cast<int>(ends.size()); ++i) {
-    const Candidate *mine = ends[static_cast<std::size_t>(i)],
-                    *other = best < 0 ? nullptr : ends[static_cast<std::size_t>(best)];
-    if (mine &&
-        (!other || better({mine->objective, mine->violation}, {other->objective, other->violation},
-                          problem.spec().objective.maximise, problem.spec().constraint_tolerance)))
-      best = i;
-  }
-  return best;
 }
 
 EvaluationLog open_log(const Job& job, const OptimiseOptions& options) {
@@ -127,6 +111,8 @@ class Optimisation {
   int compare_optima(int best);
   /// The best start's end is the answer so far; nothing where no design could be evaluated.
   std::optional<Chosen> best_end();
+  /// What is to be said of this start's end, where it is feasible.
+  OptimumStatus verdict(int best);
   void follow_front(const Start& start);
   /// The best design of stock sizes becomes the answer.
   void take_stock_sizes(const Start& start, Chosen& answer);
@@ -139,6 +125,10 @@ class Optimisation {
   void close_log();
 
   bool feasible() const { return optimum_.status != OptimumStatus::infeasible; }
+  /// The status so far where this holds.
+  OptimumStatus kept_if(bool holds) const {
+    return holds ? optimum_.status : OptimumStatus::feasible;
+  }
   Start& best_start() { return starts_[static_cast<std::size_t>(optimum_.best_start)]; }
 
   const Job& job_;
@@ -149,6 +139,7 @@ class Optimisation {
   ProgressBoard board_;
   Campaign campaign_;
   std::vector<Start> starts_;
+  Confirmation confirmation_;
   Optimum optimum_;
   std::vector<LoggedEvaluation> later_;  ///< of the stages behind the starts
   std::vector<LoggedEvaluation> stock_;  ///< of stock sizes: they stand behind the correction's
@@ -192,6 +183,8 @@ void Optimisation::search_from_starts() {
     Start& start = starts_[static_cast<std::size_t>(i)];
     start.result = search_from(start, std::max(1, campaign_.threads / together));
   });
+  for (Start& start : starts_) start.book->set_threads(campaign_.threads);
+  confirmation_ = confirm(campaign_, starts_);
   for (int i = 0; i < count; ++i)
     optimum_.starts.push_back(summarise(problem_, starts_[static_cast<std::size_t>(i)], i));
 }
@@ -250,7 +243,7 @@ int Optimisation::compare_optima(int best) {
 }
 
 std::optional<Chosen> Optimisation::best_end() {
-  int best = best_of(problem_, starts_);
+  int best = confirmation_.best;
   if (best >= 0 && optimum_.screening) best = compare_optima(best);
   optimum_.best_start = std::max(best, 0);
   if (best < 0) {
@@ -262,16 +255,30 @@ std::optional<Chosen> Optimisation::best_end() {
       mark_agreeing(optimum_.starts, optimum_.starts[static_cast<std::size_t>(best)]);
   const SearchResult& end = best_start().result;
   Chosen answer{job_pose(problem_), *end.best, end.multipliers};
-  judge(problem_, campaign_.scales, answer, end.summary.reason == StopReason::converged, optimum_);
   optimum_.stop_reason = end.summary.message;
+  optimum_.kkt = end.summary.kkt;
+  judge(problem_, campaign_.scales, answer, verdict(best), optimum_);
   if (!feasible())
     optimum_.stop_reason = fmt::format(
-        "no feasible design in {} start{}{}; the least violated one has {}. {}", starts_.size(),
+        "no feasible design in {} start{}{}; {}. {}", starts_.size(),
         starts_.size() == 1 ? "" : "s",
         optimum_.screening ? fmt::format(" of {} screened designs", optimum_.screening->designs)
                            : "",
-        what_stops(optimum_.constraints, campaign_.scales), end.summary.message);
+        what_stops(problem_, *best_start().book, campaign_.scales, answer, optimum_.constraints),
+        end.summary.message);
   return answer;
+}
+
+OptimumStatus Optimisation::verdict(int best) {
+  std::string& told = optimum_.stop_reason;
+  if (best != confirmation_.best)  // a global search ranks its ends by full accuracy
+    return best_start().result.summary.reason == StopReason::converged ? OptimumStatus::optimal
+                                                                       : OptimumStatus::feasible;
+  if (!confirmation_.message.empty()) told += "; " + confirmation_.message;
+  if (!confirmation_.holds) return OptimumStatus::feasible;
+  const std::string others = optimum_.screening ? "" : other_ends(optimum_.starts);
+  if (!others.empty()) told += "; " + others;
+  return others.empty() && confirmation_.confirmed ? OptimumStatus::optimal : OptimumStatus::local;
 }
 
 void Optimisation::follow_front(const Start& start) {
@@ -286,10 +293,9 @@ void Optimisation::take_stock_sizes(const Start& start, Chosen& answer) {
   if (stock.report.chosen >= 0) {
     answer = {stock.pose, *stock.chosen.best, stock.chosen.multipliers};
     judge(problem_, campaign_.scales, answer,
-          optimum_.status == OptimumStatus::optimal &&
-              stock.chosen.summary.reason == StopReason::converged,
+          kept_if(stock.report.settled && stock.chosen.summary.reason == StopReason::converged),
           optimum_);
-    optimum_.stop_reason = fmt::format("stock sizes: {}", stock.chosen.summary.message);
+    optimum_.stop_reason = stock.report.message;
   } else {
     optimum_.status = OptimumStatus::infeasible;
     optimum_.stop_reason = fmt::format(
@@ -307,13 +313,13 @@ std::optional<VerificationLoop> Optimisation::correct(const VerifySpec& rules, c
   add(later_, found.evaluations);
   if (found.best) {
     answer = {found.pose, *found.best, {}};
-    judge(problem_, campaign_.scales, answer,
-          optimum_.status == OptimumStatus::optimal && found.report.converged, optimum_);
+    judge(problem_, campaign_.scales, answer, kept_if(found.report.converged), optimum_);
     optimum_.at_full_accuracy = true;
+    if (found.report.kkt) optimum_.kkt = found.report.kkt;
     if (!feasible())
       optimum_.stop_reason =
           fmt::format("at full accuracy: {}. {}",
-                      what_stops(optimum_.constraints, campaign_.scales), found.report.message);
+                      violated_words(optimum_.constraints, campaign_.scales), found.report.message);
   } else {
     optimum_.status = OptimumStatus::feasible;
     optimum_.stop_reason = found.report.message;
@@ -377,7 +383,6 @@ Optimum Optimisation::run() {
   search_from_starts();
   if (std::optional<Chosen> answer = best_end()) {
     Start& start = best_start();
-    start.book->set_threads(campaign_.threads);
     finish(start, *std::move(answer));
   }
   if (campaign_.crew) campaign_.crew->end_stage();

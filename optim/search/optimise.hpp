@@ -24,7 +24,11 @@ struct OptimiseOptions {
 /// one's end, the front of two objectives, the best design of stock sizes, and the correction
 /// towards full accuracy, where the job asks for them. Throws SpecError for wrong input; all else
 /// is the optimum's status:
-///     optimal     feasible, and the best start's algorithm met its own test
+///     optimal     feasible, the first-order conditions (or the algorithm's own test) hold in the
+///                 scales of the answer, and a second search came to it: another start, or a fresh
+///                 one from beside it (`confirm`)
+///     local       the same, but starts end at worse feasible designs, or no second search came
+///                 to it
 ///     feasible    feasible, but the evaluations were spent or the algorithm stalled
 ///     infeasible  no feasible design: the least violated one, and what stops it in `stop_reason`
 ///     failed      not one design could be evaluated

@@ -85,8 +85,11 @@ struct StockSearch {
   ParameterValues continuous;  ///< parameters of the optimum of any size
   double continuous_objective = 0;
   int neighbours = 0;                ///< combinations of the next smaller and larger sizes
-  std::vector<StockDesign> designs;  ///< those tried, in the order in which they were
+  std::vector<StockDesign> designs;  ///< those optimised, in the order in which they were
   int chosen = -1;                   ///< of these; −1: none is feasible
+  int tried = 0;                     ///< combinations of sizes that were evaluated
+  bool settled = false;  ///< no combination one step from the chosen one in each size is better
+  std::string message;   ///< what was tried, and of the chosen design's own search
 };
 
 /// A design on the front of two objectives.
@@ -145,11 +148,13 @@ struct Sensitivity {
   double value = 0;           ///< SI
 };
 
-enum class OptimumStatus { optimal, feasible, infeasible, failed };
+enum class OptimumStatus { optimal, local, feasible, infeasible, failed };
 
 struct Optimum {
   OptimumStatus status = OptimumStatus::failed;
   std::string stop_reason;
+  /// Residual of the first-order conditions of the answer, in its own scales; of gradient methods.
+  std::optional<double> kkt;
   std::string gradients;  ///< "none", "central differences", "exact"
   /// Values and exact derivatives of the searches were, at least at some designs, those of reduced
   /// leaves, not of full ones.

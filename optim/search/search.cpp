@@ -6,32 +6,40 @@
 #include <cmath>
 
 #include "optim/numerics/multipliers.hpp"
+#include "optim/numerics/unit_points.hpp"
 
 namespace flexopt {
 namespace {
 
 /// The first-order conditions of a pose at a design that can be evaluated, with the slack that
 /// makes its rows tight. Nothing where there is nothing to vary.
-std::optional<Multipliers> balance_at(Posing& posing, const Candidate& at, double& slope) {
+std::optional<Multipliers> balance_at(Posing& posing, const Candidate& at) {
   const Problem p = posing.problem();
   const VectorXd x = posing.start(at);
   if (x.size() == 0) return std::nullopt;
   const Problem::Value value = p.evaluate(x, true);
   if (!value.ok) return std::nullopt;
-  slope = value.df.lpNorm<Eigen::Infinity>();
   return least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc);
 }
 
-/// x, or the first design on the way from it to the middle of the box that can be evaluated.
-std::optional<Candidate> workable(const Posing& posing, const Pose& pose, const VectorXd& from) {
+constexpr int spread_designs = 16;
+
+/// x, or the first design that can be evaluated: on the way from it to the middle of the box, then
+/// of a few that are spread over the box; `most` designs in all.
+std::optional<Candidate> workable(const Posing& posing, const Pose& pose, const VectorXd& from,
+                                  int most) {
   const VectorXd begin = from.cwiseMax(pose.lower).cwiseMin(pose.upper),
                  middle = 0.5 * (pose.lower + pose.upper);
   int cost = 0;
-  for (const double step : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+  const auto at = [&](const VectorXd& x) {
+    if (cost >= most) return std::optional<Candidate>();
     // no rounding where a variable is held
-    const VectorXd x = (begin + step * (middle - begin)).cwiseMax(pose.lower).cwiseMin(pose.upper);
-    if (auto found = posing.assess(x, cost)) return found;
-  }
+    return posing.assess(x.cwiseMax(pose.lower).cwiseMin(pose.upper), cost);
+  };
+  for (const double step : {0.0, 0.25, 0.5, 0.75, 1.0})
+    if (auto found = at(begin + step * (middle - begin))) return found;
+  for (const VectorXd& unit : sobol_points(static_cast<int>(from.size()), spread_designs, 1))
+    if (auto found = at(pose.lower + unit.cwiseProduct(pose.upper - pose.lower))) return found;
   return std::nullopt;
 }
 
@@ -46,9 +54,9 @@ class Search {
         options_(options),
         choice_(optimiser_options(problem.spec())),
         slack_(prefers_slack(choice_)),
-        before_(static_cast<int>(book.evaluations().size())),
-        objective_(problem, book, pose, slack_) {
+        before_(static_cast<int>(book.evaluations().size())) {
     choice_.warm = options.warm;
+    pose_objective();
   }
   SearchResult from(const VectorXd& x);
 
@@ -56,17 +64,25 @@ class Search {
   int spent() const { return static_cast<int>(book_.evaluations().size()) - before_; }
   int left() const { return options_.max_evaluations - spent(); }
   bool feasible() const { return result_.best->violation <= problem_.spec().constraint_tolerance; }
-  bool is_global() const { return choice_.name.starts_with("G"); }
+  bool is_global() const { return is_global_algorithm(choice_); }
   std::string no_design() const;
+  void pose_objective();
+  void take_scales(const Scales& scales);
+  /// Takes the scales of the best design where they are of another order; whether they were.
+  bool rescale();
   void take(const Posing& posing, const OptimiserSummary& summary);
   OptimiserSummary run(Posing& posing, const OptimiserOptions& how);
+  /// Towards the bounds, in violations of the order of what is left of them.
   OptimiserSummary least_violation();
   /// The optimiser on the objective, and again from designs that it passed by.
+  void lead(OptimiserOptions how);
+  /// The same in the scales of the best design, until they are those where it ends.
   void improve(OptimiserOptions how);
   /// Towards the bounds where they are violated, then towards the best objective.
   void approach();
-  /// Multipliers and the residual of optimality, of the best design itself.
-  void add_multipliers();
+  /// Multipliers and the residual of optimality, of the best design itself in its own scales, and
+  /// whether it is an optimum by these.
+  void judge();
 
   const DesignProblem& problem_;
   EvaluationBook& book_;
@@ -75,16 +91,44 @@ class Search {
   OptimiserOptions choice_;
   bool slack_;
   int before_;  ///< evaluations in the book when the search began
-  Posing objective_;
+  std::optional<Posing> objective_;
   bool passed_by_ = false;  ///< the last run met a better design than the optimum where it ended
   SearchResult result_;
 };
 
 std::string Search::no_design() const {
   const auto& tried = book_.evaluations();
-  return fmt::format("no design from the start to the middle of the box could be evaluated: {}",
-                     spent() == 0 ? "the formulas rule them out"
-                                  : tried[static_cast<std::size_t>(before_)].record.message);
+  return fmt::format(
+      "no design from the start to the middle of the box, and none of {} spread over it, "
+      "could be evaluated: {}",
+      spread_designs,
+      spent() == 0 ? "the formulas rule them out"
+                   : tried[static_cast<std::size_t>(before_)].record.message);
+}
+
+void Search::pose_objective() {
+  objective_.emplace(problem_, book_, pose_, slack_);
+  if (!is_global()) objective_->watch_scale();
+}
+
+void Search::take_scales(const Scales& scales) {
+  book_.set_scales(scales);
+  pose_objective();
+  result_.best =
+      weigh(problem_, scales, pose_, VectorXd(result_.best->x), DesignValues(result_.best->values));
+}
+
+bool Search::rescale() {
+  const Scales now = problem_.scales(&result_.best->values, &book_.scales());
+  const auto differ = [](double a, double b) {
+    constexpr double order = 10;
+    return a > order * b || b > order * a;
+  };
+  bool far = differ(objective_scale(now, pose_), objective_scale(book_.scales(), pose_));
+  for (std::size_t i = 0; i < now.constraints.size(); ++i)
+    far = far || differ(now.constraints[i], book_.scales().constraints[i]);
+  if (far) take_scales(now);
+  return far;
 }
 
 void Search::take(const Posing& posing, const OptimiserSummary& summary) {
@@ -92,14 +136,14 @@ void Search::take(const Posing& posing, const OptimiserSummary& summary) {
   if (!found) return;
   // an optimum where the gradients balance, unless a clearly better design came by
   passed_by_ = false;
-  if (summary.reason == StopReason::converged && needs_gradients(choice_)) {
+  if (summary.reason == StopReason::converged && needs_gradients(choice_) && !posing.outgrown()) {
     int cost = 0;
     const auto end = posing.assess(posing.design(summary.x), cost);
     passed_by_ = end && !posing.as_good(*end, *found);
     if (end && !passed_by_) found = end;
   }
   // the same design as the objective sees it, whatever the aim was
-  if (objective_.better(*found, *result_.best)) result_.best = found;
+  if (objective_->better(*found, *result_.best)) result_.best = found;
 }
 
 OptimiserSummary Search::run(Posing& posing, const OptimiserOptions& how) {
@@ -111,24 +155,45 @@ OptimiserSummary Search::run(Posing& posing, const OptimiserOptions& how) {
 }
 
 OptimiserSummary Search::least_violation() {
-  Posing posing(problem_, book_, pose_, slack_, Aim::feasibility, result_.best->violation);
-  return run(posing, choice_);
+  constexpr int most_runs = 20;
+  constexpr double same_order = 0.3;
+  OptimiserSummary summary;
+  for (int k = 0; k < most_runs; ++k) {
+    const double before = result_.best->violation;
+    Posing posing(problem_, book_, pose_, slack_, Aim::feasibility, before);
+    summary = run(posing, choice_);
+    rescale();
+    if (feasible() || left() <= 0 || result_.best->violation > same_order * before) break;
+  }
+  return summary;
 }
 
 // A long first step may lead from one valley into a worse one.
-void Search::improve(OptimiserOptions how) {
+void Search::lead(OptimiserOptions how) {
   for (;;) {
     const Candidate from = *result_.best;
     const bool again = how.warm;
-    result_.summary = run(objective_, how);
+    result_.summary = run(*objective_, how);
     if (!passed_by_ || is_global()) return;
-    if (left() <= 0 || (again && objective_.as_good(from, *result_.best))) break;
+    if (left() <= 0 || (again && objective_->as_good(from, *result_.best))) break;
     how.warm = true;
     how.multipliers.resize(0);
   }
   OptimiserSummary& summary = result_.summary;
   summary.reason = left() > 0 ? StopReason::stalled : StopReason::max_evaluations;
   summary.message = "better than where the optimiser ended: " + summary.message;
+}
+
+void Search::improve(OptimiserOptions how) {
+  constexpr int most_rounds = 20;
+  rescale();
+  for (int round = 0; round < most_rounds; ++round) {
+    lead(how);
+    const bool spent_all = left() <= 0;
+    if (spent_all && objective_->outgrown()) result_.summary.reason = StopReason::max_evaluations;
+    if (spent_all || is_global() || !rescale()) return;
+    how = choice_;
+  }
 }
 
 void Search::approach() {
@@ -157,25 +222,31 @@ void Search::approach() {
   }
 }
 
-void Search::add_multipliers() {
+void Search::judge() {
   OptimiserSummary& summary = result_.summary;
-  const bool belongs = summary.kkt && objective_.design(summary.x) == result_.best->x;
-  if (feasible() && needs_gradients(choice_) && !belongs) {
-    // of the best design itself, where its gradient is known
-    double slope = 0;
-    const auto balance = problem_.differentiable() ? balance_at(objective_, *result_.best, slope)
-                                                   : std::optional<Multipliers>();
-    summary.kkt.reset();
-    summary.multipliers.resize(0);
-    if (balance) summary.kkt = balance->residual, summary.multipliers = balance->lambda;
+  const bool known = problem_.differentiable() ||
+                     (summary.kkt && objective_->design(summary.x) == result_.best->x);
+  if (!feasible() || !needs_gradients(choice_)) return;
+  summary.kkt.reset();
+  summary.multipliers.resize(0);
+  if (!known) return;  // the derivatives would be evaluations
+  take_scales(problem_.scales(&result_.best->values, &book_.scales()));
+  const auto balance = balance_at(*objective_, *result_.best);
+  if (!balance) return;
+  summary.kkt = balance->residual;
+  summary.multipliers = balance->lambda;
+  result_.multipliers = objective_->multipliers(balance->lambda);
+  const bool holds = balance->residual <= choice_.tolerance;
+  if (holds && summary.reason == StopReason::stalled) summary.reason = StopReason::converged;
+  if (!holds && summary.reason == StopReason::converged && balance->gap > negligible_gap) {
+    summary.reason = StopReason::stalled;
+    summary.message +=
+        fmt::format("; the objective may still gain {:.1e} of its value", balance->gap);
   }
-  if (feasible() && summary.multipliers.size() > 0 &&
-      summary.multipliers.size() == objective_.problem().constraints)
-    result_.multipliers = objective_.multipliers(summary.multipliers);
 }
 
 SearchResult Search::from(const VectorXd& x) {
-  result_.best = workable(objective_, pose_, x);
+  result_.best = workable(*objective_, pose_, x, options_.max_evaluations);
   if (!result_.best) {
     result_.summary.message = no_design();
     result_.evaluations = spent();
@@ -184,9 +255,10 @@ SearchResult Search::from(const VectorXd& x) {
     result_.summary.message = "every variable is held";
     result_.evaluations = spent();
   } else {
+    take_scales(problem_.scales(&result_.best->values));
     approach();
     result_.evaluations = spent();
-    add_multipliers();
+    judge();
   }
   return std::move(result_);
 }
@@ -222,22 +294,47 @@ SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Po
   return Search(problem, book, pose, options).from(from);
 }
 
-std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
-                                   const Pose& pose, const Candidate& at) {
+std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& book,
+                                  const Pose& pose, const Candidate& at) {
   Posing posing(problem, book, pose, true);
-  constexpr double no_optimum = 0.1;  // of ∇f: there the multipliers mean nothing
-  double slope = 0;
-  const auto balance = balance_at(posing, at, slope);
-  if (!balance || balance->residual > no_optimum * std::max(1.0, slope)) return {};
-  return posing.multipliers(balance->lambda);
+  const auto found = balance_at(posing, at);
+  if (!found) return std::nullopt;
+  return Balance{found->residual, found->gap, posing.multipliers(found->lambda)};
 }
 
-std::optional<double> optimality_at(const DesignProblem& problem, EvaluationBook& book,
+std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
                                     const Pose& pose, const Candidate& at) {
-  Posing posing(problem, book, pose, true);
-  double slope = 0;
-  const auto balance = balance_at(posing, at, slope);
-  return balance ? std::optional(balance->residual) : std::nullopt;
+  constexpr double holds = 0.1, presses = 1e-4;  // of multipliers whose sum is 1
+  if (at.violation <= 0 || !problem.differentiable()) return std::nullopt;
+  Posing posing(problem, book, pose, true, Aim::feasibility, at.violation);
+  const Problem p = posing.problem();
+  const VectorXd x = posing.start(at);
+  const Problem::Value value = p.evaluate(x, true);
+  if (!value.ok) return std::nullopt;
+  const Multipliers found =
+      least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc);
+  const VectorXd slope = value.df + value.dc.transpose() * found.lambda;
+  Conflict conflict;
+  for (Eigen::Index i = 0; i < found.lambda.size(); ++i)
+    if (const std::size_t goal = posing.goal_of(i);
+        found.lambda[i] > presses &&
+        std::ranges::find(conflict.goals, goal) == conflict.goals.end())
+      conflict.goals.push_back(goal);
+  for (Eigen::Index j = 0; j < x.size(); ++j) {
+    const auto variable = posing.variable(j);
+    const bool at_end = slope[j] > 0 ? x[j] - p.lower[j] < 1e-3 : p.upper[j] - x[j] < 1e-3;
+    if (variable && at_end && std::abs(slope[j]) > 0.1 * holds)
+      conflict.variables.push_back(*variable);
+    if (variable && !at_end && std::abs(slope[j]) > holds) return std::nullopt;
+  }
+  return conflict;
+}
+
+std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
+                                   const Pose& pose, const Candidate& at) {
+  constexpr double no_optimum = 0.1;  // there the multipliers mean nothing
+  const auto balance = balance_at(problem, book, pose, at);
+  return balance && balance->residual <= no_optimum ? balance->multipliers : std::vector<double>();
 }
 
 }  // namespace flexopt

@@ -42,15 +42,32 @@ struct SearchResult {
 SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
                     const VectorXd& from, const SearchOptions& options);
 
-/// Multipliers of the pose's bounds at a design that is (nearly) optimal, by least squares; empty
-/// where there is no such balance.
+/// How far a design is from the first-order conditions of a pose, in the book's scales.
+struct Balance {
+  double residual = 0, gap = 0;     ///< of `Multipliers`
+  std::vector<double> multipliers;  ///< of the goals 1, 2, …, SI
+};
+/// Nothing where the derivatives are not known, or nothing varies.
+std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& book,
+                                  const Pose& pose, const Candidate& at);
+
+/// What the least violation at a design rests on.
+struct Conflict {
+  std::vector<std::size_t> goals;       ///< 1, 2, …: whose bounds
+  std::vector<Eigen::Index> variables;  ///< which are at the end of the box
+};
+/// Those with a multiplier in the first-order conditions of the least violation. Nothing where
+/// these do not hold at the design, or its derivatives are not known.
+std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
+                                    const Pose& pose, const Candidate& at);
+
+/// The multipliers alone; empty where there is no such balance.
 std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
                                    const Pose& pose, const Candidate& at);
 
-/// How far a design is from the first-order conditions of a pose: OptimiserSummary::kkt. Nothing
-/// where its derivatives are not known.
-std::optional<double> optimality_at(const DesignProblem& problem, EvaluationBook& book,
-                                    const Pose& pose, const Candidate& at);
+/// What an objective may still gain to first order, of its value, where a design counts as an
+/// optimum whatever the residual.
+inline constexpr double negligible_gap = 1e-3;
 
 /// "optimal", "feasible", … of what a search ended with.
 std::string word_of(StopReason reason);

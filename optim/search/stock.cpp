@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <memory>
+#include <set>
 
 #include "optim/numerics/parallel.hpp"
 
@@ -112,57 +114,212 @@ bool has_stock(const OptimiseSpec& spec) {
                      [](const Variable& v) { return !v.stock.empty(); });
 }
 
-StockOutcome search_stock(const Campaign& campaign, const EvaluationBook& known, const Pose& pose,
-                          const Candidate& optimum) {
-  const DesignProblem& problem = campaign.problem;
-  const OptimiseSpec& spec = problem.spec();
-  StockOutcome outcome;
-  outcome.report.continuous = problem.parameters(problem.variables(optimum.x));
-  outcome.report.continuous_objective = optimum.objective;
-  outcome.report.neighbours = combinations(problem, optimum.x);
+namespace {
 
-  std::vector<Neighbour> all = neighbours(problem, optimum.x);
-  EvaluationBook first = campaign.book(Stage::stock, 0, &known);
-  const Posing posing(problem, first, pose, true);
-  int cost = 0;
-  for (Neighbour& n : all) n.seen = posing.assess(n.x, cost);
-  std::stable_sort(all.begin(), all.end(), [&](const Neighbour& a, const Neighbour& b) {
-    if (!a.seen || !b.seen) return a.seen.has_value() && !b.seen.has_value();
-    return posing.better(*a.seen, *b.seen);
-  });
-  if (all.size() > most_searched) all.resize(most_searched);
-  const auto keep = [&](const EvaluationBook& book) {
-    outcome.evaluations.insert(outcome.evaluations.end(), book.evaluations().begin(),
-                               book.evaluations().end());
-  };
-  keep(first);
+/// From combination to combination of sizes, until none beside is better.
+class Sizes {
+ public:
+  Sizes(const Campaign& campaign, const EvaluationBook& known, const Pose& pose)
+      : campaign_(campaign),
+        problem_(campaign.problem),
+        spec_(campaign.problem.spec()),
+        pose_(pose),
+        book_(campaign.book(Stage::stock, 0, &known)) {}
+  StockOutcome run(const Candidate& optimum);
 
-  const auto count = static_cast<int>(all.size());
+ private:
+  /// Evaluates combinations that were not tried yet, and searches from the best of them.
+  void try_all(std::vector<Neighbour> these);
+  void search_from(const std::vector<Neighbour>& these);
+  /// Designs that were not tried whose sizes differ from this one's by at most one step each, with
+  /// its other variables.
+  std::vector<Neighbour> beside(const Candidate& at);
+  /// With one size further and further away and the other sizes of any value: where that is better
+  /// than the best, the combinations round it are tried. Whether one of them is better.
+  bool look_further();
+  bool spent(std::size_t more) const {
+    return static_cast<int>(book_.evaluations().size() + more) > spec_.max_evaluations;
+  }
+  void tell(std::size_t beside);
+
+  const Campaign& campaign_;
+  const DesignProblem& problem_;
+  const OptimiseSpec& spec_;
+  const Pose& pose_;
+  EvaluationBook book_;
+  std::set<std::vector<double>> tried_;  ///< scaled sizes
+  std::optional<Candidate> best_;        ///< of all: feasible, or the least violated
+  StockOutcome outcome_;
+};
+
+std::vector<double> key_of(const DesignProblem& problem, const VectorXd& x) {
+  std::vector<double> key;
+  for (std::size_t j = 0; j < problem.spec().variables.size(); ++j)
+    if (!problem.spec().variables[j].stock.empty()) key.push_back(x[static_cast<Eigen::Index>(j)]);
+  return key;
+}
+
+void Sizes::search_from(const std::vector<Neighbour>& these) {
+  const Posing posing(problem_, book_, pose_, true);
+  const auto count = static_cast<int>(these.size());
+  if (count == 0) return;
+  const auto first = static_cast<int>(outcome_.report.designs.size());
   std::vector<std::unique_ptr<EvaluationBook>> books;
-  std::vector<SearchResult> results(all.size());
-  const int together = std::clamp(campaign.threads, 1, count);
+  std::vector<SearchResult> results(these.size());
+  const int together = std::clamp(campaign_.threads, 1, count);
   for (int i = 0; i < count; ++i) {
-    books.push_back(std::make_unique<EvaluationBook>(campaign.book(Stage::stock, i + 1, &first)));
-    books.back()->set_threads(std::max(1, campaign.threads / together));
+    books.push_back(
+        std::make_unique<EvaluationBook>(campaign_.book(Stage::stock, first + i + 1, &book_)));
+    books.back()->set_threads(std::max(1, campaign_.threads / together));
   }
   parallel_for(count, together, [&](int i) {
     const auto k = static_cast<std::size_t>(i);
-    results[k] = search(problem, *books[k], held_at(problem, pose, all[k].x), all[k].x,
-                        {spec.max_evaluations, true, {}});
+    results[k] = search(problem_, *books[k], held_at(problem_, pose_, these[k].x), these[k].x,
+                        {spec_.max_evaluations, true, {}});
   });
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    keep(*books[k]);
-    const SearchResult& r = results[k];
-    StockDesign design = report_of(problem, all[k].x, r);
-    if (design.feasible &&
-        (outcome.report.chosen < 0 || posing.better(*r.best, *outcome.chosen.best))) {
-      outcome.report.chosen = static_cast<int>(k);
-      outcome.chosen = r;
-      outcome.pose = held_at(problem, pose, all[k].x);
+  for (std::size_t k = 0; k < these.size(); ++k) {
+    outcome_.evaluations.insert(outcome_.evaluations.end(), books[k]->evaluations().begin(),
+                                books[k]->evaluations().end());
+    SearchResult& r = results[k];
+    if (r.best)
+      r.best = weigh(problem_, campaign_.scales, pose_, VectorXd(r.best->x),
+                     DesignValues(r.best->values));
+    StockDesign design = report_of(problem_, these[k].x, r);
+    const bool better = r.best && (!best_ || posing.better(*r.best, *best_));
+    if (better) best_ = r.best;
+    if (better && design.feasible) {
+      outcome_.report.chosen = first + static_cast<int>(k);
+      outcome_.chosen = r;
+      outcome_.pose = held_at(problem_, pose_, these[k].x);
     }
-    outcome.report.designs.push_back(std::move(design));
+    outcome_.report.designs.push_back(std::move(design));
   }
-  return outcome;
+}
+
+void Sizes::try_all(std::vector<Neighbour> these) {
+  const Posing posing(problem_, book_, pose_, true);
+  int cost = 0;
+  for (Neighbour& n : these) {
+    n.seen = posing.assess(n.x, cost);
+    tried_.insert(key_of(problem_, n.x));
+  }
+  std::stable_sort(these.begin(), these.end(), [&](const Neighbour& a, const Neighbour& b) {
+    if (!a.seen || !b.seen) return a.seen.has_value() && !b.seen.has_value();
+    return posing.better(*a.seen, *b.seen);
+  });
+  if (these.size() > most_searched) these.resize(most_searched);
+  search_from(these);
+}
+
+std::vector<Neighbour> Sizes::beside(const Candidate& at) {
+  std::vector<Neighbour> all{{at.x, 0, {}}};
+  const std::vector<Variable>& variables = spec_.variables;
+  const Variables values = problem_.variables(at.x);
+  for (std::size_t j = 0; j < variables.size(); ++j) {
+    const std::vector<double>& stock = variables[j].stock;
+    if (stock.empty()) continue;
+    const auto here = std::ranges::find(stock, values[j]);
+    assert(here != stock.end());
+    std::vector<Neighbour> more;
+    for (const Neighbour& n : all)
+      for (const int step : {0, -1, 1}) {
+        if ((step < 0 && here == stock.begin()) || (step > 0 && here + 1 == stock.end())) continue;
+        Variables moved = problem_.variables(n.x);
+        moved[j] = *(here + step);
+        more.push_back({problem_.scaled(moved), n.distance + std::abs(step), {}});
+      }
+    std::ranges::stable_sort(more, {}, &Neighbour::distance);
+    if (more.size() > most_considered) more.resize(most_considered);
+    all = std::move(more);
+  }
+  std::erase_if(all, [&](const Neighbour& n) { return tried_.contains(key_of(problem_, n.x)); });
+  return all;
+}
+
+bool Sizes::look_further() {
+  const Candidate from = *best_;
+  const std::vector<Variable>& variables = spec_.variables;
+  if (std::ranges::count_if(variables, [](const Variable& v) { return !v.stock.empty(); }) < 2)
+    return false;
+  const Variables values = problem_.variables(from.x);
+  for (std::size_t j = 0; j < variables.size(); ++j) {
+    const std::vector<double>& stock = variables[j].stock;
+    if (stock.empty()) continue;
+    const auto here = std::ranges::find(stock, values[j]) - stock.begin();
+    for (const std::ptrdiff_t side : {-1, 1}) {
+      VectorXd x = from.x;
+      for (std::ptrdiff_t k = here + side; k >= 0 && k < std::ssize(stock); k += side) {
+        if (spent(1)) return false;
+        Variables moved = problem_.variables(x);
+        moved[j] = stock[static_cast<std::size_t>(k)];
+        x = problem_.scaled(moved);
+        Pose held = pose_;
+        const auto column = static_cast<Eigen::Index>(j);
+        held.lower[column] = held.upper[column] = x[column];
+        const SearchResult any =
+            search(problem_, book_, held, x, {spec_.max_evaluations, true, {}});
+        book_.set_scales(campaign_.scales);
+        if (!any.best) break;
+        const Candidate relaxed =
+            weigh(problem_, campaign_.scales, pose_, any.best->x, any.best->values);
+        if (!Posing(problem_, book_, pose_, true).better(relaxed, *best_)) break;
+        std::vector<Neighbour> round = neighbours(problem_, relaxed.x);
+        std::erase_if(round,
+                      [&](const Neighbour& n) { return tried_.contains(key_of(problem_, n.x)); });
+        try_all(std::move(round));
+        if (best_->x != from.x) return true;
+        x = relaxed.x;
+      }
+    }
+  }
+  return false;
+}
+
+void Sizes::tell(std::size_t beside) {
+  StockSearch& report = outcome_.report;
+  report.tried = static_cast<int>(tried_.size());
+  const bool all_held =
+      std::ranges::none_of(spec_.variables, [](const Variable& v) { return v.stock.empty(); });
+  report.message = fmt::format(
+      "{} combinations of sizes tried{}: {}{}", report.tried,
+      all_held
+          ? ""
+          : fmt::format(", {} of them with the other variables searched", report.designs.size()),
+      report.settled
+          ? "none that is a step beside the chosen one in any of the sizes is better"
+          : fmt::format("the evaluations are spent, {} beside the chosen one are not tried",
+                        beside),
+      all_held ? "" : "; " + outcome_.chosen.summary.message);
+}
+
+StockOutcome Sizes::run(const Candidate& optimum) {
+  outcome_.report.continuous = problem_.parameters(problem_.variables(optimum.x));
+  outcome_.report.continuous_objective = optimum.objective;
+  outcome_.report.neighbours = combinations(problem_, optimum.x);
+  try_all(neighbours(problem_, optimum.x));
+  std::size_t untried = 0;
+  while (best_ && !outcome_.report.settled) {
+    const VectorXd here = best_->x;
+    std::vector<Neighbour> more = beside(*best_);
+    untried = more.size();
+    if (spent(untried)) break;
+    try_all(std::move(more));
+    untried = 0;
+    if (best_->x != here || look_further()) continue;
+    outcome_.report.settled = !spent(1);
+    break;
+  }
+  tell(untried);
+  outcome_.evaluations.insert(outcome_.evaluations.begin(), book_.evaluations().begin(),
+                              book_.evaluations().end());
+  return std::move(outcome_);
+}
+
+}  // namespace
+
+StockOutcome search_stock(const Campaign& campaign, const EvaluationBook& known, const Pose& pose,
+                          const Candidate& optimum) {
+  return Sizes(campaign, known, pose).run(optimum);
 }
 
 }  // namespace flexopt

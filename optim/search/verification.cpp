@@ -173,7 +173,8 @@ bool Loop::improve() {
   outcome_.pose.correction = pose.correction;
   const bool feasible = here_->candidate.violation <= spec_.constraint_tolerance;
   if (is_exact()) {
-    report.kkt = optimality_at(problem_, book_, outcome_.pose, here_->candidate);
+    if (const auto balance = balance_at(problem_, book_, outcome_.pose, here_->candidate))
+      report.kkt = balance->residual;
     report.converged = feasible && report.kkt && *report.kkt <= spec_.tolerance;
     if (report.converged) return false;
   }

@@ -51,6 +51,10 @@ std::vector<std::string> local_algorithms(const OptimiserOptions& options) {
 
 bool prefers_slack(const OptimiserOptions& options) { return find_algorithm(options).slack; }
 
+bool is_global_algorithm(const OptimiserOptions& options) {
+  return options.library == "nlopt" && options.name.starts_with("G");
+}
+
 bool bears_repetition(const OptimiserOptions& options) {
   return find_algorithm(options).slack &&
          (options.library == "ipopt" || options.name == "LD_SLSQP");

@@ -101,6 +101,9 @@ bool needs_gradients(const OptimiserOptions& options);
 /// constraint for each stroke point beats one value with kinks. Throws like minimise.
 bool prefers_slack(const OptimiserOptions& options);
 
+/// True for NLopt's global algorithms, which look through the box until the evaluations are spent.
+bool is_global_algorithm(const OptimiserOptions& options);
+
 /// True for SLSQP and Ipopt, to which constraints that are nearly the same do no harm; the dual
 /// problems of MMA and CCSAQ then have no end. Throws like minimise.
 bool bears_repetition(const OptimiserOptions& options);

@@ -179,6 +179,8 @@ Json stock_json(const Optimum& optimum) {
   return {
       {"continuous", {{"parameters", stock.continuous}, {"objective", stock.continuous_objective}}},
       {"neighbours", stock.neighbours},
+      {"tried", stock.tried},
+      {"settled", stock.settled},
       {"designs", std::move(designs)},
       {"chosen", stock.chosen < 0 ? Json() : Json(stock.chosen)}};
 }
@@ -311,6 +313,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   if (optimum.status != OptimumStatus::failed) add_decisive(job, mechanism, optimum.decisive, goal);
   return {{"status", name_of(optimum.status)},
           {"stop_reason", optimum.stop_reason},
+          {"kkt_residual", optional_json(optimum.kkt)},
           {"parameters", optimum.parameters},
           {"objective", optimum.status == OptimumStatus::failed ? Json() : Json(optimum.objective)},
           {"goal", std::move(goal)},

@@ -48,7 +48,7 @@ Standing standing_of(const Json& result) {
   standing.objective = optimum["objective"];
   standing.violation = std::max(0.0, most);
   const std::string status = optimum["status"];
-  standing.group = status == "optimal" || status == "feasible" ? 0 : status == "infeasible" ? 1 : 2;
+  standing.group = status == "infeasible" ? 1 : status == "failed" ? 2 : 0;
   return standing;
 }
 

@@ -97,6 +97,10 @@ void conclude_optimisation(RunRecord& record) {
       record.status = "ok";
       verdict = "A feasible optimum was found";
       break;
+    case OptimumStatus::local:
+      record.status = "ok";
+      verdict = "A feasible optimum was found, perhaps not the best one,";
+      break;
     case OptimumStatus::feasible:
       record.status = "not_converged";
       verdict = "The best design is feasible but the search had not converged";
@@ -291,6 +295,8 @@ std::string name_of(OptimumStatus status) {
   switch (status) {
     case OptimumStatus::optimal:
       return "optimal";
+    case OptimumStatus::local:
+      return "local";
     case OptimumStatus::feasible:
       return "feasible";
     case OptimumStatus::infeasible:

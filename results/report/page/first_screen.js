@@ -22,7 +22,9 @@ export function verdict() {
   if (comparison || listed.length) return {tone: "good", word: "done", text: result.message ?? ""};
   if (optimum) {
     const share = stress_share();
-    return {tone: "good", word: readable(optimum.status), text: `${optimum.goal.sense === "maximise" ? "Largest" : "Smallest"} ${goal_name(optimum.goal)}: ${goal_text(optimum.goal, optimum.objective, 3)}, all requirements met.`
+    const local = optimum.status === "local";
+    return {tone: local ? "warn" : "good", word: local ? "local optimum" : readable(optimum.status), text: `${optimum.goal.sense === "maximise" ? "Largest" : "Smallest"} ${goal_name(optimum.goal)}: ${goal_text(optimum.goal, optimum.objective, 3)}, all requirements met.`
+      + (local ? " There may be a better one: try more starts." : "")
       + (share && share.share > 1.0005 ? ` But the stress is ${number_text(100 * share.share)} % of what the material allows.` : "")};
   }
   const share = stress_share(), unstable = converged.filter((p) => !p.stable), buckled = lowest_buckling();

@@ -58,3 +58,27 @@ TEST_CASE("multipliers at an optimum make the gradients cancel, those of bounds 
   CHECK(m.lambda[0] == Approx(3));
   CHECK(m.lambda[1] == Approx(0).margin(1e-12));
 }
+
+TEST_CASE("no convex function falls by more than the gap, which vanishes at the optimum",
+          "[optim]") {
+  // min (x − 0.3)² + 2 (y − 0.8)² with x + y ≤ 1 in the unit square: y = 1 − x, 6 x = 1.4
+  const VectorXd lower = vector({0, 0}), upper = vector({1, 1});
+  const auto value = [](double x, double y) {
+    return std::pow(x - 0.3, 2) + 2 * std::pow(y - 0.8, 2);
+  };
+  const double xs = 0.7 / 3, least = value(xs, 1 - xs);
+  MatrixXd dc(1, 2);
+  dc << 1, 1;
+  const auto gap = [&](double x, double y) {
+    return least_squares_multipliers(vector({x, y}), lower, upper, vector({x + y - 1}),
+                                     vector({2 * (x - 0.3), 4 * (y - 0.8)}), dc)
+        .gap;
+  };
+  for (int i = 0; i <= 20; ++i)
+    for (int k = 0; i + k <= 20; ++k) {
+      const double x = i / 20.0, y = k / 20.0;
+      CHECK(gap(x, y) >= value(x, y) - least - 1e-12);
+    }
+  CHECK(gap(xs, 1 - xs) < 1e-12);
+  CHECK(gap(xs + 0.01, 0.99 - xs) > 1e-4);
+}

@@ -168,6 +168,7 @@ TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
                                 Contains("at most 0.01"));
   CHECK(o.constraints[1].margin < 0);
   CHECK_FALSE(o.starts[0].feasible);
+  CHECK_THAT(o.stop_reason, Contains("length + 40*thickness") && Contains("at most 0.12"));
   // least violation: L = 150 mm and t = 0.2 mm miss the load by 13 times, the envelope by 0.3
   CHECK(o.constraints[1].value == Approx(60e6 * std::pow(0.2 / 150, 3)).epsilon(1e-2));
 }

@@ -52,7 +52,7 @@ TEST_CASE("the best neighbouring stock design is optimised in the other variable
   CHECK(o.stock->continuous.at("thickness") == Approx(0.5e-3).epsilon(1e-3));
   CHECK(o.stock->continuous_objective > o.objective);
   CHECK(o.stock->neighbours == 2);
-  REQUIRE(o.stock->designs.size() == 2);
+  REQUIRE(o.stock->designs.size() == 3);  // these two, and 0.3 mm beside the chosen one
   REQUIRE(o.stock->chosen == 0);
   CHECK(o.stock->designs[0].feasible);
   CHECK(o.stock->designs[0].sizes == ParameterValues{{"thickness", 0.46e-3}});
@@ -84,11 +84,40 @@ TEST_CASE("all variables may be stock, and threads do not change the choice", "[
   CHECK(o.parameters.at("length") == 0.095);
   CHECK(o.parameters.at("thickness") == 0.46e-3);
   CHECK(o.stock->neighbours == 4);
-  CHECK(o.stock->designs.size() == 4);
+  CHECK(o.stock->tried == 6);  // and the two that are beside the best of these
+  CHECK(o.stock->settled);
+  CHECK_THAT(o.stop_reason, Contains("6 combinations of sizes tried"));
   CHECK(again.parameters == o.parameters);
   REQUIRE(again.history.size() == o.history.size());
   for (std::size_t i = 0; i < o.history.size(); ++i)
     CHECK(again.history[i].variables == o.history[i].variables);
+}
+
+TEST_CASE("no combination of sizes is better than the chosen one", "[optim]") {
+  const auto [name, steps] =
+      GENERATE(table<std::string, std::pair<double, double>>({{"LD_SLSQP", {0.01, 0.05e-3}},
+                                                              {"LD_SLSQP", {0.003, 0.07e-3}},
+                                                              {"ipopt", {0.02, 0.03e-3}},
+                                                              {"LN_COBYLA", {0.007, 0.11e-3}}}));
+  CAPTURE(name, steps.first, steps.second);
+  json document = guide_with(name);
+  document["optimise"]["variables"][0]["step"] = steps.first;
+  document["optimise"]["variables"][1]["step"] = steps.second;
+  const Optimum o = run(document, 1, true);
+  INFO(o.stop_reason);
+  double best = 0;
+  for (int i = 0; i * steps.first <= 0.15 * (1 + 1e-9); ++i)
+    for (int k = 0; k * steps.second <= 1e-3 * (1 + 1e-9); ++k) {
+      const double L = i * steps.first, t = k * steps.second;
+      if (L < 0.05 * (1 - 1e-9) || t < 0.2e-3 * (1 - 1e-9)) continue;
+      if (load(t, L) > 7.5 * (1 + 1e-4) || L + 40 * t > 0.12 * (1 + 1e-4)) continue;
+      best = std::max(best, support(E, w, t, L, x));
+    }
+  CHECK(o.status == OptimumStatus::optimal);
+  CHECK(o.objective == Approx(best).epsilon(1e-9));
+  REQUIRE(o.stock);
+  CHECK(o.stock->settled);
+  CHECK_THAT(o.stop_reason, Contains("combinations of sizes tried") && Contains("is better"));
 }
 
 TEST_CASE("no feasible stock design is said, with the optimum of any size", "[optim]") {
@@ -96,7 +125,7 @@ TEST_CASE("no feasible stock design is said, with the optimum of any size", "[op
   document["optimise"]["variables"][1]["stock"] = {"0.6 mm", "0.8 mm"};
   const Optimum o = run(document);
   CHECK(o.status == OptimumStatus::infeasible);
-  CHECK_THAT(o.stop_reason, Contains("none of the 1 neighbouring stock designs"));
+  CHECK_THAT(o.stop_reason, Contains("none of the 2 neighbouring stock designs"));
   REQUIRE(o.stock);
   CHECK(o.stock->chosen == -1);
   CHECK(o.parameters.at("thickness") == Approx(0.5e-3).epsilon(1e-3));

@@ -349,6 +349,7 @@ TEST_CASE("Each end of an optimisation has its status", "[results][json]") {
     return record.status;
   };
   CHECK(status(OptimumStatus::optimal) == "ok");
+  CHECK(status(OptimumStatus::local) == "ok");
   CHECK(status(OptimumStatus::feasible) == "not_converged");
   CHECK(status(OptimumStatus::infeasible) == "infeasible");
   CHECK(status(OptimumStatus::failed) == "failed");
