@@ -218,7 +218,8 @@ std::string TubeLeaf::doubt(const Surroundings& surroundings) {
         "its potential has not converged: degree {} changes its forces by {:.2g} > {:.2g}", degree,
         own, largest_own_change);
   if (alone && !too_large(*alone / least_share)) return {};
-  if (const double along_ray = change_along_ray(highest); along_ray > largest_change_along_ray)
+  if (const double along_ray = doubted_alone_ ? change_along_ray(highest) : 0;
+      along_ray > largest_change_along_ray)
     return fmt::format(
         "its potential has not converged: degree {} changes its stiffness against the drive by "
         "{:.2g} > {:.2g} of what it is without load",
@@ -257,7 +258,10 @@ LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
   }
   const std::string reason = doubt(surroundings);
   if (reason.empty()) return {};
-  if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason)) return {true, std::move(better)};
+  // a series that changes its forces by more than they are says nothing of those to expand about
+  if (own_change(highest_degree()) < 1)
+    if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason))
+      return {true, std::move(better)};
   return {true, full_model(reason)};
 }
 
