@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <string_view>
 
 #include "support/models.hpp"
 
@@ -162,7 +163,11 @@ Disagreement largest_disagreement(const StrokeResponse& found, const StrokeRespo
     const std::map<std::string, double> of = numbers_of(a);
     for (const auto& [name, value] : numbers_of(b)) {
       const auto at = of.find(name);
-      const double scale = std::max(std::abs(value), 0.01 * largest[name]);
+      double scale = std::max(std::abs(value), 0.01 * largest[name]);
+      // what a drive nearly holds is a remainder
+      constexpr std::string_view locked = "compliance_locked.";
+      if (name.starts_with(locked))
+        scale = std::max(scale, 1e-3 * largest["compliance_free." + name.substr(locked.size())]);
       if (at == of.end() || scale == 0) continue;
       const double relative = std::abs(at->second - value) / scale;
       if (relative > worst.relative) worst = {name, k, at->second, value, relative};

@@ -26,7 +26,9 @@ struct Disagreement {
   std::string number;  ///< "drive_load.1"
   std::size_t point = 0;
   double found = 0, expected = 0;
-  double relative = 0;  ///< to the larger of |expected| and a hundredth of the path's largest
+  /// To the largest of |expected|, a hundredth of the path's largest and, of compliances with the
+  /// drives held, a thousandth of what they are with them free.
+  double relative = 0;
 };
 
 /// The largest of all loads, stiffnesses and compliances of points that both have found.

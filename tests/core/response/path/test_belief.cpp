@@ -71,3 +71,25 @@ TEST_CASE("a leaf between driven ends carries what it carries between held ones"
   CHECK(response.path[1].drive_loads[1] == Approx(47.25).epsilon(3e-3));
   CHECK(between_models(leaf, {}, request).relative < 3e-3);
 }
+
+TEST_CASE("what drives and held directions carry is that of full leaves, of any mechanism",
+          "[belief]") {
+  const unsigned seed = GENERATE(5U, 9U, 16U);
+  const OwnLeaves own = own_leaves(seed);
+  CAPTURE(own.what);
+  CHECK(between_models(own.mechanism, own.model, own.request).relative < 0.01);
+}
+
+TEST_CASE("the same of more mechanisms", "[belief][slow]") {
+  for (unsigned seed = 6; seed < 28; ++seed) {
+    OwnLeaves own = own_leaves(seed);
+    CAPTURE(seed, own.what);
+    const StrokeResponse reduced = evaluate_stroke(own.mechanism, own.model, own.request);
+    own.model.accuracy = Accuracy::full;
+    const StrokeResponse full = evaluate_stroke(own.mechanism, own.model, own.request);
+    CHECK(reduced.status == full.status);
+    const Disagreement worst = largest_disagreement(reduced, full);
+    CAPTURE(worst.number, worst.point, worst.found, worst.expected);
+    CHECK(worst.relative < 0.01);
+  }
+}
