@@ -2,13 +2,51 @@
 
 #include <array>
 
+#include "core/math/decompositions.hpp"
+
 namespace flexopt {
 
-std::optional<Matrix12d> EdgeCompliance::of(int leaf) {
-  if (!motions_) {
-    motions_.emplace(*system_, true);
-    stable_ = system_->negative_pivots() + motions_->negative_pivots() == 0;
+MatrixXd EdgeCompliance::edges(int leaf, const MatrixXd& motions) const {
+  const LeafSpring& spring = system_->mechanism().leaves[static_cast<std::size_t>(leaf)];
+  const std::array<int, 2> body{spring.base, spring.tip};
+  MatrixXd moved = MatrixXd::Zero(12, motions.cols());
+  for (int e = 0; e < 2; ++e)
+    if (body[e] >= 0)
+      moved.middleRows<6>(6 * e) = system_->edge_map(leaf, e) * motions.middleRows<6>(6 * body[e]);
+  return moved;
+}
+
+void EdgeCompliance::look() {
+  motions_.emplace(*system_, true);
+  stable_ = system_->negative_pivots() + motions_->negative_pivots() == 0;
+  if (!stable_) return;
+  const MatrixXd E = system_->drive_forces();
+  const Eigen::Index drives = E.cols();
+  common_.drive_stiffness.resize(drives, drives);
+  common_.drive_loads = common_.parts_of_load = common_.parts_of_stiffness = VectorXd::Zero(drives);
+  strokes_.resize(system_->size(), drives);
+  if (drives == 0) return;
+  const MatrixXd answers = FreeMotions(*system_, false).answer(E);
+  const MatrixXd stiffness = Lu(MatrixXd(E.transpose() * answers)).inverse();
+  common_.drive_stiffness = 0.5 * (stiffness + stiffness.transpose());
+  strokes_.noalias() = answers * stiffness;
+  const VectorXd residual = system_->internal_force() - system_->load();
+  for (Eigen::Index k = 0; k < drives; ++k) {
+    const System::DriveRow& row = system_->drives()[static_cast<std::size_t>(k)];
+    common_.drive_loads[k] =
+        row.condition ? -system_->multipliers()[*row.condition] : residual[*row.coordinate];
   }
+  for (int i = 0; i < system_->leaves(); ++i) {
+    const LeafEvaluation& leaf = system_->leaf(i).evaluation();
+    const MatrixXd moved = edges(i, strokes_);
+    common_.parts_of_load += (moved.transpose() * leaf.force).cwiseAbs();
+    common_.parts_of_stiffness +=
+        moved.cwiseProduct(leaf.tangent * moved).colwise().sum().cwiseAbs();
+  }
+}
+
+std::optional<EdgeSurroundings> EdgeCompliance::of(int leaf) {
+  if (!motions_) look();
   if (!stable_) return std::nullopt;
   const LeafSpring& spring = system_->mechanism().leaves[static_cast<std::size_t>(leaf)];
   const std::array<int, 2> body{spring.base, spring.tip};
@@ -16,8 +54,11 @@ std::optional<Matrix12d> EdgeCompliance::of(int leaf) {
   for (int e = 0; e < 2; ++e)
     if (body[e] >= 0)
       forces.block<6, 6>(6 * body[e], 6 * e) = system_->edge_map(leaf, e).transpose();
+  EdgeSurroundings of = common_;
   const Matrix12d C = forces.transpose() * motions_->answer(forces);
-  return 0.5 * (C + C.transpose());
+  of.compliance = 0.5 * (C + C.transpose());
+  of.strokes = edges(leaf, strokes_);
+  return of;
 }
 
 }  // namespace flexopt

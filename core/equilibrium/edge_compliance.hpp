@@ -2,26 +2,33 @@
 // How a mechanism yields at the edges of its leaves.
 #include <optional>
 
+#include "core/elements/leaf/limited_range.hpp"
 #include "core/equilibrium/free_motions.hpp"
 
 namespace flexopt {
 
-/// Q K⁻¹ Qᵀ of leaf after leaf at one equilibrium: K is the tangent of the mechanism, the leaf's
-/// own stiffness in it, with the drives held; Q maps the motions of the bodies to those of the
-/// edges.
+/// The surroundings of leaf after leaf at one equilibrium: compliance Q K⁻¹ Qᵀ and strokes Q V. K
+/// is the tangent of the mechanism with the drives held, Q maps the motions of the bodies to those
+/// of the edges, V = K′⁻¹ E (Eᵀ K′⁻¹ E)⁻¹ are the motions by unit strokes, K′ the tangent with the
+/// drives free, E the forces of unit drive loads.
 class EdgeCompliance {
  public:
   /// The system must be assembled, outlive this and stay where it is. Nothing is computed yet.
   explicit EdgeCompliance(const System& system) : system_(&system) {}
 
-  /// (Displacement, spin) of base then tip for unit forces and moments upon them, global axes [m/N,
-  /// …]; symmetric. None where the equilibrium is not stable.
-  std::optional<Matrix12d> of(int leaf);
+  /// None where the equilibrium is not stable.
+  std::optional<EdgeSurroundings> of(int leaf);
 
  private:
+  void look();
+  /// Motions of both edges of a leaf by motions of the bodies.
+  MatrixXd edges(int leaf, const MatrixXd& motions) const;
+
   const System* system_;
   std::optional<FreeMotions> motions_;
   bool stable_ = false;
+  MatrixXd strokes_;  ///< V
+  EdgeSurroundings common_;
 };
 
 }  // namespace flexopt

@@ -158,6 +158,7 @@ struct AccuracySpec {
   bool estimate = false;     ///< estimated errors beside the numbers
   bool automatic = false;    ///< accuracy and mesh are chosen by them; `model` is where that begins
   double tolerance = 0.003;  ///< of the choice, relative
+  double largest = 0.1;      ///< estimate of a result that is "ok"; of stresses ten times that
 
   bool wants_estimates() const { return estimate || automatic; }
 };

@@ -64,6 +64,11 @@ const RecordTable<ModelChoice>& model_table() {
           .with_default(
               "estimate", boolean(), [](auto& choice) -> auto& { return choice.accuracy.estimate; },
               "estimated errors beside the numbers; auto has them anyway")
+          .with_default(
+              "largest_estimate", quantity("1", 0, 1e6, true),
+              [](auto& choice) -> auto& { return choice.accuracy.largest; },
+              "relative; where an estimated error is above it the status is "
+              "estimate_beyond_limit, and the exit code 1; of stresses ten times as much")
           .choice<Reduction>("method", reduction_names, in_model(&ModelOptions::method),
                              "the reduction")
           .optional_choice<ModalDerivativeSet>(

@@ -182,6 +182,18 @@ void conclude_errors(RunRecord& record) {
                                   percent(numbers->relative), numbers->name);
   if (record.chosen && !meets_tolerance(record) && record.status == "ok")
     record.status = "tolerance_not_met";
+  const auto judge = [&record](const std::optional<LargestError>& error, double limit) {
+    if (!error || error->relative <= limit || record.status != "ok") return;
+    record.status = "estimate_beyond_limit";
+    record.message += fmt::format(
+        " Not believed: by its estimated error {} at stroke point {} may be off by {}; the limit "
+        "is "
+        "{}.",
+        error->name, error->point, percent(error->relative), percent(limit));
+  };
+  constexpr double of_stresses = 10;  // their estimates are rough
+  judge(numbers, record.job.accuracy.largest);
+  judge(stresses, of_stresses * record.job.accuracy.largest);
   if (stresses)
     record.message += fmt::format(" Stresses may be off by {}.", percent(stresses->relative));
   for (const StrokeErrors& errors : record.errors)

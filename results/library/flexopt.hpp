@@ -235,7 +235,8 @@ class FLEXOPT_EXPORTED Result {
 };
 
 /// A design over its stroke. Its status is "ok", "no_equilibrium", "limit_reached" (the job's
-/// limits) or "tolerance_not_met" (of "accuracy": "auto").
+/// limits), "tolerance_not_met" (of "accuracy": "auto") or "estimate_beyond_limit" (an estimated
+/// error is above the job's largest_estimate).
 class FLEXOPT_EXPORTED Evaluation : public Result {
  public:
   using Result::Result;
@@ -259,7 +260,7 @@ struct ConstraintAtOptimum {
 
 /// What an optimisation found; its paths are those of the optimum. Its status is "ok",
 /// "not_converged", "not_verified" (no equilibrium at full accuracy), "tolerance_not_met" (of
-/// "accuracy": "auto"), "infeasible" or "failed".
+/// "accuracy": "auto"), "estimate_beyond_limit", "infeasible" or "failed".
 class FLEXOPT_EXPORTED Optimum : public Evaluation {
  public:
   using Evaluation::Evaluation;

@@ -33,7 +33,9 @@ namespace {
 struct Changes {
   double alone = 0;          ///< the largest; infinite where a leaf is not stable alone
   double held = 0, sum = 0;  ///< in the mechanism: the largest, and their sum
-  bool tubes = true;         ///< every leaf is one
+  /// Likewise: drives free, the leaf's own forces, drive loads; the largest.
+  double free = 0, own = 0, load = 0;
+  bool tubes = true;  ///< every leaf is one
   /// Forces off those about which a leaf was expanded, the largest: axial over the buckling load
   /// between held edges, and the moment with such stress at a side.
   double axial = 0, moment = 0;
@@ -49,8 +51,13 @@ Changes changes_of(System& system) {
       continue;
     }
     c.alone = std::max(c.alone, tube->degree_change().value_or(INFINITY));
-    const auto C = compliance.of(i);
-    const double held = C ? tube->degree_change(*C) : INFINITY;
+    const auto about = compliance.of(i);
+    TubeLeaf::DegreeChanges changes{INFINITY, INFINITY, INFINITY, INFINITY};
+    if (about) changes = tube->changes_in(*about);
+    const double held = changes.held;
+    c.free = std::max(c.free, changes.free);
+    c.own = std::max(c.own, changes.own);
+    c.load = std::max(c.load, changes.load);
     const double buckling = 4 * std::numbers::pi * std::numbers::pi;
     const Vector3d off = (tube->forces() - tube->model()->range().centre()) / buckling;
     c.axial = std::max(c.axial, std::abs(off[0]));
@@ -94,10 +101,10 @@ std::string row(const Job& job, int design, std::size_t point, int degree, const
                 double drive) {
   return fmt::format(
       "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},"
-      "{:.4g},{:.4g}\n",
+      "{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
       job.name, design, point, degree, leaf.width / leaf.length, leaf.thickness / leaf.length,
       stable ? 1 : 0, found ? 1 : 0, c.tubes ? 1 : 0, c.alone, c.held, c.sum, support.first,
-      support.second, drive, c.axial, c.moment);
+      support.second, drive, c.axial, c.moment, c.free, c.own, c.load);
 }
 
 /// Paths of leaves that are believed everywhere.
@@ -184,7 +191,7 @@ int main(int argc, char** argv) {
     jobs.emplace_back(FLEXOPT_SOURCE_DIR "/designs/jobs/compare_parallel_guide.json");
   fmt::print(
       "job,design,point,degree,w/L,t/"
-      "L,stable,found,tubes,alone,held,sum,support,direction,drive,axial,moment\n");
+      "L,stable,found,tubes,alone,held,sum,support,direction,drive,axial,moment,free,own,load\n");
   for (const std::string& path : jobs) {
     const Job job = read_job(path);
     const std::vector<Sample> samples = make_samples(job);

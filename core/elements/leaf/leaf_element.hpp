@@ -103,16 +103,6 @@ class LeafElement {
   /// The last one.
   virtual const LeafEvaluation& evaluation() const = 0;
 
-  /// What a model of limited range wants changed before this equilibrium is believed.
-  struct Refinement {
-    bool changed = false;                      ///< solve again
-    std::unique_ptr<LeafElement> replacement;  ///< another model of the leaf, at the same state
-  };
-  /// How the edges yield to forces upon them, the mechanism and this leaf resisting, drives held:
-  /// (displacement, spin) of base then tip, global axes; symmetric. None where the equilibrium is
-  /// not stable. Computed when it is called.
-  using Compliance = std::function<std::optional<Matrix12d>()>;
-  virtual Refinement refine(const Compliance& /*of_edges*/) { return {}; }
   /// Whether this is the leaf at full accuracy.
   virtual bool is_full() const { return false; }
   /// The leaf at full accuracy between the same edges, near its present state: what takes over

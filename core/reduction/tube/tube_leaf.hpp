@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/elements/leaf/limited_range.hpp"
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
 #include "core/reduction/tube/dynamics_form.hpp"
@@ -179,7 +180,7 @@ class TubeModel {
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
-class TubeLeaf final : public LeafElement {
+class TubeLeaf final : public LeafElement, public LimitedRange {
  public:
   /// `reason`: why it is not of degree 5, where it is not.
   TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
@@ -188,7 +189,7 @@ class TubeLeaf final : public LeafElement {
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
   const LeafEvaluation& evaluation() const override { return evaluation_; }
-  Refinement refine(const Compliance& of_edges) override;
+  LimitedRange::Refinement refine(const Surroundings& surroundings) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<LeafLinear> linearise() override;
   std::string interior_gap(InteriorUse use) override;
@@ -208,8 +209,15 @@ class TubeLeaf final : public LeafElement {
   /// Relative change of the leaf's stiffness by the highest degree of its potential (R5); nothing
   /// where the leaf is not stable on its own. After evaluate().
   std::optional<double> degree_change() const;
-  /// The same of the mechanism that yields so at the leaf's edges.
-  double degree_change(const Matrix12d& compliance) const;
+  /// What the highest degree of the potential changes, relative.
+  struct DegreeChanges {
+    double own = 0;   ///< the leaf's forces, by the nominal stress that they cause
+    double held = 0;  ///< stiffness of the mechanism, drives held: (R5)
+    double free = 0;  ///< the same with the drives free
+    double load = 0;  ///< drive loads, the largest
+  };
+  /// In a mechanism; after evaluate().
+  DegreeChanges changes_in(const EdgeSurroundings& surroundings) const;
   const TubeLocation& location() const { return response_.location; }
   const Vector3d& forces() const { return state_.mixed.f; }  ///< (N, M1, M2) over their scale
   LeafReport report() const override {
@@ -261,13 +269,20 @@ class TubeLeaf final : public LeafElement {
   /// How far the axial force is from that about which the potential is expanded, over the load that
   /// buckles the leaf between held edges.
   double axial_offset() const;
-  /// What the highest degree adds to the stiffness of the deformations.
-  Matrix6d highest_degree() const;
+  /// What the highest degree adds to force and stiffness of the deformations.
+  struct HighestDegree {
+    Vector6d force;
+    Matrix6d stiffness;
+  };
+  HighestDegree highest_degree() const;
+  double own_change(const HighestDegree& highest) const;  ///< DegreeChanges::own
+  DegreeChanges changes_in(const EdgeSurroundings& surroundings,
+                           const HighestDegree& highest) const;
   /// What the highest degree adds to the stiffness along the ray, the one against the drive, over
   /// that of the unloaded flat leaf: (R19). Zero of leaves without dead load, beams and arcs.
-  double change_along_ray() const;
+  double change_along_ray(const HighestDegree& highest) const;
   /// Why the potential is not believed here; empty where it is.
-  std::string doubt(const Compliance& of_edges);
+  std::string doubt(const Surroundings& surroundings);
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Strains from the tables of stress. Null without tables, and where they do not hold;

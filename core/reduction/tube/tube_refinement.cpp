@@ -90,6 +90,13 @@ constexpr double largest_next_change = 0.0004;
 /// Of leaves that a dead load presses, (R19).
 constexpr double largest_change_along_ray = 0.003;
 
+/// Of the leaf's forces, by the nominal stress that they cause, (R21), and of a drive load, (R22).
+constexpr double largest_own_change = 0.01, largest_load_change = 0.01;
+
+/// What changes of a drive's load and stiffness are relative to at least, of what all leaves add to
+/// them without signs.
+constexpr double least_share = 0.1;
+
 }  // namespace
 
 double TubeLeaf::axial_offset() const {
@@ -97,67 +104,146 @@ double TubeLeaf::axial_offset() const {
   return std::abs(state_.mixed.f[0] - model_->range().force_centre) / buckling;
 }
 
-Matrix6d TubeLeaf::highest_degree() const {
+TubeLeaf::HighestDegree TubeLeaf::highest_degree() const {
   MixedState state = state_.mixed;
-  return response_.mixed.hessian - condense(model_->lower(), response_.frame.e, state).hessian;
+  const MixedEnergy lower = condense(model_->lower(), response_.frame.e, state);
+  return {response_.mixed.gradient - lower.gradient, response_.mixed.hessian - lower.hessian};
 }
 
-std::optional<double> TubeLeaf::degree_change() const {
-  const Eigen::LLT<Matrix6d> llt(response_.mixed.hessian);
+double TubeLeaf::own_change(const HighestDegree& highest) const {
+  const PlateShape& shape = model_->shape();
+  const double w = shape.mean_width(), t = shape.mean_thickness();
+  const auto nominal_stress = [&](const Vector6d& g) {
+    return std::abs(g[elongation]) + 6 / w * (std::abs(g[theta1z]) + std::abs(g[theta2z])) +
+           (6 * (std::abs(g[theta1y]) + std::abs(g[theta2y])) + 3 * std::abs(g[twist])) / t;
+  };
+  constexpr double slight = 1e-6;  // [rad] of bending: less is rounding
+  const double least = 6 / t * 4 * w * slight;
+  return nominal_stress(highest.force) / std::max(nominal_stress(response_.mixed.gradient), least);
+}
+
+namespace {
+/// |L⁻¹ ΔK L⁻ᵀ| with K = L Lᵀ; nothing where K is not positive.
+std::optional<double> relative_change(const Matrix6d& change, const Matrix6d& stiffness) {
+  const Eigen::LLT<Matrix6d> llt(stiffness);
   if (llt.info() != Eigen::Success) return std::nullopt;
-  Matrix6d X = llt.matrixL().solve(highest_degree());
+  Matrix6d X = llt.matrixL().solve(change);
   X = llt.matrixL().solve(X.transpose()).eval();
   return X.norm();
 }
+}  // namespace
 
-double TubeLeaf::degree_change(const Matrix12d& compliance) const {
-  const Rows6x12 T = response_.frame.B.lazyProduct(scale_.transformation().transpose());
-  const Matrix6d C = scale_.energy * T * compliance * T.transpose(), X = highest_degree() * C;
-  return std::sqrt(std::max(0.0, (X * X).trace()));
+std::optional<double> TubeLeaf::degree_change() const {
+  return relative_change(highest_degree().stiffness, response_.mixed.hessian);
 }
 
-double TubeLeaf::change_along_ray() const {
+namespace {
+/// √tr((ΔK C)²)
+double relative_change(const Matrix12d& change, const Matrix12d& compliance) {
+  const Matrix12d X = change * compliance;
+  return std::sqrt(std::max(0.0, X.cwiseProduct(X.transpose()).sum()));
+}
+
+/// Compliance of the edges with the drives free: that with them held and what the strokes add,
+/// stiffnesses of drives that (nearly) vanish replaced by shares of their parts.
+Matrix12d compliance_with_free_drives(const EdgeSurroundings& s) {
+  constexpr double softest = 1e-2;
+  if (s.strokes.cols() == 0) return s.compliance;
+  const VectorXd unit = s.drive_stiffness.diagonal()
+                            .cwiseAbs()
+                            .cwiseMax(least_share * s.parts_of_stiffness)
+                            .cwiseMax(1e-300)
+                            .cwiseSqrt()
+                            .cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> stiffness(unit.asDiagonal() * s.drive_stiffness *
+                                                          unit.asDiagonal());
+  const MatrixXd V = s.strokes * unit.asDiagonal() * stiffness.eigenvectors();
+  const VectorXd yields = stiffness.eigenvalues().cwiseAbs().cwiseMax(softest).cwiseInverse();
+  return s.compliance + V * yields.asDiagonal() * V.transpose();
+}
+}  // namespace
+
+TubeLeaf::DegreeChanges TubeLeaf::changes_in(const EdgeSurroundings& surroundings) const {
+  return changes_in(surroundings, highest_degree());
+}
+
+TubeLeaf::DegreeChanges TubeLeaf::changes_in(const EdgeSurroundings& s,
+                                             const HighestDegree& highest) const {
+  DegreeChanges changes;
+  changes.own = own_change(highest);
+  const Rows6x12& B = response_.frame.B;
+  const Rows6x12 KB = highest.stiffness.lazyProduct(B);
+  Matrix12d change = geometric_stiffness(response_.frame, highest.force);
+  change.noalias() += B.transpose().lazyProduct(KB);
+  change = scale_.global_tangent(change);
+  changes.held = relative_change(change, s.compliance);
+  changes.free = relative_change(change, compliance_with_free_drives(s));
+  constexpr double rounding = 1e-9;  // of leaves at rest
+  if (changes.own < rounding) return changes;
+  const Vector12d force = scale_.global_force(B.transpose() * highest.force);
+  for (Eigen::Index k = 0; k < s.strokes.cols(); ++k) {
+    const double load = std::max(std::abs(s.drive_loads[k]), least_share * s.parts_of_load[k]);
+    if (load > 0)
+      changes.load = std::max(changes.load, std::abs(s.strokes.col(k).dot(force)) / load);
+  }
+  return changes;
+}
+
+double TubeLeaf::change_along_ray(const HighestDegree& highest) const {
   const PlateShape& shape = model_->shape();
   if (shape.is_beam() || shape.curve || model_->range().centre().isZero(0)) return 0;
   const Eigen::Vector2d ray = model_->range().ray;
   const Eigen::Matrix2d bending{{4, 2}, {2, 4}};
-  const Matrix6d all = highest_degree();
+  const Matrix6d& all = highest.stiffness;
   const Eigen::Matrix2d change{{all(theta1y, theta1y), all(theta1y, theta2y)},
                                {all(theta2y, theta1y), all(theta2y, theta2y)}};
   return std::abs(ray.dot(change * ray)) / (shape.mean_width() * ray.dot(bending * ray));
 }
 
-std::string TubeLeaf::doubt(const Compliance& compliance) {
+std::string TubeLeaf::doubt(const Surroundings& surroundings) {
   const int degree = model_->potential().degree();
   const double largest = degree == 7                          ? largest_change_of_degree_7
                          : model_->range().centre().isZero(0) ? largest_degree_change
                                                               : largest_change_under_load;
   const double next = axial_offset() * axial_offset();
-  const std::optional<double> alone = degree_change();
-  doubted_alone_ = !alone || *alone > largest || next * *alone > largest_next_change;
-  if (!doubted_alone_) return {};
-  if (const double along_ray = change_along_ray(); along_ray > largest_change_along_ray)
+  const auto too_large = [&](double change) {
+    return change > largest || next * change > largest_next_change;
+  };
+  const HighestDegree highest = highest_degree();
+  const std::optional<double> alone = relative_change(highest.stiffness, response_.mixed.hessian);
+  doubted_alone_ = !alone || too_large(*alone);
+  const double own = own_change(highest);
+  if (own > largest_own_change)
+    return fmt::format(
+        "its potential has not converged: degree {} changes its forces by {:.2g} > {:.2g}", degree,
+        own, largest_own_change);
+  if (alone && !too_large(*alone / least_share)) return {};
+  if (const double along_ray = doubted_alone_ ? change_along_ray(highest) : 0;
+      along_ray > largest_change_along_ray)
     return fmt::format(
         "its potential has not converged: degree {} changes its stiffness against the drive by "
         "{:.2g} > {:.2g} of what it is without load",
         degree, along_ray, largest_change_along_ray);
-  const std::optional<Matrix12d> C = compliance();
-  if (!C) return "it is not stable, nor is the mechanism";
-  const double held = degree_change(*C);
-  if (held > largest)
+  const std::optional<EdgeSurroundings> about = surroundings();
+  if (!about) return "it is not stable, nor is the mechanism";
+  const DegreeChanges changes = changes_in(*about, highest);
+  if (const double change = std::max(changes.held, changes.free); too_large(change)) {
+    std::string reason = fmt::format(
+        "its potential has not converged: degree {} changes the stiffness of the mechanism{} by "
+        "{:.2g}",
+        degree, change > changes.held ? ", drives free," : "", change);
+    return reason + (change > largest ? fmt::format(" > {:.2g}", largest)
+                                      : fmt::format(", what comes next would by {:.2g} > {:.2g}",
+                                                    next * change, largest_next_change));
+  }
+  if (changes.load > largest_load_change)
     return fmt::format(
-        "its potential has not converged: degree {} changes the stiffness of the mechanism by "
-        "{:.2g} > {:.2g}",
-        degree, held, largest);
-  if (next * held > largest_next_change)
-    return fmt::format(
-        "its potential has not converged: degree {} changes the stiffness of the mechanism by "
-        "{:.2g}, what comes next would by {:.2g} > {:.2g}",
-        degree, held, next * held, largest_next_change);
+        "its potential has not converged: degree {} changes a drive load by {:.2g} > {:.2g}",
+        degree, changes.load, largest_load_change);
   return {};
 }
 
-LeafElement::Refinement TubeLeaf::refine(const Compliance& compliance) {
+LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
   const TubeLocation& at = response_.location;
   const double sigma = model_->potential().mirrored() ? std::abs(at.sigma) : at.sigma;
   const double slight = 1e-9 * std::abs(sigma);
@@ -170,9 +256,12 @@ LeafElement::Refinement TubeLeaf::refine(const Compliance& compliance) {
       return {.changed = true, .replacement = {}};
     return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
   }
-  const std::string reason = doubt(compliance);
+  const std::string reason = doubt(surroundings);
   if (reason.empty()) return {};
-  if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason)) return {true, std::move(better)};
+  // a series that changes its forces by more than they are says nothing of those to expand about
+  if (own_change(highest_degree()) < 1)
+    if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason))
+      return {true, std::move(better)};
   return {true, full_model(reason)};
 }
 

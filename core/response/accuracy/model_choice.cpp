@@ -119,14 +119,19 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
     const TriedModel& tried = chosen.tried.emplace_back(tried_model(paths, accuracy, mesh, across));
     if (told) told(tried);
     chosen.met = tried.message.empty() && tried.largest.relative <= tolerance;
-    if (chosen.met || !tried.message.empty()) break;
     const LargestError& error = tried.largest;
+    if (chosen.met || (accuracy == Accuracy::full && !tried.message.empty())) break;
+    if (accuracy == Accuracy::reduced) {
+      // the full paths of this mesh are known; more elements mend no errors of the reduction
+      const TriedModel full = tried_model(paths, Accuracy::full, mesh, across);
+      if (!tried.message.empty() || error.reduction > tolerance ||
+          (full.message.empty() && full.largest.relative <= tolerance)) {
+        accuracy = Accuracy::full;
+        continue;
+      }
+    }
     // what is left for each of two directions
     const bool along = error.along > 0.5 * tolerance, wider = error.across > 0.5 * tolerance;
-    if (accuracy == Accuracy::reduced && error.along + error.across <= tolerance) {
-      accuracy = Accuracy::full;
-      continue;
-    }
     std::array<int, 2> next = mesh;
     if (along || error.along >= error.across) next = more_along(next);
     if (wider || error.across > error.along) next = more_across(next);

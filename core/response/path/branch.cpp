@@ -22,7 +22,9 @@ bool refine_leaves(System& system) {
   bool changed = false;
   EdgeCompliance compliance(system);
   for (int i = 0; i < system.leaves(); ++i) {
-    LeafElement::Refinement refinement = system.leaf(i).refine([&] { return compliance.of(i); });
+    auto* leaf = dynamic_cast<LimitedRange*>(&system.leaf(i));
+    if (!leaf) continue;
+    LimitedRange::Refinement refinement = leaf->refine([&] { return compliance.of(i); });
     changed |= refinement.changed;
     if (refinement.replacement) system.replace_leaf(i, std::move(refinement.replacement));
   }

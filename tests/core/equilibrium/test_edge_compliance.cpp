@@ -29,8 +29,9 @@ TEST_CASE("edges yield as the mechanism does under a small force, its drive held
   const Algebra algebra = GENERATE(Algebra::dense, Algebra::sparse);
   const System system = under(hinge, {.constant = {payload}}, algebra);
   EdgeCompliance compliance(system);
-  const std::optional<Matrix12d> C = compliance.of(0);
-  REQUIRE(C);
+  const std::optional<EdgeSurroundings> about = compliance.of(0);
+  REQUIRE(about);
+  const Matrix12d* C = &about->compliance;
   CHECK((*C - C->transpose()).norm() == 0);
   CHECK(C->topRows<6>().isZero(0));  // its base is the ground
   CHECK(C->bottomRightCorner<6, 6>().ldlt().isPositive());
@@ -60,4 +61,36 @@ TEST_CASE("an unstable mechanism has no compliance", "[edge_compliance]") {
   REQUIRE(solve_equilibrium(system, 0, {}).converged);
   EdgeCompliance compliance(system);
   CHECK_FALSE(compliance.of(0));
+}
+
+TEST_CASE("edges follow a stroke, and its load, as their surroundings say", "[edge_compliance]") {
+  // two drives, of which one is a condition
+  Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
+  hinge.drives = {make_drive<double>(Direction::rz), make_drive<double>(Direction::uy)};
+  hinge.drives[0].name = "turn";
+  hinge.drives[1].name = "move";
+  const Algebra algebra = GENERATE(Algebra::dense, Algebra::sparse);
+  const auto at = [&](double turn, double move) {
+    auto system = std::make_unique<System>(
+        hinge, make_full_leaves(hinge, {.accuracy = Accuracy::full, .mesh = {4, 2}}), LoadCase{},
+        algebra);
+    const Equilibrium end = step_to(*system, Eigen::Vector2d(turn, move), exact);
+    REQUIRE(end.converged);
+    return std::pair{std::move(system), end.drive_loads};
+  };
+  const double stroke = 1e-6;  // far from buckling
+  const auto [system, loads] = at(0, stroke);
+  const auto about = EdgeCompliance(*system).of(1);
+  REQUIRE(about);
+  CHECK((about->drive_loads - loads).norm() < 1e-9 * loads.norm());
+  const double step = 0.05 * stroke;
+  const auto [less, load_less] = at(0, stroke - step);
+  const auto [more, load_more] = at(0, stroke + step);
+  const VectorXd slope = (load_more - load_less) / (2 * step);
+  CHECK((about->drive_stiffness.col(1) - slope).norm() < 1e-5 * slope.norm());
+  const Vector3d moved =
+      (more->edge_pose(1, 1).position - less->edge_pose(1, 1).position) / (2 * step);
+  CHECK((about->strokes.col(1).segment<3>(6) - moved).norm() < 1e-5);
+  CHECK(about->parts_of_load[1] >= std::abs(loads[1]) * (1 - 1e-9));
+  CHECK(about->parts_of_stiffness[1] >= std::abs(slope[1]) * (1 - 1e-5));
 }

@@ -116,6 +116,23 @@ TEST_CASE("auto says what it chose and why, and ends with 1 where nothing meets 
   CHECK(hard.result["path"][1]["drive_load"].is_number());
 }
 
+TEST_CASE("a result whose estimate is beyond the limit is not ok", "[results][estimates]") {
+  OrderedJson job = guide_job();
+  job["frequencies"] = 0;
+  job["stroke"]["points"] = 2;
+  job["model"] = {{"estimate", true}};
+  const Ran believed = run(job);
+  CHECK(believed.code == 0);
+  const double largest = believed.result["accuracy"]["largest"]["relative"];
+  REQUIRE(largest > 0);
+  job["model"]["largest_estimate"] = 0.9 * largest;
+  const Ran beyond = run(job);
+  CHECK(beyond.code == 1);
+  CHECK(beyond.result["status"] == "estimate_beyond_limit");
+  CHECK_THAT(beyond.result["message"].get<std::string>(), Contains("Not believed"));
+  CHECK(beyond.result["path"] == believed.result["path"]);
+}
+
 TEST_CASE("an optimisation has estimates at its optimum", "[results][estimates]") {
   OrderedJson job = guide_job();
   job["job"] = "optimise";
