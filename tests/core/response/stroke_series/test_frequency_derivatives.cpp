@@ -338,6 +338,54 @@ TEST_CASE("a dead load moves the state that frequencies are derived about") {
   }
 }
 
+TEST_CASE(
+    "along turns of bodies that loads tilt frequencies change as differences of the path say") {
+  Mechanism m;
+  m.bodies = {models::body({0.06, 0.05, 0.006}, 0.3, 1e-4), models::body({0.06, 0, 0}, 0.2, 2e-4)};
+  m.bodies[0].center_of_mass += Vector3d(0.01, 0.004, -0.003);
+  m.bodies[1].role = BodyRole::intermediate;
+  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 0.06, 5e-3, 5e-4),
+              models::leaf({0.06, 0, 0}, {0, 1, 0}, 0.05, 6e-3, 5e-4)};
+  m.leaves[0].tip = 1;
+  m.leaves[1].base = 1;
+  const bool several = GENERATE(false, true);
+  m.drives = {{"roll", 0, ground, Direction::rx}};
+  if (several) {
+    m.drives[0].axes = Eigen::AngleAxisd(0.4, Vector3d(0.36, 0.48, 0.8)).toRotationMatrix();
+    m.drives.push_back({"turn", 0, 1, Direction::rz});
+  }
+  const auto drives = static_cast<Eigen::Index>(m.drives.size());
+  const double h = 2e-3;
+  StrokeRequest request;
+  for (Eigen::Index k = 0; k < drives; ++k)
+    for (const double s : {-2 * h, -h, 0.0, h, 2 * h}) {
+      request.strokes.push_back(s * VectorXd::Unit(drives, k));
+      request.points.push_back(request.strokes.back()[0]);
+    }
+  request.frequencies = 4;
+  request.outputs.remove(Output::stress);
+  request.values = PathValues::differentiable;
+  request.loads.constant = {{.force = {0.5, 0.4, -0.8}, .arm = {0.01, 0, 0.02}}};
+  request.newton.tolerance = 1e-12;
+  const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {6, 1}};
+  const StrokeResponse r = evaluate_stroke(m, model, request);
+  INFO(r.message);
+  REQUIRE(r.status == Status::ok);
+  REQUIRE(r.path[2].rotation.norm() > 0.1);  // tilted before it is driven
+  REQUIRE(r.frequency_derivatives.size() == 4 * m.drives.size());
+  for (const FrequencyDerivatives& d : r.frequency_derivatives) {
+    const auto w2 = [&](int k) {
+      return omega2(r.path[5 * d.drive + k].frequencies_free[d.index]);
+    };
+    const double first = (8 * (w2(3) - w2(1)) - (w2(4) - w2(0))) / (12 * h),
+                 second = (16 * (w2(3) + w2(1)) - (w2(4) + w2(0)) - 30 * w2(2)) / (12 * h * h);
+    INFO("drive " << d.drive << " mode " << d.index);
+    CHECK(d.omega2 == Approx(w2(2)).epsilon(1e-9));
+    CHECK(d.d_omega2 == Approx(first).epsilon(1e-6).margin(1e-7 * d.omega2));
+    CHECK(d.d2_omega2 == Approx(second).epsilon(1e-5).margin(1e-5 * d.omega2));
+  }
+}
+
 // The path's own factor and modes at rest are taken where it has them.
 TEST_CASE("a path with a point at rest foretells as one without") {
   const test::Family family{
