@@ -33,6 +33,7 @@ LoadCase side_force(double force) { return {.constant = {{.force = {0, force, 0}
 
 StrokeRequest at(std::vector<VectorXd> strokes, LoadCase loads) {
   StrokeRequest request;
+  request.points.clear();
   for (VectorXd& s : strokes) {
     request.points.push_back(s[0]);
     request.strokes.push_back(std::move(s));
@@ -78,33 +79,37 @@ class State {
         rotation_log(b.rotation * a.rotation.transpose());
     return all;
   }
-  /// Derivative of near(): of every stroke a column, then of every load at O.
-  MatrixXd differences() const {
-    const Eigen::Index drives = strokes_.size();
-    MatrixXd D(drives + 6, drives + 6);
+  /// Derivative of near(): of every stroke a column, then of every load at O, none of those that
+  /// move nothing; and how well it is known.
+  struct Differences {
+    MatrixXd value, error;
+  };
+  Differences differences() const {
+    const Eigen::Index drives = strokes_.size(), all = drives + 6;
+    Differences D{MatrixXd::Zero(all, all), MatrixXd::Zero(all, all)};
     const EndEffectorCompliance stiff = end_effector_compliance(*system_);
-    for (Eigen::Index k = 0; k < drives + 6; ++k) {
-      const bool stroke = k < drives;
-      // so little that the leaves' answers are nearly linear, so much that they are no rounding
-      double h = 1e-3;
-      if (stroke && !is_rotation(mechanism_->drives[static_cast<std::size_t>(k)].direction))
-        h *= system_->length();
-      if (!stroke) {
-        const double compliance = std::max(stiff.drive_locked(k - drives, k - drives),
-                                           std::abs(stiff.drive_free(k - drives, k - drives)));
-        if (stiff.drive_locked(k - drives, k - drives) == 0) {
-          D.col(k).setZero();
-          continue;
-        }
-        h *= (k - drives < 3 ? 0.1 * system_->length() : 1) / compliance;
+    for (Eigen::Index k = 0; k < all; ++k) {
+      const Eigen::Index load = k - drives;
+      double h = 4e-3;  // [rad], or so much of a length
+      if (load < 0) {
+        if (!is_rotation(mechanism_->drives[static_cast<std::size_t>(k)].direction))
+          h *= 0.1 * system_->length();
+      } else {
+        if (stiff.drive_locked(load, load) == 0) continue;
+        h *= (load < 3 ? 0.1 * system_->length() : 1) /
+             std::max(stiff.drive_locked(load, load), std::abs(stiff.drive_free(load, load)));
       }
-      const auto away = [&](double x) {
-        VectorXd s = strokes_;
-        Vector6d more = Vector6d::Zero();
-        (stroke ? s[k] : more[k - drives]) += x;
-        return near(s, more);
-      };
-      D.col(k) = (8 * (away(h) - away(-h)) - (away(2 * h) - away(-2 * h))) / (12 * h);
+      const Derivatives d = ridders(
+          [&](double x) {
+            VectorXd s = strokes_;
+            Vector6d more = Vector6d::Zero();
+            (load < 0 ? s[k] : more[load]) += x;
+            const VectorXd moved = near(s, more);
+            return std::vector<double>(moved.begin(), moved.end());
+          },
+          0, h);
+      D.value.col(k) = Eigen::Map<const VectorXd>(d.value.data(), all);
+      D.error.col(k) = Eigen::Map<const VectorXd>(d.error.data(), all);
     }
     return D;
   }
@@ -121,43 +126,43 @@ class State {
   Equilibrium here_;
 };
 
-/// Largest difference of matrices over the rows' and columns' sizes.
-double off(const MatrixXd& a, const MatrixXd& b) {
-  const VectorXd rows = b.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt();
+/// Largest difference of two matrices over the sizes of rows and columns, those of a diagonal.
+double off(const MatrixXd& a, const MatrixXd& b, const VectorXd& diagonal) {
+  const VectorXd size = diagonal.cwiseAbs().cwiseSqrt();
   double worst = 0;
   for (Eigen::Index i = 0; i < a.rows(); ++i)
     for (Eigen::Index j = 0; j < a.cols(); ++j)
-      worst = std::max(worst, std::abs(a(i, j) - b(i, j)) / (rows[i] * rows[j]));
+      if (size[i] * size[j] > 0)
+        worst = std::max(worst, std::abs(a(i, j) - b(i, j)) / (size[i] * size[j]));
   return worst;
 }
+double off(const MatrixXd& a, const MatrixXd& b) { return off(a, b, b.diagonal()); }
 
-/// What differences of states say of what is linear about one; how far the worst is off.
-double check_linear(const State& state) {
+/// How far what is linear about a state is from differences of states, and how well these are
+/// known: stiffness of the strokes, compliances, and that a load at O changes the drive loads as
+/// the strokes move O (Maxwell and Betti).
+struct Linear {
+  double off, known;
+};
+Linear compared(const State& state) {
   const auto drives = state.strokes().size();
-  const MatrixXd D = state.differences(), S = D.topLeftCorner(drives, drives),
-                 Y = D.bottomLeftCorner(6, drives);
+  const auto [D, error] = state.differences();
   const EndEffectorCompliance found = end_effector_compliance(state.here());
-  const Matrix6d locked = D.bottomRightCorner<6, 6>();
-  double worst = off(S, S.transpose());
-  // a load at O changes the drive loads as the strokes move O: Maxwell and Betti
-  const MatrixXd B = D.topRightCorner(drives, 6);
-  MatrixXd both = MatrixXd::Zero(drives + 6, drives + 6), other = both;
-  both << S.cwiseAbs(), -B, Y, locked.cwiseAbs();
-  other << S.cwiseAbs(), Y.transpose(), -B.transpose(), locked.cwiseAbs();
-  for (int d = 0; d < 6; ++d)
-    if (locked(d, d) == 0)
-      for (MatrixXd* m : {&both, &other}) {
-        m->row(drives + d).setZero();
-        m->col(drives + d).setZero();
-      }
-  const Matrix6d free = locked + Y * S.inverse() * Y.transpose();
-  worst = std::max({worst, off(both, other), off(found.drive_locked, locked)});
+  const MatrixXd S = D.topLeftCorner(drives, drives), Y = D.bottomLeftCorner(6, drives);
+  const Matrix6d free = D.bottomRightCorner<6, 6>() + Y * S.inverse() * Y.transpose();
+  // of the strokes by the loads, of O by both
+  VectorXd size(drives + 6);
+  size << S.diagonal(), found.drive_locked.diagonal();
+  MatrixXd other = D.transpose();
+  other.topRightCorner(drives, 6) *= -1;
+  other.bottomLeftCorner(6, drives) *= -1;
+  double worst = off(D, other, size);
+  worst = std::max(worst, off(found.drive_locked, D.bottomRightCorner<6, 6>(), size.tail(6)));
   for (Eigen::Index k = 0; k < drives; ++k)
     worst = std::max(worst, std::abs(found.drive_stiffness[k] / S(k, k) - 1));
-  Matrix6d held = found.drive_free;
-  for (int d = 0; d < 6; ++d)
-    if (locked(d, d) == 0 && held(d, d) == 0) held(d, d) = free(d, d);
-  return std::max(worst, off(held, free));
+  if (found.drive_free.diagonal().minCoeff() > 0)  // stable with the drives free
+    worst = std::max(worst, off(found.drive_free, free));
+  return {worst, off(error, MatrixXd::Zero(drives + 6, drives + 6), size)};
 }
 
 /// Bodies one after the other, each on three wires from those before it, of random places and
@@ -234,9 +239,6 @@ TEST_CASE(
     "stroke that is held",
     "[drive]") {
   // bent by 0.24 and 0.45 rad, twisted by 0.3
-  struct Row {
-    double force, load, drive, support;
-  };
   const Mechanism m = twisted_leaf();
   ModelOptions plate;
   plate.accuracy = Accuracy::full;
@@ -244,7 +246,9 @@ TEST_CASE(
   for (const double force : {2.0, 4.0}) {
     const State state(m, plate, side_force(force), VectorXd::Constant(1, 0.3));
     CHECK(rotation_log(state.here().pose(0).rotation).tail<2>().norm() > 0.1 * force);
-    CHECK(check_linear(state) < 1e-6);
+    const Linear linear = compared(state);
+    CHECK(linear.off < 1e-7);
+    CHECK(linear.known < 1e-7);
   }
 }
 
@@ -268,6 +272,7 @@ TEST_CASE("a second drive on another body changes no number of the first", "[dri
       evaluate_stroke(alone, beams(8), at({VectorXd::Constant(1, 0.4)}, loads));
   loads.constant.push_back({.force = {0.3, 0.5, 0}, .body = 1});
   const StrokeResponse b = evaluate_stroke(m, beams(8), at({Eigen::Vector2d(0.4, 0.2)}, loads));
+  INFO(a.message << " " << b.message);
   REQUIRE(a.status == Status::ok);
   REQUIRE(b.status == Status::ok);
   const PathPoint &p = a.path[0], &q = b.path[0];
@@ -285,7 +290,7 @@ TEST_CASE("a second drive on another body changes no number of the first", "[dri
 
 TEST_CASE("about its own axis alone a body turns as a coordinate does", "[drive]") {
   // what is held, deleted from the tangent: of the energy of the leaves alone, at the same state
-  const Mechanism m = models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
+  const Mechanism m = models::three_leaf_hinge(0.08, 0.02, 3.5e-4);
   const State state(m, beams(8), {}, VectorXd::Constant(1, 0.35));
   System free(m, make_full_leaves(m, beams(8)), {});
   System::Snapshot snapshot = state.here().save();
@@ -307,22 +312,21 @@ TEST_CASE(
     "random mechanisms with one to six drives, most of them turns, answer small changes of "
     "strokes and loads as their matrices say",
     "[drive]") {
-  int checked = 0;
-  double worst = 0;
-  for (unsigned seed = 1; seed <= 12; ++seed) {
+  int well_known = 0;
+  constexpr int tried = 16;
+  for (unsigned seed = 1; seed <= tried; ++seed) {
     RandomMechanism made(seed);
     const ModelOptions model = beams(3);
     const VectorXd strokes = made.reachable(model);
     if (strokes.size() == 0) continue;
     const State state(made.m, model, made.forces(1), strokes);
-    INFO("seed " << seed << ", drives " << strokes.size());
-    const double error = check_linear(state);
-    CHECK(error < 1e-6);
-    worst = std::max(worst, error);
-    ++checked;
+    const Linear linear = compared(state);
+    INFO("seed " << seed << ", drives " << strokes.size() << ", off by " << linear.off
+                 << ", known to " << linear.known);
+    CHECK(linear.off < 1e-6 + 30 * linear.known);
+    well_known += linear.known < 1e-6;
   }
-  CAPTURE(worst);
-  CHECK(checked >= 10);
+  CHECK(well_known >= 0.8 * tried);
 }
 
 TEST_CASE("no work is left around a closed loop of two strokes", "[drive]") {

@@ -357,6 +357,7 @@ TEST_CASE(
   const auto drives = static_cast<Eigen::Index>(m.drives.size());
   const double h = 2e-3;
   StrokeRequest request;
+  request.points.clear();
   for (Eigen::Index k = 0; k < drives; ++k)
     for (const double s : {-2 * h, -h, 0.0, h, 2 * h}) {
       request.strokes.push_back(s * VectorXd::Unit(drives, k));
