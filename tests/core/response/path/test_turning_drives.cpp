@@ -69,7 +69,7 @@ class State {
     loads.constant.push_back(load_at_O(more));
     const auto moved = system(std::move(loads));
     moved->restore(system_->save());
-    const Equilibrium e = solve_equilibrium(*moved, std::optional(strokes), exactly);
+    const Equilibrium e = step_to(*moved, strokes, exactly);
     INFO(e.message);
     REQUIRE(e.converged);
     const BodyPose &a = system_->pose(mechanism_->end_effector),
@@ -90,7 +90,7 @@ class State {
     const EndEffectorCompliance stiff = end_effector_compliance(*system_);
     for (Eigen::Index k = 0; k < all; ++k) {
       const Eigen::Index load = k - drives;
-      double h = 4e-3;  // [rad], or so much of a length
+      double h = 1e-3;  // [rad], or so much of a length
       if (load < 0) {
         if (!is_rotation(mechanism_->drives[static_cast<std::size_t>(k)].direction))
           h *= 0.1 * system_->length();
