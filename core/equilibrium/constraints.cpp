@@ -19,13 +19,12 @@ Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
                                                                                          : length);
   units_ = Eigen::Map<const VectorXd>(units.data(), static_cast<Eigen::Index>(units.size()));
   value_ = VectorXd::Zero(count());
-  loads_ = load_of_rotations(mechanism);
   for (const Joint& joint : mechanism.joints)
     rows_.resize(rows_.size() + static_cast<std::size_t>(size_of(joint.type).conditions),
-                 {{joint.body, joint.other}, Vector12d::Zero(), Vector12d::Zero()});
+                 {{joint.body, joint.other}, Vector12d::Zero()});
   for (const int k : drives_) {
     const Drive& drive = mechanism.drives[static_cast<std::size_t>(k)];
-    rows_.push_back({{drive.body, drive.other}, Vector12d::Zero(), Vector12d::Zero()});
+    rows_.push_back({{drive.body, drive.other}, Vector12d::Zero()});
   }
 }
 
@@ -47,17 +46,14 @@ void Constraints::evaluate(const std::vector<BodyPose>& poses) {
   for (const int k : drives_) {
     const Drive& drive = mechanism_->drives[static_cast<std::size_t>(k)];
     const DriveStroke<double> s =
-        drive_stroke<double>(drive, loads_, body(poses, drive.body), body(poses, drive.other));
+        drive_stroke<double>(drive, body(poses, drive.body), body(poses, drive.other));
     value_[row] = s.value;
-    rows_[static_cast<std::size_t>(row)].gradient = s.load;
-    rows_[static_cast<std::size_t>(row)].stroke = s.gradient;
-    ++row;
+    rows_[static_cast<std::size_t>(row++)].gradient = s.gradient;
   }
   for (Row& r : rows_)
     for (int e = 0; e < 2; ++e)
       for (int d = 0; d < 6; ++d)
-        if (r.body[e] < 0 || mechanism_->bodies[r.body[e]].held[d])
-          r.gradient[6 * e + d] = r.stroke[6 * e + d] = 0;
+        if (r.body[e] < 0 || mechanism_->bodies[r.body[e]].held[d]) r.gradient[6 * e + d] = 0;
 }
 
 MatrixXd Constraints::gradient() const {
@@ -106,21 +102,8 @@ void Constraints::add_curvature(const std::vector<BodyPose>& poses, const Vector
     if (multiplier == 0) continue;
     const Drive& drive = mechanism_->drives[static_cast<std::size_t>(k)];
     const DriveStroke<double> s =
-        drive_stroke<double>(drive, loads_, body(poses, drive.body), body(poses, drive.other));
+        drive_stroke<double>(drive, body(poses, drive.body), body(poses, drive.other));
     add_between(multiplier * s.curvature, drive.body, drive.other, K);
-  }
-}
-
-void Constraints::add_winding(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
-                              BlockMatrix& K) const {
-  int row = joints_;
-  for (const int k : drives_) {
-    const double multiplier = multipliers[row++];
-    const Drive& drive = mechanism_->drives[static_cast<std::size_t>(k)];
-    if (multiplier == 0 || !is_rotation(drive.direction)) continue;
-    const DriveStroke<double> s =
-        drive_stroke<double>(drive, loads_, body(poses, drive.body), body(poses, drive.other));
-    add_between(multiplier * s.winding, drive.body, drive.other, K);
   }
 }
 

@@ -22,16 +22,13 @@ class Constraints {
   /// What a condition is compared with: the longest leaf [m], or 1 for cosines.
   const VectorXd& units() const { return units_; }
 
-  /// Ψ and Ψ_q at these poses, of drives the stroke and the forces of unit loads. After it the
-  /// results below hold.
+  /// Ψ and Ψ_q at these poses. After it the results below hold.
   void evaluate(const std::vector<BodyPose>& poses);
   const VectorXd& value() const { return value_; }
   /// One row of Ψ_q: what differs from zero, of two bodies.
   struct Row {
     std::array<int, 2> body;  ///< or ground
     Vector12d gradient;       ///< by (displacement, spin) of the one, then of the other
-    Vector12d stroke;         ///< of a drive the derivative of the stroke, which `gradient`
-                              ///< need not be: there stands what the drive load works on
   };
   const std::vector<Row>& rows() const { return rows_; }
   MatrixXd gradient() const;                           ///< written out: count × 6 bodies
@@ -39,9 +36,6 @@ class Constraints {
   /// K += λ·Ψ_qq at these poses, rotations varied as exp(hat δ) R.
   void add_curvature(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
                      BlockMatrix& K) const;
-  /// The rest of the derivative of Ψ_qᵀ λ: DriveStroke::winding.
-  void add_winding(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
-                   BlockMatrix& K) const;
   /// Largest |Ψ| of the joints over its unit.
   double violation() const;
 
@@ -51,7 +45,6 @@ class Constraints {
   const Mechanism* mechanism_;
   int joints_ = 0;
   std::vector<int> drives_;
-  DriveLoad loads_ = DriveLoad::about_axis;
   VectorXd units_, value_;
   std::vector<Row> rows_;
 };

@@ -26,15 +26,7 @@ int NewtonEquations::coordinate(int load) const {
               .coordinate;
 }
 
-void NewtonEquations::add_stroke(int row, int drive, const MatrixXd& gradients, double over) {
-  const Drive& of = system_->mechanism().drives[static_cast<std::size_t>(drive)];
-  for (const int body : {of.body, of.other})
-    if (body >= 0)
-      for (int d = 6 * body; d < 6 * body + 6; ++d)
-        matrix_.add(row, d, gradients(drive, d) * scale_[d] / over);
-}
-
-void NewtonEquations::add_condition(int j) {
+void NewtonEquations::add_condition(int j, bool held) {
   const Constraints& c = system_->constraints();
   const Constraints::Row& row = c.rows()[static_cast<std::size_t>(j)];
   const int at = first_condition() + j;
@@ -43,7 +35,7 @@ void NewtonEquations::add_condition(int j) {
       const int d = 6 * row.body[e] + i;
       const double value = row.gradient[6 * e + i];
       matrix_.add(d, at, scale_[d] * value * reaction_[j]);
-      if (j < c.joints()) matrix_.add(at, d, 1 / c.units()[j] * value * scale_[d]);
+      if (held) matrix_.add(at, d, 1 / c.units()[j] * value * scale_[d]);
     }
 }
 
@@ -53,7 +45,6 @@ void NewtonEquations::assemble(const VectorXd& residual, const std::optional<Vec
   matrix_.add(system_->residual_tangent(), scale_, scale_);
   right_side_.head(bodies_) = scale_.cwiseProduct(residual);
   energy_ = system_->tangent().diagonal().cwiseProduct(scale_.cwiseAbs2()).cwiseAbs().maxCoeff();
-  const MatrixXd gradients = stroke_gradients(*system_);
   const VectorXd present = present_strokes(*system_);
   for (int j = 0; j < loads(); ++j) {
     const int d = coordinate(j), k = owned_[static_cast<std::size_t>(j)], row = bodies_ + j;
@@ -61,7 +52,7 @@ void NewtonEquations::assemble(const VectorXd& residual, const std::optional<Vec
     load_unit_[j] = scale_[d] * (conditions_ > 0 ? energy_ / (scale_[d] * scale_[d])
                                                  : system_->tangent()(d, d));
     matrix_.add(d, row, -scale_[d] * load_unit_[j]);
-    add_stroke(row, k, gradients, 1);
+    matrix_.add(row, d, scale_[d]);
     right_side_[row] = (*strokes)[k] - present[k];
   }
   if (conditions_ == 0) return;
@@ -69,12 +60,11 @@ void NewtonEquations::assemble(const VectorXd& residual, const std::optional<Vec
   reaction_ = energy_ * c.units().cwiseInverse();
   for (int j = 0; j < conditions_; ++j) {
     const int row = first_condition() + j;
-    add_condition(j);
+    add_condition(j, j < c.joints() || strokes.has_value());
     if (j < c.joints()) {
       right_side_[row] = -c.value()[j] / c.units()[j];
     } else if (strokes) {
       const int k = c.drives()[static_cast<std::size_t>(j - c.joints())];
-      add_stroke(row, k, gradients, c.units()[j]);
       right_side_[row] = ((*strokes)[k] - c.value()[j]) / c.units()[j];
     } else {
       matrix_.add(row, row, 1);

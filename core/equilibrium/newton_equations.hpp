@@ -11,12 +11,11 @@ namespace flexopt {
 
 /// The equations of the mechanism at its present state,
 ///
-///     [K  −e  Ψ_qᵀ; hᵀ  0  0; Ψ_q  0  0] (dq, dF, dμ) = (residual, stroke − s, −Ψ)
+///     [K  −e  Ψ_qᵀ; eᵀ  0  0; Ψ_q  0  0] (dq, dF, dμ) = (residual, stroke − s, −Ψ)
 ///
-/// with the tangent K, the loads F of those drives that are coordinates (e, hᵀ: derivative of the
-/// stroke) and the conditions Ψ of the joints and of the other drives with their multipliers μ.
-/// Where the drives are free there is no dF, and the dμ of their conditions are 0. Lengths count
-/// over L, the length of the system.
+/// with the tangent K, the loads F of those drives that are coordinates e and the conditions Ψ of
+/// the joints and of the other drives with their multipliers μ. Where the drives are free there is
+/// no dF, and the dμ of their conditions are 0. Lengths count over L, the length of the system.
 class NewtonEquations {
  public:
   /// `driven`: strokes are held. `more`: empty rows and columns behind all others.
@@ -56,8 +55,7 @@ class NewtonEquations {
 
  private:
   int coordinate(int load) const;
-  void add_stroke(int row, int drive, const MatrixXd& gradients, double over);
-  void add_condition(int j);
+  void add_condition(int condition, bool held);
 
   const System* system_;
   int bodies_, conditions_;

@@ -28,44 +28,13 @@ VectorXd present_strokes(const System& system) {
       if (b < 0) return {};
       return {system.pose(b).position, system.pose(b).rotation, m.bodies[b].reference};
     };
-    const int d = index(drive.direction);
-    double& stroke = strokes[static_cast<Eigen::Index>(k)];
-    if (!system.drives()[k].coordinate)
-      stroke =
-          drive_stroke<double>(drive, DriveLoad::conjugate, body(drive.body), body(drive.other))
-              .value;
-    else if (is_rotation(drive.direction))
-      stroke = rotation_log(system.pose(drive.body).rotation)[d - 3];
-    else
-      stroke = system.pose(drive.body).position[d] - m.bodies[drive.body].reference[d];
+    strokes[static_cast<Eigen::Index>(k)] =
+        drive_stroke<double>(drive, body(drive.body), body(drive.other)).value;
   }
   return strokes;
 }
 
 double present_stroke(const System& system) { return present_strokes(system)[0]; }
-
-MatrixXd stroke_gradients(const System& system) {
-  const Mechanism& m = system.mechanism();
-  MatrixXd H = MatrixXd::Zero(static_cast<Eigen::Index>(m.drives.size()), system.size());
-  for (std::size_t k = 0; k < m.drives.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    const Drive& drive = m.drives[k];
-    const int d = index(drive.direction);
-    if (const System::DriveRow& at = system.drives()[k]; !at.coordinate) {
-      const Constraints::Row& of =
-          system.constraints().rows()[static_cast<std::size_t>(*at.condition)];
-      for (int e = 0; e < 2; ++e)
-        if (of.body[e] >= 0)
-          H.block<1, 6>(row, 6 * of.body[e]) += of.stroke.segment<6>(6 * e).transpose();
-    } else if (is_rotation(drive.direction)) {
-      const Vector3d v = rotation_log(system.pose(drive.body).rotation);
-      H.block<1, 3>(row, 6 * drive.body + 3) = rotation_left_tangent_inverse(v).row(d - 3);
-    } else {
-      H(row, *at.coordinate) = 1;
-    }
-  }
-  return H;
-}
 
 int negative_pivots(const System& system, bool drives_held) {
   if (system.constraints().count() > 0 || system.analyses())

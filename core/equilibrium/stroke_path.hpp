@@ -11,8 +11,6 @@ namespace flexopt {
 VectorXd present_strokes(const System& system);
 /// That of the only drive.
 double present_stroke(const System& system);
-/// Their derivatives with respect to (displacement, spin) of the bodies: one row for each drive.
-MatrixXd stroke_gradients(const System& system);
 
 /// Negative eigenvalues of the whole tangent with the drives held or not, leaf interiors included
 /// (inertia adds up over static condensation: Haynsworth). The system must be assembled.

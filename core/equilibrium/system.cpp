@@ -28,7 +28,7 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
     analyses_ = std::make_shared<SparseAnalyses>();
   int row = constraints_.joints();
   for (std::size_t k = 0; k < mechanism.drives.size(); ++k) {
-    const std::optional<int> coordinate = coordinate_of(mechanism, k);
+    const std::optional<int> coordinate = coordinate_of(mechanism.drives[k]);
     drives_.push_back({coordinate, coordinate ? std::nullopt : std::optional(row++)});
   }
   fits_.resize(leaves_.size());
@@ -127,7 +127,6 @@ double System::load_energy() const {
 
 BlockMatrix System::residual_tangent() const {
   BlockMatrix K = tangent_;
-  constraints_.add_winding(poses_, multipliers_, K);
   // the moment that has a potential: of the leaves, the springs, the joints and the dead forces on
   // their arms
   VectorXd turning = force_;

@@ -242,12 +242,7 @@ Drive held_direction(const Joint& joint) {
 namespace {
 template <class S>
 DriveStroke<S> held_stroke(const Joint& joint, const JointBodyOf<S>& body) {
-  return drive_stroke<S>(held_direction(joint), DriveLoad::conjugate, body, {});
-}
-// The whole second derivative along exp(hat δ).
-template <class S>
-Eigen::Matrix<S, 12, 12> held_curvature(const DriveStroke<S>& stroke, const S& multiplier) {
-  return multiplier * (stroke.curvature + stroke.winding);
+  return drive_stroke<S>(held_direction(joint), body, {});
 }
 }  // namespace
 
@@ -272,7 +267,7 @@ JointConditions conditions(const Joint& joint, const JointBody& body, const Join
 
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
                     const Eigen::Ref<const VectorXd>& multipliers) {
-  if (is_held(joint.type)) return held_curvature(held_stroke<double>(joint, body), multipliers[0]);
+  if (is_held(joint.type)) return multipliers[0] * held_stroke<double>(joint, body).curvature;
   const Geometry<double> g = geometry(joint, body, other);
   const Loads<double> loads = loads_of<double>(joint.type, g.axes, multipliers);
   Matrix12d H = Matrix12d::Zero();
@@ -288,9 +283,9 @@ JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate)
     const StrokeState<S> at{held_direction(state.joint), state.body, {}},
         moves{held_direction(rate.joint), rate.body, {Vector3<S>::Zero(), Matrix3<S>::Zero()}};
     const DriveStroke<S> stroke = held_stroke<S>(state.joint, state.body),
-                         change = drive_stroke_rate(at, DriveLoad::conjugate, moves);
-    JointRates<S> r{no_conditions<S>(type), held_curvature(change, S(state.multipliers[0])) +
-                                                held_curvature(stroke, S(rate.multipliers[0]))};
+                         change = drive_stroke_rate(at, moves);
+    JointRates<S> r{no_conditions<S>(type), S(state.multipliers[0]) * change.curvature +
+                                                S(rate.multipliers[0]) * stroke.curvature};
     r.conditions.value[0] = change.value;
     r.conditions.gradient.row(0) = change.gradient.transpose();
     return r;
@@ -339,9 +334,7 @@ bool independent(const Mechanism& mechanism, double length) {
       add(c.gradient.row(k).transpose(), joint.body, joint.other);
   }
   for (const Drive& drive : mechanism.drives)
-    add(drive_stroke<double>(drive, load_of_rotations(mechanism), place_of(drive.body),
-                             place_of(drive.other))
-            .gradient,
+    add(drive_stroke<double>(drive, place_of(drive.body), place_of(drive.other)).gradient,
         drive.body, drive.other);
   return rank_of(rows, 6 * static_cast<int>(mechanism.bodies.size()), entries, 1e-8) == rows;
 }
@@ -349,8 +342,8 @@ bool independent(const Mechanism& mechanism, double length) {
 }  // namespace
 
 std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
-  const bool simple =
-      mechanism.drives.empty() || (mechanism.drives.size() == 1 && coordinate_of(mechanism, 0));
+  const std::vector<Drive>& drives = mechanism.drives;
+  const bool simple = drives.empty() || (drives.size() == 1 && coordinate_of(drives[0]));
   if (mechanism.joints.empty() && simple) return std::nullopt;
   const int n = 6 * static_cast<int>(mechanism.bodies.size());
   double length = 0;
@@ -399,10 +392,10 @@ std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
           "leaves more freedom will do",
           joint.name, repeated, c.value.size());
   }
-  for (std::size_t k = 0; k < mechanism.drives.size(); ++k) {
-    const Drive& drive = mechanism.drives[k];
-    const DriveStroke<double> s = drive_stroke<double>(drive, load_of_rotations(mechanism),
-                                                       place_of(drive.body), place_of(drive.other));
+  for (std::size_t k = 0; k < drives.size(); ++k) {
+    const Drive& drive = drives[k];
+    const DriveStroke<double> s =
+        drive_stroke<double>(drive, place_of(drive.body), place_of(drive.other));
     VectorXd row = VectorXd::Zero(n);
     const int sides[] = {drive.body, drive.other};
     for (int side = 0; side < 2; ++side)

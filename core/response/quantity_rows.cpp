@@ -61,6 +61,7 @@ std::vector<QuantityRow> load_and_motion() {
   return {
       {.name = "drive_load",
        .label = "drive load",
+       .meaning = "derivative of the energy by the stroke, all other strokes and loads kept",
        .needs = {Output::equilibrium},
        .unit = load_of_drive,
        .value = [](const PathPoint& p, int k) { return of_drive(p.drive_load, p.drive_loads, k); },
@@ -72,7 +73,7 @@ std::vector<QuantityRow> load_and_motion() {
        .in_report = true},
       {.name = "drive_stiffness",
        .label = "drive stiffness",
-       .meaning = "1/C_dd with the drive free",
+       .meaning = "derivative of the drive load by its stroke, other drives locked",
        .needs = {Output::stiffness},
        .unit = stiffness_of_drive,
        .value = [](const PathPoint& p,

@@ -104,6 +104,7 @@ void check_loads(const Exported& of, Refusals& refusals) {
 }
 
 constexpr double far_turned = 0.01;  ///< [rad], or so much of a stiffness: a hundredth
+constexpr double far_tilted = 0.05;  ///< [rad]: moments within a hundredth
 
 class Near {
  public:
@@ -112,7 +113,9 @@ class Near {
 
   void check(Refusals& refusals) const {
     for (std::size_t k = 0; k < mechanism_->drives.size(); ++k)
-      if (const Drive& drive = mechanism_->drives[k]; drive.other != ground && !is_near(drive, k))
+      if (const Drive& drive = mechanism_->drives[k]; drive.other == ground)
+        check_tilt(drive, refusals);
+      else if (!is_near(drive, k))
         refusals.add(drive_name(drive), why_far(drive, k));
     for (const Spring& spring : mechanism_->springs)
       if (spring.matrix && !is_near(spring))
@@ -154,6 +157,15 @@ class Near {
     const Vector3d axis = drive.axes.col(index(drive.direction) % 3);  // all turn about it
     return rotation(drive.other).cross(axis).norm() < 0.1 * far_turned &&
            rotation(drive.body).cross(axis).norm() < 0.1 * far_turned;
+  }
+  /// Of a body that turns about the axis alone the stroke is a component of the rotation vector.
+  void check_tilt(const Drive& drive, Refusals& refusals) const {
+    const Vector3d axis = drive.axes.col(index(drive.direction) % 3);
+    const double tilt = rotation(drive.body).cross(axis).norm();
+    if (is_rotation(drive.direction) && tilt > far_tilted)
+      refusals.add(drive_name(drive),
+                   fmt::format("it turns body {}, which is tilted by {:.2g} rad besides",
+                               body_name(*mechanism_, drive.body), tilt));
   }
   std::string why_far(const Drive& drive, std::size_t number) const {
     std::string reason = "its axis turns with body " + body_name(*mechanism_, drive.other) +

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -203,6 +204,13 @@ Json conventions_json(const RunRecord& record) {
   if (!rule.admits(ModeKind::intermediate_body))
     parasitic += ", modes of intermediate bodies left out";
   Json json = {{"drive", drive_json(record.mechanism)}};
+  if (std::ranges::any_of(record.mechanism.drives,
+                          [](const Drive& d) { return is_rotation(d.direction); }))
+    json["stroke"] =
+        "of a drive that turns a body the angle of its turn about the axis of the drive, before or "
+        "after another one about an axis at right angles to that; the moment of its load halves "
+        "the angle between the axis as both bodies hold it, and its component about either is the "
+        "load";
   for (const QuantityRow& row : quantity_rows())
     if (!row.meaning.empty()) json[row.name] = row.meaning;
   json["parasitic_frequency"] = parasitic;

@@ -84,19 +84,19 @@ void add_joint_residual_rates(const MechanismFactor& factor, const MechanismStat
               c.gradient.template middleCols<6>(6 * e).transpose().lazyProduct(at.multipliers);
     }
   });
-  const DriveLoad load = load_of_rotations(mechanism);
   for_each_drive(factor, [&](std::size_t k, int row) {
     const Drive& drive = mechanism.drives[k];
     const StrokeState<S> at = drive_state(mechanism, state, drive);
     const S multiplier = state.multipliers[row];
     for (std::size_t p = 0; p < directions.size(); ++p) {
-      const DriveStroke<S> stroke = drive_stroke_rate(at, load, drive_moves<S>(directions[p], k));
+      const DriveStroke<S> stroke = drive_stroke_rate(at, drive_moves<S>(directions[p], k));
       auto column = R.col(static_cast<Eigen::Index>(p));
       column[first + row] += stroke.value;
       const int sides[] = {drive.body, drive.other};
       for (int e = 0; e < 2; ++e)
         if (const int b = sides[e]; b >= 0)
-          column.template segment<6>(6 * b) += multiplier * stroke.load.template segment<6>(6 * e);
+          column.template segment<6>(6 * b) +=
+              multiplier * stroke.gradient.template segment<6>(6 * e);
     }
   });
 }
@@ -130,13 +130,11 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
               .transpose();
     }
   });
-  const DriveLoad load = load_of_rotations(mechanism);
   for_each_drive(factor, [&](std::size_t k, int row) {
     const Drive& drive = mechanism.drives[k];
     const int sides[] = {drive.body, drive.other};
     const StrokeState<S> at = drive_state(mechanism, state, drive);
-    const Eigen::Matrix<S, 12, 12> curvature =
-        drive_stroke(drive, load, at.body, at.other).curvature;
+    const Eigen::Matrix<S, 12, 12> curvature = drive_stroke(drive, at.body, at.other).curvature;
     const S multiplier = state.multipliers[row];
     Eigen::MatrixX<S> y = Eigen::MatrixX<S>::Zero(12, Y.cols());
     for (int e = 0; e < 2; ++e)
@@ -151,10 +149,10 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
           bodies[e]->position += q.template segment<3>(6 * b);
           bodies[e]->rotation = hat(spin) * state.bodies[static_cast<std::size_t>(b)].rotation;
         }
-      const DriveStroke<S> r = drive_stroke_rate(at, load, rate);
+      const DriveStroke<S> r = drive_stroke_rate(at, rate);
       const Eigen::Matrix<S, 12, 12> H = multiplier * r.curvature + S(q[first + row]) * curvature;
       for (Eigen::Index c = 0; c < Y.cols(); ++c) {
-        S sum = 2.0 * Y(first + row, c) * r.load.dot(y.col(c));
+        S sum = 2.0 * Y(first + row, c) * r.gradient.dot(y.col(c));
         for (int i = 0; i < 12; ++i)
           for (int j = 0; j < 12; ++j) sum += y(i, c) * H(i, j) * y(j, c);
         rates(c, static_cast<Eigen::Index>(p)) += sum;

@@ -40,14 +40,6 @@ std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismP
   return EigenPairs{found.values, found.vectors};
 }
 
-// Of a mechanism with joints or drives that are conditions.
-EigenPairs jointed_pairs(const System& system, const MechanismPencil& pencil,
-                         const LeafModes& modes, bool drive_locked, int count) {
-  const MatrixXd Z = FreeMotions(system, drive_locked).basis();
-  const EigenPairs found = lowest_pairs(modes.pencil.along(Z), count);
-  return {found.values, modes.expanded(pencil, Z * found.vectors.topRows(Z.cols()), found.vectors)};
-}
-
 double hertz(double omega2) {
   return std::copysign(std::sqrt(std::abs(omega2)), omega2) / (2 * std::numbers::pi);
 }
@@ -92,10 +84,7 @@ MatrixXd drive_shapes_of(const MechanismPencil& pencil, const System& system) {
   const MatrixXd forces = system.drive_forces();
   MatrixXd shapes = MatrixXd::Zero(pencil.size, forces.cols());
   if (forces.cols() == 0) return shapes;
-  if (system.constraints().count() > 0)
-    shapes.topRows(pencil.bodies) = FreeMotions(system, false).answer(forces);
-  else
-    shapes.topRows(pencil.bodies) = TangentFactor(system, pencil.K_bodies, false).answer(forces);
+  shapes.topRows(pencil.bodies) = TangentFactor(system, pencil.K_bodies, false).answer(forces);
   for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
     auto x = shapes.col(k);
     x /= x.cwiseAbs().maxCoeff();
@@ -192,12 +181,7 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options)
                                                  : EigenPairs();
       if (held && free) return {*free, *held};  // else all at once, however many
     }
-    const LeafModes modes(pencil);
-    if (conditions)
-      return {
-          options.free ? jointed_pairs(system, pencil, modes, false, options.count) : EigenPairs(),
-          jointed_pairs(system, pencil, modes, true, options.count)};
-    auto found = free_and_held_pairs(system, pencil, modes,
+    auto found = free_and_held_pairs(system, pencil, LeafModes(pencil),
                                      {options.free ? options.count : 0, options.count});
     for (EigenPairs& list : found) {
       const auto count = std::min<Eigen::Index>(options.count, list.values.size());

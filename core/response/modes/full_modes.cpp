@@ -288,11 +288,30 @@ std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int 
 
 namespace {
 
+// The conditions bear what λ M φ − K φ leaves on the bodies, Ψᵀ μ; those of drives that are free
+// bear nothing.
+MatrixXd multipliers_of(const MechanismFactor& factor, const MechanismPencil& pencil,
+                        bool drive_locked, const EigenPairs& pairs) {
+  const Constraints& c = factor.system().constraints();
+  MatrixXd multipliers = MatrixXd::Zero(c.count(), pairs.vectors.cols());
+  const int bearing = drive_locked ? c.count() : c.joints();
+  if (bearing == 0) return multipliers;
+  VectorXd unit = VectorXd::Ones(pencil.bodies);
+  for (int b = 0; b < pencil.bodies; b += 6)
+    unit.segment<3>(b).setConstant(factor.system().length());
+  const MatrixXd left =
+      pencil.mass_times(pairs.vectors).topRows(pencil.bodies) * pairs.values.asDiagonal() -
+      pencil.K_bodies * MatrixXd(pairs.vectors.topRows(pencil.bodies));
+  multipliers.topRows(bearing) = least_squares(
+      unit.asDiagonal() * c.gradient().topRows(bearing).transpose(), unit.asDiagonal() * left);
+  return multipliers;
+}
+
 // Of leaves that know their internal motions; nothing of others, and of large mechanisms.
 std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
   const System& system = factor.system();
-  if (factor.conditions() > 0 || system.analyses()) return std::nullopt;
+  if (system.analyses()) return std::nullopt;
   const std::optional<InternalPencil> internal = internal_pencil(factor);
   if (!internal || internal->pencil.size >= krylov_from) return std::nullopt;
   const MechanismPencil& pencil = internal->pencil;
@@ -308,6 +327,7 @@ std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int 
       found.phi.middleRows(factor.leaves()[i].offset, unknowns.rows()).noalias() +=
           unknowns * pairs.vectors.middleRows(pencil.leaves[i].first(), unknowns.cols());
     }
+    found.phi.bottomRows(factor.conditions()) = multipliers_of(factor, pencil, drive_locked, pairs);
     const MatrixXd listed = found.phi.leftCols(found.converged);
     found.modes = classified_modes(factor, drive_locked, found.lambda.head(found.converged), listed,
                                    factor.mass(listed), motions);

@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/modes/frequencies.hpp"
 
 namespace flexopt {
@@ -229,22 +228,14 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
   A.add(system_->residual_tangent(), scale, scale);
   MatrixXd rhs = MatrixXd::Zero(n + loads, B.cols());
   rhs.topRows(n) = condensed(B);
-  const MatrixXd gradients = stroke_gradients(*system_);
-  const auto add_stroke = [&](int row, int k) {
-    const Drive& drive = system_->mechanism().drives[static_cast<std::size_t>(k)];
-    for (const int body : {drive.body, drive.other})
-      if (body >= 0)
-        for (int c = 6 * body; c < 6 * body + 6; ++c)
-          A.add(row, c, scale[row] * gradients(k, c) * scale[c]);
-    rhs.row(row) += strokes->row(k);
-  };
   for (int j = 0; j < loads; ++j) {
     const int k = owned[static_cast<std::size_t>(j)],
               d = *system_->drives()[static_cast<std::size_t>(k)].coordinate;
     scale[n + j] = 1 / scale[d];  // the drive load in units of the drive's stiffness
     if (strokes) {
       A.add(d, n + j, scale[d] * -1 * scale[n + j]);
-      add_stroke(n + j, k);
+      A.add(n + j, d, scale[n + j] * scale[d]);
+      rhs.row(n + j) += strokes->row(k);
     } else {
       A.add(n + j, n + j, 1);
     }
@@ -258,14 +249,15 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
         const int c = 6 * condition.body[e] + i;
         const double value = condition.gradient[6 * e + i];
         A.add(c, row, scale[c] * value * scale[row]);
-        if (k < system_->constraints().joints()) A.add(row, c, scale[row] * value * scale[c]);
+        if (strokes || k < system_->constraints().joints())
+          A.add(row, c, scale[row] * value * scale[c]);
       }
   }
   for (int k = 0; k < drives(); ++k)
     if (const auto& condition = system_->drives()[static_cast<std::size_t>(k)].condition) {
       const int row = bodies + *condition;
       if (strokes) {
-        add_stroke(row, k);
+        rhs.row(row) += strokes->row(k);
       } else {  // no load
         A.add(row, row, 1);
         rhs.row(row).setZero();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/equilibrium/free_motions.hpp"
+#include "core/math/decompositions.hpp"
 #include "core/mechanism/joint.hpp"
 
 namespace flexopt {
@@ -167,20 +169,56 @@ MatrixXd LeafModes::expanded(const MechanismPencil& to, const MatrixXd& of_bodie
   return phi;
 }
 
+namespace {
+
+// Motions of the bodies that joints and held directions leave free; `held`: the columns that are
+// left out where the drives are held.
+struct Motions {
+  MatrixXd basis;
+  std::vector<int> held;
+};
+
+Motions motions_of(const System& system) {
+  Motions motions;
+  const std::vector<int> driven = system.driven_coordinates();
+  if (system.constraints().count() == 0) {  // coordinates
+    std::vector<int> kept;
+    for (int i = 0; i < system.size(); ++i) {
+      if (system.is_held(i)) continue;
+      if (std::ranges::find(driven, i) != driven.end())
+        motions.held.push_back(static_cast<int>(kept.size()));
+      kept.push_back(i);
+    }
+    motions.basis = MatrixXd::Zero(system.size(), static_cast<Eigen::Index>(kept.size()));
+    for (std::size_t k = 0; k < kept.size(); ++k)
+      motions.basis(kept[k], static_cast<Eigen::Index>(k)) = 1;
+    return motions;
+  }
+  motions.basis = FreeMotions(system, false).basis();
+  if (system.drives().empty()) return motions;
+  const MatrixXd strokes = motions.basis.transpose() * system.drive_forces(),
+                 still = null_space_of_transpose(strokes, 1e-9);
+  MatrixXd turned(strokes.rows(), strokes.rows());
+  turned.leftCols(still.cols()) = still;
+  if (still.cols() > 0)
+    turned.rightCols(turned.rows() - still.cols()) = null_space_of_transpose(still, 1e-9);
+  else
+    turned.setIdentity();
+  motions.basis = (motions.basis * turned).eval();
+  for (auto k = still.cols(); k < turned.rows(); ++k) motions.held.push_back(static_cast<int>(k));
+  return motions;
+}
+
+}  // namespace
+
 std::array<EigenPairs, 2> free_and_held_pairs(const System& system, const MechanismPencil& pencil,
                                               const LeafModes& modes, PairCounts counts) {
-  const std::vector<int> driven = system.driven_coordinates();
-  std::vector<int> kept, held;  // of the bodies' coordinates, and of those
-  for (int i = 0; i < pencil.bodies; ++i) {
-    if (system.is_held(i)) continue;
-    if (std::ranges::find(driven, i) != driven.end()) held.push_back(static_cast<int>(kept.size()));
-    kept.push_back(i);
-  }
-  const FreeAndHeldPairs found = lowest_pairs(modes.pencil.kept(kept), held, counts);
+  const Motions motions = motions_of(system);
+  const FreeAndHeldPairs found =
+      lowest_pairs(modes.pencil.along(motions.basis), motions.held, counts);
   const auto all = [&](const EigenPairs& pairs) -> EigenPairs {
     if (pairs.values.size() == 0) return pairs;
-    MatrixXd bodies = MatrixXd::Zero(pencil.bodies, pairs.vectors.cols());
-    bodies(kept, Eigen::all) = pairs.vectors.topRows(static_cast<Eigen::Index>(kept.size()));
+    const MatrixXd bodies = motions.basis * pairs.vectors.topRows(motions.basis.cols());
     return {pairs.values, modes.expanded(pencil, bodies, pairs.vectors)};
   };
   return {all(found.free), all(found.held)};

@@ -63,8 +63,8 @@ struct LeafModes {
                     const MatrixXd& vectors) const;
 };
 
-/// The lowest pairs of a mechanism without conditions, drive free and held, in its coordinates;
-/// those next to the last ones too.
+/// The lowest pairs of a mechanism, drives free and held, in its coordinates; those next to the
+/// last ones too. Not of one that is solved sparse.
 std::array<EigenPairs, 2> free_and_held_pairs(const System& system, const MechanismPencil& pencil,
                                               const LeafModes& modes, PairCounts counts);
 

@@ -126,26 +126,24 @@ JointBodyOf<Jet> MechanismSeries::body_series(int body) const {
 
 // λ·Ψ_qq of the order `o` of λ, between the bodies of a row.
 void MechanismSeries::add_curvature(const std::array<int, 2>& sides, int o,
-                                    const Series<MatrixXd>& H, Series<BlockMatrix>& to) {
+                                    const Series<MatrixXd>& H) {
   for (int p = 0; o + p < 3; ++p)
     for (int e = 0; e < 2; ++e)
       for (int f = 0; f < 2; ++f)
         if (sides[e] >= 0 && sides[f] >= 0)
-          to[o + p].block(sides[e], sides[f]) += H[p].block<6, 6>(6 * e, 6 * f);
+          conditions_.curvature[o + p].block(sides[e], sides[f]) += H[p].block<6, 6>(6 * e, 6 * f);
 }
 
-// One component of a rotation vector or a displacement, no polynomial of rotation matrices.
-void MechanismSeries::expand_held(const Joint& joint, int row) {
+// The stroke of a drive or of a held direction, which is no polynomial of rotation matrices.
+void MechanismSeries::expand_stroke(const Drive& drive, int row) {
   const DriveStroke<Jet> stroke =
-      drive_stroke<Jet>(held_direction(joint), DriveLoad::conjugate, body_series(joint.body), {});
+      drive_stroke(drive, body_series(drive.body), body_series(drive.other));
   for (int o = 0; o < 3; ++o) {
     conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
     conditions_.rows[o][static_cast<std::size_t>(row)].gradient = coefficients(stroke.gradient, o);
     Series<MatrixXd> H;
-    for (int p = 0; p < 3; ++p)
-      H[p] = multipliers_[o][row] *
-             (coefficients(stroke.curvature, p) + coefficients(stroke.winding, p));
-    add_curvature({joint.body, -1}, o, H, conditions_.curvature);
+    for (int p = 0; p < 3; ++p) H[p] = multipliers_[o][row] * coefficients(stroke.curvature, p);
+    add_curvature({drive.body, drive.other}, o, H);
   }
 }
 
@@ -184,25 +182,7 @@ void MechanismSeries::expand_joint(const Joint& joint, int row) {
     const VectorXd weights = multipliers_[o].segment(row, k);
     add_curvature({joint.body, joint.other}, o, series([&](const JointBody& a, const JointBody& b) {
                     return curvature(joint, a, b, weights);
-                  }),
-                  conditions_.curvature);
-  }
-}
-
-void MechanismSeries::expand_drive(const Drive& drive, DriveLoad load, int row) {
-  const DriveStroke<Jet> stroke =
-      drive_stroke(drive, load, body_series(drive.body), body_series(drive.other));
-  for (int o = 0; o < 3; ++o) {
-    conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
-    conditions_.rows[o][static_cast<std::size_t>(row)].gradient = coefficients(stroke.load, o);
-    conditions_.rows[o][static_cast<std::size_t>(row)].stroke = coefficients(stroke.gradient, o);
-    Series<MatrixXd> H, W;
-    for (int p = 0; p < 3; ++p) {
-      H[p] = multipliers_[o][row] * coefficients(stroke.curvature, p);
-      W[p] = multipliers_[o][row] * coefficients(stroke.winding, p);
-    }
-    add_curvature({drive.body, drive.other}, o, H, conditions_.curvature);
-    add_curvature({drive.body, drive.other}, o, W, conditions_.winding);
+                  }));
   }
 }
 
@@ -211,29 +191,24 @@ void MechanismSeries::expand_conditions() {
   for (int o = 0; o < 3; ++o) {
     conditions_.value[o] = VectorXd::Zero(factor_->conditions());
     conditions_.rows[o] = factor_->system().constraints().rows();
-    for (Constraints::Row& row : conditions_.rows[o]) {
-      row.gradient.setZero();
-      row.stroke.setZero();
-    }
-    conditions_.curvature[o] = conditions_.winding[o] = BlockMatrix(bodies_ / 6);
+    for (Constraints::Row& row : conditions_.rows[o]) row.gradient.setZero();
+    conditions_.curvature[o] = BlockMatrix(bodies_ / 6);
   }
   int row = 0;
   for (const Joint& joint : m.joints) {
     if (is_held(joint.type))
-      expand_held(joint, row);
+      expand_stroke(held_direction(joint), row);
     else
       expand_joint(joint, row);
     row += size_of(joint.type).conditions;
   }
-  const DriveLoad load = load_of_rotations(m);
   for (const int k : factor_->system().constraints().drives())
-    expand_drive(m.drives[static_cast<std::size_t>(k)], load, row++);
+    expand_stroke(m.drives[static_cast<std::size_t>(k)], row++);
   for (std::vector<Constraints::Row>& rows : conditions_.rows)
     for (Constraints::Row& r : rows)
       for (int e = 0; e < 2; ++e)
         for (int d = 0; d < 6; ++d)
-          if (r.body[e] < 0 || m.bodies[r.body[e]].held[d])
-            r.gradient[6 * e + d] = r.stroke[6 * e + d] = 0;
+          if (r.body[e] < 0 || m.bodies[r.body[e]].held[d]) r.gradient[6 * e + d] = 0;
 }
 
 void MechanismSeries::expand_springs() {
@@ -412,17 +387,6 @@ Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int or
   Series<MatrixXd> result = bordered_tangent_times(Y, orders);
   const Series<VectorXd> force = residual();
   for (int o = 0; o < orders; ++o) {
-    if (factor_->conditions() > 0)
-      result[o].topRows(bodies_) += conditions_.winding[o] * Y.topRows(bodies_);
-    for (const int row : factor_->drive_rows()) {
-      const int k = row - factor_->size() + factor_->conditions();
-      const Constraints::Row& of = conditions_.rows[o][static_cast<std::size_t>(k)];
-      result[o].row(row).setZero();
-      for (int e = 0; e < 2; ++e)
-        if (of.body[e] >= 0)
-          result[o].row(row) +=
-              of.stroke.segment<6>(6 * e).transpose() * Y.middleRows<6>(6 * of.body[e]);
-    }
     for (int b = 3; b < bodies_; b += 6)
       result[o].middleRows(b, 3) -= 0.5 * hat(force[o].segment<3>(b)) * Y.middleRows(b, 3);
     factor_->clear_held(result[o]);
@@ -430,44 +394,14 @@ Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int or
   return result;
 }
 
-Series<MatrixXd> MechanismSeries::stroke_gradients() const {
-  const System& system = factor_->system();
-  Series<MatrixXd> gradients;
-  for (MatrixXd& g : gradients) g = MatrixXd::Zero(factor_->drives(), bodies_);
-  for (int k = 0; k < factor_->drives(); ++k) {
-    const Drive& drive = system.mechanism().drives[static_cast<std::size_t>(k)];
-    const auto& coordinate = system.drives()[static_cast<std::size_t>(k)].coordinate;
-    if (!coordinate) continue;
-    if (!is_rotation(drive.direction)) {
-      gradients[0](k, *coordinate) = 1;
-      continue;
-    }
-    // ω = T θ̇, so the row g of T⁻¹ has gᵀ T = e
-    const Series<Matrix3d> T = series(jet_rotation_left_tangent(jets(turn_[drive.body])));
-    const Matrix3d inverse = T[0].inverse().transpose();
-    const Vector3d g0 = inverse.col(index(drive.direction) - 3),
-                   g1 = -inverse * (T[1].transpose() * g0),
-                   g2 = -inverse * (T[1].transpose() * g1 + T[2].transpose() * g0);
-    const int at = 6 * drive.body + 3;
-    gradients[0].block<1, 3>(k, at) = g0.transpose();
-    gradients[1].block<1, 3>(k, at) = g1.transpose();
-    gradients[2].block<1, 3>(k, at) = g2.transpose();
-  }
-  return gradients;
-}
-
 Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const {
-  const Series<MatrixXd> g = stroke_gradients();
-  Series<MatrixXd> Y, force = series(B), stroke;
-  for (MatrixXd& s : stroke) s = MatrixXd::Zero(factor_->drives(), B.cols());
+  const MatrixXd still = MatrixXd::Zero(factor_->drives(), B.cols());
+  Series<MatrixXd> Y, force = series(B);
   for (int o = 0; o < 3; ++o) {
-    Y[o] = factor_->balance(force[o], stroke[o]).topRows(factor_->size());
+    Y[o] = factor_->balance(force[o], still).topRows(factor_->size());
     if (o == 2) break;
     const Series<MatrixXd> KY = tilted_tangent_times(Y[o], 3 - o);
-    for (int k = 1; o + k < 3; ++k) {
-      force[o + k] -= KY[k];
-      stroke[o + k] -= g[k] * Y[o].topRows(bodies_);
-    }
+    for (int k = 1; o + k < 3; ++k) force[o + k] -= KY[k];
   }
   return jets(Y);
 }

@@ -52,17 +52,14 @@ class MechanismSeries {
   Series<MatrixXd> bordered_tangent_times(const MatrixXd& Y, int orders) const;
   /// K̃(s) Y of (S7), likewise.
   Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y, int orders) const;
-  /// Of the strokes that are coordinates, along the bodies: drives × bodies.
-  Series<MatrixXd> stroke_gradients() const;
   template <class Apply>
   Series<MatrixXd> leaf_products(const MatrixXd& Y, int orders, const Apply& apply) const;
 
-  /// Ψ, Ψ_q and λ·Ψ_qq of joints and drives along the path; of drives the derivative of the
-  /// stroke, and what the residual's derivative has beside the curvature.
+  /// Ψ, Ψ_q and λ·Ψ_qq of joints and drives along the path.
   struct Conditions {
     Series<VectorXd> value;
     Series<std::vector<Constraints::Row>> rows;
-    Series<BlockMatrix> curvature, winding;
+    Series<BlockMatrix> curvature;
   };
   /// Forces of the springs on the bodies, and their tangent, along the path.
   struct Springs {
@@ -71,12 +68,10 @@ class MechanismSeries {
   };
   void expand_springs();
   void expand_conditions();
-  void expand_held(const Joint& joint, int row);
   void expand_joint(const Joint& joint, int row);
-  void expand_drive(const Drive& drive, DriveLoad load, int row);
+  void expand_stroke(const Drive& drive, int row);
   JointBodyOf<Jet> body_series(int body) const;
-  static void add_curvature(const std::array<int, 2>& sides, int o, const Series<MatrixXd>& H,
-                            Series<BlockMatrix>& to);
+  void add_curvature(const std::array<int, 2>& sides, int o, const Series<MatrixXd>& H);
   void add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const;
   /// result += Ψ_qᵀ Y of the coefficients of one order; Y: rows of conditions.
   void add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const;

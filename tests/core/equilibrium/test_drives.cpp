@@ -221,7 +221,7 @@ TEST_CASE("turned axes drive as a turned mechanism is driven", "[drive]") {
                      {drive("", Direction::rz, 0)})
             : driven(double_guide(), {drive("", Direction::uy, 0)});
   const Mechanism other = turned(straight, R);
-  REQUIRE_FALSE(coordinate_of(other, 0));
+  REQUIRE_FALSE(coordinate_of(other.drives[0]));
   const StrokeRequest request = stroke({0, hinge ? 0.35 : 0.015});
   const StrokeResponse a = evaluate_stroke(straight, beams(), request),
                        b = evaluate_stroke(other, beams(), request);

@@ -35,7 +35,7 @@ Drive turned_drive(Direction direction) {
 }
 
 DriveStroke<double> stroke(const Drive& d, const JointBody& body, const JointBody& other) {
-  return drive_stroke<double>(d, DriveLoad::conjugate, body, other);
+  return drive_stroke<double>(d, body, other);
 }
 
 }  // namespace
@@ -45,11 +45,9 @@ TEST_CASE("the stroke of a drive follows its first and second derivatives", "[dr
   const Drive drive = turned_drive(of);
   const DriveStroke<double> s = stroke(drive, a, b);
   REQUIRE(s.gradient.norm() > 0.1);
-  const Matrix12d second = s.curvature + s.winding;
+  const Matrix12d& second = s.curvature;
   REQUIRE(second.norm() > 0.1);
-  CHECK((s.curvature - s.curvature.transpose()).norm() < 1e-14);
-  CHECK((s.winding - s.winding.transpose()).norm() < 1e-14);
-  if (!is_rotation(of)) CHECK(s.winding.isZero(0));
+  CHECK((second - second.transpose()).norm() < 1e-14);
   const Vector12d d = direction(0.5);
   const auto rest = [&](double h) {
     const double value = stroke(drive, moved(a, h * d.head<6>()), moved(b, h * d.tail<6>())).value;
@@ -64,7 +62,6 @@ TEST_CASE("the stroke of a drive follows its first and second derivatives", "[dr
 
 TEST_CASE("the stroke of a drive follows what it depends on", "[drive]") {
   const Direction of = GENERATE(Direction::uy, Direction::ry);
-  const DriveLoad load = GENERATE(DriveLoad::conjugate, DriveLoad::about_axis);
   const Vector12d d = direction(1.5), r = direction(2.5);
   const auto at = [&](double h) {
     StrokeState<double> s{turned_drive(of), moved(a, h * d.head<6>()), moved(b, h * d.tail<6>())};
@@ -77,46 +74,38 @@ TEST_CASE("the stroke of a drive follows what it depends on", "[drive]") {
   rate.drive.axes = hat(r.segment<3>(6)) * rate.drive.axes;
   rate.body = {d.head<3>(), hat(d.segment<3>(3)) * a.rotation, r.head<3>()};
   rate.other = {d.segment<3>(6), hat(d.tail<3>()) * b.rotation, r.segment<3>(3)};
-  const DriveStroke<double> exact = drive_stroke_rate(at(0), load, rate);
+  const DriveStroke<double> exact = drive_stroke_rate(at(0), rate);
   const Derivatives differences = ridders(
       [&](double h) {
         const StrokeState<double> s = at(h);
-        const DriveStroke<double> x = drive_stroke<double>(s.drive, load, s.body, s.other);
+        const DriveStroke<double> x = drive_stroke<double>(s.drive, s.body, s.other);
         std::vector<double> all{x.value};
         all.insert(all.end(), x.gradient.data(), x.gradient.data() + 12);
         all.insert(all.end(), x.curvature.data(), x.curvature.data() + 144);
-        all.insert(all.end(), x.winding.data(), x.winding.data() + 144);
-        all.insert(all.end(), x.load.data(), x.load.data() + 12);
         return all;
       },
       0, 0.05);
   CHECK(exact.value == Approx(differences.value[0]).margin(1e-9));
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 12; ++i)
     CHECK(exact.gradient[i] == Approx(differences.value[1 + i]).margin(1e-9));
-    CHECK(exact.load[i] == Approx(differences.value[301 + i]).margin(1e-9));
-  }
-  for (int i = 0; i < 144; ++i) {
+  for (int i = 0; i < 144; ++i)
     CHECK(exact.curvature.data()[i] == Approx(differences.value[13 + i]).margin(1e-9));
-    CHECK(exact.winding.data()[i] == Approx(differences.value[157 + i]).margin(1e-9));
-  }
   CHECK(exact.curvature.norm() > 0.1);
 }
 
-TEST_CASE("the load of a drive turns as its derivative says", "[drive]") {
+TEST_CASE("the gradient of a drive's stroke turns as its second derivative says", "[drive]") {
   const Direction of = GENERATE(Direction::uy, Direction::rz);
-  const DriveLoad load = GENERATE(DriveLoad::conjugate, DriveLoad::about_axis);
   const Drive drive = turned_drive(of);
-  const DriveStroke<double> s = drive_stroke<double>(drive, load, a, b);
-  if (load == DriveLoad::conjugate || !is_rotation(of)) CHECK(s.load == s.gradient);
+  const DriveStroke<double> s = stroke(drive, a, b);
   // spins do not commute: a moment m with a potential changes by the second derivative − ½ hat(m)
-  Matrix12d slope = s.curvature + s.winding;
-  for (const int at : {3, 9}) slope.block<3, 3>(at, at) -= 0.5 * hat(s.load.segment<3>(at));
+  Matrix12d slope = s.curvature;
+  for (const int at : {3, 9}) slope.block<3, 3>(at, at) -= 0.5 * hat(s.gradient.segment<3>(at));
   const Vector12d d = direction(0.5);
   const Derivatives differences = ridders(
       [&](double h) {
         const DriveStroke<double> x =
-            drive_stroke<double>(drive, load, moved(a, h * d.head<6>()), moved(b, h * d.tail<6>()));
-        return std::vector<double>(x.load.data(), x.load.data() + 12);
+            stroke(drive, moved(a, h * d.head<6>()), moved(b, h * d.tail<6>()));
+        return std::vector<double>(x.gradient.data(), x.gradient.data() + 12);
       },
       0, 0.05);
   const Vector12d expected = slope * d;
@@ -125,7 +114,6 @@ TEST_CASE("the load of a drive turns as its derivative says", "[drive]") {
 
 TEST_CASE("along a path the stroke is a series", "[drive]") {
   const Direction of = GENERATE(Direction::uz, Direction::rx);
-  const DriveLoad load = GENERATE(DriveLoad::conjugate, DriveLoad::about_axis);
   const Drive drive = turned_drive(of);
   const Vector12d d = direction(0.2), e = direction(0.9);
   const auto path = [&](const JointBody& from, int k) {  // by the rotation vector
@@ -141,11 +129,9 @@ TEST_CASE("along a path the stroke is a series", "[drive]") {
                                   s * s * e.segment<3>(k + 3)),
                      from.reference};
   };
-  const DriveStroke<Jet> series = drive_stroke(drive, load, path(a, 0), path(b, 6));
+  const DriveStroke<Jet> series = drive_stroke(drive, path(a, 0), path(b, 6));
   const double h = 1e-3;
-  const auto sample = [&](double s) {
-    return drive_stroke<double>(drive, load, at(a, 0, s), at(b, 6, s));
-  };
+  const auto sample = [&](double s) { return stroke(drive, at(a, 0, s), at(b, 6, s)); };
   const DriveStroke<double> here = sample(0), up = sample(h), down = sample(-h);
   const auto compare = [&](const Jet& jet, double f0, double f1, double f2) {
     CHECK(jet.c[0] == Approx(f0).margin(1e-13));
@@ -155,12 +141,9 @@ TEST_CASE("along a path the stroke is a series", "[drive]") {
   compare(series.value, here.value, up.value, down.value);
   for (int i = 0; i < 12; ++i) {
     compare(series.gradient[i], here.gradient[i], up.gradient[i], down.gradient[i]);
-    compare(series.load[i], here.load[i], up.load[i], down.load[i]);
-    for (int j = 0; j < 12; ++j) {
+    for (int j = 0; j < 12; ++j)
       compare(series.curvature(i, j), here.curvature(i, j), up.curvature(i, j),
               down.curvature(i, j));
-      compare(series.winding(i, j), here.winding(i, j), up.winding(i, j), down.winding(i, j));
-    }
   }
   // rates along a direction of the same path, order by order
   StrokeState<Jet> state{drive, path(a, 0), path(b, 6)}, rate = state;
@@ -171,7 +154,7 @@ TEST_CASE("along a path the stroke is a series", "[drive]") {
     body->position = spin.cast<Jet>();
     body->reference.setZero();
   }
-  const DriveStroke<Jet> along = drive_stroke_rate(state, load, rate);
+  const DriveStroke<Jet> along = drive_stroke_rate(state, rate);
   Eigen::Matrix<Jet, 12, 1> q;
   for (int side = 0; side < 2; ++side)
     for (int i = 0; i < 6; ++i) q[6 * side + i] = Vector3d(0.3, -0.2, 0.6)[i % 3];
@@ -202,19 +185,62 @@ TEST_CASE("a drive measures what one body sees of the other", "[drive]") {
   CHECK(stroke(drive, body, other).value == Approx(2.5).epsilon(1e-12));
 }
 
-TEST_CASE("a drive along a global axis against the ground is a coordinate", "[drive]") {
+TEST_CASE(
+    "the stroke of a turn is the angle of its turn about the axis, before or after another "
+    "one at right angles to it",
+    "[drive]") {
+  const Vector3d across(0, 0.4, -0.7);
+  for (const double turn : {-2.9, -0.3, 0.0, 1e-9, 0.5, 3.1}) {
+    const Matrix3d twist = rotation_exp({turn, 0, 0}), swing = rotation_exp(across);
+    const Drive drive = make_drive<double>(Direction::rx);
+    for (const Matrix3d& Q : {Matrix3d(twist * swing), Matrix3d(swing * twist)}) {
+      const JointBody body{a.position, b.rotation * Q, a.reference};
+      CHECK(stroke(drive, body, b).value == Approx(turn).epsilon(1e-12).margin(1e-15));
+      // the other body sees the same turn the other way
+      CHECK(stroke(drive, b, body).value == Approx(-turn).epsilon(1e-12).margin(1e-15));
+    }
+  }
+}
+
+TEST_CASE("a turn about the axis alone has the axis as gradient and no second derivative",
+          "[drive]") {
+  const Drive drive = turned_drive(Direction::ry);
+  const Vector3d axis = drive.axes.col(1);
+  for (const double turn : {-1.7, 0.0, 0.6, 3.0}) {
+    const DriveStroke<double> s =
+        stroke(drive, {a.position, rotation_exp(turn * axis), a.reference}, {});
+    CHECK((s.gradient.segment<3>(3) - axis).norm() < 1e-15);
+    CHECK((s.curvature.block<3, 3>(3, 3).norm() < 1e-15));
+  }
+}
+
+TEST_CASE("turns that keep the stroke have no second derivative of it either", "[drive]") {
+  // a drive that is held bends no path of the body: its load adds nothing to support stiffness
+  const DriveStroke<double> s = stroke(turned_drive(Direction::rz), a, {});
+  const Matrix3d H = s.curvature.block<3, 3>(3, 3);
+  REQUIRE(H.norm() > 0.1);
+  const Vector3d W = s.gradient.segment<3>(3), u = W.unitOrthogonal(), v = W.cross(u);
+  for (const Vector3d& x : {u, v}) {
+    CHECK(std::abs(x.dot(H * u)) < 1e-15);
+    CHECK(std::abs(x.dot(H * v)) < 1e-15);
+  }
+}
+
+TEST_CASE("a displacement along a global axis against the ground is a coordinate", "[drive]") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies.push_back(m.bodies[0]);
-  m.drives = {make_drive<double>(Direction::rz, 1)};
-  CHECK(coordinate_of(m, 0) == 11);
+  m.drives = {make_drive<double>(Direction::uz, 1)};
+  CHECK(coordinate_of(m.drives[0]) == 8);
   CHECK(conditional_drives(m).empty());
+  m.drives = {make_drive<double>(Direction::rz, 1)};
+  CHECK_FALSE(coordinate_of(m.drives[0]));
   CHECK_FALSE(end_effector_direction(m, m.drives[0]));
   m.drives[0].other = 0;
   CHECK(conditional_drives(m) == std::vector<int>{0});
   m.drives[0] = make_drive<double>(Direction::ux);
-  CHECK(coordinate_of(m, 0) == 0);
+  CHECK(coordinate_of(m.drives[0]) == 0);
   m.drives[0].axes_change = true;
-  CHECK_FALSE(coordinate_of(m, 0));
+  CHECK_FALSE(coordinate_of(m.drives[0]));
   CHECK(end_effector_direction(m, m.drives[0]) == Direction::ux);
   m.drives[0].axes = rotation_exp({0, 0, 0.5 * std::numbers::pi});
   CHECK(end_effector_direction(m, m.drives[0]) == Direction::uy);

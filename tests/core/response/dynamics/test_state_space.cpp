@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/math/rotation.hpp"
 #include "core/response/dynamics/rigid_motion.hpp"
@@ -56,8 +57,11 @@ int input(const StateSpace& model, const std::string& name) {
 TEST_CASE("poles are the listed frequencies, the static gain is the compliance") {
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4),
                   hinge = models::three_leaf_hinge(0.08, 0.02, 4e-4);
-  for (const Mechanism* m : {&guide, &hinge}) {
-    const bool turns = m == &hinge;
+  Mechanism leaf = models::single_leaf(0.08, 0.01, 5e-4, Direction::rz);  // which the loads tilt
+  leaf.bodies[0].mass = 0.3;
+  leaf.bodies[0].inertia = 1e-4 * Matrix3d::Identity();
+  for (const Mechanism* m : {&guide, &hinge, &std::as_const(leaf)}) {
+    const bool turns = m != &guide;
     const StrokeRequest request =
         request_of({0, turns ? 0.2 : 0.015}, {.modes = 5, .damping = {0.02}});
     const StrokeResponse response = evaluate_stroke(*m, full(Flexure::plate, {6, 2}), request);
@@ -87,10 +91,16 @@ TEST_CASE("poles are the listed frequencies, the static gain is the compliance")
           CHECK(std::abs(C(i, j) - point.compliance_free(i, j)) <= 1e-10 * unit);
         }
       CHECK(gain(stroke, drive) == Approx(1 / point.drive_stiffness).epsilon(1e-10));
-      // the drive is that of the end-effector
-      const int d = turns ? 5 : 1;
-      CHECK((gain.row(stroke) - gain.row(d)).norm() <= 1e-12 * gain.row(d).norm());
-      CHECK((gain.col(drive) - gain.col(load + d)).norm() <= 1e-12 * gain.col(drive).norm());
+      // the drive is that of the end-effector: about the axis half-way between z and where z is now
+      Vector6d along = Vector6d::Unit(1);
+      if (turns) {
+        const Vector3d z = Vector3d::UnitZ(), now = rotation_exp(point.rotation) * z;
+        along << 0, 0, 0, (z + now) / (1 + z.dot(now));
+      }
+      const Eigen::RowVectorXd moves = along.transpose() * gain.topRows<6>();
+      CHECK((gain.row(stroke) - moves).norm() <= 1e-12 * moves.norm());
+      const VectorXd loaded = gain.middleCols<6>(load) * along;
+      CHECK((gain.col(drive) - loaded).norm() <= 1e-12 * loaded.norm());
     }
   }
 }

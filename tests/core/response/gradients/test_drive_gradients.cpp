@@ -75,6 +75,32 @@ Mechanism hinge(const Values& p) {
   return m;
 }
 
+// One narrow leaf after the other: loads tilt both bodies however they are driven.
+Mechanism chain(const Values& p) {
+  const Material material{"steel", p[3], p[4], p[5], {}};
+  Mechanism m;
+  m.bodies = {models::body({0.6 * p[0], 0.5 * p[0], p[7]}, p[6], 3e-4),
+              models::body({0.6 * p[0], -p[7], 0.002}, 0.5 * p[6], 2e-4)};
+  m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0.003);
+  m.bodies[1].role = BodyRole::intermediate;
+  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 0.6 * p[0], 0.15 * p[1], p[2], material),
+              models::leaf({0.6 * p[0], 0, 0}, {0, 1, 0}, 0.5 * p[0], 0.2 * p[1], p[2], material)};
+  m.leaves[0].tip = 1;
+  m.leaves[1].base = 1;
+  return m;
+}
+Mechanism twisted(const Values& p) {
+  Mechanism m = chain(p);
+  m.drives = {make_drive<double>(Direction::rx)};
+  return m;
+}
+Mechanism turned_twice(const Values& p) {
+  Mechanism m = chain(p);
+  const Matrix3d axes = Eigen::AngleAxisd(p[8], Vector3d(0.36, 0.48, 0.8)).toRotationMatrix();
+  m.drives = {{"roll", 0, ground, Direction::rx, axes}, {"turn", 0, 1, Direction::rz}};
+  return m;
+}
+
 ModelOptions beams(Accuracy accuracy = Accuracy::full) {
   ModelOptions model;
   model.accuracy = accuracy;
@@ -116,6 +142,19 @@ TEST_CASE("exact derivatives of a drive on any body agree with differences",
 TEST_CASE("exact derivatives of a hinge about an axis of its own agree with differences",
           "[gradients][drive]") {
   check_gradients({hinge, numbers, {0, 2, 6, 8}, 0.1}, beams(), loaded(0.3));
+}
+
+TEST_CASE("exact derivatives of a turn of a body that loads tilt agree with differences",
+          "[gradients][drive]") {
+  check_gradients({twisted, numbers, {2, 7}, 0.1}, beams(), loaded(0.3));
+}
+
+TEST_CASE("exact derivatives of turns against the ground and another body agree with differences",
+          "[gradients][drive][slow]") {
+  StrokeRequest request = loaded(0);
+  request.strokes = {Eigen::Vector2d::Zero(), Eigen::Vector2d(0.2, 0.15)};
+  request.points = {0, 0.2};
+  check_gradients({turned_twice, numbers, {0, 2, 7, 8}, 0.1}, beams(), request);
 }
 
 TEST_CASE("exact derivatives of several drives agree with differences",

@@ -338,6 +338,67 @@ TEST_CASE("a dead load moves the state that frequencies are derived about") {
   }
 }
 
+TEST_CASE(
+    "along turns of bodies that loads tilt frequencies change as differences of the path say") {
+  Mechanism m;
+  m.bodies = {models::body({0.06, 0.05, 0.006}, 0.3, 1e-4), models::body({0.06, 0, 0}, 0.2, 2e-4)};
+  m.bodies[0].center_of_mass += Vector3d(0.01, 0.004, -0.003);
+  m.bodies[1].role = BodyRole::intermediate;
+  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 0.06, 5e-3, 5e-4),
+              models::leaf({0.06, 0, 0}, {0, 1, 0}, 0.05, 6e-3, 5e-4)};
+  m.leaves[0].tip = 1;
+  m.leaves[1].base = 1;
+  const bool several = GENERATE(false, true);
+  m.drives = {{"roll", 0, ground, Direction::rx}};
+  if (several) {
+    m.drives[0].axes = Eigen::AngleAxisd(0.4, Vector3d(0.36, 0.48, 0.8)).toRotationMatrix();
+    m.drives.push_back({"turn", 0, 1, Direction::rz});
+  }
+  const auto drives = static_cast<Eigen::Index>(m.drives.size());
+  const double h = 0.01;
+  StrokeRequest request;
+  request.points.clear();
+  for (Eigen::Index k = 0; k < drives; ++k)
+    for (const double s : {-4 * h, -2 * h, -h, 0.0, h, 2 * h, 4 * h}) {
+      request.strokes.push_back(s * VectorXd::Unit(drives, k));
+      request.points.push_back(request.strokes.back()[0]);
+    }
+  request.frequencies = 4;
+  request.outputs.remove(Output::stress);
+  request.values = PathValues::differentiable;
+  request.loads.constant = {{.force = {0.5, 0.4, -0.8}, .arm = {0.01, 0, 0.02}}};
+  request.newton.tolerance = 1e-12;
+  const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {6, 1}};
+  const StrokeResponse r = evaluate_stroke(m, model, request);
+  INFO(r.message);
+  REQUIRE(r.status == Status::ok);
+  REQUIRE(r.path[3].rotation.norm() > 0.09);  // tilted before it is driven
+  REQUIRE(r.frequency_derivatives.size() == 4 * m.drives.size());
+  for (const FrequencyDerivatives& d : r.frequency_derivatives) {
+    const auto w2 = [&](int k) {
+      return omega2(r.path[7 * d.drive + 3 + k].frequencies_free[d.index]);
+    };
+    // by fourth order from two steps, whose difference is their error
+    const auto first = [&](double s, int inner, int outer) {
+      return (8 * (w2(inner) - w2(-inner)) - (w2(outer) - w2(-outer))) / (12 * s);
+    };
+    const auto second = [&](double s, int inner, int outer) {
+      return (16 * (w2(inner) + w2(-inner)) - (w2(outer) + w2(-outer)) - 30 * w2(0)) / (12 * s * s);
+    };
+    const double d1 = first(h, 1, 2), own1 = std::abs(d1 - first(2 * h, 2, 3)) / 15,
+                 d2 = second(h, 1, 2), own2 = std::abs(d2 - second(2 * h, 2, 3)) / 15;
+    INFO("drive " << d.drive << " mode " << d.index << " of " << d.omega2 << ": " << d.d_omega2
+                  << ", " << d1 << " +- " << own1 << "; " << d.d2_omega2 << ", " << d2 << " +- "
+                  << own2);
+    CHECK(d.omega2 == Approx(w2(0)).epsilon(1e-8));
+    CHECK(std::abs(d.d_omega2 - d1) < 1e-6 * (std::abs(d1) + d.omega2) + 2 * own1);
+    const double rounding = 1e-9 * d.omega2 * 30 / (12 * h * h);
+    CHECK(std::abs(d.d2_omega2 - d2) < 1e-5 * std::abs(d2) + rounding + 2 * own2);
+    CHECK(own1 < 1e-4 * (std::abs(d1) + d.omega2));
+    CHECK(own2 < 1e-3 * (std::abs(d2) + d.omega2));
+  }
+}
+
 // The path's own factor and modes at rest are taken where it has them.
 TEST_CASE("a path with a point at rest foretells as one without") {
   const test::Family family{
