@@ -62,7 +62,7 @@ OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
   const bool stubby = !beams && std::ranges::any_of(start.mechanism.leaves, is_stubby);
   const double tolerance = stubby ? 0.01 : 0.003;
   if (!start.family->has_end_effector(start.choices) ||
-      profile_error(start.mechanism).support > tolerance) {
+      profile_error(start.mechanism).translation > tolerance) {
     // the stiffness of a point in the plane of its plate has no limit on ever finer meshes, and
     // what the theory of notches is off by no mesh lessens
     model["accuracy"] = "full";

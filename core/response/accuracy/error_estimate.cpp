@@ -58,16 +58,17 @@ double error_over_difference(int elements, int more) {
 }
 
 /// What the theory of leaves with steep profiles is off by: drives bend leaves, all other loads may
-/// stretch and shear them. (S33)
+/// stretch, shear and twist them. (S33)
 double error_of(const EstimatedError& number, const ProfileError& theory) {
   switch (number.kind) {
     case ErrorKind::load:
     case ErrorKind::stress:
       return theory.bending;
     case ErrorKind::stiffness:
-      return number.name.starts_with("drive_stiffness") ? theory.bending : theory.support;
+      if (number.name.starts_with("drive_stiffness")) return theory.bending;
+      return number.name.find(".r") != std::string::npos ? theory.rotation : theory.translation;
     case ErrorKind::frequency:
-      return 0.5 * theory.support;
+      return 0.5 * theory.rotation;
     case ErrorKind::motion:
     case ErrorKind::none:
       break;

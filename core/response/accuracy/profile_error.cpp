@@ -20,7 +20,8 @@ ProfileError error_of(const LeafSpring& leaf) {
     stretched += 1 / t;
     steep_stretched += share / t;
   }
-  return {1.45 * steep_bent / bent, 2 * steep_stretched / stretched};
+  const double of_bent = steep_bent / bent, of_stretched = steep_stretched / stretched;
+  return {1.45 * of_bent, 2.6 * of_stretched, std::max(2.6 * of_stretched, 10 * of_bent)};
 }
 
 }  // namespace
@@ -31,7 +32,8 @@ ProfileError profile_error(const Mechanism& mechanism) {
     if (leaf.thickness_profile.empty()) continue;
     const ProfileError own = error_of(leaf);
     largest.bending = std::max(largest.bending, own.bending);
-    largest.support = std::max(largest.support, own.support);
+    largest.translation = std::max(largest.translation, own.translation);
+    largest.rotation = std::max(largest.rotation, own.rotation);
   }
   return largest;
 }

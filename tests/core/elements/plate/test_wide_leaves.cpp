@@ -34,10 +34,11 @@ double per_thickness(double width, double thickness, Direction along, std::array
 TEST_CASE("in its plane a guided leaf is as stiff as it is thick", "[plate]") {
   const double aspect = GENERATE(1.0, 1.5, 2.0, 3.0, 5.0), w = 0.06 / aspect;
   const Direction along = GENERATE(Direction::uz, Direction::ux);
-  const std::array<int, 2> mesh = GENERATE(default_mesh, std::array{20, 8});
-  const double thin = per_thickness(w, w / 400, along, mesh);
-  for (const double ratio : {100.0, 50.0, 25.0, 16.0, 12.0}) {
-    CAPTURE(aspect, ratio, along, mesh[0]);
-    CHECK(per_thickness(w, w / ratio, along, mesh) == Approx(thin).epsilon(1e-3));
+  for (const std::array<int, 2>& mesh : {default_mesh, std::array{20, 8}}) {
+    const double thin = per_thickness(w, w / 400, along, mesh);
+    for (const double ratio : {50.0, 25.0, 12.0}) {
+      CAPTURE(aspect, ratio, along, mesh[0]);
+      CHECK(per_thickness(w, w / ratio, along, mesh) == Approx(thin).epsilon(1e-3));
+    }
   }
 }
