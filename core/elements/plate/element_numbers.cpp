@@ -132,7 +132,7 @@ S ElementNumbers<S>::excess_of_shear_in_plane(const S& at_thickness, const S& wi
   if (mesh_.shape().linear) return S(0);
   const S& nu = mesh_.poissons_ratio;
   const S ratio = at_thickness / (mesh_.width * width_factor);
-  return ratio * ratio / (1.65 + 9.3 * nu * nu + 19.8 * ratio);
+  return ratio * ratio / (1.65 + 9.3 * nu * nu + 20.8 * ratio);
 }
 
 template <class S>
