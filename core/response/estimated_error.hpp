@@ -14,20 +14,22 @@ enum class ErrorKind {
   stress  ///< and safeties against it
 };
 
-/// Distance from the limit of ever finer full leaves: equations (S26) to (S28) of README.md.
+/// Distance from the limit of ever finer full leaves, and of that from solids: equations (S26) to
+/// (S28) and (S33) of README.md.
 struct EstimatedError {
   std::string name;     ///< of the number: "support_stiffness.ux", "compliance.drive_free.ux"
   std::string pointer;  ///< to the value, from the result's path point: "/displacement/0"
   ErrorKind kind = ErrorKind::none;
   double value = 0;  ///< the number itself, SI
-  /// What too few elements along the leaves, too few across and the reduction do, ≥ 0, SI.
-  double along = 0, across = 0, reduction = 0;
+  /// What too few elements along the leaves, too few across, the reduction and, where leaves have
+  /// steep profiles, the theory of beams and plates do, ≥ 0, SI.
+  double along = 0, across = 0, reduction = 0, theory = 0;
   /// What it is relative to, SI: |value|, at least a thousandth of the largest of the path. Of
   /// motions the largest component of the path, at least a thousandth of what the other kind of
   /// motion does over the longest leaf. Zero where all that is zero.
   double scale = 0;
 
-  double absolute() const { return along + across + reduction; }
+  double absolute() const { return along + across + reduction + theory; }
   double relative() const { return scale > 0 ? absolute() / scale : 0; }
 };
 

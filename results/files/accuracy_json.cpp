@@ -15,7 +15,8 @@ Json largest_json(const LargestError& largest, const Job& job) {
   json["relative"] = largest.relative;
   json["of_it"] = {{"elements_along", largest.along},
                    {"elements_across", largest.across},
-                   {"reduction", largest.reduction}};
+                   {"reduction", largest.reduction},
+                   {"theory", largest.theory}};
   return json;
 }
 
@@ -46,6 +47,9 @@ Json accuracy_json(const RunRecord& record) {
   if (!record.chosen) return json;
   json["tolerance"] = record.job.accuracy.tolerance;
   json["met"] = meets_tolerance(record);
+  json["beyond"] = Json::array();
+  for (const LargestError& error : errors_beyond(record.errors, record.job.accuracy.tolerance))
+    json["beyond"].push_back(largest_json(error, record.job));
   json["message"] = record.chosen->message;
   json["tried"] = Json::array();
   for (const TriedModel& tried : record.chosen->tried)

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/mechanism/profile.hpp"
+#include "core/response/accuracy/profile_error.hpp"
 #include "core/response/space/room_taken.hpp"
 #include "results/start/first_goals.hpp"
 #include "results/start/first_stroke.hpp"
@@ -58,14 +59,17 @@ bool is_flat_plate(const LeafSpring& leaf) {
 OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
   OrderedJson model = OrderedJson::object();
   if (beams) model["flexure"] = "beam";
-  if (!start.family->has_end_effector(start.choices)) {
-    // the stiffness of a point in the plane of its plate has no limit on ever finer meshes
+  const bool stubby = !beams && std::ranges::any_of(start.mechanism.leaves, is_stubby);
+  const double tolerance = stubby ? 0.01 : 0.003;
+  if (!start.family->has_end_effector(start.choices) ||
+      profile_error(start.mechanism).translation > tolerance) {
+    // the stiffness of a point in the plane of its plate has no limit on ever finer meshes, and
+    // what the theory of notches is off by no mesh lessens
     model["accuracy"] = "full";
     return model;
   }
   model["accuracy"] = "auto";
-  model["tolerance"] =
-      !beams && std::ranges::any_of(start.mechanism.leaves, is_stubby) ? 0.01 : 0.003;
+  model["tolerance"] = tolerance;
   if (optimise && !beams && std::ranges::any_of(start.mechanism.leaves, is_flat_plate))
     model["atlas"] = "auto";
   return model;

@@ -61,19 +61,28 @@ S shear_ratio(const S& poissons_ratio) {
 /// and circles alike.
 template <class S>
 struct BeamEnergyT {
-  S bend, twist, warp;      ///< of |r0,xx|², |d,x|², |d,xx|²
-  S stretch, shear;         ///< of (e11)² and (2 e12)², over the area weights
-  S area, rotary;           ///< mass: ∫dA/t of r0, polar moment/t of d; t = unit
-  std::array<S, 4> across;  ///< area weights of the points across
+  S bend, twist, warp;  ///< of |r0,xx|², |d,x|², |d,xx|²
+  S stretch, shear;     ///< of (e11)² and (2 e12)², over the area weights
+  S area, rotary;       ///< mass: ∫dA/t of r0, polar moment/t of d; t = unit
+  S second;             ///< second moment of the area weights across
+  S strong;             ///< that of the section, E I_s over the stretch
 };
+/// Area weights of four points across, symmetric about the middle, with this sum and this second
+/// moment. `inner`, `outer`: distances of the points from the middle.
+template <class S>
+std::array<S, 4> weights_across(const S& area, const S& second, const S& inner, const S& outer) {
+  const S out = 0.5 * (second - area * inner * inner) / (outer * outer - inner * inner),
+          in = 0.5 * area - out;
+  return {out, in, in, out};
+}
 /// The weights across give the area exactly, and of the strong bending stiffness what |r0,xx|² and
-/// |d,x|² do not give already. `place`: of the points, over w, from the middle. `unit`: the
+/// |d,x|² do not give already. `inner`: of the points across, from the middle, over w. `unit`: the
 /// thickness that D, the stretch and the masses refer to. `thick`: where the rectangle is thicker
 /// than about w/2, no weight is negative, and bending in its plane is stiffer than it should be:
 /// for the thick ends of a notch.
 template <class S>
 BeamEnergyT<S> beam_energy(Section section, const S& w, const S& t, const S& nu, const S& unit,
-                           const std::array<double, 4>& place, bool thick = false) {
+                           double inner, bool thick = false) {
   const BeamSectionT<S> s = beam_section<S>(section, w, t, nu);
   const S per_D = 12.0 / (unit * unit * unit);  // E over D/L³
   BeamEnergyT<S> e;
@@ -84,13 +93,10 @@ BeamEnergyT<S> beam_energy(Section section, const S& w, const S& t, const S& nu,
   e.warp = per_D * s.C_w;
   e.area = s.area / unit;
   e.rotary = (s.I_weak + s.I_strong) / unit;  // the spin about x exactly
-  S second = (per_D * s.I_strong - e.bend - e.twist) / e.stretch;
-  const S y_out = w * place[3], y_in = w * place[2];
-  if (thick && section == Section::rectangular && second < e.area * y_in * y_in)
-    second = e.area * y_in * y_in;
-  const S outer = 0.5 * (second - e.area * y_in * y_in) / (y_out * y_out - y_in * y_in);
-  const S inner = 0.5 * e.area - outer;
-  e.across = {outer, inner, inner, outer};
+  e.strong = per_D * s.I_strong / e.stretch;
+  e.second = (per_D * s.I_strong - e.bend - e.twist) / e.stretch;
+  const S y_in = w * inner, least = e.area * y_in * y_in;
+  if (thick && section == Section::rectangular && e.second < least) e.second = least;
   return e;
 }
 

@@ -49,6 +49,27 @@ void set_row(Matrix16& A, int row, const Row<S>& a) {
   for (int k = 0; k < 16; ++k) A(row, k) = part_of(a[k]);
 }
 
+// (B2) of beams.md: what both membrane points of an element of the length h add to the stiffness
+// against a strain. `of_slope`: stiffness against its slope at the four points of the bending;
+// `section`: against the strain at the two points.
+template <class S>
+std::array<S, 2> relief_of_slope(const S& h, const std::array<S, 4>& of_slope,
+                                 const std::array<S, 2>& section) {
+  const GaussRule full = gauss_rule(4);
+  S whole(0), first(0), second(0);
+  for (int a = 0; a < 4; ++a) {
+    const S w = full.weight[a] * of_slope[a];
+    const double x = full.point[a] - 0.5;
+    whole += w;
+    first += x * w;
+    second += x * x * w;
+  }
+  if (value_of(second) == 0) return {S(0), S(0)};
+  // the least that a slope costs, whatever its own slope; the points are h/√3 apart
+  const S least = 3.0 / h * (whole - first * first / second);
+  return {least * (section[0] / section[1] - 1.0), least * (section[1] / section[0] - 1.0)};
+}
+
 }  // namespace
 
 // The operators of plate_curvature.hpp, point by point.
@@ -104,6 +125,28 @@ S ElementNumbers<S>::excess_of_bending_in_plane(const S& at_thickness,
   // what the section gives way by in layers along its edges
   const S layers = nu * nu * plane / (3 * std::numbers::sqrt3) * (1.0 + 15.0 * held);
   return held - ratio * ratio * ratio * layers;
+}
+
+template <class S>
+S ElementNumbers<S>::excess_of_shear_in_plane(const S& at_thickness, const S& width_factor) const {
+  if (mesh_.shape().linear) return S(0);
+  const S& nu = mesh_.poissons_ratio;
+  const S ratio = at_thickness / (mesh_.width * width_factor);
+  return ratio * ratio / (1.65 + 9.3 * nu * nu + 20.8 * ratio);
+}
+
+template <class S>
+S ElementNumbers<S>::softer_at_clamps(int i, const S& at_thickness, const S& width_factor) const {
+  const PlateShape& shape = mesh_.shape();
+  const bool base = i == 0, tip = i + 2 == static_cast<int>(mesh_.x.size());
+  if (shape.linear || !(base || tip)) return S(1);
+  S length(1);
+  if (mesh_.folded()) length = base ? mesh_.fold.place : S(1.0 - mesh_.fold.place);
+  const S& nu = mesh_.poissons_ratio;
+  const S longer =
+      0.28 * nu * nu * at_thickness / (1.0 + 0.5 * mesh_.width * width_factor / length);
+  const S own = mesh_.x[i + 1] - mesh_.x[i];
+  return own / (own + longer);
 }
 
 template <class S>
@@ -326,7 +369,9 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
     const WidthMap<S> map = mesh_.map(i, membrane_x.point[a]);
     const S t = mesh_.thickness_factor(S(mesh_.x[i] + membrane_x.point[a] * hx)),
             metric = mesh_.rest(i, membrane_x.point[a]).metric,
-            excess = excess_of_bending_in_plane(S(mesh_.thickness * t), map.factor);
+            excess = excess_of_bending_in_plane(S(mesh_.thickness * t), map.factor),
+            shear_excess = excess_of_shear_in_plane(S(mesh_.thickness * t), map.factor),
+            softer = softer_at_clamps(i, S(mesh_.thickness * t), map.factor);
     for (int b = 0; b < 4; ++b) {
       const HermiteValuesT<S> Y = hermite<S>(full.point[b], hy);
       const int g = 4 * a + b;
@@ -338,10 +383,12 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
       }
       set_row<S>(element.gradient, g, Nx);
       set_row<S>(element.gradient, PlateMesh::points + g, Ny);
-      const S across = (mesh_.y[j] + full.point[b] * hy) / mesh_.width;
-      const S share = 1.0 - 180.0 * excess * (across * across - 1.0 / 12);
-      const S area = membrane_x.weight[a] * full.weight[b] * hx * hy * map.factor;
-      element.weight[g] = part_of(S(area * t * share));
+      const S across = (mesh_.y[j] + full.point[b] * hy) / mesh_.width,
+              parabola = 180.0 * (across * across - 1.0 / 12);
+      const S area = softer * t * membrane_x.weight[a] * full.weight[b] * hx * hy * map.factor,
+              stretch = area * (1.0 - excess * parabola),
+              shearing = area * (1.0 + shear_excess * parabola);
+      element.weight.row(g) << part_of(stretch), part_of(stretch), part_of(shearing);
       element.metric[g] = part_of(metric);
     }
   }
@@ -351,12 +398,9 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
 
 template <class S>
 BeamEnergyT<S> ElementNumbers<S>::section(const S& at) const {
-  const GaussRule full = gauss_rule(4);
-  std::array<double, 4> place;
-  for (int b = 0; b < 4; ++b) place[b] = full.point[b] - 0.5;
   return beam_energy<S>(mesh_.shape().section, mesh_.width * mesh_.width_factor(at),
                         mesh_.thickness * mesh_.thickness_factor(at), mesh_.poissons_ratio,
-                        mesh_.thickness, place, mesh_.shape().has_profile());
+                        mesh_.thickness, gauss_rule(4).point[2] - 0.5, mesh_.shape().has_profile());
 }
 
 template <class S>
@@ -394,8 +438,6 @@ template <class S>
 PlateMesh::Element ElementNumbers<S>::beam_element(int i) const {
   const S h = mesh_.x[i + 1] - mesh_.x[i];
   const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
-  std::array<double, 4> place;
-  for (int b = 0; b < 4; ++b) place[b] = full.point[b] - 0.5;
   const BeamEnergyT<S> uniform = section(S(0));
   const auto section_at = [&](const S& at) {
     return mesh_.shape().has_profile() ? section(at) : uniform;
@@ -410,9 +452,12 @@ PlateMesh::Element ElementNumbers<S>::beam_element(int i) const {
     shear = beam_shear(i);
     add_shear(element, shear);
   }
+  std::array<S, 4> bend_of_slope, warp_of_slope;  // against slopes of e11, over the stretch
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], h);
     const auto e = section_at(S(mesh_.x[i] + full.point[a] * h));
+    bend_of_slope[a] = e.bend / e.stretch;
+    warp_of_slope[a] = e.warp / e.stretch;
     const S weight(full.weight[a] * h);
     const auto add = [&](Matrix16& A, const S& w, const std::array<S, 4>& of, double middle,
                          double across) {
@@ -433,19 +478,28 @@ PlateMesh::Element ElementNumbers<S>::beam_element(int i) const {
     add(element.mass, e.area, X.value, 1, 0);
     add(element.mass, e.rotary, X.value, 0, 1);
   }
+  const auto membrane_place = [&](int a) { return S(mesh_.x[i] + membrane_x.point[a] * h); };
+  const BeamEnergyT<S> first = section_at(membrane_place(0)), last = section_at(membrane_place(1));
+  const auto area_relief = relief_of_slope<S>(h, bend_of_slope, {first.area, last.area}),
+             second_relief = relief_of_slope<S>(h, warp_of_slope, {first.strong, last.strong});
   for (int a = 0; a < 2; ++a) {
     const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], h);
-    const S at = mesh_.x[i] + membrane_x.point[a] * h;
-    const auto e = section_at(at);
+    const BeamEnergyT<S>& e = a == 0 ? first : last;
     const S metric = mesh_.rest(i, membrane_x.point[a]).metric;
     const Row r0_x = beam_functions(X.slope, 1, 0), d_x = beam_functions(X.slope, 0, 1),
               d = beam_functions(X.value, 0, 1);
+    const S width = mesh_.width * mesh_.width_factor(membrane_place(a)),
+            inner = width * (full.point[2] - 0.5), outer = width * (full.point[3] - 0.5),
+            area = membrane_x.weight[a] * h * e.area, second = membrane_x.weight[a] * h * e.second;
+    const auto across = weights_across<S>(area, second, inner, outer),
+               along = weights_across<S>(area + area_relief[a], second + second_relief[a], inner,
+                                         outer);
     for (int b = 0; b < 4; ++b) {
-      const S y = mesh_.width * mesh_.width_factor(at) * place[b];
+      const S y = width * (full.point[b] - 0.5);
       const int g = 4 * a + b;
       set_row<S>(element.gradient, g, r0_x + y * d_x);
       set_row<S>(element.gradient, PlateMesh::points + g, d);
-      element.weight[g] = part_of(S(membrane_x.weight[a] * h * e.across[b]));
+      element.weight.row(g) << part_of(along[b]), part_of(across[b]), part_of(across[b]);
       element.metric[g] = part_of(metric);
     }
   }

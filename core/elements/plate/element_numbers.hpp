@@ -62,6 +62,10 @@ class ElementNumbers {
   /// too large where the leaf is `at_thickness` thick, over L, and `width_factor` times as wide;
   /// over t w³: equation (E9). t/w counts up to 1/2.
   S excess_of_bending_in_plane(const S& at_thickness, const S& width_factor) const;
+  /// What takes back by how much that energy makes the shear in the plane too stiff: ε_s of (E16).
+  S excess_of_shear_in_plane(const S& at_thickness, const S& width_factor) const;
+  /// Stiffness in the plane of element i along, over that without what the clamps add: (E17).
+  S softer_at_clamps(int i, const S& at_thickness, const S& width_factor) const;
 
   const MeshNumbers<S>& mesh_;
 };

@@ -134,7 +134,7 @@ void ElementQuadratic<S, Side>::set_along(const DeflectedElement<S>& e, const El
 template <class S, int Side>
 void ElementQuadratic<S, Side>::add_membrane(const DeflectedElement<S>& e, int k, bool curved) {
   const auto a1k = column(a1_, k);
-  const PointArray& weight = e.operators.weight;
+  const PlateMesh::Weights& weight = e.operators.weight;
   const Stress<S> e1 = strain_product(e.a0, a1k);
   Stress<S> e2 = strain_product(a1k, a1k);
   if (curved) e2 += strain_product(e.a0, column(a2_, k));

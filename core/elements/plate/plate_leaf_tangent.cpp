@@ -71,9 +71,10 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
                                  .rowwise()
                                  .sum()
                                  .array();
-      point.stress.col(0) = element.weight * (A11 * e11 + A12 * e22);
-      point.stress.col(1) = element.weight * (A12 * e11 + A11 * e22);
-      point.stress.col(2) = element.weight * (A33 * e12);
+      const PlateMesh::Weights& w = element.weight;
+      point.stress.col(0) = w.col(0) * (A11 * e11 + A12 * e22);
+      point.stress.col(1) = w.col(1) * (A12 * e11 + A11 * e22);
+      point.stress.col(2) = w.col(2) * (A33 * e12);
     }
   stress_is_linearised_ = true;
 }
@@ -127,9 +128,10 @@ void PlateLeaf::assemble_elements() {
       const PointArray e11 = 0.5 * (dot(a1, a1) - element.metric), e22 = 0.5 * (dot(a2, a2) - 1),
                        e12 = dot(a1, a2);
       strain_ = std::max({strain_, e11.abs().maxCoeff(), e22.abs().maxCoeff()});
-      const PointArray& w = element.weight;
-      const PointArray n11 = w * (A11 * e11 + A12 * e22), n22 = w * (A12 * e11 + A11 * e22),
-                       n12 = w * (A33 * e12);
+      const auto w1 = element.weight.col(0), w2 = element.weight.col(1),
+                 w12 = element.weight.col(2);
+      const PointArray n11 = w1 * (A11 * e11 + A12 * e22), n22 = w2 * (A12 * e11 + A11 * e22),
+                       n12 = w12 * (A33 * e12);
       energy_ += 0.5 * (n11 * e11 + n22 * e22 + n12 * e12).sum() + 0.5 * U.cwiseProduct(BU).sum();
 
       Gradient stress;
@@ -170,10 +172,10 @@ void PlateLeaf::assemble_elements() {
       const auto Gy = element.gradient.bottomLeftCorner<points, functions>();
       for (int c = 0; c < 3; ++c)
         for (int d = 0; d <= c; ++d) {
-          PointArray xx = w * (A11 * a1[c] * a1[d] + A33 * a2[c] * a2[d]),
-                     xy = w * (A12 * a1[c] * a2[d] + A33 * a2[c] * a1[d]),
-                     yx = w * (A12 * a2[c] * a1[d] + A33 * a1[c] * a2[d]),
-                     yy = w * (A11 * a2[c] * a2[d] + A33 * a1[c] * a1[d]);
+          PointArray xx = w1 * (A11 * a1[c] * a1[d]) + w12 * (A33 * a2[c] * a2[d]),
+                     xy = w1 * (A12 * a1[c] * a2[d]) + w12 * (A33 * a2[c] * a1[d]),
+                     yx = w1 * (A12 * a2[c] * a1[d]) + w12 * (A33 * a1[c] * a2[d]),
+                     yy = w2 * (A11 * a2[c] * a2[d]) + w12 * (A33 * a1[c] * a1[d]);
           if (c == d) {
             xx += m11;
             xy += m12;

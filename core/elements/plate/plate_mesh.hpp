@@ -112,14 +112,17 @@ class PlateMesh {
  public:
   static constexpr int points = 8;  ///< membrane points per element: 2 along × 4 across
   using Matrix16 = Eigen::Matrix<double, 16, 16>;
+  /// Area weights of e11, e22 and 2 e12 at the points: (E9), and (B2) of beams.md. Those of e11 and
+  /// e22 are equal where Poisson's ratio couples them.
+  using Weights = Eigen::Array<double, points, 3>;
 
   /// Scalar operators of one element. The 16 functions of a plate are, line by line, the 2 nodes'
   /// (value, ∂x, ∂y, ∂xy): function 8p + 4q + k. A beam has one node a line, in its middle, and
   /// r = r0 + y d: function 4p + k of (r0, r0,x, d, d,x) = (r, r,x, r,y, r,xy); it takes the
   /// leading 8 rows and columns.
   struct Element {
-    Matrix16 gradient;                       ///< rows: ∂x at the membrane points, then ∂y
-    Eigen::Array<double, points, 1> weight;  ///< area weights of the points: equation (E9)
+    Matrix16 gradient;  ///< rows: ∂x at the membrane points, then ∂y
+    Weights weight;
     Matrix16 bending;  ///< of one displacement component, free-edge term included
     Matrix16 mass;     ///< ∫ N Nᵀ dA
     Eigen::Array<double, points, 1> metric;  ///< |r,x|² of the undeflected leaf at the points

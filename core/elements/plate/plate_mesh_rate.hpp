@@ -13,7 +13,8 @@ struct PlateMeshRate {
   struct Shape {
     /// Of every element; left empty where a direction changes none of them, but for the bending.
     std::vector<PlateMesh::Matrix16> gradient, bending, mass;
-    std::vector<Eigen::Array<double, PlateMesh::points, 1>> weight, metric;
+    std::vector<PlateMesh::Weights> weight;
+    std::vector<Eigen::Array<double, PlateMesh::points, 1>> metric;
     /// Of the operators and factors of PlateMesh::Element::curvature.
     std::vector<MatrixXd> curvature;
     std::vector<Eigen::ArrayXd> curvature_weight;

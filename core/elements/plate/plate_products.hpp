@@ -37,9 +37,9 @@ Stress<S> stress_of(const PlateMesh::Membrane& A, const Stress<S>& e) {
 }
 
 template <class S>
-Stress<S> weighted(const Stress<S>& n, const PointArray& w) {
+Stress<S> weighted(const Stress<S>& n, const PlateMesh::Weights& w) {
   Stress<S> result;
-  for (int c = 0; c < 3; ++c) result.col(c) = n.col(c) * w;
+  for (int c = 0; c < 3; ++c) result.col(c) = n.col(c) * w.col(c);
   return result;
 }
 
@@ -72,7 +72,8 @@ Eigen::Matrix<typename Matrix::Scalar, 2 * Side, Eigen::Dynamic> gather(const Ma
 
 // Stress times weight of strains that a changed metric of the undeflected leaf leaves.
 template <class S>
-Stress<S> metric_stress(const PlateMesh& mesh, const PointArray& metric, const PointArray& weight) {
+Stress<S> metric_stress(const PlateMesh& mesh, const PointArray& metric,
+                        const PlateMesh::Weights& weight) {
   Stress<S> e = Stress<S>::Zero();
   for (int g = 0; g < points; ++g) e(g, 0) = -0.5 * metric[g];
   return weighted(stress_of(mesh.membrane(), e), weight);

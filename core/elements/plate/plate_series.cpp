@@ -43,11 +43,11 @@ Stress strain_product(const Gradient& a, const Gradient& b) {
 }
 
 // Stresses times weight of the strains (e11, e22, 2 e12).
-Stress membrane_stress(const PlateMesh::Membrane& A, const Stress& e, const PointArray& w) {
+Stress membrane_stress(const PlateMesh::Membrane& A, const Stress& e, const PlateMesh::Weights& w) {
   Stress n;
-  n.col(0) = w * (A.A11 * e.col(0) + A.A12 * e.col(1));
-  n.col(1) = w * (A.A12 * e.col(0) + A.A11 * e.col(1));
-  n.col(2) = w * A.A33 * e.col(2);
+  n.col(0) = w.col(0) * (A.A11 * e.col(0) + A.A12 * e.col(1));
+  n.col(1) = w.col(1) * (A.A12 * e.col(0) + A.A11 * e.col(1));
+  n.col(2) = w.col(2) * A.A33 * e.col(2);
   return n;
 }
 

@@ -51,14 +51,14 @@ class ElementSeries {
     point_series(i, j, m, d, d);
     const Matrix& U = U_;
     const Points& p = points_;
-    const Lanes w = weights(i, j);
+    const std::array<Lanes, 3> w = weights(i, j);
     const auto [A11, A12, A33] = operators_.membrane();
     std::array<std::vector<Lanes>, 3> stress;
     for (auto& s : stress) s.resize(m);
     for (int k = 0; k < m; ++k) {
-      stress[0][k] = w * (A11 * p.strain[0][k] + A12 * p.strain[1][k]);
-      stress[1][k] = w * (A12 * p.strain[0][k] + A11 * p.strain[1][k]);
-      stress[2][k] = w * (A33 * p.strain[2][k]);
+      stress[0][k] = w[0] * (A11 * p.strain[0][k] + A12 * p.strain[1][k]);
+      stress[1][k] = w[1] * (A12 * p.strain[0][k] + A11 * p.strain[1][k]);
+      stress[2][k] = w[2] * (A33 * p.strain[2][k]);
     }
     const int k0 = table_.count(d0 - 1), nd = m - k0;
     Matrix stresses(16, 3 * nd);
@@ -97,20 +97,20 @@ class ElementSeries {
     point_series(i, j, m, degree, strain_degree);
     const Matrix& U = U_;
     const Points& p = points_;
-    // ½ [A11 (e11² + e22²) + 2 A12 e11 e22 + A33 (2 e12)²] as three squares
-    const Lanes w = weights(i, j) * (0.5 * weight);
+    // ½ [A11 (w1 e11² + w2 e22²) + 2 A12 w1 e11 e22 + A33 w12 (2 e12)²] as three squares; w1 = w2
+    // where A12 is not zero
+    const std::array<Lanes, 3> w = weights(i, j);
     const auto [A11, A12, A33] = operators_.membrane();
+    const S coupling = A12 / A11;
     const int ms = table_.count(strain_degree);
-    std::vector<Lanes>&mean = work_[0], &difference = work_[1];
-    mean.resize(ms);
-    difference.resize(ms);
-    for (int k = 0; k < ms; ++k) {
-      mean[k] = p.strain[0][k] + p.strain[1][k];
-      difference[k] = p.strain[0][k] - p.strain[1][k];
-    }
-    add_square(table_, sum.data(), mean.data(), w * (0.5 * (A11 + A12)), strain_degree);
-    add_square(table_, sum.data(), difference.data(), w * (0.5 * (A11 - A12)), strain_degree);
-    add_square(table_, sum.data(), p.strain[2].data(), w * A33, strain_degree);
+    std::vector<Lanes>& along = work_[0];
+    along.resize(ms);
+    for (int k = 0; k < ms; ++k) along[k] = p.strain[0][k] + coupling * p.strain[1][k];
+    const double half = 0.5 * weight;
+    add_square(table_, sum.data(), along.data(), w[0] * (half * A11), strain_degree);
+    add_square(table_, sum.data(), p.strain[1].data(), w[1] * (half * (A11 - A12 * coupling)),
+               strain_degree);
+    add_square(table_, sum.data(), p.strain[2].data(), w[2] * (half * A33), strain_degree);
     if constexpr (std::is_same_v<Operators, PlateMesh>)
       if (mesh_.element(i, j).curvature_weight.size() > 0)
         add_natural_energy(mesh_.element(i, j), degree, weight, sum);
@@ -289,9 +289,12 @@ class ElementSeries {
       }
   }
 
-  Lanes weights(int i, int j) const {
-    Lanes w;
-    for (int g = 0; g < points; ++g) LanesOf::set(w, g, operators_.element(i, j).weight[g]);
+  /// Of e11, e22 and 2 e12.
+  std::array<Lanes, 3> weights(int i, int j) const {
+    const auto& element = operators_.element(i, j);
+    std::array<Lanes, 3> w;
+    for (int c = 0; c < 3; ++c)
+      for (int g = 0; g < points; ++g) LanesOf::set(w[c], g, element.weight(g, c));
     return w;
   }
 

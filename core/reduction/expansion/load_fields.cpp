@@ -55,7 +55,7 @@ class LoadedMesh {
  public:
   struct Element {
     Operator gradient, bending;
-    const Eigen::Array<double, PlateMesh::points, 1>& weight;
+    const PlateMesh::Weights& weight;
   };
   struct Membrane {
     Number A11, A12, A33;

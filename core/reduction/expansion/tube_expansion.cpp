@@ -191,7 +191,7 @@ class VaryingMesh {
  public:
   struct Element {
     VaryingMatrix gradient, bending;
-    std::array<Dual1, PlateMesh::points> weight;
+    Eigen::Array<Dual1, PlateMesh::points, 3> weight;
   };
 
   VaryingMesh(const PlateMesh& mesh, const PlateMeshRate::Shape& by, double widening)
@@ -204,8 +204,10 @@ class VaryingMesh {
         Element& element = elements_.emplace_back();
         element.gradient = {from.gradient, by.gradient.empty() ? none : by.gradient[k]};
         element.bending = {from.bending, by.bending.empty() ? none : by.bending[k]};
-        for (int g = 0; g < PlateMesh::points; ++g)
-          element.weight[g] = {from.weight[g], {by.weight.empty() ? 0 : by.weight[k][g]}};
+        for (int c = 0; c < 3; ++c)
+          for (int g = 0; g < PlateMesh::points; ++g)
+            element.weight(g, c) = {from.weight(g, c),
+                                    {by.weight.empty() ? 0 : by.weight[k](g, c)}};
       }
     for (const double y : mesh.y()) y_.push_back({y, {widening * y}});
     const PlateMesh::Membrane &A = mesh.membrane(), &dA = by.membrane;

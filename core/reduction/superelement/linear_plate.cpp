@@ -23,7 +23,7 @@ struct MembraneProducts {
   Matrix16 xx, yy, xy;
 };
 using Points16 = Eigen::Matrix<double, PlateMesh::points, 16>;
-using Weights = Eigen::Array<double, PlateMesh::points, 1>;
+using Weights = Eigen::Array<double, PlateMesh::points, 1>;  // without (E9): of all strains
 MembraneProducts membrane_products(const Matrix16& left, const Weights& weight,
                                    const Matrix16& right) {
   constexpr int points = PlateMesh::points;
@@ -147,7 +147,7 @@ Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
     e.bending = t * t * t * element.bending;
     each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.bending -= x.value; });
     add_membrane(e, mesh.membrane(),
-                 membrane_products(element.gradient, t * element.weight, element.gradient));
+                 membrane_products(element.gradient, t * element.weight.col(0), element.gradient));
     e.mass = t * element.mass;
     all.add(i, j, e);
   });
@@ -170,9 +170,9 @@ std::array<Matrices, 3> assemble_rates(const PlateBody& body, const PlateMesh& m
       // (A Gᵀ W G)′
       const PlateMesh::Membrane& A = mesh.membrane();
       const Matrix16& G = element.gradient;
-      const Weights W = t * element.weight;
+      const Weights W = t * element.weight.col(0);
       add_membrane(e, by.membrane, membrane_products(G, W, G));
-      if (!by.weight.empty()) add_membrane(e, A, membrane_products(G, t * by.weight[k], G));
+      if (!by.weight.empty()) add_membrane(e, A, membrane_products(G, t * by.weight[k].col(0), G));
       if (!by.gradient.empty()) {
         add_membrane(e, A, membrane_products(by.gradient[k], W, G));
         add_membrane(e, A, membrane_products(G, W, by.gradient[k]));

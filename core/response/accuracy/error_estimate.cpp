@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -54,6 +55,25 @@ constexpr double rounding = 1e-4;
 double error_over_difference(int elements, int more) {
   const double ratio = static_cast<double>(more) / elements;
   return 1 / (1 - std::pow(ratio, -order));
+}
+
+/// What the theory of leaves with steep profiles is off by: drives bend leaves, all other loads may
+/// stretch, shear and twist them. (S33)
+double error_of(const EstimatedError& number, const ProfileError& theory) {
+  switch (number.kind) {
+    case ErrorKind::load:
+    case ErrorKind::stress:
+      return theory.bending;
+    case ErrorKind::stiffness:
+      if (number.name.starts_with("drive_stiffness")) return theory.bending;
+      return number.name.find(".r") != std::string::npos ? theory.rotation : theory.translation;
+    case ErrorKind::frequency:
+      return 0.5 * theory.rotation;
+    case ErrorKind::motion:
+    case ErrorKind::none:
+      break;
+  }
+  return 0;
 }
 
 std::string pointer_of(const QuantityRow& row) {
@@ -213,6 +233,17 @@ bool set_differences(const Values& own, const Values& along, const Values& acros
   return true;
 }
 
+LargestError largest_of(const EstimatedError& number, std::size_t point) {
+  return {number.name,
+          0,
+          point,
+          number.relative(),
+          number.along / number.scale,
+          number.across / number.scale,
+          number.reduction / number.scale,
+          number.theory / number.scale};
+}
+
 }  // namespace
 
 std::array<int, 2> more_along(const std::array<int, 2>& mesh) {
@@ -304,6 +335,7 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
       const double share = raw > 0 ? number.across / (number.along + number.across) : 0;
       number.along = (1 - share) * mesh * number.scale;
       number.across = share * mesh * number.scale;
+      number.theory = error_of(number, full.theory) * number.scale;
     }
   return errors;
 }
@@ -336,7 +368,7 @@ StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& mod
   const StrokeResponse longer = with_mesh(more_along(model.mesh));
   if (across) wider = with_mesh(more_across(model.mesh));
   return errors_of(response, {reduced ? &own : &response, &longer, across ? &wider : nullptr,
-                              model.mesh, longest_leaf(mechanism)});
+                              model.mesh, longest_leaf(mechanism), profile_error(mechanism)});
 }
 
 std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses) {
@@ -345,15 +377,26 @@ std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_st
     for (const EstimatedError& number : errors.path[k]) {
       if ((number.kind == ErrorKind::stress) != of_stresses || number.scale == 0) continue;
       if (largest && number.relative() <= largest->relative) continue;
-      largest = LargestError{number.name,
-                             0,
-                             k,
-                             number.relative(),
-                             number.along / number.scale,
-                             number.across / number.scale,
-                             number.reduction / number.scale};
+      largest = largest_of(number, k);
     }
   return largest;
+}
+
+std::vector<LargestError> errors_beyond(const std::vector<StrokeErrors>& errors, double tolerance) {
+  std::map<std::pair<std::size_t, std::string>, LargestError> beyond;
+  for (std::size_t path = 0; path < errors.size(); ++path)
+    for (std::size_t k = 0; k < errors[path].path.size(); ++k)
+      for (const EstimatedError& number : errors[path].path[k]) {
+        if (number.kind == ErrorKind::stress || number.relative() <= tolerance) continue;
+        LargestError& largest = beyond[{path, number.name}];
+        if (number.relative() <= largest.relative) continue;
+        largest = largest_of(number, k);
+        largest.path = path;
+      }
+  std::vector<LargestError> sorted;
+  for (auto& [name, error] : beyond) sorted.push_back(std::move(error));
+  std::ranges::stable_sort(sorted, std::greater{}, &LargestError::relative);
+  return sorted;
 }
 
 std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/response/accuracy/profile_error.hpp"
 #include "core/response/estimated_error.hpp"
 #include "core/response/response.hpp"
 
@@ -38,6 +39,7 @@ struct FullPaths {
   const StrokeResponse* across = nullptr;  ///< null where no leaf has elements across
   std::array<int, 2> mesh{};               ///< own
   double length = 0;                       ///< longest_leaf of the mechanism [m]
+  ProfileError theory;                     ///< of the mechanism
 };
 
 /// Errors of a response by some model on that mesh.
@@ -58,11 +60,15 @@ bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model);
 struct LargestError {
   std::string name;
   std::size_t path = 0, point = 0;
-  double relative = 0, along = 0, across = 0, reduction = 0;  ///< relative
+  double relative = 0, along = 0, across = 0, reduction = 0, theory = 0;  ///< relative
 };
 std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses);
 /// The same over several paths.
 std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,
                                           bool of_stresses);
+
+/// Of every number but stresses whose error is beyond the tolerance the largest one, the largest
+/// first.
+std::vector<LargestError> errors_beyond(const std::vector<StrokeErrors>& errors, double tolerance);
 
 }  // namespace flexopt

@@ -172,11 +172,8 @@ TEST_CASE("operators change along sizes and profiles as their differences do", "
           compare(by.mass.empty() ? none : by.mass[k], operator_of(&PlateMesh::Element::mass));
           compare(by.gradient.empty() ? none : by.gradient[k],
                   operator_of(&PlateMesh::Element::gradient));
-          compare(by.weight.empty() ? Eigen::Array<double, 8, 1>(Eigen::Array<double, 8, 1>::Zero())
-                                    : by.weight[k],
-                  [&](const PlateMesh& m) -> Eigen::Array<double, 8, 1> {
-                    return m.element(i, j).weight;
-                  });
+          compare(by.weight.empty() ? PlateMesh::Weights(PlateMesh::Weights::Zero()) : by.weight[k],
+                  [&](const PlateMesh& m) -> PlateMesh::Weights { return m.element(i, j).weight; });
         }
       for (int line = 0; line < mesh.lines(); ++line) {
         compare(by.undeflected.empty() ? MatrixXd::Zero(mesh.functions_per_line(), 3).eval()

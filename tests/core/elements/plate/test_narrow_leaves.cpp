@@ -34,12 +34,13 @@ double section_in_plane(const PlateShape& shape) {
     const MatrixXd ux = e.gradient.topRows<n>() * u, uy = e.gradient.bottomRows<n>() * u,
                    vx = e.gradient.topRows<n>() * v, vy = e.gradient.bottomRows<n>() * v,
                    shear = uy + vx;
-    const auto w = e.weight.matrix().asDiagonal();
+    const VectorXd stretch = e.weight.col(0), shearing = e.weight.col(2);
+    const auto w = stretch.asDiagonal();
     const PlateMesh::Membrane& A = mesh.membrane();
     K += A.A11 * (ux.transpose() * w * ux + vy.transpose() * w * vy) +
          A.A12 * (ux.transpose() * w * vy + vy.transpose() * w * ux) +
-         A.A33 * (shear.transpose() * w * shear) + u.transpose() * e.bending * u +
-         v.transpose() * e.bending * v;
+         A.A33 * (shear.transpose() * shearing.asDiagonal() * shear) +
+         u.transpose() * e.bending * u + v.transpose() * e.bending * v;
   }
   const int free = unknowns - 1;  // V at one edge is a rigid motion
   const VectorXd b = K.col(unknowns).segment(1, free);

@@ -1,6 +1,7 @@
 // Accuracy and mesh chosen by estimated errors.
 #include "core/response/accuracy/model_choice.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "support/models.hpp"
@@ -71,6 +72,37 @@ TEST_CASE("a tolerance beyond every mesh is not met, and that is said", "[slow]"
       choose_model(models::guide(0.1, 0.03, 5e-4), model, {statics(0.01)}, 1e-9);
   CHECK_FALSE(chosen.met);
   CHECK_THAT(chosen.message, Catch::Matchers::Contains("no mesh"));
+}
+
+TEST_CASE("numbers that more elements do not bring nearer end the choice and are named", "[slow]") {
+  // hinges half as thick as they are long: the layer of the free edges is as wide as the elements
+  const Mechanism m = models::single_leaf(1.5e-3, 6e-3, 0.75e-3, Direction::rz);
+  const ChosenModel chosen = choose_model(m, {}, {statics(0.01)}, 0.01);
+  CHECK_FALSE(chosen.met);
+  CHECK(chosen.cost <= largest_cost);
+  CHECK(chosen.tried.size() <= 3);
+  std::vector<StrokeErrors> errors{errors_of(
+      evaluate_stroke(m, chosen.model, estimate_request(statics(0.01))), chosen.full[0].view())};
+  const std::vector<LargestError> beyond = errors_beyond(errors, 0.01);
+  REQUIRE_FALSE(beyond.empty());
+  CHECK_THAT(chosen.message, Catch::Matchers::Contains(beyond[0].name));
+  for (std::size_t k = 1; k < beyond.size(); ++k)
+    CHECK(beyond[k].relative <= beyond[k - 1].relative);
+  for (const std::vector<EstimatedError>& point : errors[0].path)
+    for (const EstimatedError& number : point) {
+      const bool named =
+          std::ranges::find(beyond, number.name, &LargestError::name) != beyond.end();
+      CHECK((named || number.kind == ErrorKind::stress || number.relative() <= 0.01));
+    }
+}
+
+TEST_CASE("a choice costs no more than its limit, whatever the tolerance", "[slow]") {
+  const double tolerance = GENERATE(3e-4, 1e-5);
+  const ChosenModel chosen =
+      choose_model(models::guide(0.1, 0.06, 5e-4), {}, {statics(0.01), statics(0.02)}, tolerance);
+  CHECK_FALSE(chosen.met);
+  CHECK(chosen.cost <= largest_cost);
+  CHECK_THAT(chosen.message, Catch::Matchers::Contains("would cost more"));
 }
 
 TEST_CASE("shares are told by two digits") {
