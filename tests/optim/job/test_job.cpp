@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
 #include "support/base_jobs.hpp"
@@ -92,6 +93,60 @@ TEST_CASE("gravity, warmth and errors of assembly are read by the names of leave
   document.erase("gravity");
   document.erase("temperature");
   CHECK_FALSE(says(parse_job(document)));
+}
+
+TEST_CASE("all of one material that is warm expands freely, whatever its leaves consist of",
+          "[optim][job][temperature]") {
+  const json base = json::parse(R"({
+    "flexopt": 1, "job": "evaluate", "stroke": {"at": [0]}, "model": {"mesh": [6, 2]},
+    "temperature": {"change": "100 K", "bodies": {"ground": "100 K", "end_effector": "100 K"}},
+    "design": {"parameters": {},
+      "material": {"youngs_modulus": 2e11, "poissons_ratio": 0.3, "density": 7850,
+                   "thermal_expansion": 1.1e-5},
+      "mechanism": {"flexopt_design": 1, "drive": {"direction": "uy"},
+        "bodies": [{"name": "end_effector", "at": [0.1, 0, 0.02]}],
+        "leaves": [{"name": "a", "base": {"body": "ground", "at": [0, 0, 0.02]},
+                    "tip": {"body": "end_effector", "at": [0.1, 0, 0.02]},
+                    "across": [0, 0, 1], "width": 0.02, "thickness": 0.0005}]}}})");
+  const double strain = 1.1e-3;
+  const auto evaluated = [&](const json& patch) {
+    const Job job = parse_job(base.patch(patch));
+    StrokeRequest request = job.request;
+    request.outputs.add(Output::stress);
+    const StrokeResponse r =
+        evaluate_stroke(make_mechanism(job, job.design.parameters), job.model, request);
+    INFO(r.message);
+    REQUIRE(r.path[0].status == PointStatus::converged);
+    return r.path[0];
+  };
+  const std::string leaf = "/design/mechanism/leaves/0";
+  for (
+      const char* text :
+      {R"([{"op": "add", "path": "LEAF/reinforcement", "value": {"fraction": 0.6, "thickness": 0.003}}])",
+       R"([{"op": "add", "path": "LEAF/reinforcement",
+                "value": {"fraction": 0.6, "thickness": 0.003, "rigid": false}}])",
+       R"([{"op": "add", "path": "LEAF/curve", "value": {"angle": "40 deg"}}])",
+       R"([{"op": "replace", "path": "LEAF/width", "value": [0.02, 0.01]}])",
+       R"([{"op": "add", "path": "LEAF/fold", "value": {"at": [0.05, 0.05, 0.02]}}])",
+       R"([{"op": "replace", "path": "LEAF/tip", "value": {"body": "fold", "at": [0.05, 0.05, 0.02]}},
+               {"op": "add", "path": "/design/mechanism/bodies/-", "value": {"name": "fold", "at": [0.05, 0.05, 0.02]}},
+               {"op": "add", "path": "/design/mechanism/leaves/-",
+                "value": {"name": "b", "base": {"body": "fold", "at": [0.05, 0.05, 0.02]},
+                          "tip": {"body": "end_effector", "at": [0.1, 0, 0.02]},
+                          "across": [0, 0, 1], "width": 0.02, "thickness": 0.0005}}])"}) {
+    std::string patch = text;
+    for (std::size_t at; (at = patch.find("LEAF")) != std::string::npos;)
+      patch.replace(at, 4, leaf);
+    INFO(patch);
+    const PathPoint p = evaluated(json::parse(patch));
+    CHECK((p.displacement - strain * Vector3d(0.1, 0, 0.02)).norm() < 1e-9);
+    CHECK(p.max_stress->value < 1e3);  // of 220 MPa where expansion is hindered
+  }
+  // a piece that is named is as warm as is said
+  const PathPoint cold = evaluated(json::parse(
+      R"([{"op": "add", "path": "/design/mechanism/leaves/0/reinforcement", "value": {"fraction": 0.6, "thickness": 0.003}},
+          {"op": "add", "path": "/temperature/bodies/a~1reinforcement", "value": 0}])"));
+  CHECK(cold.max_stress->value > 1e7);
 }
 
 TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[optim][job]") {
