@@ -53,7 +53,7 @@ function(flexopt_sanitize_rooms target)
       add_library(${name} OBJECT EXCLUDE_FROM_ALL ${own})
       target_link_libraries(${name} PRIVATE ${libraries})
       target_include_directories(${name} PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
-      target_compile_options(${name} PRIVATE -O1 -Wpedantic ${flexopt_sanitizers} -fno-omit-frame-pointer)
+      target_compile_options(${name} PRIVATE -O1 -UEIGEN_NO_DEBUG -Wpedantic ${flexopt_sanitizers} -fno-omit-frame-pointer)
       set_target_properties(${name} PROPERTIES UNITY_BUILD ${FLEXOPT_ROOMS} UNITY_BUILD_MODE GROUP)
       add_dependencies(${name} ${target}) # what that generates
       set_property(TARGET ${target} APPEND PROPERTY FLEXOPT_SANITIZED ${name})
