@@ -90,8 +90,11 @@ def compile_rooms(rooms, seconds):
 
 
 def compiled(room):
-    dry = subprocess.run(["ninja", "-C", build, "-n", objects(room)], text=True, capture_output=True, check=True)
-    return "no work to do" in dry.stdout
+    """Ninja leaves no object behind that was not finished."""
+    commands = subprocess.run(["ninja", "-C", build, "-t", "commands", objects(room)],
+                              text=True, capture_output=True, check=True).stdout
+    outputs = re.findall(rf" -o (\S+/{objects(room)}\.dir/\S+\.o) ", commands)
+    return bool(outputs) and all((build / output).exists() for output in outputs)
 
 
 def tests_run(program):
