@@ -31,3 +31,32 @@ function(flexopt_read_headers_of target other)
     target_precompile_headers(${target} REUSE_FROM ${other})
   endif()
 endfunction()
+
+# flexopt_sanitize_rooms(TARGET): rooms of TARGET that FLEXOPT_SANITIZED_ROOMS names, once more with
+# sanitizers, each a library of objects, sanitized_room_core_math say. They are linked instead of TARGET's
+# own (tests/CMakeLists.txt): what is read or written there is looked at, whoever has reserved it.
+# The property FLEXOPT_SANITIZED of TARGET lists them.
+function(flexopt_sanitize_rooms target)
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  get_target_property(sources ${target} SOURCES)
+  get_target_property(libraries ${target} LINK_LIBRARIES)
+  foreach(room IN LISTS FLEXOPT_SANITIZED_ROOMS)
+    set(own "")
+    foreach(source IN LISTS sources)
+      get_filename_component(its_room ${folder}/${source} DIRECTORY)
+      if(its_room STREQUAL room)
+        list(APPEND own ${source})
+      endif()
+    endforeach()
+    if(own)
+      string(REPLACE "/" "_" name "sanitized_room_${room}")
+      add_library(${name} OBJECT EXCLUDE_FROM_ALL ${own})
+      target_link_libraries(${name} PRIVATE ${libraries})
+      target_include_directories(${name} PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
+      target_compile_options(${name} PRIVATE -O1 -UEIGEN_NO_DEBUG -Wpedantic ${flexopt_sanitizers} -fno-omit-frame-pointer)
+      set_target_properties(${name} PROPERTIES UNITY_BUILD ${FLEXOPT_ROOMS} UNITY_BUILD_MODE GROUP)
+      add_dependencies(${name} ${target}) # what that generates
+      set_property(TARGET ${target} APPEND PROPERTY FLEXOPT_SANITIZED ${name})
+    endif()
+  endforeach()
+endfunction()

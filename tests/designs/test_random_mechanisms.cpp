@@ -1,4 +1,4 @@
-// Laws that every mechanism keeps, for 200 random design files: trees and loops of bodies, leaves
+// Laws that every mechanism keeps, for random design files: trees and loops of bodies, leaves
 // of all kinds, joints, springs, bushings, frames, repeats and mirrored parts.
 #include <unistd.h>
 
@@ -7,12 +7,14 @@
 #include <filesystem>
 
 #include "support/mechanism_laws.hpp"
+#include "support/nightly.hpp"
 
 using namespace flexopt;
 
 namespace {
 
 constexpr int count = 200;
+const int checked = test::nightly() ? count : 40;
 
 /// A folder for the files of parts, removed at the end.
 struct Folder {
@@ -95,7 +97,7 @@ TEST_CASE("a random mechanism written flat, or without repeats, is the same to t
 
 TEST_CASE("every number of a random mechanism has its exact derivatives", "[random][slow]") {
   const Folder folder("derivatives");
-  for (int seed = 0; seed < count; ++seed) {
+  for (int seed = 0; seed < checked; ++seed) {
     const laws::Deviation d = laws::derivatives(random_design(seed, folder.path));
     INFO("seed " << seed << ": " << d.what);
     CHECK(d.size < 1e-8);
@@ -105,7 +107,7 @@ TEST_CASE("every number of a random mechanism has its exact derivatives", "[rand
 TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slow]") {
   const Folder folder("moved");
   int exact = 0;
-  for (int seed = 0; seed < count; ++seed) {
+  for (int seed = 0; seed < checked; ++seed) {
     const bool reduced = seed % 10 == 0;
     const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path), seed, "",
                                                         coarse(seed, reduced));
@@ -113,12 +115,12 @@ TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slo
     CHECK(d.size < limit(d, reduced));
     exact += d.size < 1e-10;
   }
-  CHECK(exact > count / 4);
+  CHECK(exact > checked / 4);
 }
 
 TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow]") {
   const Folder folder("mirrored");
-  for (int seed = 0; seed < count; ++seed) {
+  for (int seed = 0; seed < checked; ++seed) {
     const std::string mirror(1, "xyz"[seed % 3]);
     const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path), seed,
                                                         mirror, coarse(seed, seed % 10 == 0));
@@ -130,7 +132,7 @@ TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow
 TEST_CASE("the force of a random mechanism is the gradient of its energy, the tangent its Hessian",
           "[random][slow]") {
   const Folder folder("energy");
-  for (int seed = 0; seed < count; ++seed) {
+  for (int seed = 0; seed < checked; ++seed) {
     const laws::Deviation d =
         laws::energy(random_design(seed, folder.path), seed, coarse(seed, false));
     INFO("seed " << seed << ": " << d.what);

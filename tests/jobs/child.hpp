@@ -9,6 +9,8 @@
 #include <iterator>
 #include <string>
 
+#include "support/binary.hpp"
+
 namespace child {
 
 /// A folder of one's own, removed at the end.
@@ -31,10 +33,11 @@ inline std::string read(const std::filesystem::path& file) {
 /// `flexopt run JOB --out OUT --quiet --threads N`
 inline pid_t start(const std::filesystem::path& job, const std::filesystem::path& out,
                    const char* threads) {
+  const std::string program = flexopt::test::binary();
   const pid_t child = fork();
   if (child == 0) {
     if (!freopen("/dev/null", "w", stdout)) _exit(127);
-    execl(FLEXOPT_PROGRAM, FLEXOPT_PROGRAM, "run", job.c_str(), "--out", out.c_str(), "--quiet",
+    execl(program.c_str(), program.c_str(), "run", job.c_str(), "--out", out.c_str(), "--quiet",
           "--threads", threads, static_cast<char*>(nullptr));
     _exit(127);
   }

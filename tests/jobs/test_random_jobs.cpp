@@ -6,6 +6,7 @@
 #include "optim/job/job.hpp"
 #include "support/job_invariants.hpp"
 #include "support/mirrored_mechanism.hpp"
+#include "support/nightly.hpp"
 #include "support/random_jobs.hpp"
 
 using namespace flexopt;
@@ -13,7 +14,7 @@ using nlohmann::json;
 
 TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow]") {
   constexpr int most = 100000;  // Newton iterations: what needs more hangs
-  const int count = 8 * static_cast<int>(families().size());
+  const int count = (test::nightly() ? 8 : 3) * static_cast<int>(families().size());
   int ok = 0, energies = 0, scales = 0, full = 0;
   for (int seed = 0; seed < count; ++seed) {
     json job = random_job(static_cast<unsigned long long>(seed));

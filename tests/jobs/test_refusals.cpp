@@ -11,6 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "support/binary.hpp"
+
 namespace fs = std::filesystem;
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -58,7 +60,7 @@ std::string read(const fs::path& file) {
 
 Outcome run(const Workplace& place, const std::string& arguments) {
   const fs::path out = place / "out.stream", err = place / "err.stream";
-  const std::string command = std::string("\"") + FLEXOPT_PROGRAM + "\" " + arguments + " >\"" +
+  const std::string command = "\"" + flexopt::test::binary() + "\" " + arguments + " >\"" +
                               out.string() + "\" 2>\"" + err.string() + "\" </dev/null";
   const int status = std::system(command.c_str());
   REQUIRE(WIFEXITED(status));

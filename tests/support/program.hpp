@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <string>
 
+#include "support/binary.hpp"
 #include "support/fixture.hpp"
 
 namespace flexopt::test {
@@ -24,9 +25,9 @@ inline Outcome run_program(const std::filesystem::path& folder, const std::strin
                            const std::string& environment = {}) {
   const TemporaryFolder streams;
   const auto file = [&](const char* name) { return (streams.path() / name).string(); };
-  const std::string command = "cd '" + folder.string() + "' && " + environment +
-                              "'" FLEXOPT_BINARY "' " + arguments + " >'" + file("out") + "' 2>'" +
-                              file("err") + "' </dev/null";
+  const std::string command = "cd '" + folder.string() + "' && " + environment + "'" + binary() +
+                              "' " + arguments + " >'" + file("out") + "' 2>'" + file("err") +
+                              "' </dev/null";
   const int status = std::system(command.c_str());
   REQUIRE(WIFEXITED(status));
   return {WEXITSTATUS(status), content_of(file("out")), content_of(file("err"))};
@@ -43,7 +44,7 @@ inline Outcome run_on_terminal(const std::filesystem::path& folder, const std::s
   REQUIRE(child >= 0);
   if (child == 0) {
     const std::string command =
-        "cd '" + folder.string() + "' && TERM=xterm exec '" FLEXOPT_BINARY "' " + arguments;
+        "cd '" + folder.string() + "' && TERM=xterm exec '" + binary() + "' " + arguments;
     ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
     ::_exit(127);
   }

@@ -195,7 +195,7 @@ TEST_CASE("A stream that takes no text ends no run", "[results][command]") {
   const test::TemporaryFolder folder;
   save(folder.path() / "leaf.json", test::leaf_job());
   const auto code = [&](const std::string& arguments) {
-    const std::string command = "cd '" + folder.path().string() + "' && '" FLEXOPT_BINARY "' " +
+    const std::string command = "cd '" + folder.path().string() + "' && '" + test::binary() + "' " +
                                 arguments + " >/dev/full 2>/dev/full";
     const int status = std::system(command.c_str());
     REQUIRE(WIFEXITED(status));
@@ -212,9 +212,8 @@ TEST_CASE("A job comes by a pipe as well", "[results][command]") {
   save(folder.path() / "leaf.json", test::leaf_job());
   for (const char* arguments : {"validate /dev/stdin", "run /dev/stdin --out piped"}) {
     CAPTURE(arguments);
-    const std::string command = "cd '" + folder.path().string() +
-                                "' && cat leaf.json | '" FLEXOPT_BINARY "' " + arguments +
-                                " >/dev/null 2>&1";
+    const std::string command = "cd '" + folder.path().string() + "' && cat leaf.json | '" +
+                                test::binary() + "' " + arguments + " >/dev/null 2>&1";
     CHECK(std::system(command.c_str()) == 0);
   }
   CHECK(fs::exists(folder.path() / "piped/result.json"));

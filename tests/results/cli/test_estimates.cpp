@@ -9,6 +9,7 @@
 #include <string>
 
 #include "results/files/json_text.hpp"
+#include "support/binary.hpp"
 #include "support/fixture.hpp"
 
 using namespace flexopt;
@@ -38,8 +39,8 @@ struct Ran {
 Ran run(const OrderedJson& job) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "job.json") << job.dump();
-  const std::string command = "cd '" + folder.path().string() +
-                              "' && '" FLEXOPT_BINARY "' run job.json >out 2>err </dev/null";
+  const std::string command = "cd '" + folder.path().string() + "' && '" + test::binary() +
+                              "' run job.json >out 2>err </dev/null";
   const int status = std::system(command.c_str());
   REQUIRE(WIFEXITED(status));
   const fs::path out = folder.path() / "job.out";

@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/binary.hpp"
 #include "support/fixture.hpp"
 #endif
 
@@ -120,7 +121,7 @@ TEST_CASE("The same job makes the same file, with the names of its parts", "[res
   for (const char* run : {"first", "second"}) {  // of the program: parts are counted in a process
     const std::string out = (folder.path() / run).string();
     REQUIRE(
-        std::system((std::string(FLEXOPT_BINARY) + " export " + FLEXOPT_SOURCE_DIR +
+        std::system((test::binary() + " export " + FLEXOPT_SOURCE_DIR +
                      "/designs/jobs/cross_hinge.json --format step --out " + out + " > /dev/null")
                         .c_str()) == 0);
     files.push_back(test::content_of(out + "/cross_hinge.step"));

@@ -63,7 +63,7 @@ std::optional<std::string> as_anyone() {
 class Running {
  public:
   Running(const fs::path& folder, const std::string& arguments)
-      : thread_([this, command = "cd '" + folder.string() + "' && '" FLEXOPT_BINARY "' " +
+      : thread_([this, command = "cd '" + folder.string() + "' && '" + test::binary() + "' " +
                                  arguments + " >/dev/null 2>'" + words().string() +
                                  "' </dev/null"] {
           status_ = std::system(command.c_str());

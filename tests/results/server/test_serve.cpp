@@ -9,6 +9,7 @@
 
 #include "results/files/folder.hpp"
 #include "results/files/json_text.hpp"
+#include "support/binary.hpp"
 #include "support/fixture.hpp"
 #include "support/loopback.hpp"
 
@@ -26,9 +27,9 @@ class Program {
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    std::string name = FLEXOPT_BINARY, verb = command, file = what;
+    std::string name = test::binary(), verb = command, file = what;
     char* arguments[] = {name.data(), verb.data(), file.data(), nullptr};
-    REQUIRE(::posix_spawn(&process_, FLEXOPT_BINARY, &actions, nullptr, arguments, environ) == 0);
+    REQUIRE(::posix_spawn(&process_, name.c_str(), &actions, nullptr, arguments, environ) == 0);
     posix_spawn_file_actions_destroy(&actions);
     ::close(ends[1]);
     for (char letter; ::read(ends[0], &letter, 1) == 1 && letter != '\n';) address += letter;

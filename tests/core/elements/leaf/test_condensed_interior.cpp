@@ -1,5 +1,6 @@
 // The interior of a leaf condensed onto edges and material point, against dense linear algebra.
 #include "core/elements/leaf/condensed_interior.hpp"
+#include "core/math/decompositions.hpp"
 
 #include <catch2/catch.hpp>
 #include <numeric>
@@ -60,8 +61,8 @@ TEST_CASE("a condensed interior is the Schur complement on the edges, also where
     const Interior of(shift);
     CondensedInterior interior;
     interior.condense(of.K, of.residual, of.coupling, of.edge_force, of.edge_tangent, blocks - 1);
-    const MatrixXd X = of.dense.partialPivLu().solve(of.coupling);
-    const VectorXd x = of.dense.partialPivLu().solve(of.residual);
+    const MatrixXd X = Lu(of.dense).solve(of.coupling);
+    const VectorXd x = Lu(of.dense).solve(of.residual);
     CHECK((interior.force() - (of.edge_force - of.coupling.transpose() * x)).norm() < 1e-12);
     CHECK((interior.tangent() - (of.edge_tangent - of.coupling.transpose() * X)).norm() < 1e-11);
     CHECK(interior.correction() == Approx(std::abs(of.residual.dot(x))));
@@ -85,7 +86,7 @@ TEST_CASE("a held material point borders the interior's equations", "[leaf][cond
   const Vector3d du = Vector3d::Random();
   VectorXd b(n + 3);
   b << -(of.residual + of.coupling * dq), of.point.edge_gradient * dq - of.point.missing - du;
-  const VectorXd solved = A.partialPivLu().solve(b);
+  const VectorXd solved = Lu(A).solve(b);
   Vector3d df;
   CHECK((interior.step(of.K, dq, du, df) - solved.head(n)).norm() < 1e-11);
   CHECK((df - solved.tail<3>()).norm() < 1e-11);
@@ -95,7 +96,7 @@ TEST_CASE("a held material point borders the interior's equations", "[leaf][cond
   const auto forces = [&](const Vector12d& q, const Vector3d& u) -> VectorXd {
     VectorXd c(n + 3);
     c << -(of.residual + of.coupling * q), of.point.edge_gradient * q - of.point.missing - u;
-    const VectorXd s = A.partialPivLu().solve(c);
+    const VectorXd s = Lu(A).solve(c);
     VectorXd f(15);
     f << of.edge_force + of.edge_tangent * q + of.coupling.transpose() * s.head(n) -
              of.point.edge_gradient.transpose() * s.tail<3>(),
@@ -116,5 +117,5 @@ TEST_CASE("a held material point borders the interior's equations", "[leaf][cond
   MatrixXd bordered = MatrixXd::Zero(n + 3, 2);
   bordered.topRows(n) = B;
   interior.solve(of.K, B);
-  CHECK((B - A.partialPivLu().solve(bordered).topRows(n)).norm() < 1e-11);
+  CHECK((B - Lu(A).solve(bordered).topRows(n)).norm() < 1e-11);
 }

@@ -1,3 +1,4 @@
+#include "core/math/decompositions.hpp"
 #include "core/reduction/modal/modal_leaf_gradient.hpp"
 
 #include <catch2/catch.hpp>
@@ -48,7 +49,7 @@ std::vector<double> answer(const Design& d, const ModelOptions& model, const Mat
     const Vector12d y = map * Y.col(k);
     double q = y.dot(D.topLeftCorner<12, 12>() * y);
     const VectorXd b = D.bottomLeftCorner(m, 12) * y;
-    if (m > 0) q -= b.dot(MatrixXd(D.bottomRightCorner(m, m)).partialPivLu().solve(b));
+    if (m > 0) q -= b.dot(VectorXd(Lu(D.bottomRightCorner(m, m)).solve(b)));
     for (int e = 0; e < 2; ++e) {  // the lever arms turn
       const Vector3d w = Y.block<3, 1>(6 * e + 3, k),
                      arm = edges(d, 1)[e].position - d.reference[e] - d.displacement[e];
@@ -104,7 +105,7 @@ void check(Flexure flexure, Reduction method, ModalDerivativeSet set, double thi
     const MatrixXd M = linear.mass_times(V).topRows(m), &H = at->generalised_tangent();
     const VectorXd b =
         H.bottomLeftCorner(m, 6) * (at->frame().B * V.bottomRightCorner(12, 1)) - mu[k] * M.col(m);
-    y.col(k).head(m) = -(H.bottomRightCorner(m, m) - mu[k] * M.leftCols(m)).partialPivLu().solve(b);
+    y.col(k).head(m) = -Lu(H.bottomRightCorner(m, m) - mu[k] * M.leftCols(m)).solve(b);
   }
   check_derivatives({design, flexure, linear, gradient, rows, y, lambda,
                      [&](const Design& d) { return answer(d, model, Y, lambda); }},

@@ -1,3 +1,4 @@
+#include "core/math/decompositions.hpp"
 #include "core/reduction/modal/modal_model_rate.hpp"
 
 #include <Eigen/QR>
@@ -41,8 +42,7 @@ MatrixXd projector(const MatrixXd& F) {
 MatrixXd projector_rate(const MatrixXd& F, const MatrixXd& rate) {
   const MatrixXd Q = orthonormal(F), R = Q.transpose() * F;
   const MatrixXd out = rate - Q * (Q.transpose() * rate);
-  const MatrixXd half =
-      R.transpose().partialPivLu().solve(out.transpose()).transpose() * Q.transpose();
+  const MatrixXd half = Lu(R.transpose()).solve(out.transpose()).transpose() * Q.transpose();
   return half + half.transpose();
 }
 

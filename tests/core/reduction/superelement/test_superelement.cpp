@@ -1,3 +1,4 @@
+#include "core/math/decompositions.hpp"
 #include "core/reduction/superelement/superelement.hpp"
 
 #include <Eigen/Dense>
@@ -260,7 +261,7 @@ TEST_CASE("the floating frame does not drift over load steps forth and back", "[
     for (int a = 0; a < n; a += 3)
       dq.segment<3>(a) = drifting.axes.transpose() * v.segment<3>(a) * dt;
     const MatrixXd PhiD = model.frame_modes * D;
-    const Vector6d d = (PhiD * rigid).partialPivLu().solve(VectorXd(PhiD * dq));
+    const Vector6d d = Lu(PhiD * rigid).solve(PhiD * dq);
     drifting.position += drifting.axes * d.head<3>();
     drifting.axes = drifting.axes * rotation_exp(d.tail<3>());
   }

@@ -1,3 +1,4 @@
+#include "core/math/decompositions.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
 
 #include <Eigen/Dense>
@@ -33,7 +34,7 @@ Matrix6d tip_compliance(const LeafSpring& leaf, LeafElement& element) {
   Matrix6d K = element.evaluation().tangent.bottomRightCorner<6, 6>();
   Vector6d unit;
   unit << leaf.length, leaf.length, leaf.length, 1, 1, 1;
-  return (unit.asDiagonal() * K * unit.asDiagonal()).inverse();
+  return Lu(unit.asDiagonal() * K * unit.asDiagonal()).inverse();
 }
 
 }  // namespace
