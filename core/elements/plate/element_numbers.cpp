@@ -139,12 +139,11 @@ template <class S>
 S ElementNumbers<S>::softer_at_clamps(int i, const S& at_thickness, const S& width_factor) const {
   const PlateShape& shape = mesh_.shape();
   const bool base = i == 0, tip = i + 2 == static_cast<int>(mesh_.x.size());
-  if (shape.linear || !(base || tip)) return S(1);
-  S length(1);
-  if (mesh_.folded()) length = base ? mesh_.fold.place : S(1.0 - mesh_.fold.place);
+  // a folded leaf's solids are met without it: in their frequencies as well
+  if (shape.linear || mesh_.folded() || !(base || tip)) return S(1);
   const S& nu = mesh_.poissons_ratio;
   const S longer =
-      0.28 * nu * nu * at_thickness / (1.0 + 0.5 * mesh_.width * width_factor / length);
+      0.28 * nu * nu * at_thickness / (1.0 + 0.5 * mesh_.width * width_factor);
   const S own = mesh_.x[i + 1] - mesh_.x[i];
   return own / (own + longer);
 }

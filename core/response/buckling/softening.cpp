@@ -175,7 +175,6 @@ Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool 
     R.col(count) = r / std::sqrt(size);
     W.col(count) = rate.times(V.col(count));
     r = W.col(count++);
-    if (r.norm() == 0) break;
     const MatrixXd T = V.leftCols(count).transpose() * W.leftCols(count);
     const SymmetricEigen eigen(0.5 * (T + T.transpose()));
     values = eigen.eigenvalues();
