@@ -54,8 +54,8 @@ std::string held_meanwhile(const System& system) {
     text += fmt::format("; meanwhile {} is held at {:.4g} {}", name_of(mechanism, drive),
                         std::abs(stroke) < rest ? 0 : stroke, turns ? "rad" : "m");
     if (load != 0)
-      text += fmt::format(" against {:.4g} {}, and would have to give towards {}{}",
-                          std::abs(load), turns ? "N m" : "N", load > 0 ? '-' : '+',
+      text += fmt::format(" against {:.4g} {}, and would have to give towards {}{}", std::abs(load),
+                          turns ? "N m" : "N", load > 0 ? '-' : '+',
                           direction_names[static_cast<std::size_t>(index(drive.direction))]);
   }
   const std::string directions = held_directions(mechanism);

@@ -86,8 +86,7 @@ OrderedJson look_at(const Job& job) {
   Silent nobody;
   RunRecord record = run_evaluation(evaluation_of(job), {}, 1, nobody);
   if (record.status == "no_equilibrium" || record.status == "left_branch" ||
-      record.status == "limit_reached" ||
-      record.status == "failed")
+      record.status == "limit_reached" || record.status == "failed")
     return {{"ok", false}, {"message", record.message}};
   OrderedJson answer{{"ok", true}, {"result", make_result(record)}, {"scene", make_scene(record)}};
   answer["result"].erase("shapes");  // the scene has them

@@ -142,8 +142,7 @@ S ElementNumbers<S>::softer_at_clamps(int i, const S& at_thickness, const S& wid
   // a folded leaf's solids are met without it: in their frequencies as well
   if (shape.linear || mesh_.folded() || !(base || tip)) return S(1);
   const S& nu = mesh_.poissons_ratio;
-  const S longer =
-      0.28 * nu * nu * at_thickness / (1.0 + 0.5 * mesh_.width * width_factor);
+  const S longer = 0.28 * nu * nu * at_thickness / (1.0 + 0.5 * mesh_.width * width_factor);
   const S own = mesh_.x[i + 1] - mesh_.x[i];
   return own / (own + longer);
 }
