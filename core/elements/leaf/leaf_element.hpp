@@ -74,6 +74,7 @@ struct LeafLoad {
 };
 
 class LeafLinear;
+class LimitedRange;
 
 /// What a linearised leaf is wanted for beside its stiffness.
 struct InteriorUse {
@@ -103,6 +104,8 @@ class LeafElement {
   /// The last one.
   virtual const LeafEvaluation& evaluation() const = 0;
 
+  /// This leaf as one whose model holds in part of its states; null where it holds in all.
+  virtual LimitedRange* limited_range() { return nullptr; }
   /// Whether this is the leaf at full accuracy.
   virtual bool is_full() const { return false; }
   /// The leaf at full accuracy between the same edges, near its present state: what takes over

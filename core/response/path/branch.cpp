@@ -22,7 +22,7 @@ bool refine_leaves(System& system) {
   bool changed = false;
   EdgeCompliance compliance(system);
   for (int i = 0; i < system.leaves(); ++i) {
-    auto* leaf = dynamic_cast<LimitedRange*>(&system.leaf(i));
+    LimitedRange* leaf = system.leaf(i).limited_range();
     if (!leaf) continue;
     LimitedRange::Refinement refinement = leaf->refine([&] { return compliance.of(i); });
     changed |= refinement.changed;
