@@ -41,8 +41,10 @@ TEST_CASE("the new job of every family runs to the end of its stroke, within its
   for (const Family& family : families()) {
     CAPTURE(family.name);
     json written = job_of(family.name, false);
-    CHECK(written["model"]["accuracy"] ==
-          (family.has_end_effector(default_choices(family)) ? "auto" : "full"));
+    // no mesh brings beam theory of a notch within the tolerance
+    const bool by_estimates =
+        family.has_end_effector(default_choices(family)) && family.name != "notch_hinge";
+    CHECK(written["model"]["accuracy"] == (by_estimates ? "auto" : "full"));
     // the mesh is chosen in jobs that are tests of their own
     written["model"]["accuracy"] = "reduced";
     written["model"].erase("tolerance");

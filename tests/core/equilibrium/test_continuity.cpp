@@ -1,0 +1,99 @@
+// Whether two equilibria lie on one branch.
+#include <catch2/catch.hpp>
+
+#include "core/equilibrium/continuity.hpp"
+#include "core/equilibrium/stroke_path.hpp"
+#include "core/response/models/leaf_models.hpp"
+#include "support/models.hpp"
+
+using namespace flexopt;
+
+namespace {
+
+System full_system(const Mechanism& m, LoadCase loads = {}) {
+  return System(m, make_full_leaves(m, {.accuracy = Accuracy::full, .flexure = Flexure::beam}),
+                std::move(loads));
+}
+
+VectorXd strokes(double x, double y) { return Eigen::Vector2d(x, y); }
+
+// A leaf between edges that stay parallel, pressed along itself and sheared.
+Mechanism pressed_leaf() {
+  Mechanism m = models::single_leaf(0.05, 0.01, 2e-4);
+  m.bodies[0].held = {false, false, true, true, true, true};
+  m.drives = {make_drive<double>(Direction::ux), make_drive<double>(Direction::uy)};
+  m.drives[0].name = "x";
+  m.drives[1].name = "y";
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("the departure of states of one branch falls faster than the step",
+          "[continuity]") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  double before = 0;
+  for (const double step : {4e-3, 2e-3, 1e-3}) {
+    System system = full_system(m);
+    REQUIRE(step_to(system, 0.02, {}).converged);
+    const VectorXd growth = VectorXd::Constant(1, step);
+    const BranchState start = branch_state_of_strokes(system, growth);
+    REQUIRE(step_to(system, 0.02 + step, {}).converged);
+    const BranchState end = branch_state_of_strokes(system, growth);
+    const double off = departure(start, end, 1, system);
+    CAPTURE(step, off);
+    CHECK(off < 1e-3);
+    if (before > 0) CHECK(off < 0.3 * before);
+    before = off;
+  }
+}
+
+TEST_CASE("slopes along growing loads are those of the states beside", "[continuity]") {
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.drives.clear();
+  const LoadCase loads{.constant = {{.force = {2, 0, 0}}}, .growing = {{.force = {0, 5, 0}}}};
+  System system = full_system(m, loads);
+  const auto at = [&](double factor) {
+    REQUIRE(step_load(system, {.constant = 1, .growing = factor}, {}).converged);
+    return system.pose(0).position;
+  };
+  constexpr double h = 1e-3;
+  const Vector3d difference = (at(1 + h) - at(1 - h)) / (2 * h);
+  at(1);
+  const BranchState state = branch_state_of_loads(system, {.growing = 1}, false);
+  CHECK((state.slope.head<3>() - difference).norm() < 1e-4 * difference.norm());
+  // the system stands where it stood
+  CHECK(system.load_factors().growing == 1);
+  const Vector3d here = system.pose(0).position;
+  CHECK((at(1) - here).norm() < 1e-12);
+}
+
+TEST_CASE("the straight and the buckled leaf are on different branches", "[continuity]") {
+  const Mechanism m = pressed_leaf();
+  const VectorXd growth = strokes(-5e-5, 0);
+  System bowed = full_system(m);
+  for (const VectorXd& to : {strokes(0, 1e-4), strokes(-3e-4, 1e-4), strokes(-3e-4, 0)})
+    REQUIRE(step_to(bowed, to, {}).converged);
+  REQUIRE(negative_pivots(bowed, true) == 0);
+  const BranchState start = branch_state_of_strokes(bowed, growth);
+  REQUIRE(step_to(bowed, strokes(-3.5e-4, 0), {}).converged);
+  CHECK(departure(start, branch_state_of_strokes(bowed, growth), 1, bowed) < 0.05);
+
+  System straight = full_system(m);  // perfect: nothing turns it aside
+  REQUIRE(solve_equilibrium(straight, std::optional<VectorXd>(strokes(-3.5e-4, 0)), {}).converged);
+  REQUIRE(negative_pivots(straight, true) > 0);
+  CHECK(departure(start, branch_state_of_strokes(straight, growth), 1, straight) > 0.05);
+}
+
+TEST_CASE("a system stands near itself with another model, and not near another stroke",
+          "[continuity]") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  System reduced(m, make_reduced_leaves(m, {}, 0.02));
+  REQUIRE(step_to(reduced, 0.02, {}).converged);
+  const Place place = place_of(reduced);
+  System full(m, make_full_leaves(m, {.accuracy = Accuracy::full}));
+  REQUIRE(step_to(full, 0.02, {}).converged);
+  CHECK(is_near(full, place, same_energy));
+  REQUIRE(step_to(full, 0.024, {}).converged);
+  CHECK_FALSE(is_near(full, place, same_energy));
+}
