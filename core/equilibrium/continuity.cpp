@@ -19,6 +19,18 @@ Vector6d motion_between(const BodyPose& from, const BodyPose& to, double length)
   return motion;
 }
 
+// What rounding makes of the energies: strains are differences of lengths.
+double rounding_of_energies(const System& system) {
+  constexpr double rounding = 1e-12;
+  double largest = 0;
+  const VectorXd diagonal = system.tangent().diagonal();
+  for (Eigen::Index b = 0; b < diagonal.size(); b += 6)
+    largest = std::max(
+        {largest, system.length() * system.length() * diagonal.segment<3>(b).cwiseAbs().maxCoeff(),
+         diagonal.segment<3>(b + 3).cwiseAbs().maxCoeff()});
+  return rounding * largest;
+}
+
 }  // namespace
 
 Place place_of(const System& system) {
@@ -42,12 +54,9 @@ bool is_near(const System& system, const Place& before, double energy_share) {
     apart += motion_between(before.poses[b], now.poses[b], system.length()).squaredNorm();
   }
   if (!(std::sqrt(apart) <= share * std::sqrt(moved) + slight)) return false;
-  VectorXd unit = VectorXd::Ones(system.size());
-  for (Eigen::Index b = 0; b < unit.size(); b += 6) unit.segment<3>(b).setConstant(system.length());
-  const double rounding =
-      1e-14 * system.tangent().diagonal().cwiseAbs().cwiseProduct(unit.cwiseAbs2()).maxCoeff();
   const double sum = now.energies.cwiseAbs().sum() + before.energies.cwiseAbs().sum();
-  return (now.energies - before.energies).cwiseAbs().sum() <= energy_share * 0.5 * sum + rounding;
+  return (now.energies - before.energies).cwiseAbs().sum() <=
+         energy_share * 0.5 * sum + rounding_of_energies(system);
 }
 
 BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes) {
@@ -110,9 +119,9 @@ double departure(const BranchState& start, const BranchState& end, double step,
   const VectorXd change = end.place.energies - start.place.energies;
   const double work = 0.5 * step * (start.work->rate + end.work->rate) +
                       step * step / 12 * (start.work->slope - end.work->slope) + of_moments;
-  const double scale =
-      change.cwiseAbs().sum() + rounding * end.place.energies.cwiseAbs().sum() + 1e-300;
-  return std::max(motion, std::abs(work - change.sum()) / scale);
+  const double off = std::abs(work - change.sum()) - 2 * rounding_of_energies(system);
+  const double scale = change.cwiseAbs().sum() + rounding * end.place.energies.cwiseAbs().sum();
+  return off > 0 ? std::max(motion, off / scale) : motion;
 }
 
 }  // namespace flexopt

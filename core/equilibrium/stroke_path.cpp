@@ -351,6 +351,8 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
     int& counted = result.too_far && far < most_halvings ? far : halvings;
     if (++counted > most_halvings || result.beyond_reach) {
       system.assemble();
+      // leaves that are pulled straight are at the end of their reach, whatever ends the way
+      result.left_branch = result.left_branch && strain < 0.05 * largest_strain;
       result.message = way.moves ? fmt::format(
                                        "no equilibrium between {:.4g} and {:.4g} of the {} "
                                        "step: {}",

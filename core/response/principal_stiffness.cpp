@@ -44,8 +44,10 @@ std::vector<PrincipalStiffness> principal_stiffnesses(const PathPoint& point, bo
   std::vector<PrincipalStiffness> all;
   if (axes.cols() == 0) return all;
   const SymmetricEigen eigen = eigen_of(point, axes, first);
+  // a held direction that has tilted away from the axes gives way by rounding alone
+  const double least = 1e-12 * eigen.eigenvalues().cwiseAbs().maxCoeff();
   for (Eigen::Index k = axes.cols() - 1; k >= 0; --k)
-    if (eigen.eigenvalues()[k] != 0)
+    if (std::abs(eigen.eigenvalues()[k]) > least)
       all.push_back(
           {1 / eigen.eigenvalues()[k], signed_by_largest(axes * eigen.eigenvectors().col(k))});
   return all;

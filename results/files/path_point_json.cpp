@@ -256,7 +256,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   if (point.status != PointStatus::converged) {
     for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
     for (const char* name : {"compliance", "modes", "max_stress_place", "clearance_place", "stable",
-                             "negative_pivots", "leaves", "bodies"})
+                             "bifurcation_passed", "negative_pivots", "leaves", "bodies"})
       json[name] = nullptr;
     return json;
   }

@@ -18,25 +18,32 @@ struct ElementMatrices {
   Matrix16 uu, vv, uv, bending, mass;
 };
 
-// Integrals of the products of first derivatives, weights included.
+// Integrals of the products of first derivatives, weights included: those of the stretching, which
+// are the same along and across, and those of the shear.
 struct MembraneProducts {
-  Matrix16 xx, yy, xy;
+  Matrix16 xx, yy, xy, shear_xx, shear_yy, shear_xy;
 };
 using Points16 = Eigen::Matrix<double, PlateMesh::points, 16>;
-using Weights = Eigen::Array<double, PlateMesh::points, 1>;  // without (E9): of all strains
+using Weights = Eigen::Array<double, PlateMesh::points, 3>;  // of e11, e22 and 2 e12
 MembraneProducts membrane_products(const Matrix16& left, const Weights& weight,
                                    const Matrix16& right) {
   constexpr int points = PlateMesh::points;
-  const Points16 WGx = weight.matrix().asDiagonal() * right.topRows<points>(),
-                 WGy = weight.matrix().asDiagonal() * right.bottomRows<points>();
-  return {left.topRows<points>().transpose() * WGx, left.bottomRows<points>().transpose() * WGy,
-          left.topRows<points>().transpose() * WGy};
+  const auto Lx = left.topRows<points>(), Ly = left.bottomRows<points>();
+  const auto weighted = [&](const auto& G, int strain) {
+    return Points16(weight.col(strain).matrix().asDiagonal() * G);
+  };
+  const Points16 Gx = weighted(right.topRows<points>(), 0),
+                 Gy = weighted(right.bottomRows<points>(), 0),
+                 Sx = weighted(right.topRows<points>(), 2),
+                 Sy = weighted(right.bottomRows<points>(), 2);
+  return {Lx.transpose() * Gx, Ly.transpose() * Gy, Lx.transpose() * Gy,
+          Lx.transpose() * Sx, Ly.transpose() * Sy, Lx.transpose() * Sy};
 }
 
 void add_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const MembraneProducts& p) {
-  to.uu += A.A11 * p.xx + A.A33 * p.yy;
-  to.vv += A.A11 * p.yy + A.A33 * p.xx;
-  to.uv += A.A12 * p.xy + A.A33 * p.xy.transpose();
+  to.uu += A.A11 * p.xx + A.A33 * p.shear_yy;
+  to.vv += A.A11 * p.yy + A.A33 * p.shear_xx;
+  to.uv += A.A12 * p.xy + A.A33 * p.shear_xy.transpose();
 }
 
 // Elements at a free edge that are narrower than this times t have a smaller c of (E2), in
@@ -147,7 +154,7 @@ Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
     e.bending = t * t * t * element.bending;
     each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.bending -= x.value; });
     add_membrane(e, mesh.membrane(),
-                 membrane_products(element.gradient, t * element.weight.col(0), element.gradient));
+                 membrane_products(element.gradient, t * element.weight, element.gradient));
     e.mass = t * element.mass;
     all.add(i, j, e);
   });
@@ -170,9 +177,9 @@ std::array<Matrices, 3> assemble_rates(const PlateBody& body, const PlateMesh& m
       // (A Gᵀ W G)′
       const PlateMesh::Membrane& A = mesh.membrane();
       const Matrix16& G = element.gradient;
-      const Weights W = t * element.weight.col(0);
+      const Weights W = t * element.weight;
       add_membrane(e, by.membrane, membrane_products(G, W, G));
-      if (!by.weight.empty()) add_membrane(e, A, membrane_products(G, t * by.weight[k].col(0), G));
+      if (!by.weight.empty()) add_membrane(e, A, membrane_products(G, t * by.weight[k], G));
       if (!by.gradient.empty()) {
         add_membrane(e, A, membrane_products(by.gradient[k], W, G));
         add_membrane(e, A, membrane_products(G, W, by.gradient[k]));

@@ -300,8 +300,8 @@ TEST_CASE("about its own axis alone a body turns as a coordinate does", "[drive]
   const MatrixXd K = free.tangent_stiffness();
   const EndEffectorCompliance found = end_effector_compliance(state.here());
   const Matrix6d C = K.inverse();
-  CHECK(off(found.drive_free, C) < 1e-10);
-  CHECK(found.drive_stiffness[0] == Approx(1 / C(5, 5)).epsilon(1e-10));
+  CHECK(off(found.drive_free, C) < 1e-9);
+  CHECK(found.drive_stiffness[0] == Approx(1 / C(5, 5)).epsilon(1e-9));
   CHECK(state.loads()[0] == Approx(free.internal_force()[5]).epsilon(1e-9));
   const MatrixXd held = K.topLeftCorner<5, 5>().inverse();
   CHECK(off(found.drive_locked.topLeftCorner<5, 5>(), held) < 1e-10);
