@@ -20,11 +20,12 @@ constexpr int count = 300;
 
 unsigned long long seed_of(int k) { return first_quick_job + static_cast<unsigned long long>(k); }
 
-// What is known to be wrong, by seed: reduced leaves that end on another branch or are believed
-// though they are off; rotations whose strokes and loads are not conjugate; rigid reinforcements
-// that do not expand. Nothing else may be.
+// What is known not to hold, by seed, though full leaves say the same: 221 presses a perfect leaf
+// far beyond buckling, where rounding chooses the side; the differences of 215 are taken across a
+// kink. Nothing else may be.
 const std::map<std::string, std::set<int>>& known() {
-  static const std::map<std::string, std::set<int>> list{};
+  static const std::map<std::string, std::set<int>> list{{"stiffness, stroke", {215, 221}},
+                                                         {"closed way", {221}}};
   return list;
 }
 
