@@ -408,7 +408,8 @@ void BranchWalk::visit(std::size_t k) {
     point.message = "the stable branch was not found: " + lost_stability;
   if (point.message.empty())
     point.message = equilibrium.crossings.empty() ? under_loads_ : equilibrium.crossings;
-  if (!equilibrium.crossings.empty()) bifurcation_passed_ = true;
+  // where full leaves have taken over at the point itself no step has seen it
+  if (!equilibrium.crossings.empty() || point.negative_pivots > 0) bifurcation_passed_ = true;
   point.bifurcation_passed = bifurcation_passed_;
   if ((request_.growing_load() || request_.wants_capacity()) &&
       point.status == PointStatus::converged)

@@ -74,14 +74,14 @@ TEST_CASE("the straight and the buckled leaf are on different branches", "[conti
   System bowed = full_system(m);
   for (const VectorXd& to : {strokes(0, 1e-4), strokes(-3e-4, 1e-4), strokes(-3e-4, 0)})
     REQUIRE(step_to(bowed, to, {}).converged);
-  REQUIRE(negative_pivots(bowed, true) == 0);
+  const int modes = negative_pivots(bowed, true);
   const BranchState start = branch_state_of_strokes(bowed, growth);
   REQUIRE(step_to(bowed, strokes(-3.5e-4, 0), {}).converged);
   CHECK(departure(start, branch_state_of_strokes(bowed, growth), 1, bowed) < 0.05);
 
-  System straight = full_system(m);  // perfect: nothing turns it aside
+  System straight = full_system(m);  // perfect: nothing turns it aside, in any of many modes
   REQUIRE(solve_equilibrium(straight, std::optional<VectorXd>(strokes(-3.5e-4, 0)), {}).converged);
-  REQUIRE(negative_pivots(straight, true) > 0);
+  REQUIRE(negative_pivots(straight, true) > modes + 2);
   CHECK(departure(start, branch_state_of_strokes(straight, growth), 1, straight) > 0.05);
 }
 

@@ -162,7 +162,7 @@ TEST_CASE("principal directions are normal to each other and their compliances m
     const int first = rotations ? 3 : 0;
     const Matrix3d block = p.compliance_locked.block<3, 3>(first, first);
     // the drive holds the turn about its axis as a body holds it that has tilted a little
-    CHECK((sum - block).norm() < (rotations ? 1e-5 : 1e-10) * block.norm());
+    CHECK((sum - block).norm() < (rotations ? 1e-4 : 1e-10) * block.norm());
   }
   CHECK(principal_stiffness(p)->value == principal_stiffnesses(p, false).front().value);
 }
