@@ -29,8 +29,7 @@ Mechanism pressed_leaf() {
 
 }  // namespace
 
-TEST_CASE("the departure of states of one branch falls faster than the step",
-          "[continuity]") {
+TEST_CASE("the departure of states of one branch falls faster than the step", "[continuity]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   double before = 0;
   for (const double step : {4e-3, 2e-3, 1e-3}) {
