@@ -86,7 +86,9 @@ int FreeMotions::negative_eigenvalues() const {
   if (basis_.cols() == 0) return 0;
   VectorXd s;
   const MatrixXd K = scaled(basis_.transpose() * (system_->tangent() * basis_), s);
-  return static_cast<int>((symmetric_eigenvalues(K).array() < 0).count());
+  const VectorXd values = symmetric_eigenvalues(K);
+  // a motion without stiffness has a zero of either sign
+  return static_cast<int>((values.array() < -1e-13 * values.cwiseAbs().maxCoeff()).count());
 }
 
 }  // namespace flexopt
