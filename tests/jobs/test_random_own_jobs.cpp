@@ -54,7 +54,8 @@ void look_at(int first, int last) {
 
 }  // namespace
 
-TEST_CASE("a number of a random mechanism is the same found in another way", "[jobs][random]") {
+TEST_CASE("a number of a random mechanism is the same found in another way",
+          "[jobs][random][slow]") {
   look_at(0, 30);
 }
 
