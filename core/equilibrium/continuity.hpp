@@ -7,7 +7,7 @@
 
 namespace flexopt {
 
-/// Where a mechanism stands.
+/// The place of a mechanism.
 struct Place {
   std::vector<BodyPose> poses;
   VectorXd energies;  ///< of each leaf, of the springs, of the dead forces [J]
@@ -26,7 +26,7 @@ inline constexpr double same_energy = 0.1, similar_energy = 0.5;
 struct BranchState {
   Place place;
   VectorXd slope;  ///< (displacement, spin) of the bodies by p
-  /// Where p moves strokes: what the drives' loads do on them by p, and its derivative by p along
+  /// If p moves strokes, the work of the drives' loads on them by p, and its derivative by p along
   /// the branch [J].
   struct Work {
     double rate = 0, slope = 0;
@@ -38,7 +38,7 @@ struct BranchState {
 /// with the drives held.
 BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes);
 
-/// The same where p grows loads, by so much of each; drives held or nothing driven. The system is
+/// This state where p grows loads, by so much of each; drives held or nothing driven. The system is
 /// put next to the state and back.
 BranchState branch_state_of_loads(System& system, LoadFactors growth, bool driven);
 

@@ -263,7 +263,7 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   System::Snapshot good = system.save();
   double reached = 0, step = 1;
   Overstretched overstretched;
-  // Where Newton's method fails a step is halved so often; beside a bifurcation, where the branch
+  // A step is halved so often where Newton's method fails; beside a bifurcation, where the branch
   // turns sharply, somewhat more often. Strokes that press a leaf lead it on along the branch to
   // which its imperfection turns. Under loads beyond buckling the state of the perfect mechanism is
   // looked for, which tells that they are beyond.

@@ -29,7 +29,7 @@ class LimitedRange {
  public:
   virtual ~LimitedRange() = default;
 
-  /// What is to change before the equilibrium is believed.
+  /// The change that is needed before the equilibrium is believed.
   struct Refinement {
     bool changed = false;                      ///< solve again
     std::unique_ptr<LeafElement> replacement;  ///< another model of the leaf, at the same state
