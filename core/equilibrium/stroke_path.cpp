@@ -250,8 +250,8 @@ constexpr double largest_departure = 0.05;
 struct Way {
   const char* what;
   bool drive_held;
-  bool moves;     ///< else a shorter step is the same one
-  bool of_loads;  ///< that grow; else of strokes
+  bool moves;       ///< else a shorter step is the same one
+  bool assembles;   ///< errors of assembly grow on it
   std::function<Equilibrium(double)> solve;
   /// At an equilibrium.
   std::function<BranchState()> state;
@@ -264,12 +264,12 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   double reached = 0, step = 1;
   Overstretched overstretched;
   // A step is halved so often where Newton's method fails; beside a bifurcation, where the branch
-  // turns sharply, somewhat more often. Strokes that press a leaf lead it on along the branch to
-  // which its imperfection turns. Under loads beyond buckling the state of the perfect mechanism is
-  // looked for, which tells that they are beyond.
+  // turns sharply, somewhat more often: a mechanism that is pressed goes on along the branch to
+  // which its imperfection turns. Of errors of assembly the state of the perfect mechanism is looked
+  // for, which tells that they buckle its leaves.
   int most_halvings = way.moves ? options.max_halvings : 0;
   const int near_bifurcations = most_halvings + (way.moves ? 4 : 0);
-  const int most_for_stability = way.of_loads ? most_halvings - 4 : near_bifurcations;
+  const int most_for_stability = way.assembles ? most_halvings - 4 : near_bifurcations;
   int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;
   int before_crossing = -1;  // halvings where one was first seen
   bool halved = false;
@@ -395,7 +395,7 @@ Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions
       .what = "stroke",
       .drive_held = true,
       .moves = moves,
-      .of_loads = false,
+      .assembles = false,
       .solve = [&](double p) { return solve_equilibrium(system, std::optional(at(p)), options); },
       .state = [&] { return branch_state_of_strokes(system, growth); },
       .name = [&](double p) { return listed(at(p)); }};
@@ -425,7 +425,7 @@ Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& optio
   const Way along{.what = "load",
                   .drive_held = driven,
                   .moves = !(from == to),
-                  .of_loads = true,
+                  .assembles = growth.constant != 0 && !system.loads().assembly.empty(),
                   .solve =
                       [&](double p) {
                         system.apply(at(p));

@@ -284,6 +284,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   double change_along_ray(const HighestDegree& highest) const;
   /// Why the potential is not believed here; empty where it is.
   std::string doubt(const Surroundings& surroundings);
+  /// Why it has to be a full one although its series has converged.
+  std::string buckling();
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Strains from the tables of stress. Null without tables, and where they do not hold;
@@ -302,7 +304,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LeafSpring leaf_;
   int index_;
   std::string reason_;
-  bool doubted_alone_ = false;  ///< the last test needed the mechanism
+  bool doubted_alone_ = false;     ///< the last test needed the mechanism
+  bool indefinite_alone_ = false;  ///< its own stiffness is not positive
   int centred_ = 0;             ///< so often expanded anew about its forces
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;

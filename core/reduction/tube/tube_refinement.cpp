@@ -211,7 +211,8 @@ std::string TubeLeaf::doubt(const Surroundings& surroundings) {
   };
   const HighestDegree highest = highest_degree();
   const std::optional<double> alone = relative_change(highest.stiffness, response_.mixed.hessian);
-  doubted_alone_ = !alone || too_large(*alone);
+  indefinite_alone_ = !alone;
+  doubted_alone_ = indefinite_alone_ || too_large(*alone);
   const double own = own_change(highest);
   if (own > largest_own_change)
     return fmt::format(
@@ -243,6 +244,14 @@ std::string TubeLeaf::doubt(const Surroundings& surroundings) {
   return {};
 }
 
+// A leaf that buckles between its edges is indefinite alone, and its series, which ends before that
+// load, does not tell it.
+std::string TubeLeaf::buckling() {
+  if (!indefinite_alone_) return {};
+  const bool buckles = condensed().negative_pivots() > 0;
+  return buckles ? "it buckles between its edges" : rebuilt_gap_;
+}
+
 LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
   const TubeLocation& at = response_.location;
   const double sigma = model_->potential().mirrored() ? std::abs(at.sigma) : at.sigma;
@@ -257,7 +266,11 @@ LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
     return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
   }
   const std::string reason = doubt(surroundings);
-  if (reason.empty()) return {};
+  if (reason.empty()) {
+    const std::string buckled = buckling();
+    if (buckled.empty()) return {};
+    return {true, full_model(buckled)};
+  }
   // a series that changes its forces by more than they are says nothing of those to expand about
   if (own_change(highest_degree()) < 1)
     if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason))

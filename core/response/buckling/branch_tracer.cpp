@@ -97,8 +97,7 @@ double BranchTracer::product(const BranchDirection& a, const BranchDirection& b)
 
 // The motions of bodies count as the factor does, by how they go with it where
 // the branch begins.
-BranchTracer::Look BranchTracer::look(int side, const BranchDirection* before,
-                                      const VectorXd& start) {
+BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   Look here;
   Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
   assert(linear.value);  // full leaves have interiors
@@ -115,11 +114,10 @@ BranchTracer::Look BranchTracer::look(int side, const BranchDirection* before,
     weight_ = 1 / first_rate_;
   }
   const double size = std::hypot(weight_ * measure(bodies), 1.0);
-  double sign = side;
-  if (before) sign = product(*before, {bodies, 1}) < 0 ? -1 : 1;
-  here.along = {sign / size * bodies, sign / size};
+  // between stable states the load does not turn: P·u̇ = u̇ᵀK u̇ > 0
+  here.along = {side / size * bodies, side / size};
   here.rate = std::make_unique<StiffnessRate>(factor, shared_, *model_, branch_->named());
-  here.rate->set_direction(sign / size * state, sign / size);
+  here.rate->set_direction(side / size * state, side / size);
   Softening soft = soften(factor, *here.rate, branch_->locked(), start);
   here.ahead = std::move(soft.ahead);
   here.behind = std::move(soft.behind);
@@ -202,13 +200,14 @@ CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd&
   result.fold = !straight && measure(here.along.bodies) >
                                  fold_motion * first_rate_ * std::abs(here.along.factor);
   result.mode = motions(*here.factor, here.ahead->mode);
+  if (passed_) result.reason = "the branch of equilibria leads there: " + passed_by();
   critical_ = std::move(here);
   return result;
 }
 
 CriticalLoad BranchTracer::critical_beside(int side, Nearest nearest) {
   branch_->restore(nearest.state);
-  return critical_at(nearest.factor, look(side, &nearest.along, nearest.mode), nearest.mode, true);
+  return critical_at(nearest.factor, look(side, nearest.mode), nearest.mode, true);
 }
 
 BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double step) {
@@ -233,9 +232,8 @@ BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double 
   const std::optional<SoftMode> foretold = std::move(last.ahead);
   const double last_estimate = foretold ? last.estimate(at, *foretold) : 0;
   if (foretold) heading.mode = foretold->mode;
-  const BranchDirection before = last.along;
   last = {};  // before its leaves move on
-  Look here = look(side, &before, heading.mode);
+  Look here = look(side, heading.mode);
   heading.at_nearest = false;
   if (!foretold || !here.ahead) {
     heading.trust = 0.5;
@@ -310,7 +308,8 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
         nearest && std::abs(at - begin) > passed * std::abs(nearest->factor - begin)) {
       // the states that lead past it are not those that the way beyond it may take
       if (!passed_) count = 0;
-      if (nearest->straight >= straight_states) passed_ = nearest->factor;
+      if (nearest->straight >= straight_states || nearest->distance < still_near * size)
+        passed_ = nearest->factor;
       heading.nearest.reset();
       heading.straight = 0;
     }
@@ -366,8 +365,11 @@ std::string BranchTracer::where_it_ended(double factor, bool states_spent) const
   std::string text =
       fmt::format("no singular tangent on the branch of equilibria up to {}{}", shown(factor),
                   states_spent ? fmt::format(", where {} states were spent", most_states) : "");
-  if (passed_) text += "; it bends away from a bifurcation near " + shown(*passed_);
-  return text;
+  return passed_ ? text + "; " + passed_by() : text;
+}
+
+std::string BranchTracer::passed_by() const {
+  return "it bends away from a bifurcation near " + shown(*passed_);
 }
 
 std::string BranchTracer::shown(double factor) const {

@@ -52,9 +52,9 @@ class BranchTracer {
     /// Of the factor to that of the singular state ahead.
     double distance() const { return ahead->step * std::abs(along.factor); }
   };
-  /// Where the branch stands, to larger factors (`side` 1) or smaller ones (-1), or on along
-  /// `before`. `start`: near the mode, or empty.
-  Look look(int side, const BranchDirection* before, const VectorXd& start);
+  /// Where the branch stands, to larger factors (`side` 1) or smaller ones (-1). `start`: near the
+  /// mode, or empty.
+  Look look(int side, const VectorXd& start);
 
   /// From where the branch stands until its tangent is singular, the limit is reached (the branch
   /// then stands there), or the factor has changed by `bound`.
@@ -104,6 +104,7 @@ class BranchTracer {
   CriticalLoad critical_at(double factor, Look here, const VectorXd& mode, bool straight);
   CriticalLoad critical_beside(int side, Nearest nearest);
   bool close_in(const LoadBranch::State& from, const BranchDirection& along, double step);
+  std::string passed_by() const;
   std::string where_it_ended(double factor, bool states_spent) const;
   std::string shown(double factor) const;
   bool stands_within() const;

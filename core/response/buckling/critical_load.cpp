@@ -53,7 +53,7 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
   BranchTracer tracer(branch, model);
   const LoadBranch::State begin = branch.save();
   const double at = branch.factor();
-  BranchTracer::Look first = tracer.look(1, nullptr, {});
+  BranchTracer::Look first = tracer.look(1, {});
   const auto estimate = [&](const std::optional<SoftMode>& mode) -> std::optional<double> {
     if (!mode || std::abs(first.estimate(at, *mode)) > largest_factor) return std::nullopt;
     return first.estimate(at, *mode);
@@ -80,7 +80,7 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
     const std::string reason = result.load.reason;
     const bool none = result.load.none;
     branch.restore(begin);
-    first = tracer.look(-1, nullptr, {});
+    first = tracer.look(-1, {});
     if (!behind) first.ahead.reset();
     follow(-1);
     if (!result.load.factor) {

@@ -32,7 +32,7 @@ std::vector<Mechanism> with_load(const Mechanism& mechanism, std::vector<Mechani
 // motions.
 double size_of_load(LoadBranch& branch, const ModelOptions& model) {
   BranchTracer tracer(branch, model);
-  const BranchTracer::Look here = tracer.look(1, nullptr, {});
+  const BranchTracer::Look here = tracer.look(1, {});
   double motion = 0;
   for (Eigen::Index k = 0; k < here.along.bodies.size(); ++k)
     motion = std::max(
@@ -89,7 +89,7 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   const std::optional<double>& largest =
       direction % 6 < 3 ? request.capacity.largest_force : request.capacity.largest_moment;
   const double bound = largest ? *largest / size : std::numeric_limits<double>::infinity();
-  CriticalLoad end = tracer.follow(1, tracer.look(1, nullptr, {}), bound);
+  CriticalLoad end = tracer.follow(1, tracer.look(1, {}), bound);
   const double reached = end.factor.value_or(branch.factor());
   if (reached > bound || (!end.factor && !tracer.at_limit())) {
     capacity.limit = CapacityLimit::none;

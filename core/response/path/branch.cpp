@@ -11,9 +11,7 @@
 #include "core/equilibrium/edge_compliance.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/modes/frequencies.hpp"
 #include "core/response/path/full_finish.hpp"
-#include "core/response/path/misassembly.hpp"
 #include "core/response/path/stable_branch.hpp"
 
 namespace flexopt {
@@ -126,18 +124,6 @@ bool contradicts_itself(const PathPoint& point) {
          f.front() < -rounding * std::abs(f.back());
 }
 
-// Whether errors of assembly buckle reduced leaves between their edges: forces do not tell that.
-bool buckles_inside(System& system, const ModelOptions& model, const StrokeRequest& request,
-                    const PathPoint& point) {
-  if (point.status != PointStatus::converged || !point.stable || model.leaf_modes == 0 ||
-      !point.frequencies_locked.empty() || misassembly(system.mechanism(), request.loads) < 0.5 ||
-      system.all_full())
-    return false;
-  const Frequencies lowest =
-      natural_frequencies(system, {.count = 1, .leaf_modes = model.leaf_modes, .motions = false});
-  return !lowest.locked.empty() && lowest.locked.front().frequency < 0;
-}
-
 // Evaluates point k. Where exact modes and derivatives are wanted that the leaves do not have, full
 // ones take over, which are returned; the equilibrium is then theirs.
 std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model,
@@ -151,8 +137,6 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   if (gap.empty()) gap = rebuilt_gap(system);
   if (gap.empty() && contradicts_itself(point) && !system.all_full())
     gap = "reduced leaves are stable with a negative frequency";
-  if (gap.empty() && buckles_inside(system, model, request, point))
-    gap = "reduced leaves buckle between their edges";
   if (gap.empty()) return nullptr;
   point = before;
   auto full = finish_on_full_leaves(system, model, request, k, gap, equilibrium);
@@ -164,7 +148,7 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
 // where it is.
 std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
                          const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
-                         VectorXd& motion) {
+                         std::optional<Push>& push) {
   std::unique_ptr<System> whole;
   Equilibrium here = equilibrium;
   if (!system.all_full()) {
@@ -181,7 +165,7 @@ std::string leave_branch(System& system, std::unique_ptr<System>& away, const Mo
   if (!found.system) return found.reason;
   away = std::move(found.system);
   equilibrium = found.equilibrium;
-  motion = found.motion;
+  push = std::move(found.push);
   return {};
 }
 
@@ -232,13 +216,13 @@ class BranchWalk {
   std::string lost_, not_loaded_;
   std::string under_loads_;          // what was passed while the constant loads came
   bool bifurcation_passed_ = false;  // on this way
-  VectorXd other_branch_;            // the motion that led there; empty on the primary one
+  std::optional<Push> other_branch_;  // what led there; nothing on the primary one
 };
 
 void BranchWalk::begin() {
   away_.reset();
   done_.clear();
-  other_branch_.resize(0);
+  other_branch_.reset();
   lost_ = not_loaded_;
   bifurcation_passed_ = !under_loads_.empty();
   if (home_) {
@@ -351,8 +335,8 @@ Equilibrium BranchWalk::on_fresh_full_leaves(Stage stage) {
 Equilibrium BranchWalk::reach(std::size_t k) {
   Equilibrium equilibrium = advance(k);
   if (!equilibrium.converged && !system().all_full()) equilibrium = go_again(k, Full::all);
-  if (!equilibrium.converged && other_branch_.size() > 0) {
-    StableBranch again = lead_to_stable_branch(system(), other_branch_, model_, request_, k);
+  if (!equilibrium.converged && other_branch_) {
+    StableBranch again = lead_to_stable_branch(system(), *other_branch_, model_, request_, k);
     if (again.system) {
       away_ = std::move(again.system);
       equilibrium = again.equilibrium;
@@ -403,7 +387,7 @@ void BranchWalk::visit(std::size_t k) {
       whole = finish_on_full_leaves(system(), model_, request_, k, gap, there);
     if (there.converged) outputs_.add_dynamics(whole ? *whole : system(), k, point);
   }
-  point.other_branch = other_branch_.size() > 0;
+  point.other_branch = other_branch_.has_value();
   if (!lost_stability.empty() && point.status == PointStatus::converged)
     point.message = "the stable branch was not found: " + lost_stability;
   if (point.message.empty())

@@ -1,8 +1,4 @@
-#include "core/response/path/misassembly.hpp"
-
 #include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/response/response.hpp"
 #include "support/models.hpp"
@@ -11,29 +7,11 @@ using namespace flexopt;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 LoadCase with_error(const Vector3d& move, const Vector3d& turn) {
   return {.constant = {}, .assembly = {{0, 0, move, turn}}};
 }
 
 }  // namespace
-
-TEST_CASE("errors of assembly count by what they press into a leaf's plane",
-          "[surroundings][assembly]") {
-  const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
-  const Vector3d none = Vector3d::Zero();
-  const auto size = [&](const Vector3d& move, const Vector3d& turn) {
-    return misassembly(guide, with_error(move, turn));
-  };
-  // what bends or twists a leaf out of its plane presses nothing
-  CHECK(size({0, 1e-4, 0}, {1e-3, 0, 1e-3}) == 0);
-  CHECK(size(none, {0, 1e-3, 0}) == Approx(3.6 / (2 * pi * std::sqrt(2 / 1.3))));
-  CHECK(size({1e-6, 0, 0}, none) == Approx(1e-5 / (pi * pi / 3 * 25e-6)));
-  CHECK(size({0, 0, 1e-5}, none) == Approx(size(none, {0, 6e-4, 0})));
-  CHECK(size({1e-6, 0, 1e-5}, {0, -1e-3, 0}) ==
-        Approx(size({1e-6, 0, 0}, none) + size({0, 0, 1e-5}, {0, 1e-3, 0})));
-}
 
 TEST_CASE(
     "reduced leaves that buckle between their edges are unstable, asked for frequencies or not",
