@@ -250,8 +250,8 @@ constexpr double largest_departure = 0.05;
 struct Way {
   const char* what;
   bool drive_held;
-  bool moves;       ///< else a shorter step is the same one
-  bool assembles;   ///< errors of assembly grow on it
+  bool moves;      ///< else a shorter step is the same one
+  bool assembles;  ///< errors of assembly grow on it
   std::function<Equilibrium(double)> solve;
   /// At an equilibrium.
   std::function<BranchState()> state;
@@ -265,8 +265,8 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   Overstretched overstretched;
   // A step is halved so often where Newton's method fails; beside a bifurcation, where the branch
   // turns sharply, somewhat more often: a mechanism that is pressed goes on along the branch to
-  // which its imperfection turns. Of errors of assembly the state of the perfect mechanism is looked
-  // for, which tells that they buckle its leaves.
+  // which its imperfection turns. Of errors of assembly the state of the perfect mechanism is
+  // looked for, which tells that they buckle its leaves.
   int most_halvings = way.moves ? options.max_halvings : 0;
   const int near_bifurcations = most_halvings + (way.moves ? 4 : 0);
   const int most_for_stability = way.assembles ? most_halvings - 4 : near_bifurcations;

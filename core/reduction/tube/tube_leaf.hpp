@@ -306,7 +306,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   std::string reason_;
   bool doubted_alone_ = false;     ///< the last test needed the mechanism
   bool indefinite_alone_ = false;  ///< its own stiffness is not positive
-  int centred_ = 0;             ///< so often expanded anew about its forces
+  int centred_ = 0;                ///< so often expanded anew about its forces
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;
   EdgePoses edges_;  ///< scaled

@@ -214,8 +214,8 @@ class BranchWalk {
   std::unique_ptr<System> away_;   // has taken over on this way
   std::vector<std::size_t> done_;  // points of this way that are passed, where it goes in order
   std::string lost_, not_loaded_;
-  std::string under_loads_;          // what was passed while the constant loads came
-  bool bifurcation_passed_ = false;  // on this way
+  std::string under_loads_;           // what was passed while the constant loads came
+  bool bifurcation_passed_ = false;   // on this way
   std::optional<Push> other_branch_;  // what led there; nothing on the primary one
 };
 

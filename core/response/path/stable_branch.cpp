@@ -24,7 +24,7 @@ constexpr double left = 0.3, least_amplitude = 1e-5;
 
 // (displacement, spin) of the bodies along the lowest eigenvalue of the tangent, its largest entry
 // positive, of norm 1 where lengths count over the longest leaf. Nothing where it is not negative.
-std::optional<VectorXd> unstable_motion(const System& system, bool driven) {
+std::optional<Push> push_of_bodies(const System& system, bool driven) {
   const FreeMotions motions(system, driven);
   const MatrixXd& Z = motions.basis();
   if (Z.cols() == 0) return std::nullopt;
@@ -35,16 +35,39 @@ std::optional<VectorXd> unstable_motion(const System& system, bool driven) {
   for (Eigen::Index b = 0; b < counted.size(); b += 6) counted.segment<3>(b) /= system.length();
   Eigen::Index largest = 0;
   counted.cwiseAbs().maxCoeff(&largest);
-  return motion / (counted[largest] > 0 ? counted.norm() : -counted.norm());
+  return Push{motion / (counted[largest] > 0 ? counted.norm() : -counted.norm())};
 }
 
-// Dead loads along a motion, of so much work on it [J].
-void add_loads(const VectorXd& motion, double work, double length, LoadCase& loads) {
-  for (int b = 0; 6 * b < motion.size(); ++b)
-    loads.constant.push_back(
-        {.force = work / (length * length) * motion.segment<3>(static_cast<Eigen::Index>(6 * b)),
-         .moment = work * motion.segment<3>(static_cast<Eigen::Index>(6 * b + 3)),
-         .body = b});
+// Along the normal of a leaf that buckles between its edges, if it has mass: uniform load q bends a
+// clamped strip by q L⁴/(384 E I).
+std::optional<Push> push_of_leaves(const System& system) {
+  for (int i = 0; i < system.leaves(); ++i) {
+    const LeafSpring& leaf = system.mechanism().leaves[static_cast<std::size_t>(i)];
+    if (system.leaf(i).evaluation().negative_pivots == 0 || leaf.material.density == 0) continue;
+    const double L = leaf.length, t = leaf.thickness;
+    return Push{VectorXd::Zero(system.size()), 32 * leaf.material.youngs_modulus * t * t /
+                                                   (leaf.material.density * L * L * L) *
+                                                   leaf.edge_axes(0).col(2)};
+  }
+  return std::nullopt;
+}
+
+// Dead loads along the motion, of so much work on it [J], and weight of leaves alone.
+void add_push(const Push& push, double amplitude, double stiffness, double length,
+              const Mechanism& mechanism, LoadCase& loads) {
+  const Vector3d acceleration = amplitude * push.acceleration;
+  const double work = amplitude * stiffness;
+  loads.gravity += acceleration;
+  for (int b = 0; 6 * b < push.motion.size(); ++b) {
+    const RigidBody& body = mechanism.bodies[static_cast<std::size_t>(b)];
+    loads.constant.push_back({.force = work / (length * length) * push.motion.segment<3>(6 * b),
+                              .moment = work * push.motion.segment<3>(6 * b + 3),
+                              .body = b});
+    if (!acceleration.isZero(0))
+      loads.constant.push_back({.force = -body.mass * acceleration,
+                                .body = b,
+                                .arm = body.center_of_mass - body.reference});
+  }
 }
 
 std::unique_ptr<System> with_loads(System& system, LoadCase loads) {
@@ -61,8 +84,8 @@ std::unique_ptr<System> with_loads(System& system, LoadCase loads) {
 }
 
 // From rest with extra loads, which are then taken away.
-StableBranch around(System& unstable, const VectorXd& motion, double first,
-                    const ModelOptions& model, StrokeRequest request, std::size_t point) {
+StableBranch around(System& unstable, const Push& push, double first, const ModelOptions& model,
+                    StrokeRequest request, std::size_t point) {
   StableBranch found;
   request.newton.max_halvings += more_halvings;
   const Mechanism& mechanism = unstable.mechanism();
@@ -72,11 +95,11 @@ StableBranch around(System& unstable, const VectorXd& motion, double first,
   const char* why = "the stable branch";
   System at_rest(mechanism, make_full_leaves(mechanism, model, why), {});
   at_rest.assemble();
-  const double stiffness = (motion.transpose() * (at_rest.tangent() * motion))(0, 0);
+  const double stiffness = push.motion.dot(VectorXd(at_rest.tangent() * push.motion));
   for (double amplitude = first;; amplitude *= left) {
     if (amplitude < least_amplitude) amplitude = 0;
     LoadCase loads = unstable.loads();
-    if (amplitude > 0) add_loads(motion, amplitude * stiffness, unstable.length(), loads);
+    if (amplitude > 0) add_push(push, amplitude, stiffness, unstable.length(), mechanism, loads);
     if (!found.system) {
       found.system = std::make_unique<System>(mechanism, make_full_leaves(mechanism, model, why),
                                               std::move(loads));
@@ -104,23 +127,21 @@ StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
     found.reason = "a mechanism of so many bodies is not led to its stable branch";
     return found;
   }
-  const std::optional<VectorXd> motion = unstable_motion(unstable, request.loads.driven());
-  if (!motion) {
-    found.reason = "what is unstable lies inside leaves and moves no body";
-    return found;
-  }
-  return lead_to_stable_branch(unstable, *motion, model, request, point);
+  std::optional<Push> push = push_of_bodies(unstable, request.loads.driven());
+  if (!push) push = push_of_leaves(unstable);
+  if (push) return lead_to_stable_branch(unstable, *push, model, request, point);
+  found.reason = "what is unstable lies inside leaves without mass and moves no body";
+  return found;
 }
 
-StableBranch lead_to_stable_branch(System& system, const VectorXd& motion,
-                                   const ModelOptions& model, const StrokeRequest& request,
-                                   std::size_t point) {
+StableBranch lead_to_stable_branch(System& system, const Push& push, const ModelOptions& model,
+                                   const StrokeRequest& request, std::size_t point) {
   StableBranch found;
   for (const double first : first_amplitudes) {
-    found = around(system, motion, first, model, request, point);
+    found = around(system, push, first, model, request, point);
     if (found.system) break;
   }
-  found.motion = motion;
+  found.push = push;
   return found;
 }
 

@@ -9,20 +9,29 @@
 
 namespace flexopt {
 
+/// What leads around a bifurcation: extra loads, which are then taken away.
+struct Push {
+  /// (displacement, spin) of the bodies along which loads push; zero where bodies are not pushed.
+  VectorXd motion;
+  /// Where the leaves are pushed between their edges: the acceleration that would bend the leaf
+  /// that buckles by its length [m/s²]; else zero.
+  Vector3d acceleration = Vector3d::Zero();
+};
+
 struct StableBranch {
   std::unique_ptr<System> system;  ///< of full leaves, assembled at the stable equilibrium; or null
   Equilibrium equilibrium;
-  VectorXd motion;     ///< (displacement, spin) of the bodies that leads there
+  Push push;           ///< that leads there
   std::string reason;  ///< why there is none
 };
 
 /// `unstable`: assembled at the unstable equilibrium of a point of the path, its leaves full. The
-/// bodies are led to the side on which the largest motion of the mode is positive.
+/// bodies are led to the side on which the largest motion of the mode is positive, a leaf that
+/// buckles between its edges to the side of its normal.
 StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
                                 const StrokeRequest& request, std::size_t point);
-/// The same at another point, by a motion that led there before. `system`: with the loads.
-StableBranch lead_to_stable_branch(System& system, const VectorXd& motion,
-                                   const ModelOptions& model, const StrokeRequest& request,
-                                   std::size_t point);
+/// The same at another point, by a push that led there before. `system`: with the loads.
+StableBranch lead_to_stable_branch(System& system, const Push& push, const ModelOptions& model,
+                                   const StrokeRequest& request, std::size_t point);
 
 }  // namespace flexopt

@@ -189,9 +189,33 @@ TEST_CASE("a hinge that gives way more and more has no stable branch, and says s
   CHECK_THAT(point.message, Catch::Contains("the stable branch was not found"));
 }
 
-TEST_CASE("a leaf that bulges between bodies that stand is left, and the point says so",
+TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too", "[branch]") {
+  const double L = 0.1, w = 0.03, t = 5e-4, E = models::steel().youngs_modulus;
+  Mechanism m = models::guide(L, w, t);
+  m.bodies[0].held = {false, false, true, true, true, true};
+  const double pi = std::numbers::pi, I = w * t * t * t / 12,
+               critical = 8 * pi * pi * E * I / (L * L);
+  for (const double share : {1.1, 1.3}) {
+    StrokeRequest request;
+    request.outputs = {Output::equilibrium, Output::stiffness};
+    request.branch = BranchChoice::stable;
+    request.loads.constant = {{.force = {-share * critical, 0, 0}}};
+    const PathPoint point = evaluate_stroke(m, beams(), request).path[0];
+    CAPTURE(share, point.message);
+    CHECK(point.stable);
+    CHECK(point.other_branch);
+    // a quarter of each leaf is a column of length L/4 with one free end
+    const double k = modulus_of(0.5 * pi * std::sqrt(share));
+    const double shortening = L * (2 - 2 * std::comp_ellint_2(k) / std::comp_ellint_1(k)),
+                 pressed = share * critical * L / (2 * E * w * t);
+    CHECK(-point.displacement[0] == Approx(shortening + pressed).epsilon(1e-2));
+  }
+}
+
+TEST_CASE("leaves without mass that bulge between bodies are left, and the point says so",
           "[branch]") {
-  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  for (LeafSpring& leaf : m.leaves) leaf.material.density = 0;
   StrokeRequest request;
   request.outputs = {Output::equilibrium, Output::stiffness};
   request.branch = BranchChoice::stable;
