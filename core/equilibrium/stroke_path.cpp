@@ -268,8 +268,8 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   // which its imperfection turns. Of errors of assembly the state of the perfect mechanism is
   // looked for, which tells that they buckle its leaves.
   int most_halvings = way.moves ? options.max_halvings : 0;
-  const int near_bifurcations = most_halvings + (way.moves ? 4 : 0);
-  const int most_for_stability = way.assembles ? most_halvings - 4 : near_bifurcations;
+  const int near_bifurcations = most_halvings + (way.moves ? 10 : 0);
+  const int most_for_stability = most_halvings + (way.assembles ? -4 : way.moves ? 4 : 0);
   int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;
   int before_crossing = -1;  // halvings where one was first seen
   bool halved = false;
