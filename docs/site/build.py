@@ -30,7 +30,7 @@ CHAPTERS = [
                 "docs/library.md", "docs/cluster.md", "docs/install.md", "docs/six_hinges.md",
                 "docs/limits.md", "docs/robustness.md"]),
     ("Reference", ["reference/jobs.md", "reference/designs.md", "reference/quantities.md",
-                   "reference/commands.md", "docs/versions.md"]),
+                   "reference/commands.md", "docs/glossary.md", "docs/versions.md"]),
     ("Theory", ["core/README.md", "core/elements/README.md", "core/elements/plate/beams.md",
                 "core/equilibrium/README.md", "core/reduction/README.md",
                 "core/reduction/modal/README.md", "core/response/README.md",
