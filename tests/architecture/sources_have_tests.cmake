@@ -6,7 +6,6 @@ cmake_minimum_required(VERSION 3.25)
 # Source, and the test under tests/ that is about it although it has another name.
 set(tested_by
   core/elements/leaf/leaf_chain core/reduction/modal/test_modal_leaf
-  core/elements/leaf/leaf_chain_gradient core/response/gradients/test_point_gradients
   core/elements/plate/beam_section core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
@@ -65,19 +64,16 @@ set(tested_by
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/tube/interval_coefficients core/reduction/tube/test_tube_potential
   core/reduction/tube/tube_rates core/reduction/tube/test_tube_leaf_gradient
-  core/reduction/frame/chord_edges core/reduction/modal/test_modal_leaf_gradient
+  core/reduction/frame/chord_edges core/reduction/modal/test_modal_derivatives
   core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
   core/reduction/tube/dynamics_entries core/reduction/tube/test_dynamics_form
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_stress core/reduction/tube/test_tube_stress
-  core/reduction/modal/modal_leaf_linear core/reduction/modal/test_modal_leaf_gradient
-  core/reduction/modal/modal_leaf_quadratic core/reduction/modal/test_modal_leaf
-  core/reduction/superelement/condensation core/reduction/superelement/test_plate_body
-  core/reduction/superelement/linear_plate core/reduction/superelement/test_superelement_model_rate
+  core/reduction/superelement/linear_plate core/reduction/superelement/test_plate_body
   core/reduction/superelement/superelement_grid core/reduction/superelement/test_superelement_points
   core/reduction/superelement/superelement_leaf_results
-    core/reduction/superelement/test_superelement_leaf_stress
+    core/reduction/superelement/test_superelement_leaf
   core/reduction/superelement/superelement_rule
     core/reduction/superelement/test_superelement_points
   core/response/dynamics/harmonic_answer core/response/dynamics/test_dynamics_measures

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <utility>
 
-#include "core/elements/leaf/leaf_chain_gradient.hpp"
 #include "core/elements/leaf/leaf_scale.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
@@ -297,26 +296,9 @@ std::unique_ptr<LeafElement> LeafChain::full_model(const std::string& reason) {
   return full_model_(*this, {lines_.front(), lines_.back()}, reason);
 }
 
-Answer<LeafLinear> LeafChain::linearise() {
-  if (!condensed_) evaluate();
-  std::vector<std::unique_ptr<LeafLinear>> segments;
-  for (auto& segment : segments_) {
-    Answer<LeafLinear> own = segment->linearise();
-    if (!own.value) return own;
-    segments.push_back(std::move(own.value));
-  }
-  return {std::make_unique<LeafChainLinear>(*this, std::move(segments))};
-}
-
 std::string LeafChain::rebuilt_gap() const {
   for (const auto& segment : segments_)
     if (std::string gap = segment->rebuilt_gap(); !gap.empty()) return gap;
-  return {};
-}
-
-std::string LeafChain::interior_gap(InteriorUse use) {
-  for (const auto& segment : segments_)
-    if (std::string gap = segment->interior_gap(use); !gap.empty()) return gap;
   return {};
 }
 

@@ -42,18 +42,13 @@ class LeafChain final : public LeafElement {
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return segments_.front()->report(); }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
-  Answer<LeafLinear> linearise() override;
-  std::string interior_gap(InteriorUse use) override;
   std::string rebuilt_gap() const override;
 
-  int segments() const { return static_cast<int>(segments_.size()); }
-
-  /// K_ff⁻¹ b of the lines between, (force, moment) each, edges held; after evaluate().
-  void solve(Eigen::Ref<MatrixXd> b) const { K_.solve(b); }
-  /// d(lines between)/d(edges), (displacement, spin) each.
-  MatrixXd static_shapes() const;
 
  private:
+  int segments() const { return static_cast<int>(segments_.size()); }
+  /// d(lines between)/d(edges), (displacement, spin) each.
+  MatrixXd static_shapes() const;
   int unknowns() const { return K_.size(); }
   /// Rows of segment i's two edges among those of T: inner lines, then the 12 of the edges.
   MatrixXd edge_rows(int i, const MatrixXd& T) const;

@@ -19,31 +19,22 @@ namespace {
 
 constexpr double negligible = 1e-6;  // of a field, once what the others have of it is taken away
 
-// Orthonormal columns Q = C T of the columns C that were added. One after the other and not by
-// their principal parts: what is left out is left out whole, so that T is constant where C varies.
+// Orthonormal columns Q that span the columns C that were added, one after the other.
 struct Basis {
-  MatrixXd Q, T;
+  MatrixXd Q;
 
   void add(const MatrixXd& C) {
-    const Eigen::Index first = T.rows();
     Q.conservativeResize(C.rows(), Eigen::NoChange);
-    T.conservativeResizeLike(MatrixXd::Zero(first + C.cols(), Q.cols()));
     const VectorXd size = C.colwise().norm();
     const double largest = size.maxCoeff();
     for (Eigen::Index k = 0; k < C.cols(); ++k) {
       if (size[k] <= 1e-10 * largest) continue;
-      VectorXd q = C.col(k) / size[k], t = VectorXd::Unit(T.rows(), first + k) / size[k];
-      for (int twice = 0; twice < 2; ++twice) {
-        const VectorXd known = Q.transpose() * q;
-        q -= Q * known;
-        t -= T * known;
-      }
+      VectorXd q = C.col(k) / size[k];
+      for (int twice = 0; twice < 2; ++twice) q -= Q * (Q.transpose() * q);
       const double rest = q.norm();
       if (rest <= negligible) continue;
       Q.conservativeResize(Eigen::NoChange, Q.cols() + 1);
-      T.conservativeResize(Eigen::NoChange, Q.cols());
       Q.rightCols<1>() = q / rest;
-      T.rightCols<1>() = t / rest;
     }
   }
 };
@@ -73,13 +64,13 @@ VectorXd edge_second_derivative(const PlateMesh& mesh, const Eigen::Matrix<doubl
   return b;
 }
 
-}  // namespace
-
+// The terms of degree 3.
 FieldExpansion third_order(const FieldExpansion& expansion) {
   constexpr int terms = monomial_count(6, 3) - monomial_count(6, 2);
   return {expansion.fields.rightCols(terms), expansion.edge_nodal.rightCols(terms)};
 }
 
+// What interface deformations and the lines that follow the edges have of them: X c + X_b b.
 MatrixXd edge_share(const FieldExpansion& third, const MatrixXd& X, const MatrixXd& follow) {
   constexpr std::array<int, 3> stiff{elongation, theta1z, theta2z};
   MatrixXd share = X(Eigen::all, stiff) * third.fields.bottomRows(3);
@@ -88,11 +79,12 @@ MatrixXd edge_share(const FieldExpansion& third, const MatrixXd& X, const Matrix
   return share;
 }
 
+}  // namespace
+
 ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
                        ModalDerivativeSet set)
     : mesh_(std::move(mesh)),
       slaved_(method == Reduction::quadratic_manifold),
-      set_(set),
       slopes_(mesh_->edge_unknowns()) {
   PlateLeaf plate(mesh_);
   const int n = plate.unknowns(), u = slopes_, inner = n - 2 * u,
@@ -158,7 +150,6 @@ ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
         third_order(expand_fields(ChordLeaf(mesh_), Eigen::Matrix2d::Identity(), 3));
     basis.add(coordinates(expansion.fields.topRows(n) - edge_share(expansion, modes_, follow_)));
   }
-  combination_ = basis.T;
   fields_ = basis.Q;
   plate.solve_upper(fields_);
   fields_.middleRows(u, inner) -= follow_ * follow_slopes(fields_);

@@ -37,10 +37,6 @@ class ModalModel {
 
   const MatrixXd& boundary() const { return modes_; }  ///< X
   const MatrixXd& fields() const { return fields_; }   ///< Ψ, Ψ′
-  /// T of Ψ = C T, the columns of C being θ, then a beam's slopes at both ends, then the
-  /// third-order fields. Only those of T count: where C varies, T need not.
-  const MatrixXd& combination() const { return combination_; }
-  ModalDerivativeSet set() const { return set_; }
 
   /// The derivatives as fields of the unknowns with both edges held, unknowns × 21.
   const MatrixXd& modal_derivatives() const { return modal_derivatives_; }
@@ -50,21 +46,13 @@ class ModalModel {
 
   std::shared_ptr<const PlateMesh> mesh_;
   bool slaved_;
-  ModalDerivativeSet set_;
   int slopes_;
   VectorXd rest_, edges_at_rest_;
   MatrixXd follow_;  ///< X_b
   MatrixXd modes_;   ///< X; zero in the interior
   MatrixXd theta_, modal_derivatives_;
   MatrixXd fields_;  ///< Ψ, Ψ′; whole fields orthonormal in energy at rest
-  MatrixXd combination_;
 };
-
-/// The terms of degree 3.
-FieldExpansion third_order(const FieldExpansion& expansion);
-/// What interface deformations and the lines that follow the edges have of them: X c + X_b b. The
-/// fields of the span are what is left.
-MatrixXd edge_share(const FieldExpansion& third, const MatrixXd& X, const MatrixXd& follow);
 
 class ModalLeaf final : public LeafElement {
  public:
@@ -87,22 +75,10 @@ class ModalLeaf final : public LeafElement {
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
-  Answer<LeafLinear> linearise() override;
-  std::string interior_gap(InteriorUse) override { return {}; }
 
   const ModalModel& model() const { return *model_; }
-  const std::shared_ptr<const ModalModel>& shared_model() const { return model_; }
-  const VectorXd& amplitudes() const { return a_; }
 
-  // The leaf linearised, after evaluate(): what exact derivatives are made of. Leaf axes, over L.
-  const LeafScale& scale() const { return scale_; }
-  const PlateLeaf& plate() const { return plate_; }  ///< in the chord frame
-  const ChordFrame& frame() const { return frame_; }
-  const EdgePoses& edges() const { return edges_; }
-  const VectorXd& generalised_force() const { return g_; }    ///< of e and a
-  const MatrixXd& generalised_tangent() const { return H_; }  ///< of e and a
-  const MatrixXd& inverse() const { return inverse_; }        ///< of its block of a
-  const MatrixXd& static_shapes() const { return static_; }   ///< da/de
+ private:
   /// Rates of the plate's unknowns and edges by (edges, a), seen in the axes of the chord frame
   /// from axes that stand still: unknowns + 12 rows.
   MatrixXd rates() const;
@@ -110,8 +86,6 @@ class ModalLeaf final : public LeafElement {
   std::vector<MatrixXd> nodal() const;
   /// Motion of the stations for such rates: LeafDynamics::stations.
   MatrixXd station_motion(const MatrixXd& T) const;
-
- private:
   /// Puts the plate into the state of the present edges and amplitudes.
   bool place();
 

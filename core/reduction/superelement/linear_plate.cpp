@@ -4,8 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/elements/plate/mesh_numbers.hpp"
-#include "core/math/dual.hpp"
+#include "core/elements/plate/element_numbers.hpp"
 
 namespace flexopt::linear_plate {
 namespace {
@@ -50,32 +49,21 @@ void add_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const Membr
 // proportion.
 constexpr double least_edge_element = 0.6;
 
-// ½ G c t⁴ ∫ |r,xy|² ds along a free edge, over D; r,xy at an edge is quadratic along
-// it. With derivatives in w/L, t/L, ν.
-struct EdgeTorsion {
-  Matrix16 value = Matrix16::Zero();
-  std::array<Matrix16, 3> rate{Matrix16::Zero(), Matrix16::Zero(), Matrix16::Zero()};
-};
-EdgeTorsion edge_torsion(const PlateMesh& mesh, int i, int j, int side, double cell) {
+// ½ G c t⁴ ∫ |r,xy|² ds along a free edge, over D; r,xy at an edge is quadratic along it.
+Matrix16 edge_torsion(const PlateMesh& mesh, int i, int j, int side, double cell) {
   const PlateShape& shape = mesh.shape();
-  const double hx = mesh.x()[i + 1] - mesh.x()[i], y = mesh.y()[j + 1] - mesh.y()[j];
-  const Dual3 hy(y, {y / shape.width, 0, 0}), t = Dual3::variable(shape.thickness, 1),
-                                              nu = Dual3::variable(shape.poissons_ratio, 2);
-  Dual3 factor = (6 * free_edge_coefficient * std::pow(cell, 4)) * (1.0 - nu) * t;
-  if (y < least_edge_element * shape.thickness) factor *= hy / (least_edge_element * t);
+  const double hx = mesh.x()[i + 1] - mesh.x()[i], hy = mesh.y()[j + 1] - mesh.y()[j],
+               t = shape.thickness;
+  double factor =
+      (6 * free_edge_coefficient * std::pow(cell, 4)) * (1.0 - shape.poissons_ratio) * t;
+  if (hy < least_edge_element * t) factor *= hy / (least_edge_element * t);
   constexpr double offset = 0.7745966692414834;  // Gauss, three points
-  EdgeTorsion torsion;
+  Matrix16 torsion = Matrix16::Zero();
   for (const auto& [at, weight] :
        {std::pair{-offset, 5.0 / 18}, std::pair{0.0, 8.0 / 18}, std::pair{offset, 5.0 / 18}}) {
-    const Eigen::Matrix<Dual3, 16, 1> Nxy =
-        hermite_products(hermite(0.5 + 0.5 * at, hx).slope, hermite<Dual3>(side, hy).slope);
-    const Dual3 by = factor * (weight * hx);
-    for (int g = 0; g < 16; ++g)
-      for (int f = 0; f < 16; ++f) {
-        const Dual3 x = by * Nxy[f] * Nxy[g];
-        torsion.value(f, g) += x.value;
-        for (int p = 0; p < 3; ++p) torsion.rate[p](f, g) += x.derivatives[p];
-      }
+    const Eigen::Matrix<double, 16, 1> Nxy =
+        hermite_products(hermite(0.5 + 0.5 * at, hx).slope, hermite(side, hy).slope);
+    torsion += (factor * weight * hx) * Nxy * Nxy.transpose();
   }
   return torsion;
 }
@@ -152,7 +140,7 @@ Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
     const PlateMesh::Element& element = mesh.element(i, j);
     ElementMatrices e = no_matrices();
     e.bending = t * t * t * element.bending;
-    each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.bending -= x.value; });
+    each_free_edge(body, mesh, i, j, t, [&](const Matrix16& x) { e.bending -= x; });
     add_membrane(e, mesh.membrane(),
                  membrane_products(element.gradient, t * element.weight, element.gradient));
     e.mass = t * element.mass;
@@ -161,75 +149,32 @@ Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
   return all.matrices();
 }
 
-std::array<Matrices, 3> assemble_rates(const PlateBody& body, const PlateMesh& mesh,
-                                       const PlateMeshRate& rate) {
-  std::array<Matrices, 3> result;
-  for (int p = 0; p < 3; ++p) {
-    const PlateMeshRate::Shape& by = rate.shape[p];
-    Assembler all(mesh);
-    each_element(body, mesh, [&](int i, int j, double t) {
-      const PlateMesh::Element& element = mesh.element(i, j);
-      const auto k = static_cast<std::size_t>(i * mesh.elements_across() + j);
-      ElementMatrices e = no_matrices();
-      if (!by.bending.empty()) e.bending = t * t * t * by.bending[k];
-      each_free_edge(body, mesh, i, j, t, [&](const EdgeTorsion& x) { e.bending -= x.rate[p]; });
-      if (!by.mass.empty()) e.mass = t * by.mass[k];
-      // (A Gᵀ W G)′
-      const PlateMesh::Membrane& A = mesh.membrane();
-      const Matrix16& G = element.gradient;
-      const Weights W = t * element.weight;
-      add_membrane(e, by.membrane, membrane_products(G, W, G));
-      if (!by.weight.empty()) add_membrane(e, A, membrane_products(G, t * by.weight[k], G));
-      if (!by.gradient.empty()) {
-        add_membrane(e, A, membrane_products(by.gradient[k], W, G));
-        add_membrane(e, A, membrane_products(G, W, by.gradient[k]));
-      }
-      all.add(i, j, e);
-    });
-    result[p] = all.matrices();
-  }
-  return result;
-}
-
 namespace {
 
-template <class S>
-using MatrixX = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
-
-// What the formulas below take of the shape.
-template <class S>
-struct Shape {
-  S poissons_ratio, A11;
-  std::vector<S> x, y;
-};
-
-template <class S>
-struct InterfacesOf {
-  std::vector<Vector3<S>> nodes;
-  MatrixX<S> boundary, penalty, penalty_mass, middle;
-
-  InterfacesOf(int dofs, int m) : boundary(MatrixX<S>::Constant(dofs, 6 * m, S(0))) {}
-};
+Interfaces no_interfaces(int dofs, int nodes) {
+  Interfaces none;
+  none.boundary = MatrixXd::Zero(dofs, 6 * nodes);
+  return none;
+}
 
 // Linearised rigid edges: r = t + y e2, r,y = e2, r,x = (1 + α) e1 + γ e2, r,xy = α′ e1 + γ′ e2;
 // of a beam as beams.md, "Ends", says.
-template <class S>
-InterfacesOf<S> rigid_edges(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& free) {
+Interfaces rigid_edges(const PlateMesh& mesh, FreeDofs& free) {
   const Dofs dof(mesh);
-  InterfacesOf<S> c(dof.count(), 2);
-  c.nodes = {Vector3<S>(S(0), S(0), S(0)), Vector3<S>(S(1), S(0), S(0))};
+  Interfaces c = no_interfaces(dof.count(), 2);
+  c.nodes = {Vector3d::Zero(), Vector3d::UnitX()};
   for (int e = 0; e < 2; ++e) {
     const int i = e == 0 ? 0 : mesh.elements_along(), b = 6 * e;
     for (int j = 0; j < mesh.nodes_per_line(); ++j) {
-      const S& y = shape.y[j];
-      MatrixX<S>& B = c.boundary;
-      for (int d = 0; d < 3; ++d) B(dof(i, j, d, 0), b + d) = S(1);
+      const double y = mesh.y()[j];
+      MatrixXd& B = c.boundary;
+      for (int d = 0; d < 3; ++d) B(dof(i, j, d, 0), b + d) = 1;
       B(dof(i, j, u, 0), b + 5) = -y;
       B(dof(i, j, w, 0), b + 3) = y;
-      B(dof(i, j, u, 2), b + 5) = S(-1);
-      B(dof(i, j, w, 2), b + 3) = S(1);
-      B(dof(i, j, v, 1), b + 5) = S(1);
-      B(dof(i, j, w, 1), b + 4) = S(-1);
+      B(dof(i, j, u, 2), b + 5) = -1;
+      B(dof(i, j, w, 2), b + 3) = 1;
+      B(dof(i, j, v, 1), b + 5) = 1;
+      B(dof(i, j, w, 1), b + 4) = -1;
       for (int d = 0; d < 3; ++d)
         for (int k = 0; k < 4; ++k) free.hold(dof(i, j, d, k));
       for (const PlateMesh::EdgeSlope& s : mesh.edge_slopes())
@@ -240,21 +185,20 @@ InterfacesOf<S> rigid_edges(const PlateMesh& mesh, const Shape<S>& shape, FreeDo
 }
 
 // A mesh node: u, v, w and the rotation (w,y, −w,x, ½(v,x − u,y)); the shear v,x + u,y stays free.
-template <class S>
-InterfacesOf<S> mesh_nodes(const PlateMesh& mesh, const Shape<S>& shape,
-                           const std::vector<std::array<int, 2>>& nodes, FreeDofs& free) {
+Interfaces mesh_nodes(const PlateMesh& mesh, const std::vector<std::array<int, 2>>& nodes,
+                      FreeDofs& free) {
   const Dofs dof(mesh);
-  InterfacesOf<S> c(dof.count(), static_cast<int>(nodes.size()));
+  Interfaces c = no_interfaces(dof.count(), static_cast<int>(nodes.size()));
   for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
     const auto [i, j] = nodes[a];
     assert(i >= 0 && i < mesh.lines() && j >= 0 && j < mesh.nodes_per_line());
     const int b = 6 * a;
-    c.nodes.emplace_back(S(mesh.x()[i]), shape.y[j], S(0));
-    for (int d = 0; d < 3; ++d) c.boundary(dof(i, j, d, 0), b + d) = S(1);
-    c.boundary(dof(i, j, w, 2), b + 3) = S(1);
-    c.boundary(dof(i, j, w, 1), b + 4) = S(-1);
-    c.boundary(dof(i, j, v, 1), b + 5) = S(1);
-    c.boundary(dof(i, j, u, 2), b + 5) = S(-1);
+    c.nodes.emplace_back(mesh.x()[i], mesh.y()[j], 0);
+    for (int d = 0; d < 3; ++d) c.boundary(dof(i, j, d, 0), b + d) = 1;
+    c.boundary(dof(i, j, w, 2), b + 3) = 1;
+    c.boundary(dof(i, j, w, 1), b + 4) = -1;
+    c.boundary(dof(i, j, v, 1), b + 5) = 1;
+    c.boundary(dof(i, j, u, 2), b + 5) = -1;
     for (const int k : {dof(i, j, u, 0), dof(i, j, v, 0), dof(i, j, w, 0), dof(i, j, w, 1),
                         dof(i, j, w, 2), dof(i, j, v, 1), dof(i, j, u, 2)})
       free.hold(k);
@@ -268,15 +212,14 @@ InterfacesOf<S> mesh_nodes(const PlateMesh& mesh, const Shape<S>& shape,
 // Sides between four corners. Along a side (tangent s, normal n; length a): w the cubic of the
 // ends' values and slopes, the slope across it linear; the tangential displacement linear; the
 // normal one linear plus Allman's parabola of the ends' drilling rotations (R12)
-template <class S>
-InterfacesOf<S> corners(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& free) {
+Interfaces corners(const PlateMesh& mesh, FreeDofs& free) {
   const Dofs dof(mesh);
   const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  const S a = S(mesh.x().back() - mesh.x().front()), b = shape.y.back() - shape.y.front();
-  InterfacesOf<S> c(dof.count(), 4);
+  const double a = mesh.x().back() - mesh.x().front(), b = mesh.y().back() - mesh.y().front();
+  Interfaces c = no_interfaces(dof.count(), 4);
   const std::array<std::array<int, 2>, 4> corner{{{0, 0}, {0, ny}, {nx, 0}, {nx, ny}}};
-  for (const auto& [i, j] : corner) c.nodes.emplace_back(S(mesh.x()[i]), shape.y[j], S(0));
-  MatrixX<S>& B = c.boundary;
+  for (const auto& [i, j] : corner) c.nodes.emplace_back(mesh.x()[i], mesh.y()[j], 0);
+  MatrixXd& B = c.boundary;
 
   struct Side {
     int along;          ///< axis it runs along: 0 x, 1 y
@@ -287,7 +230,7 @@ InterfacesOf<S> corners(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& 
   for (const Side& side : sides) {
     const bool x = side.along == 0;
     const auto& points = x ? mesh.x() : mesh.y();
-    const S length = x ? a : b;
+    const double length = x ? a : b;
     const int last = x ? nx : ny, tangent = x ? u : v, normal = x ? v : u;
     const int ds = x ? 1 : 2, dn = x ? 2 : 1;  // functions: slope along, slope across
     // w,x = −θ2, w,y = θ1;  drilling: v,x = θ3, u,y = −θ3
@@ -295,7 +238,7 @@ InterfacesOf<S> corners(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& 
     const double sign_s = x ? -1 : 1, sign_n = x ? 1 : -1, sign_drill = x ? 1 : -1;
     for (int p = 0; p <= last; ++p) {
       const double s = (points[p] - points.front()) / (points.back() - points.front());
-      const HermiteValuesT<S> H = hermite<S>(s, length);
+      const HermiteValues H = hermite(s, length);
       const bool at_corner = p == 0 || p == last;
       const auto row = [&](int component, int k) {
         const int d = x ? dof(p, side.fixed, component, k) : dof(side.fixed, p, component, k);
@@ -304,8 +247,8 @@ InterfacesOf<S> corners(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& 
       };
       const int first = 6 * side.first, second = 6 * side.second;
       const auto linear = [&](int value, int slope, int coordinate, double sign) {
-        B(value, first + coordinate) = S(sign * (1 - s));
-        B(value, second + coordinate) = S(sign * s);
+        B(value, first + coordinate) = sign * (1 - s);
+        B(value, second + coordinate) = sign * s;
         if (slope < 0) return;
         B(slope, first + coordinate) = -sign / length;
         B(slope, second + coordinate) = sign / length;
@@ -332,27 +275,28 @@ InterfacesOf<S> corners(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& 
         const int o = end == 0 ? first : second;
         const double sign = (end == 0 ? -1 : 1) * sign_drill;
         B(nvalue, o + 5) = (-sign * 0.5 * s * (1 - s)) * length;
-        B(nslope, o + 5) = S(-sign * 0.5 * (1 - 2 * s));
+        B(nslope, o + 5) = -sign * 0.5 * (1 - 2 * s);
       }
     }
   }
 
   // Hughes and Brezzi's penalty on the difference of mean drilling rotation and mean continuum
   // rotation ½ ∮ (v nx − u ny) ds / ab: without it equal drilling rotations store no energy (R13)
-  std::array<S, 24> difference{};
+  std::array<double, 24> difference{};
   for (int k = 0; k < 4; ++k) {
-    difference[6 * k + 5] = S(0.25);
+    difference[6 * k + 5] = 0.25;
     difference[6 * k + v] = (k >= 2 ? -0.25 : 0.25) / a;
     difference[6 * k + u] = (k % 2 == 1 ? 0.25 : -0.25) / b;
   }
-  const S shear = 0.5 * (1.0 - shape.poissons_ratio) * shape.A11;  // G t L²/D
-  const S area = a * b, stiff = shear * area;
-  const S inertia = area * (a * a + b * b) / 12.0;  // makes M_CB regular; rigid motions feel none
+  const double shear = 0.5 * (1.0 - mesh.shape().poissons_ratio) * mesh.membrane().A11;  // G t L²/D
+  const double area = a * b, stiff = shear * area;
+  const double inertia =
+      area * (a * a + b * b) / 12.0;  // makes M_CB regular; rigid motions feel none
   c.penalty.resize(24, 24);
   c.penalty_mass.resize(24, 24);
   for (int k = 0; k < 24; ++k)
     for (int l = 0; l < 24; ++l) {
-      const S square = difference[k] * difference[l];
+      const double square = difference[k] * difference[l];
       c.penalty(k, l) = stiff * square;
       c.penalty_mass(k, l) = inertia * square;
     }
@@ -360,8 +304,7 @@ InterfacesOf<S> corners(const PlateMesh& mesh, const Shape<S>& shape, FreeDofs& 
 }
 
 // Rows of the displacement and rotation (w,y, −w,x, ½(v,x − u,y)) in the middle.
-template <class S>
-MatrixX<S> motion_of_middle(const PlateMesh& mesh, const Shape<S>& shape) {
+MatrixXd motion_of_middle(const PlateMesh& mesh) {
   const auto locate = [](const std::vector<double>& points, double s) {
     int i = 0;
     while (i + 2 < static_cast<int>(points.size()) && s > points[i + 1]) ++i;
@@ -369,9 +312,9 @@ MatrixX<S> motion_of_middle(const PlateMesh& mesh, const Shape<S>& shape) {
   };
   const Dofs dof(mesh);
   const int i = locate(mesh.x(), 0.5), side = mesh.functions_per_side();
-  const S hx = shape.x[i + 1] - shape.x[i];  // the middle keeps its share of it, by symmetry
-  const HermiteValuesT<S> X = hermite<S>((0.5 - mesh.x()[i]) / (mesh.x()[i + 1] - mesh.x()[i]), hx);
-  Eigen::Matrix<S, 16, 1> N, Nx, Ny;
+  const double hx = mesh.x()[i + 1] - mesh.x()[i];  // the middle keeps its share of it, by symmetry
+  const HermiteValues X = hermite((0.5 - mesh.x()[i]) / (mesh.x()[i + 1] - mesh.x()[i]), hx);
+  Eigen::Matrix<double, 16, 1> N, Nx, Ny;
   int j = 0;
   if (mesh.shape().is_beam()) {
     N = beam_functions(X.value, 1, 0);
@@ -379,13 +322,13 @@ MatrixX<S> motion_of_middle(const PlateMesh& mesh, const Shape<S>& shape) {
     Ny = beam_functions(X.value, 0, 1);
   } else {
     j = locate(mesh.y(), 0);
-    const HermiteValuesT<S> Y =
-        hermite<S>(-mesh.y()[j] / (mesh.y()[j + 1] - mesh.y()[j]), shape.y[j + 1] - shape.y[j]);
+    const HermiteValues Y =
+        hermite(-mesh.y()[j] / (mesh.y()[j + 1] - mesh.y()[j]), mesh.y()[j + 1] - mesh.y()[j]);
     N = hermite_products(X.value, Y.value);
     Nx = hermite_products(X.slope, Y.value);
     Ny = hermite_products(X.value, Y.slope);
   }
-  MatrixX<S> rows = MatrixX<S>::Constant(6, dof.count(), S(0));
+  MatrixXd rows = MatrixXd::Zero(6, dof.count());
   for (int f = 0; f < 2 * side; ++f) {
     const int s = f % side;
     const auto at = [&](int c) { return dof(i + f / side, j + s / 4, c, s % 4); };
@@ -398,59 +341,16 @@ MatrixX<S> motion_of_middle(const PlateMesh& mesh, const Shape<S>& shape) {
   return rows;
 }
 
-template <class S>
-InterfacesOf<S> interfaces_of(const PlateMesh& mesh, const Shape<S>& shape,
-                              const PlateCondensation& condensation, FreeDofs& free) {
-  InterfacesOf<S> result = condensation.interface == Interface::rigid_edges
-                               ? rigid_edges(mesh, shape, free)
-                           : condensation.interface == Interface::corners
-                               ? corners(mesh, shape, free)
-                               : mesh_nodes(mesh, shape, condensation.mesh_nodes, free);
-  result.middle = motion_of_middle(mesh, shape);
-  return result;
-}
-
-// The numbers that `part` takes of the scalars.
-template <class S, class Part>
-Interfaces part_of(const InterfacesOf<S>& all, const Part& part) {
-  const auto matrix = [&](const MatrixX<S>& A) {
-    MatrixXd result(A.rows(), A.cols());
-    for (Eigen::Index k = 0; k < A.size(); ++k) result.data()[k] = part(A.data()[k]);
-    return result;
-  };
-  Interfaces result{
-      {}, matrix(all.boundary), matrix(all.penalty), matrix(all.penalty_mass), matrix(all.middle)};
-  for (const Vector3<S>& node : all.nodes)
-    result.nodes.emplace_back(part(node[0]), part(node[1]), part(node[2]));
-  return result;
-}
-
 }  // namespace
 
 Interfaces interfaces(const PlateMesh& mesh, const PlateCondensation& condensation,
                       FreeDofs& free) {
-  const Shape<double> shape{mesh.shape().poissons_ratio, mesh.membrane().A11, mesh.x(), mesh.y()};
-  return part_of(interfaces_of(mesh, shape, condensation, free), [](double x) { return x; });
-}
-
-std::array<Interfaces, 3> interface_rates(const PlateMesh& mesh,
-                                          const PlateCondensation& condensation,
-                                          const PlateMeshRate& rate) {
-  Shape<Dual3> shape{
-      Dual3::variable(mesh.shape().poissons_ratio, ShapeParameter::poissons_ratio),
-      Dual3(mesh.membrane().A11,
-            {rate.shape[0].membrane.A11, rate.shape[1].membrane.A11, rate.shape[2].membrane.A11}),
-      {},
-      {}};
-  for (const Dual1& x : MeshNumbers<Dual1>(mesh.shape(), rate.direction[ShapeParameter::width]).x)
-    shape.x.push_back({x.value, {x.derivatives[0], 0, 0}});
-  for (const double y : mesh.y()) shape.y.push_back({y, {y / mesh.shape().width, 0, 0}});
-  FreeDofs free(mesh);
-  const InterfacesOf<Dual3> all = interfaces_of(mesh, shape, condensation, free);
-  std::array<Interfaces, 3> rates;
-  for (int p = 0; p < 3; ++p)
-    rates[p] = part_of(all, [p](const Dual3& x) { return x.derivatives[p]; });
-  return rates;
+  Interfaces result = condensation.interface == Interface::rigid_edges ? rigid_edges(mesh, free)
+                      : condensation.interface == Interface::corners
+                          ? corners(mesh, free)
+                          : mesh_nodes(mesh, condensation.mesh_nodes, free);
+  result.middle = motion_of_middle(mesh);
+  return result;
 }
 
 }  // namespace flexopt::linear_plate

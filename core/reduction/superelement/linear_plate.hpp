@@ -1,12 +1,9 @@
 #pragma once
 // A linear plate or beam on its mesh and how interface nodes hold it: equations (R11)–(R13) of
-// README.md, with the derivatives of both in the shape (w/L, t/L, ν). Lengths over L, energies over
-// D, masses over ρ t L⁴.
+// README.md. Lengths over L, energies over D, masses over ρ t L⁴.
 #include <Eigen/SparseCore>
-#include <array>
 #include <vector>
 
-#include "core/elements/plate/plate_mesh_rate.hpp"
 #include "core/reduction/superelement/plate_body.hpp"
 
 namespace flexopt::linear_plate {
@@ -35,10 +32,6 @@ struct Matrices {
   SparseMatrix stiffness, mass;
 };
 Matrices assemble(const PlateBody& body, const PlateMesh& mesh);
-/// Derivatives in w/L, t/L, ν; `rate` is that of the mesh.
-std::array<Matrices, 3> assemble_rates(const PlateBody& body, const PlateMesh& mesh,
-                                       const PlateMeshRate& rate);
-
 /// Nodal dofs as a linear map of interface coordinates and free unknowns: the part that the shape
 /// does not enter.
 struct FreeDofs {
@@ -54,7 +47,7 @@ struct FreeDofs {
   void hold(int dof) { held[dof] = true; }
 };
 
-/// The part that the shape enters, for m interface nodes, or its derivative.
+/// The part that the shape enters, for m interface nodes.
 struct Interfaces {
   std::vector<Vector3d> nodes;
   MatrixXd boundary;               ///< dofs × 6m
@@ -63,9 +56,4 @@ struct Interfaces {
 };
 /// Holds and releases what the interface nodes decide about; all other dofs are left open.
 Interfaces interfaces(const PlateMesh& mesh, const PlateCondensation& condensation, FreeDofs& free);
-/// Derivatives in w/L, t/L, ν; `rate` is that of the mesh.
-std::array<Interfaces, 3> interface_rates(const PlateMesh& mesh,
-                                          const PlateCondensation& condensation,
-                                          const PlateMeshRate& rate);
-
 }  // namespace flexopt::linear_plate

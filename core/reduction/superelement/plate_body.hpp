@@ -40,8 +40,6 @@ struct PlateCondensation {
   int vibration_modes = 0;                     ///< fixed-interface modes kept
 };
 
-class Condensation;
-
 /// A condensed body: the superelement and the fields it stands for.
 struct CondensedPlate {
   std::shared_ptr<const PlateMesh> mesh;
@@ -50,7 +48,6 @@ struct CondensedPlate {
   /// Nodes, K_CB, M_CB, Φ_CB. `recovery`: nodal dofs over L for the boundary modes, in the order
   /// (line, component, node, function) of PlateLeaf::nodal.
   SuperelementModel superelement;
-  std::shared_ptr<const Condensation> condensation;  ///< what it was made by, for derivatives
 };
 
 /// Full stiffness and mass (over D and ρ t L⁴) of a body, unconstrained, in the order of

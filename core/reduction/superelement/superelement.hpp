@@ -75,8 +75,6 @@ class Superelement {
   MatrixXd mass() const;
 
  private:
-  friend class SuperelementGradient;
-
   bool find_frame(std::span<const NodePose> nodes);
   void place(std::span<const NodePose> nodes);
   void rotate_rows(MatrixXd& A) const;

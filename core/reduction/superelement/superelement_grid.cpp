@@ -5,9 +5,7 @@
 #include <utility>
 
 #include "core/elements/plate/element_numbers.hpp"
-#include "core/math/dual.hpp"
 #include "core/reduction/superelement/beam_body.hpp"
-#include "core/reduction/superelement/superelement_model_rate.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
 
 namespace flexopt {
@@ -81,12 +79,6 @@ SuperelementGrid::SuperelementGrid(const LeafSpring& leaf, const ModelOptions& m
   }
 }
 
-const SuperelementModelRate& SuperelementGrid::model_rate() const {
-  std::call_once(model_rate_made_,
-                 [&] { model_rate_ = std::make_shared<SuperelementModelRate>(*this); });
-  return *model_rate_;
-}
-
 std::shared_ptr<const PlateMesh> SuperelementGrid::full_mesh() const {
   std::call_once(full_mesh_made_, [&] { full_mesh_ = std::make_shared<PlateMesh>(shape_); });
   return full_mesh_;
@@ -123,20 +115,19 @@ namespace {
 constexpr double strain_station[2] = {0.21132486540518713, 0.7886751345948129};
 
 // Linear strains of a superelement of length `a` over L, its dofs over that length.
-template <class S>
-StrainsT<S> linear_strains(const Eigen::Matrix<S, 16, 3>& U, const HermiteValuesT<S>& X,
-                           const HermiteValuesT<S>& Y, double a, const Vector3<S>& turn) {
-  const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
-    const Eigen::Matrix<S, 16, 1> N = hermite_products(x, y);
-    Vector3<S> r = Vector3<S>::Zero();
+Strains linear_strains(const Gradient& U, const HermiteValues& X, const HermiteValues& Y, double a,
+                       const Vector3d& turn) {
+  const auto at = [&](const std::array<double, 4>& x, const std::array<double, 4>& y) {
+    const Eigen::Matrix<double, 16, 1> N = hermite_products(x, y);
+    Vector3d r = Vector3d::Zero();
     for (int f = 0; f < 16; ++f)
       for (int c = 0; c < 3; ++c) r[c] += N[f] * U(f, c);
     return r;
   };
-  const Vector3<S> d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
-                   d11 = at(X.curvature, Y.value) - turn, d22 = at(X.value, Y.curvature),
-                   d12 = at(X.slope, Y.slope);
-  StrainsT<S> e;
+  const Vector3d d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
+                 d11 = at(X.curvature, Y.value) - turn, d22 = at(X.value, Y.curvature),
+                 d12 = at(X.slope, Y.slope);
+  Strains e;
   e << d1[0], d2[1], d1[1] + d2[0], -d11[2] / a, -d22[2] / a, -2.0 * d12[2] / a;
   return e;
 }
@@ -181,52 +172,11 @@ StrainField SuperelementGrid::strains(const State& state) const {
         for (int r = 0; r < 2; ++r)
           for (int s = 0; s < 2; ++s)
             values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] =
-                linear_strains<double>(U, hermite(strain_station[r], hx),
-                                       hermite(strain_station[s], hy), 1.0 / along_,
-                                       section_turn(mesh, p, q, U, strain_station[r]));
+                linear_strains(U, hermite(strain_station[r], hx), hermite(strain_station[s], hy),
+                               1.0 / along_, section_turn(mesh, p, q, U, strain_station[r]));
       }
   }
   return {std::move(x), std::move(y), std::move(values)};
-}
-
-MovingStations SuperelementGrid::moving_stations(const State& state,
-                                                 const std::vector<VectorXd>& fields,
-                                                 const StressRate& rate) const {
-  const PlateMesh& mesh = *kinds_[0]->mesh;
-  const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  const Dual1 per_width(1, {rate.shape.size[0] / shape_.width});
-  // of a superelement
-  const ShapeRate own(Vector3d(rate.shape.size[0] * along_ / rows(), rate.shape.size[1] * along_,
-                               rate.shape.size[2]));
-  const MeshNumbers<Dual1> numbers(mesh.shape(), own);
-  const auto strains_at = [this, &state, &fields, &mesh, nx, ny, per_width, numbers](int x, int y) {
-    const int p = x / 2 % nx, q = y / 2 % ny, e = x / (2 * nx) * rows() + y / (2 * ny);
-    const Gradient value = element_dofs(mesh, model(e).recovery * *state.q[e], p, q),
-                   moving = element_dofs(mesh, fields[e], p, q);
-    Eigen::Matrix<Dual1, 16, 3> U;
-    for (int k = 0; k < 48; ++k) U.data()[k] = {value.data()[k], {moving.data()[k]}};
-    const StrainsT<Dual1> strains = linear_strains<Dual1>(
-        U, hermite<Dual1>(strain_station[x % 2], numbers.x[p + 1] - numbers.x[p]),
-        hermite<Dual1>(strain_station[y % 2], (mesh.y()[q + 1] - mesh.y()[q]) * per_width),
-        1.0 / along_, section_turn(numbers, p, q, U, strain_station[x % 2]));
-    StrainRate result;
-    for (int k = 0; k < 6; ++k) {
-      result.value[k] = strains[k].value;
-      result.rate[k] = strains[k].derivatives[0];
-    }
-    return result;
-  };
-  std::vector<Dual1> along;
-  for (int i = 0; i < along_; ++i)
-    for (const Dual1& s : strain_stations(numbers.x))
-      along.push_back((1.0 / along_) * (s + static_cast<double>(i)));
-  return {along, strain_stations_across(), strains_at};
-}
-
-double SuperelementGrid::stress_rate(const State& state, const std::vector<VectorXd>& fields,
-                                     const StressPeak& peak, const StressRate& rate) const {
-  const MovingStations at = moving_stations(state, fields, rate);
-  return flexopt::stress_rate(shape_, at.x, at.y, at.strains, peak, youngs_modulus_, rate);
 }
 
 SuperelementGrid::Point SuperelementGrid::locate(double along, double across) const {

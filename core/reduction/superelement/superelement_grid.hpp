@@ -17,8 +17,6 @@
 
 namespace flexopt {
 
-class SuperelementModelRate;
-
 /// Elements of a superelement's own mesh: its share of the leaf's, four at least. The field between
 /// so few nodes is smooth; the corners of a patch want the four.
 int own_elements(int of_leaf, int superelements);
@@ -50,8 +48,6 @@ class SuperelementGrid {
   std::shared_ptr<const PlateMesh> full_mesh() const;
   const CondensedPlate& plate(int element) const { return *kinds_[kind(element % rows())]; }
   const SuperelementModel& model(int element) const { return plate(element).superelement; }
-  /// The models in units of the leaf and their derivatives in its shape, made when first asked for.
-  const SuperelementModelRate& model_rate() const;
   /// Whether the grid was made for such a leaf.
   bool fits(const LeafSpring& leaf, const ModelOptions& model) const;
 
@@ -64,13 +60,6 @@ class SuperelementGrid {
   std::vector<MatrixXd> beam_displacements(const State& state, int element) const;
   /// Linear strains of the local displacements of a plate; lengths over L, as in plate_stress.
   StrainField strains(const State& state) const;
-  /// The same as they move. `fields`: rates of recovery · q of every superelement. All arguments
-  /// must outlive it.
-  MovingStations moving_stations(const State& state, const std::vector<VectorXd>& fields,
-                                 const StressRate& rate) const;
-  /// Derivative of the stress of strains() at a peak of largest_stress, as plate_stress_rate.
-  double stress_rate(const State& state, const std::vector<VectorXd>& fields,
-                     const StressPeak& peak, const StressRate& rate) const;
   /// Where a point of the leaf lies: all coordinates in [0, 1].
   struct Point {
     int element;
@@ -94,9 +83,8 @@ class SuperelementGrid {
   double youngs_modulus_, density_;
   int modes_;  ///< vibration modes of a superelement: together as many as a leaf is to have
   std::vector<std::shared_ptr<const CondensedPlate>> kinds_;  ///< by free edges
-  mutable std::once_flag model_rate_made_, full_mesh_made_;
+  mutable std::once_flag full_mesh_made_;
   mutable std::shared_ptr<const PlateMesh> full_mesh_;
-  mutable std::shared_ptr<const SuperelementModelRate> model_rate_;
 };
 
 /// A node's share in the displacement of a leaf's material point.

@@ -35,16 +35,6 @@ class SuperelementLeaf final : public LeafElement {
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
-  Answer<LeafLinear> linearise() override;
-  std::string interior_gap(InteriorUse /*use*/) override { return ""; }
-  /// Derivative of the stress at one of the peaks, as plate_stress_rate. `fields`: rates of
-  /// recovery · q of every superelement.
-  double stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,
-                     const StressRate& rate) const;
-  /// The same of section_stresses(), one place after the other.
-  VectorXd section_rates(const std::vector<StressPlace>& places,
-                         const std::vector<VectorXd>& fields, const StressRate& rate) const;
-
   const SuperelementGrid& grid() const { return *grid_; }
   const LeafScale& scale() const { return scale_; }
   const std::vector<NodePose>& nodes() const { return nodes_; }  ///< line by line
@@ -87,7 +77,6 @@ class SuperelementLeaf final : public LeafElement {
   MatrixXd node_rates(int element, const MatrixXd& T) const;
   SuperelementGrid::State grid_state() const;
   LeafSpring segment() const;  ///< of a beam
-  StressRate segment_rate(int e, const std::vector<VectorXd>& fields, const StressRate& rate) const;
   StressPeak beam_stress_peak(const SuperelementGrid::State& state) const;
   /// LeafDynamics::shape_motion of superelements one after the other: cubics between their nodes,
   /// without their own vibration. `T`: rates of the unknowns of the nodes and of the edges.

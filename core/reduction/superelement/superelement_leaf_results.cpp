@@ -108,48 +108,6 @@ MatrixXd SuperelementLeaf::section_stresses(const std::vector<StressPlace>& plac
   return stresses;
 }
 
-double SuperelementLeaf::stress_rate(const StressPeak& peak, const std::vector<VectorXd>& fields,
-                                     const StressRate& rate) const {
-  const SuperelementGrid::State state = grid_state();
-  if (!grid_->shape().is_beam()) return grid_->stress_rate(state, fields, peak, rate);
-  const int e = peak.segment;
-  StressPeak own = peak;
-  own.along = peak.along * grid_->along() - e;
-  return beam_stress_rate(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), own,
-                          leaf_.material.youngs_modulus, segment_rate(e, fields, rate),
-                          BeamStrain::linear);
-}
-
-// Of a beam's segment in its own units.
-StressRate SuperelementLeaf::segment_rate(int e, const std::vector<VectorXd>& fields,
-                                          const StressRate& rate) const {
-  const int n = grid_->along(), lines = grid_->plate(e).mesh->lines();
-  StressRate own;
-  own.shape = Vector3d(rate.shape.size.cwiseProduct(Vector3d(n, n, 1)));
-  own.youngs_modulus = rate.youngs_modulus;
-  for (int i = 0; i < lines; ++i)
-    own.nodal.push_back(fields[static_cast<std::size_t>(e)].segment<12>(12 * i).reshaped(4, 3));
-  return own;
-}
-
-VectorXd SuperelementLeaf::section_rates(const std::vector<StressPlace>& places,
-                                         const std::vector<VectorXd>& fields,
-                                         const StressRate& rate) const {
-  const SuperelementGrid::State state = grid_state();
-  const double modulus = leaf_.material.youngs_modulus;
-  if (!grid_->shape().is_beam())
-    return flexopt::section_rates(grid_->shape(), grid_->moving_stations(state, fields, rate),
-                                  places, modulus, rate);
-  VectorXd rates(6 * static_cast<Eigen::Index>(places.size()));
-  for (const PlacesOfSegment& of : places_by_segment(places, grid_->along())) {
-    const auto e = static_cast<int>(of.segment);
-    rates.segment(6 * of.first, 6 * static_cast<Eigen::Index>(of.own.size())) =
-        beam_section_rates(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), of.own,
-                           modulus, segment_rate(e, fields, rate), BeamStrain::linear);
-  }
-  return rates;
-}
-
 LeafShape SuperelementLeaf::beam_shape(const SuperelementGrid::State& state) const {
   LeafShape shape;
   const int lines = grid_->plate(0).mesh->lines();

@@ -298,15 +298,6 @@ ModelOptions segment_options(const ModelOptions& model) {
   return own;
 }
 
-bool leaves_a_node(const LeafSpring& leaf, const LeafSpring& direction, const ModelOptions& model) {
-  constexpr double rounding = 1e-9;
-  if (model.accuracy == Accuracy::full || model.method != Reduction::linear_craig_bampton)
-    return false;
-  if (!leaf.point || leaf.point->spread_over_tip || broken_rule(leaf, model)) return false;
-  return std::abs(direction.point->along) > rounding ||
-         std::abs(direction.point->across) > rounding;
-}
-
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
                                                            const ModelOptions& model,
                                                            const std::string& reason) {

@@ -18,10 +18,6 @@ std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mech
 /// coordinate for it.
 ModelOptions segment_options(const ModelOptions& model);
 
-/// Whether the material point of a leaf is a node of superelements and moves off it along a
-/// direction (derivatives of the leaf's numbers): then the leaf has no derivatives along it.
-bool leaves_a_node(const LeafSpring& leaf, const LeafSpring& direction, const ModelOptions& model);
-
 /// By `model.method`. Linear superelements need nothing but the leaf; one with a material point
 /// that is none of their nodes is full, and says so. Mixed potential: one tube per distinct leaf,
 /// its ray and range from the linear kinematics of the drive at the undeflected state, centred on

@@ -243,17 +243,11 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   return response;
 }
 
-// A material point that is a node of superelements cannot leave it.
-std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
-                                         const std::vector<MechanismDirection>& directions,
-                                         const ModelOptions& model) {
-  for (const MechanismDirection& d : directions)
-    for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
-      if (leaves_a_node(mechanism.leaves[i], d.rate.leaves[i], model))
-        return fmt::format(
-            "along {} a material point leaves its node of superelements: no exact derivatives",
-            d.parameter);
-  return std::nullopt;
+// Why there are no exact derivatives on such leaves, or nothing.
+std::optional<std::string> no_derivatives(const ModelOptions& model) {
+  if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential)
+    return std::nullopt;
+  return "this method of reduction has no exact derivatives";
 }
 
 }  // namespace
@@ -261,8 +255,10 @@ std::optional<std::string> leaves_a_node(const Mechanism& mechanism,
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request) {
   DifferentiablePath shared;
+  const bool differentiable =
+      request.values == PathValues::differentiable && !no_derivatives(model);
   return evaluate(warmed(mechanism, request.loads), model, request,
-                  request.values == PathValues::differentiable ? &shared : nullptr);
+                  differentiable ? &shared : nullptr);
 }
 
 MechanismDirection assembly_direction(std::string parameter, const Mechanism& mechanism,
@@ -284,7 +280,7 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
   for (const MechanismDirection& d : directions)
     for (std::size_t k = 0; k < own.drives.size(); ++k)
       own.drives[k].axes_change |= !d.rate.drives[k].axes.isZero(0);
-  if (auto reason = leaves_a_node(own, directions, model)) {
+  if (auto reason = no_derivatives(model)) {
     result.response = evaluate_stroke(own, model, request);
     result.message = std::move(*reason);
     return result;

@@ -279,11 +279,10 @@ TEST_CASE("exact derivatives of fatigue agree with differences", "[fatigue][grad
   CHECK(check_gradients({make, numbers, along, 500.0}, models::coarse(flexure), request) > 60);
 }
 
-TEST_CASE(
-    "exact derivatives of fatigue of wires, arcs, and leaves in segments agree with differences",
-    "[fatigue][gradients][slow]") {
-  enum Kind { wire, arc, segments, loaded };
-  const auto kind = GENERATE(wire, arc, segments, loaded);
+TEST_CASE("exact derivatives of fatigue of wires, arcs and loaded leaves agree with differences",
+          "[fatigue][gradients][slow]") {
+  enum Kind { wire, arc, loaded };
+  const auto kind = GENERATE(wire, arc, loaded);
   CAPTURE(kind);
   const auto make = [kind](const Values& p) {
     Mechanism m = models::guide(p[0], p[1], p[2]);
@@ -302,11 +301,6 @@ TEST_CASE(
     return m;
   };
   ModelOptions model = models::coarse(kind == arc ? Flexure::plate : Flexure::beam);
-  if (kind == segments) {
-    model = models::coarse(Flexure::beam, Accuracy::reduced);
-    model.method = Reduction::modal_derivatives;
-    model.superelements = {2, 0};
-  }
   StrokeRequest request = cycles({-2e-3, 1e-3, 5e-3});
   if (kind == loaded) {
     Vector6d load;
@@ -319,38 +313,4 @@ TEST_CASE(
   const std::vector<std::size_t> along =
       kind == wire ? std::vector<std::size_t>{0, 2, 3} : std::vector<std::size_t>{0, 1, 2, 3};
   CHECK(check_gradients({make, numbers, along, 500.0}, model, request) > 50);
-}
-
-TEST_CASE(
-    "exact derivatives of fatigue of leaves of superelements are their own and agree with "
-    "differences",
-    "[fatigue][gradients][slow]") {
-  const auto superelements = GENERATE(std::array{4, 0}, std::array{4, 2});
-  const auto flexure =
-      superelements[1] == 0 ? GENERATE(Flexure::beam, Flexure::plate) : GENERATE(Flexure::plate);
-  CAPTURE(superelements, flexure == Flexure::beam);
-  const auto make = [](const Values& p) {
-    Mechanism m = models::guide(p[0], p[1], p[2]);
-    for (LeafSpring& leaf : m.leaves) {
-      leaf.material = strong();
-      leaf.material.youngs_modulus = p[3];
-    }
-    m.leaves[0].thickness *= 1.1;
-    return m;
-  };
-  ModelOptions model = models::coarse(flexure, Accuracy::reduced);
-  model.method = Reduction::linear_craig_bampton;
-  model.superelements = superelements;
-  StrokeRequest request = cycles({-2e-3, 1e-3, 5e-3});
-  request.stress.fillet = 1e-3;
-  const Family family{make,
-                      {{"length", 0.1}, {"width", 0.03}, {"thickness", 1.7e-3}, {"modulus", 2e11}},
-                      {0, 1, 2, 3},
-                      500.0};
-  const StrokeSensitivity found = evaluate_stroke_gradients(make(values_of(family.numbers)),
-                                                            {direction(family, 2)}, model, request);
-  REQUIRE(found.gradients);
-  CHECK(found.response.path[0].leaves[0].reason.empty());
-  CHECK(found.gradients->path[0].fatigue_safety);
-  CHECK(check_gradients(family, model, request) > 60);
 }

@@ -35,14 +35,6 @@ Mechanism clamped_plate(const Values& p) {
   return m;
 }
 
-// O in the middle of the plate, whatever its size: a node of superelements.
-Mechanism clamped_in_the_middle(const Values& p) {
-  Values middle = p;
-  middle[7] = 0.5 * p[0];
-  middle[8] = 0.5 * p[1];
-  return clamped_plate(middle);
-}
-
 // The tip free, O the middle of it.
 Mechanism free_tip(const Values& p) {
   Mechanism m = single(p);
@@ -113,53 +105,6 @@ TEST_CASE("exact derivatives of a cantilever with a free tip agree with differen
       check_gradients({free_tip, numbers, {0, 1, 2, 4, 6}, 10.0},
                       model_of(flexure, {6, flexure == Flexure::plate ? 2 : 1}), request);
   CHECK(compared >= 2 * 15 * 5);
-}
-
-TEST_CASE("exact derivatives agree with differences where a body follows a node of superelements",
-          "[gradients][points][slow]") {
-  ModelOptions model = model_of(Flexure::plate, {6, 4});
-  model.accuracy = Accuracy::reduced;
-  model.method = Reduction::linear_craig_bampton;
-  StrokeRequest request;
-  request.frequencies = 3;
-  SECTION("of a clamped plate") {
-    model.superelements = {2, 2};
-    request.points = {0.5, -1};
-    request.loads.growing = {load_at_O((Vector6d() << 10, 60, -8, 0, 0, 0).finished())};
-    const int compared = check_gradients(
-        {clamped_in_the_middle, numbers, {0, 1, 2, 3, 4, 5, 6}, 10.0}, model, request);
-    CHECK(compared >= 2 * 15 * 7);
-  }
-  SECTION("of free tips") {
-    model.superelements = GENERATE(std::array{3, 0}, std::array{3, 2}, std::array{2, 3});
-    request.points = {0, 0.02};
-    request.loads.constant = {load_at_O((Vector6d() << 0.5, 0, -1, 0, 0, 0).finished())};
-    const int compared =
-        check_gradients({free_tip, numbers, {0, 1, 2, 4, 6}, 10.0}, model, request);
-    CHECK(compared >= 2 * 15 * 5);
-  }
-  SECTION("of a free tip of beams") {
-    model.flexure = Flexure::beam;
-    model.superelements = {4, 0};
-    request.points = {0, 0.02};
-    request.loads.constant = {load_at_O((Vector6d() << 0.5, 0, -1, 0, 0, 0).finished())};
-    const int compared =
-        check_gradients({free_tip, numbers, {0, 1, 2, 4, 6}, 10.0}, model, request);
-    CHECK(compared >= 2 * 15 * 5);
-  }
-  SECTION("that leaves it") {
-    model.superelements = {2, 2};
-    const Family family{clamped_plate, numbers, {7}, 10.0};
-    Values p = values_of(numbers);
-    p[7] = 0.5 * p[0];
-    p[8] = 0.5 * p[1];
-    Family there = family;
-    for (const std::size_t k : {7, 8}) there.numbers[k].value = p[k];
-    const StrokeSensitivity none =
-        evaluate_stroke_gradients(clamped_plate(p), {direction(there, 7)}, model, request);
-    CHECK_FALSE(none.gradients);
-    CHECK_THAT(none.message, Catch::Contains("node of superelements"));
-  }
 }
 
 TEST_CASE("exact derivatives of a guide with a mass on a leaf agree with differences",

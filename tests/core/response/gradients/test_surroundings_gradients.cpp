@@ -157,12 +157,6 @@ TEST_CASE("derivatives of reduced crooked mechanisms agree with differences",
           "[surroundings][gradients][slow]") {
   ModelOptions model;
   model.mesh = {6, 2};
-  SECTION("tube") {}
-  SECTION("superelements") {
-    model.method = Reduction::linear_craig_bampton;
-    model.superelements = {3, 0};
-  }
-  SECTION("modal derivatives") { model.method = Reduction::modal_derivatives; }
   const Family family{
       [](const Values& p) { return skew_guide(p, false); }, numbers, {0, 2, 7}, 10.0};
   StrokeRequest request = request_with(crooked(), {0, 0.004});
@@ -265,7 +259,6 @@ TEST_CASE("derivatives along errors of assembly agree with differences",
   SECTION("reduced leaves") {
     ModelOptions model;
     model.mesh = {6, 2};
-    model.method = Reduction::modal_derivatives;
     CHECK(check_along_errors(skew_guide(p, false), model, loads) > 80);
   }
 }
