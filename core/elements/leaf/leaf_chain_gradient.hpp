@@ -11,7 +11,7 @@
 
 namespace flexopt {
 
-/// Of an evaluated chain, which must outlive it.
+/// Linearisation of an evaluated leaf chain. The chain must outlive it.
 class LeafChainLinear final : public LeafLinear {
  public:
   /// The segments of the chain, linearised, in order.

@@ -22,7 +22,8 @@ struct LeafEvaluation {
   double energy = 0;                      ///< [J]
   Vector12d force = Vector12d::Zero();    ///< ∂energy/∂q [N, N m]
   Matrix12d tangent = Matrix12d::Zero();  ///< ∂force/∂q, rotation varied as exp(hat δ) R
-  /// Of the displacement u of the leaf's material point, where it has one (LeafSpring::point).
+  /// Force and derivatives with respect to the displacement u of the leaf's material point. Only
+  /// for leaves that have such a point (LeafSpring::point).
   struct Point {
     Vector3d force = Vector3d::Zero();      ///< ∂energy/∂u [N]
     Matrix3d tangent = Matrix3d::Zero();    ///< ∂force/∂u
@@ -147,7 +148,7 @@ class LeafElement {
   virtual LeafShape shape() = 0;
   /// Present place of a point of the mid-surface, given by its place in [0, 1]².
   virtual Vector3d material_point(double along, double across) = 0;
-  /// Of several (along, across).
+  /// Present places of several points (along, across) of the mid-surface, each in [0, 1]².
   virtual std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places);
   virtual LeafReport report() const = 0;
 };

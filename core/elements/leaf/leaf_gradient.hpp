@@ -89,7 +89,8 @@ class LeafGradient {
   /// `width`: w/L.
   LeafGradient(const LeafRows& rows, double width) : rows_(rows), width_(width) {}
 
-  /// Of the weight along a variation: it is that of the mass in global axes.
+  /// Derivative of the scaled weight along a variation. The weight of the mass stays constant in
+  /// global axes.
   Vector3d weight_rate(const LeafVariation<S>& v) const {
     return v.turn * weight_ + (v.mass - v.length - v.energy) * weight_;
   }

@@ -14,7 +14,8 @@ namespace flexopt {
 struct NotchFactors {
   double membrane = 1, bending = 1;
 };
-/// Of the base edge and of the tip edge; nothing where the edge has no notch or is free.
+/// Notch factors of the base edge and of the tip edge; nothing where the edge has no notch or is
+/// free.
 using ClampFactors = std::array<std::optional<NotchFactors>, 2>;
 
 struct StressPeak {

@@ -8,7 +8,7 @@ namespace flexopt {
 struct LeafScale {
   Vector3d origin;  ///< middle of the base edge, undeflected [m]
   Matrix3d axes;    ///< leaf axes, undeflected
-  // Of a warm leaf all by its stress-free sizes, its mass kept.
+  // The scales of a warm leaf use its stress-free sizes; its mass does not change.
   double length = 1;  ///< L [m]
   double energy = 1;  ///< D = E t³ / 12(1 − ν²), of a beam E t³ / 12 [J]
   double mass = 1;    ///< ρ t L⁴: kinetic energy of unit scaled velocity [kg m²]

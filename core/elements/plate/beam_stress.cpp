@@ -122,7 +122,8 @@ ParityT<S> rectangular_section(const MeasuresT<S>& m, const S& w, const S& t, co
           1.5 * (1 - f * f) * G * shear_k * m[shear], half * (m[across] + y * m[warping]),
           2.0 * G * half * m[twist] * torsion};
 }
-// The same of two opposite places of an outline.
+// Normal and shear stress over E of a circular section at a fraction of its radius, split into the
+// parts that two opposite points of the outline share and those of opposite sign.
 template <class S>
 ParityT<S> circular_section(const MeasuresT<S>& m, const S& t, const S& nu, double f) {
   return {m[stretch], shear_ratio(nu) * (0.5 * t) * m[twist],

@@ -40,7 +40,8 @@ class ElementNumbers {
   using Derivatives = MappedDerivatives<Row>;
   PlateMesh::Element plate_element(int i, int j) const;
   PlateMesh::Element beam_element(int i) const;
-  /// Of the functions at a place in element (i, j); `place`: y0.
+  /// Derivatives of the shape functions at a place in element (i, j); `place`: coordinate y0
+  /// across.
   Derivatives derivatives(int i, double along, const S& place, const HermiteValuesT<S>& X,
                           const HermiteValuesT<S>& Y) const;
   /// r,xx + ν r,yy where the corner of a fold is, at `across` of element j across.

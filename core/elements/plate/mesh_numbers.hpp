@@ -39,7 +39,7 @@ class MeshNumbers {
  public:
   /// `rate`: of the shape, read where S = Dual1. Both must outlive this.
   explicit MeshNumbers(const PlateShape& shape, const ShapeRate& rate = constant());
-  /// Of a mesh that has its lines along already.
+  /// Numbers of a mesh whose lines along the leaf are given.
   MeshNumbers(const PlateShape& shape, const std::vector<S>& lines);
 
   S width, thickness, poissons_ratio, curve;
@@ -51,7 +51,7 @@ class MeshNumbers {
   };
   std::vector<LineWidth> line_width;  ///< PlateMesh::line_width
 
-  /// Of the undeflected leaf on every line: straight, or an arc seen from its chord.
+  /// Mid-line of the undeflected leaf at every line: straight, or an arc seen from its chord.
   std::vector<ArcPoint<S>> middle;
 
   const PlateShape& shape() const { return *shape_; }
@@ -62,7 +62,7 @@ class MeshNumbers {
   S thickness_factor(const S& x) const;
   /// In element i along, at s of it.
   WidthMap<S> map(int i, double s) const;
-  /// Of the corner of a fold in element i along: (E14), (E15).
+  /// Properties of the corner of a fold in element i along: (E14), (E15).
   struct Corner {
     S place = S(0.5);    ///< where flexibility along is missing, a share of the element
     S stiffness = S(0);  ///< what is added for it there
@@ -71,7 +71,8 @@ class MeshNumbers {
   };
   Corner corner(int i) const;
 
-  /// Of the undeflected leaf in element i along, at s of it: r,xx = along r,x + normal n.
+  /// Geometry of the undeflected leaf in element i along, at its share s: r,xx = along r,x + normal
+  /// n.
   struct Rest {
     S metric = S(1);  ///< |r,x|²
     S along = S(0), normal = S(0);

@@ -45,7 +45,7 @@ struct FoldNode {
     node.shear_rate = x[first + 3];
     return node;
   }
-  /// The same of a state.
+  /// Node j of the block `x` of a fold line as a state: the stretch is then 1 + its increment.
   template <class Column>
   static FoldNode state(const Column& x, int functions, int j) {
     FoldNode node = of(x, functions, j);
@@ -65,7 +65,7 @@ class FoldMap {
   using Pair = std::array<Vector3<S>, 2>;
   using Node = FoldNode<S>;
 
-  /// Of a fold by this angle.
+  /// Map of a fold by this angle [rad].
   static FoldMap of(double angle) { return {std::cos(angle), std::sin(angle), 1}; }
   /// Derivative of the map with the angle.
   static FoldMap rate(double angle) { return {-std::sin(angle), std::cos(angle), 0}; }

@@ -109,7 +109,7 @@ void PlateGradient<S>::add_edge_quadratic(int e, const Matrix& Y, const Matrix& 
   }
 }
 
-// Of − Σ m w·N2 with the weight w.
+// Adds the quadratic terms of the weight w, − Σ m w·N2.
 template <class S>
 void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>& N2,
                                             LeafQuadratic<S>& q) const {

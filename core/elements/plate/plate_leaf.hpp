@@ -106,7 +106,8 @@ class PlateLeaf {
     Vector3d df;
     return interior_.step(K_, dq, Vector3d::Zero(), df);
   }
-  /// The same beside an increment du of the material point; the change of its force goes to `df`.
+  /// Step of the interior for an increment dq of the edges and an increment du of the material
+  /// point; the change of the point's force goes to `df`.
   VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const {
     return interior_.step(K_, dq, du, df);
   }
@@ -119,7 +120,7 @@ class PlateLeaf {
   /// Moves to `state`, wherever it is; the increments are linearised ones that led there.
   void step_to(const State& state, const VectorXd& dx, const Vector12d& dq);
   bool has_point() const { return !support_.point.empty(); }
-  /// Of the undeflected leaf.
+  /// Place of the material point in the undeflected leaf.
   const Vector3d& point_place() const { return point_place_; }
   /// Force at the material point and its derivatives, condensed.
   const LeafEvaluation::Point& point() const { return *interior_.point(); }
@@ -204,8 +205,8 @@ class PlateLeaf {
   BlockTridiagonal K_;
   MatrixXd edge_diagonal_[2], edge_below_[2];
   MatrixXd edge_jacobian_[2];
-  /// Of the lines at a fold: K of the elements before and behind, and how the nodal values of the
-  /// second leg depend on the unknowns.
+  /// Blocks of the lines at a fold: K of the elements before and behind it, and how the nodal
+  /// values of the second leg depend on the unknowns.
   MatrixXd fold_diagonal_[2], fold_below_[2], fold_gap_, fold_jacobian_;
   VectorXd g_;         ///< residual
   MatrixXd coupling_;  ///< K_fb

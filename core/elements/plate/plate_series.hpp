@@ -14,7 +14,7 @@
 
 namespace flexopt {
 
-/// Of a plate that must outlive it and keep its state.
+/// Taylor series of a plate, which must outlive it and keep its state.
 class PlateSeries final : public LeafSeries {
  public:
   explicit PlateSeries(const PlateLeaf& plate);
@@ -66,8 +66,9 @@ class PlateSeries final : public LeafSeries {
   Series<VectorXd> x_;
   Vector3d point_place_;  ///< of the undeflected leaf
   PointSeries point_;
-  /// Of an edge over (its unknowns, 6 of its body), of the line behind a fold over the fold's
-  /// unknowns: dr = J dY and the second derivatives of the map times the force.
+  /// Derivatives J of the nodal values, dr = J dY, and second derivatives H of the map times the
+  /// force. Edges: over (unknowns of the edge, 6 of its body); the line behind a fold: over the
+  /// unknowns of the fold.
   static constexpr int fold = 2;
   std::array<Series<MatrixXd>, 3> J_, H_;
   std::array<Series<std::vector<Vector3d>>, 2> arm_;  ///< v = r − p of each nodal vector

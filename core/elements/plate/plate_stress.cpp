@@ -10,7 +10,7 @@
 namespace flexopt {
 namespace {
 
-// Of strains e11, e22 and 2 e12: numbers, or arrays of them.
+// Square of the von Mises stress from strains e11, e22 and 2 e12, which are numbers or arrays.
 template <class S, class A>
 A von_mises_square(const A& e11, const A& e22, const A& twice_e12, const S& nu, const S& modulus) {
   const S k = modulus / (1.0 - nu * nu);

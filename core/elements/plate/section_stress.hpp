@@ -15,7 +15,7 @@ std::vector<StressPlace> section_places(const PlateShape& shape);
 ///     σ11 = E/(1 − ν²) (ε11 + ν ε22),  σ22 likewise,  σ12 = G 2ε12;   ε = e, then t/2 κ
 MatrixXd section_stresses(const StrainField& field, const PlateShape& shape, double youngs_modulus,
                           const std::vector<StressPlace>& places);
-/// Of a plate or a beam.
+/// Section stresses at places of a plate or a beam, from the nodal values of its mesh.
 MatrixXd section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                           double youngs_modulus, const std::vector<StressPlace>& places);
 

@@ -21,8 +21,8 @@ template <class S>
 using StrainsT = Eigen::Matrix<S, 6, 1>;
 using Strains = StrainsT<double>;
 
-/// Of a folded leaf: how many stations along stand before the fold, and its place. Nothing is
-/// interpolated across it; it belongs to the first leg.
+/// Split of the stations of a folded leaf: how many stations along lie before the fold, and the
+/// place of the fold. Strains are not interpolated across the fold, which belongs to the first leg.
 struct FoldSplit {
   int stations = 0;
   double place = 0;
