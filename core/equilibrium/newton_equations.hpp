@@ -40,7 +40,7 @@ class NewtonEquations {
   /// Largest −Ψ over its unit, of conditions of drives only where these are held.
   double violation() const;
 
-  // Of the solution x:
+  // Motion of the bodies from the scaled solution x.
   VectorXd motion(const VectorXd& x) const { return scale_.cwiseProduct(x.head(bodies_)); }
   /// Largest component; infinite where any of x is no number, which a maximum may pass over.
   double step(const VectorXd& x) const {

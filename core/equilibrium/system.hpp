@@ -67,7 +67,8 @@ class System {
   const VectorXd& internal_force() const { return force_; }
   /// Force and moment of the dead loads per body, about its moved reference point.
   const VectorXd& load() const { return load_; }
-  /// Of the dead forces, undeflected state zero; dead moments have none.
+  /// Potential energy of the dead forces [J], zero in the undeflected state. Dead moments have no
+  /// potential and add nothing.
   double load_energy() const;
   /// Second derivative of energy and load energy along exp(hat δ) R; symmetric.
   const BlockMatrix& tangent() const { return tangent_; }

@@ -54,7 +54,7 @@ void add_conditions(const System& system, const VectorXd& scale, SparseMatrix& A
   }
 }
 
-// Of both sides of every condition that holds, e in its unit: pairs (coordinate, value).
+// Entries (coordinate, value) of a condition that holds, on both of its bodies, in scaled units.
 struct ScaledRow {
   std::array<int, 12> coordinate;
   std::array<double, 12> value;

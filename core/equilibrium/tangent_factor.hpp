@@ -18,7 +18,7 @@ class TangentFactor {
   /// Answers (bodies, then multipliers) to B (forces on the bodies, then values of the conditions),
   /// of which the rows that hold nothing here, or cannot move, are left out.
   MatrixXd solve(MatrixXd B) const;
-  /// The same of forces on the bodies alone, and without the multipliers.
+  /// Motions of the bodies under forces on the bodies alone; the multipliers are left out.
   MatrixXd answer(const MatrixXd& forces) const;
 
   /// Units of the bodies' coordinates, then of the multipliers.
