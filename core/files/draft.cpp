@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::string_view ending = ".part";
 
-/// Of this machine; one folder may be that of several.
+/// Name of this machine. Several machines may write into one folder.
 std::string host() {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
