@@ -36,8 +36,9 @@ int eigenvalues_below(const BorderedPencil& pencil, double sigma);
 /// decomposition takes their place.
 EigenPairs lowest_pairs(const BorderedPencil& pencil, int count);
 
-/// The same, and with these coordinates of the border held besides: so many of either, and those
-/// whose values are next to the last one's. Of a list of which none are wanted there are none.
+/// The lowest pairs with the border free and with some of its coordinates held: the wanted number
+/// of each, and those whose values are next to the last one's. A list of which none are wanted is
+/// empty.
 struct FreeAndHeldPairs {
   EigenPairs free, held;  ///< zero at the coordinates that are held
 };

@@ -12,7 +12,7 @@ class SymmetricEigen {
  public:
   explicit SymmetricEigen(const Eigen::Ref<const MatrixXd>& A);
   SymmetricEigen(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<const MatrixXd>& B);
-  /// Of a tridiagonal matrix.
+  /// Eigenvalues and eigenvectors of a symmetric tridiagonal matrix.
   static SymmetricEigen of_tridiagonal(const VectorXd& diagonal, const VectorXd& below);
 
   const VectorXd& eigenvalues() const { return values_; }

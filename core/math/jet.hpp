@@ -51,7 +51,7 @@ struct Jet {
   friend Jet operator*(double a, Jet b) { return b *= a; }
   friend Jet operator/(Jet a, const Jet& b) { return a /= b; }
   friend bool operator==(const Jet&, const Jet&) = default;
-  /// Of a number that is positive at the start of the path.
+  /// Square root of a number that is positive at the start of the path.
   friend Jet sqrt(const Jet& a) {
     const double root = std::sqrt(a.c[0]), rate = 0.5 * a.c[1] / root;
     return {root, rate, 0.5 * (a.c[2] - rate * rate) / root};

@@ -130,7 +130,7 @@ class FrontalQr {
     return all;
   }
 
-  // The same rows turned into as few as their rank.
+  // Replaces the rows of a front by as many as their rank, by a QR decomposition with pivoting.
   void compress(Front& front) {
     const Eigen::ColPivHouseholderQR<RowMajor> qr(front.rest());
     const auto& diagonal = qr.matrixQR().diagonal();
