@@ -123,7 +123,8 @@ std::optional<int> loosest(const MatrixXd& sum, double least) {
   return static_cast<int>(most);
 }
 
-// The same of many bodies. A loose motion dominates the answer to any force.
+// Coordinate of many bodies that moves most in their loosest motion; nothing where none is loose. A
+// loose motion dominates the answer to any force.
 std::optional<int> loosest(const BlockMatrix& sum, double least) {
   const VectorXd one = VectorXd::Ones(sum.size());
   const auto shifted = [&](double shift) {

@@ -82,7 +82,7 @@ struct LeafSpringT {
   Matrix3<Scalar> axes;
   /// [m]; of profiles: what their factors refer to. The length is that of the arc, or of both legs.
   Scalar length{}, width{}, thickness{};
-  /// Of a curved leaf: the angle that its arc subtends, bulging to the normal [rad].
+  /// For a curved leaf, the angle that its arc subtends, bulging towards the normal [rad].
   std::optional<Scalar> curve;
   std::optional<LeafFoldT<Scalar>> fold;
   /// Factors on width and thickness along the leaf: profile.hpp. Empty: uniform.
@@ -94,10 +94,12 @@ struct LeafSpringT {
   /// bodies. Bodies hold its edges where they are and as wide as they are without it, or as they
   /// grow themselves.
   double growth = 1;
-  /// The same of the bodies that hold the base and the tip, which are warm themselves.
+  /// Stress-free sizes over nominal sizes of the bodies that hold the base and the tip, which may
+  /// be warm too.
   std::array<double, 2> clamp_growth{1, 1};
-  /// Of a rate along errors of assembly (AssemblyError) of the base and the tip: what their move
-  /// [m] and turn [rad] change by. No number of a design: zero there.
+  /// For a derivative along assembly errors (AssemblyError) of the base and the tip: the change of
+  /// their displacement [m] and rotation [rad]. Assembly errors are no parameters of a design, in
+  /// which both are zero.
   std::array<Vector3d, 2> assembly_move{Vector3d::Zero(), Vector3d::Zero()},
       assembly_turn{Vector3d::Zero(), Vector3d::Zero()};
 
@@ -120,7 +122,8 @@ struct LeafSpringT {
       return leg_point<Scalar>(fold->place, fold->angle, s);
     return {s, Scalar(0), Scalar(1), Scalar(0)};
   }
-  /// Of a place in global axes: along the leaf, across it from the middle, and above it [m].
+  /// Coordinates of a place in global axes: along the leaf, across it from the middle, and above it
+  /// [m].
   Vector3<Scalar> coordinates(const Vector3<Scalar>& place) const {
     const Vector3<Scalar> way = place - origin;
     Vector3<Scalar> local(axes.col(0).dot(way), axes.col(1).dot(way), axes.col(2).dot(way));
@@ -205,8 +208,8 @@ struct SpringT {
   Vector3<Scalar> other_place;  ///< end on `other` [m]; not of a bushing
   Scalar stiffness{};           ///< not negative [N/m]; not of a bushing
   Scalar free_length{};         ///< length without force [m]; not of a bushing
-  /// Of a bushing: loads at `place` over displacement and rotation of `body` relative to `other`,
-  /// undeflected, global axes, symmetric and positive semidefinite [N/m, N, N m].
+  /// Stiffness of a bushing: loads at `place` over displacement and rotation of `body` relative to
+  /// `other`, undeflected, global axes, symmetric and positive semidefinite [N/m, N, N m].
   std::optional<Matrix6<Scalar>> matrix;
 };
 

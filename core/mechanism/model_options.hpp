@@ -67,7 +67,8 @@ struct ModelOptions {
   /// shape, so that leaves only move as their edges make them.
   int leaf_modes = 2;
   AtlasUse atlas_use = AtlasUse::off;
-  /// Of the leaves' mesh; none: every leaf is built. Whoever reads the job opens it.
+  /// Look-up table for leaves of this mesh; null: every leaf model is built. The reader of the job
+  /// opens the file.
   std::shared_ptr<const TubeAtlas> atlas = {};
 };
 

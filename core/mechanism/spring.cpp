@@ -225,10 +225,10 @@ Answers<T> point_spring(const SpringNumbers<T>& s, const Ends<T>& e) {
   return r;
 }
 
-// Of a bushing whose places are d apart and whose body is turned by Q, seen from `other`. The
-// rotation vector is φ = 2ⁿ⁺¹ atan(t)/t v/w, t = |v|/w, with (w, v) the quaternion of Q after n
-// halvings of the turn; the first of them is the turn of the axes. Only arithmetic and roots, so
-// that every kind of number will do.
+// Energy of a bushing whose places are d apart and whose body is turned by Q, seen from `other`.
+// The rotation vector is φ = 2ⁿ⁺¹ atan(t)/t v/w, t = |v|/w, with (w, v) the quaternion of Q after n
+// halvings of the rotation; the first of these is the rotation of the axes. Only arithmetic and
+// roots are used, so that T may be any kind of number.
 template <class T>
 T bushing_energy(const std::array<std::array<T, 6>, 6>& K, const V3<T>& d, const M3<T>& Q) {
   using std::sqrt;
