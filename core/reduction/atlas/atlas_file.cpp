@@ -36,7 +36,7 @@ struct Head {
 constexpr char magic[16] = "flexopt atlas 5";
 constexpr std::uint64_t byte_order = 0x0102030405060708;
 
-// Of whole 32-byte blocks; four sums that need not wait for each other.
+// Hash of whole 32-byte blocks, by four sums that do not depend on one another.
 std::uint64_t hash(const char* data, std::uint64_t size) {
   constexpr std::uint64_t factor = 0xD6E8FEB86659FD93;
   const auto add = [&](std::uint64_t& h, std::uint64_t word) {

@@ -40,7 +40,7 @@ VectorXd monomial_sizes(double sigma) {
   return sizes;
 }
 
-// Of strains over the thickness: what of the largest stress they make.
+// Factor from strains times the thickness to their share of the largest stress at this σ.
 double per_stress(double sigma) { return 1 / (2 * std::max(sigma, least_bending)); }
 
 // Both parts side by side, and apart again.
@@ -131,7 +131,8 @@ StrainPatterns find_patterns(const StressAtlasSettings& settings) {
 
 // ---------------------------------------------------------------------------- look-up
 
-// Of the bent state n: what `look_up(table)` says of the coefficients of a ray.
+// Table of coefficients of the bent state n on the ray ρ. `look_up(table)` returns the numbers of a
+// stored table.
 template <class LookUp>
 StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& look_up) const {
   const std::vector<double>& rays = settings_.rays;

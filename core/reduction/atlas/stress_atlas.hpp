@@ -44,7 +44,7 @@ class StressAtlas {
   /// Coefficients of the patterns about the first `nodes` bent states of a leaf in the box on the
   /// ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
-  /// Of the same leaf; this must outlive it.
+  /// Source of the derivatives of the coefficients for the same leaf. The atlas must outlive it.
   StressRateSource rates(const PlateShape& shape, double rho,
                          ShapeSlopes slopes = ShapeSlopes::all) const;
 

@@ -50,7 +50,7 @@ std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas);
 bool is_highest(const AtlasTerm& term);
 /// How many of the terms are not of the highest degree, and how many are.
 std::array<int, 2> term_counts(const std::vector<AtlasTerm>& terms);
-/// Of its tables of stress: they have every other ray.
+/// Settings of the stress tables of an atlas, which have every other ray.
 StressAtlasSettings stress_settings(const AtlasSettings& settings);
 
 /// How well an atlas agrees with tubes of the same bent states that were built anew, over random
@@ -90,7 +90,7 @@ class TubeAtlas {
     const float* values = nullptr;
     const std::int16_t* highest = nullptr;
     const float* units = nullptr;
-    /// Of each ray, for the shapes of shape_grid(); none without dynamics.
+    /// Tables for each ray over the shapes of shape_grid(); none without dynamics.
     std::vector<CompressedTable> dynamics, stations;
     std::shared_ptr<const void> owner;  ///< keeps both alive
   };
@@ -136,7 +136,7 @@ class TubeAtlas {
   /// stress().
   std::vector<StateTable> look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
                                          int nodes = 0) const;
-  /// Of the same tables; for one thread. This must outlive it.
+  /// Source of the derivatives of the stress tables, for one thread. The atlas must outlive it.
   StressRateSource stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
                                 ShapeSlopes slopes = ShapeSlopes::all) const;
   static TubeView view(const Eigen::Vector2d& ray);

@@ -289,7 +289,7 @@ class ElementSeries {
       }
   }
 
-  /// Of e11, e22 and 2 e12.
+  /// Area weights of e11, e22 and 2 e12 at the membrane points of element (i, j).
   std::array<Lanes, 3> weights(int i, int j) const {
     const auto& element = operators_.element(i, j);
     std::array<Lanes, 3> w;

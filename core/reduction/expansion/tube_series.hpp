@@ -221,7 +221,7 @@ class TubeSeries {
     for (int k = k0; k < k1; ++k) R(r, k - k0) = p[k];
   }
 
-  // Of the undeflected leaf.
+  // Chord of the undeflected leaf, over its length.
   double chord() const { return mesh_.line_pose(mesh_.lines() - 1).position[0]; }
 
   S mirrored(const S& x, double sign) const {

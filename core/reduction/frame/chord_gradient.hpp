@@ -59,7 +59,7 @@ class ChordGradient {
   EdgePoses edges_;
   LeafRows rows_;
   Energy energy_;
-  /// Of both edges in the frame; of a default one none.
+  /// Rotations of both edges in the frame; none for a default one.
   std::optional<std::array<chord::Turn<double>, 2>> turns_;
   /// Second derivatives of Turn::a and Turn::b in |θ|², of both edges.
   std::array<std::array<double, 2>, 2> curvature_{};

@@ -26,7 +26,7 @@ struct DynamicsEntries {
     int matrix, row, column;
   };
   void put(const Slot& slot, double x);
-  /// Of a covector of the matrices, that of the number.
+  /// Covector of the number of a slot, where this holds covectors of the matrices.
   double taken(const Slot& slot) const;
 
   /// Stiffness (D3) of the amplitudes, the stiff deformations held, and X = F′⁻¹ G; false where F′

@@ -30,7 +30,8 @@ class DynamicsForm {
   Matrix3d F_inverse_;
   Eigen::Matrix<double, P, 6> static_;  ///< k⁻¹ (g, Gᵀ)
   Rates mirror_;                        ///< from the leaf to the tables
-  /// Of every number of the layout, the even ones first: by the state, then by the shape.
+  /// Derivatives of every number of the layout, the even ones first: with respect to the state,
+  /// then to the shape.
   Eigen::Matrix<double, Eigen::Dynamic, 9> slopes_;
 };
 

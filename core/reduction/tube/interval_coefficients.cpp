@@ -38,7 +38,7 @@ Bernstein hermite_bernstein(int q, const double* left, const double* right, doub
   return beta;
 }
 
-/// The same polynomial as one of a higher degree.
+/// Raises the degree of a Bernstein polynomial without changing the polynomial.
 void elevate(Bernstein& beta, int from, int to) {
   for (int n = from; n < to; ++n) {
     for (int r = n + 1; r > 0; --r) {

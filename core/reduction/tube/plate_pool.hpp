@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// Of one mesh. Not for several threads at once.
+/// Working copies of a plate of one mesh. Not for several threads at once.
 class PlatePool {
  public:
   explicit PlatePool(std::shared_ptr<const PlateMesh> mesh) : mesh_(std::move(mesh)) {}

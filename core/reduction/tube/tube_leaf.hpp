@@ -42,9 +42,9 @@ struct KnownTube {
   std::shared_ptr<const StrainPatterns> stress_patterns = nullptr;
   /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
   std::function<TubeNodeRates()> rates = {};
-  /// The same of the tables of the dynamics that reach a sigma.
+  /// Derivatives of the tables of the dynamics that reach a sigma. None: no exact derivatives.
   std::function<DynamicsRates(double sigma)> dynamics_rates = {};
-  /// The same of the tables of stress.
+  /// Derivatives of the tables of stress. None: no exact derivatives.
   std::function<StressRateSource()> stress_rates = {};
 };
 
@@ -55,16 +55,17 @@ class TubeModel {
   /// mesh, shared with other models; null for one of its own.
   TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range,
             std::shared_ptr<PlatePool> pool = nullptr);
-  /// Of a flat leaf of uniform width and thickness, from expansions that are known. Mesh, bent
-  /// states and fields are made when somebody asks for fields or for a state beyond the last node.
+  /// Model of a flat leaf of uniform width and thickness from known expansions. Mesh, bent states
+  /// and fields are made when fields or a state beyond the last node are asked for.
   TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube);
-  /// Of the same leaf and ray, but another order and other forces about which to expand: made of
-  /// the two bent states about sigma alone, to which others are added as the leaf gets there.
+  /// Model of the same leaf and ray with another order of expansion, about other forces. It starts
+  /// with the two bent states next to sigma; others are added as the leaf reaches them.
   TubeModel(TubeModel& other, const TubeRange& range, double sigma);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
-  /// The same without the highest degree: what that changes tells what the next would.
+  /// The potential without its highest degree. The difference from potential() tells what the next
+  /// degree would change.
   const TubePotential& lower() const { return *lower_; }
   const TubeRange& range() const { return range_; }
   const PlateShape& shape() const { return shape_; }
@@ -79,10 +80,10 @@ class TubeModel {
   /// Derivatives of the nodes of potential() by the leaf's shape, made anew each time.
   TubeNodeRates rates() const { return rates_(); }
   bool differentiable_dynamics() const { return differentiable() && dynamics_ && dynamics_rates_; }
-  /// The same of the tables of dynamics(), made when they are first wanted.
+  /// Derivatives of the tables of dynamics(), made when they are first wanted.
   const DynamicsRates& dynamics_rates();
   bool differentiable_stress() const { return differentiable() && known_stress_ && stress_rates_; }
-  /// Of the tables of stress().
+  /// Derivatives of the tables of stress(), made when they are first wanted.
   const StressRateSource& stress_rates();
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
@@ -235,7 +236,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   const LeafScale& scale() const { return scale_; }
   const std::shared_ptr<TubeModel>& model() const { return model_; }
   const EdgePoses& edges() const { return edges_; }  ///< scaled
-  /// Of the last evaluate().
+  /// State and response of the latest evaluate().
   const MixedState& mixed() const { return state_.mixed; }
   const ReducedResponse& response() const { return response_; }
   /// Where the state lies in the tube, and as the tables of the dynamics see it.

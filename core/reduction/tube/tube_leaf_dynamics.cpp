@@ -14,7 +14,7 @@ namespace {
 
 constexpr int internal = TubeDynamics::amplitudes;
 
-/// Of the modes of a full leaf so many are there below TubeDynamics::Answer::reach.
+/// Number of modes of a full leaf below TubeDynamics::Answer::reach.
 constexpr int tabulated_modes = 8;
 
 }  // namespace

@@ -262,8 +262,8 @@ LeafQuadratic<double> TubeLeafGradient::quadratic(const MatrixXd& Y, const Vecto
 
 namespace {
 
-// Of a leaf whose place in the tables of stress, (σ, τ, twist, N, M1, M2), and whose shape move at
-// these rates, a column for each parameter.
+// Derivatives of the fields of a leaf. Its place in the tables of stress, (σ, τ, twist, N, M1, M2),
+// and its shape change at the given rates, one column for each parameter.
 class TubeFields final : public LeafFields {
  public:
   TubeFields(TubeModel& model, const TubeDynamics::Place& place, MatrixXd rates)

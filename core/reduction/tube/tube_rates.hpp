@@ -28,8 +28,8 @@ class TubeRates {
 
  private:
   const TubePotential* potential_;
-  /// Of each interval: of each monomial off the ray the coefficients of the left node by the power
-  /// of σ, then those of the right one.
+  /// For each interval and each monomial off the ray, the coefficients of the left node by the
+  /// power of σ, then those of the right node.
   std::vector<std::vector<Four>> intervals_;
 };
 

@@ -14,7 +14,7 @@
 namespace flexopt {
 
 namespace {
-/// Of a leaf at sigma, beyond the state `last`.
+/// Bent state to add for a leaf at sigma, which lies beyond the state `last`.
 double state_beyond(double sigma, double last) {
   return sigma > 0 ? std::max(1.1 * sigma, last + least_distance_of_states)
                    : std::min(1.1 * sigma, last - least_distance_of_states);
@@ -83,14 +83,15 @@ constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
 /// with larger errors there.
 constexpr double largest_change_under_load = 0.02;
 
-/// Of the change by the highest degree times the square of the axial force off the centre over the
-/// buckling load, (R18).
+/// Bound on the change by the highest degree times the square of (axial force off the centre over
+/// the buckling load), (R18).
 constexpr double largest_next_change = 0.0004;
 
-/// Of leaves that a dead load presses, (R19).
+/// Bound on the change along the ray for leaves under a dead load, (R19).
 constexpr double largest_change_along_ray = 0.003;
 
-/// Of the leaf's forces, by the nominal stress that they cause, (R21), and of a drive load, (R22).
+/// Bounds on the change of the leaf's forces, measured by the nominal stress that they cause,
+/// (R21), and of a drive load, (R22).
 constexpr double largest_own_change = 0.01, largest_load_change = 0.01;
 
 /// What changes of a drive's load and stiffness are relative to at least, of what all leaves add to

@@ -125,7 +125,7 @@ MatrixXd TubeStress::read(const Local& at, const Weights& w, Eigen::Index first,
       coefficients(at, weights, patterns_->strains(), patterns_->all() - patterns_->strains()));
 }
 
-// Of the whole leaf, as of StrainField.
+// Strains at the stations of the whole leaf, rows as in StrainField.
 MatrixXd TubeStress::strains(const Local& at, const Parts& parts) const {
   const Eigen::Index n = places_.stations_along(), half = places_.half_across(), across = 2 * half;
   MatrixXd values(n * across, 6);
