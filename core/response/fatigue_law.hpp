@@ -12,8 +12,8 @@ namespace flexopt {
 std::string missing_for_fatigue(const Material& material, const FatigueRule& rule);
 std::string missing_for_life(const Material& material, const FatigueRule& rule);
 
-/// Of cycles with an effective amplitude ≥ 0 and an effective mean [Pa]. A mean below zero, of
-/// compression, counts as none.
+/// Fatigue law for cycles with an effective amplitude ≥ 0 and an effective mean stress [Pa]. A
+/// negative (compressive) mean counts as zero.
 class FatigueLaw {
  public:
   /// `material` must outlive it, and have what is asked for.

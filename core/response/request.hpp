@@ -169,7 +169,7 @@ struct StateSpaceRequest {
 struct CapacityRule {
   std::array<bool, 12> directions{};
   std::optional<double> stress;  ///< limit of all leaves [Pa]; nothing: their yield strengths
-  /// Of the support stiffness without the load; 0: it is not looked at.
+  /// Least share of the unloaded support stiffness that must remain. Skipped when zero.
   double stiffness_share = 0;
   std::array<bool, 6> supports{true, true, true, true, true, true};  ///< whose stiffness counts
   /// Beyond these the search ends [N, N m].
@@ -188,7 +188,8 @@ struct StrokeRequest {
   /// Stroke of the drive, in the order wanted [m or rad]; factors of the growing loads where the
   /// load case has some.
   std::vector<double> points{0.0};
-  /// Of several drives: the strokes of all of them, point by point; `points` are the first ones'.
+  /// For several drives, the strokes of all of them, point by point; `points` holds those of the
+  /// first drive.
   std::vector<VectorXd> strokes;
   /// The way to a point, once the constant loads act, is straight from rest, so that its answer
   /// does not depend on the other points; or it leads from point to point as they are listed.
@@ -206,7 +207,7 @@ struct StrokeRequest {
   std::optional<StateSpaceRequest> state_space;
   CapacityRule capacity;
   BranchChoice branch = BranchChoice::primary;
-  /// Of differentiable points, how many places of large stress: PathPoint::stress_peaks.
+  /// How many places of large stress a differentiable point lists: PathPoint::stress_peaks.
   int stress_peaks = 0;
   std::vector<Probe> probes;
   NewtonOptions newton;

@@ -213,7 +213,7 @@ class Points {
           life.slope / (found.measure * std::numbers::ln10) * chain(*reversed, rates(found, k));
   }
 
-  /// Of every point the stress at the place of the path's least safety, or least life.
+  /// Adds, to every point, the stress at the place of the path's least safety or least life.
   void add_stress() {
     const std::optional<Spot>& spot = by_safety_.spot ? by_safety_.spot : by_life_.spot;
     if (!spot) return;

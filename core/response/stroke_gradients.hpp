@@ -28,8 +28,8 @@ struct PointGradients {
   MatrixXd drive_loads, drive_stiffnesses;  ///< drives × parameters
   MatrixXd displacement, rotation;          ///< 3 × parameters
   std::array<std::optional<VectorXd>, 6> support_stiffness;
-  /// Of the translations' block of `PathPoint::compliance_locked`, for each parameter; zero rows
-  /// and columns where the block has them.
+  /// Derivatives of the translational block of `PathPoint::compliance_locked`, one for each
+  /// parameter; zero rows and columns where the block has them.
   std::vector<Matrix3d> translation_compliance;
   /// Row k: of `PathPoint::frequencies_free[k]`, and locked [Hz per SI]. A member of a cluster has
   /// the row of its branch: diagonal of the block in a basis that makes the blocks as diagonal as

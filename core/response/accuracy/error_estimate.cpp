@@ -45,9 +45,9 @@ ErrorLaw law_of(ErrorKind kind) {
 
 // The least order that is seen in docs/benchmarks.md.
 constexpr double order = 2;
-// Of a path's largest value, which errors are at least relative to.
+// Errors are relative to the number, and to at least this share of the path's largest value.
 constexpr double least_share = 1e-3;
-// Of that share, what Newton's tolerance leaves of numbers that are zero.
+// What Newton's tolerance leaves of numbers that are zero, as a share of the least reference value.
 constexpr double rounding = 1e-4;
 
 /// Error of a mesh over its difference from one of `ratio` times the elements:

@@ -39,7 +39,7 @@ struct ChosenModel {
   ModelOptions model;
   bool met = false;  ///< the estimates are below the tolerance
   double cost = 0;   ///< of the choice, as largest_cost
-  /// Of every request on the chosen mesh: what errors_of wants.
+  /// For every request, the paths of full leaves on the chosen mesh, as errors_of needs them.
   std::vector<KeptFullPaths> full;
   std::vector<TriedModel> tried;  ///< in their order, the chosen one last
   std::string message;            ///< one sentence with the figures

@@ -11,7 +11,7 @@
 namespace flexopt {
 namespace {
 
-// Of the largest stress of a leaf, with fillets where there are some.
+// Largest stress of a leaf, with the notch factors of its fillets where it has some.
 StressPeak peak_of(System& system, int i, const StressRules& rules) {
   const StressPeak largest = system.leaf(i).max_stress();
   if (!rules.fillet || !fillet_fault(system.mechanism(), *rules.fillet).empty()) return largest;

@@ -24,7 +24,7 @@ class CapacityLimits : public BranchLimit {
 
   UnloadedStiffness unloaded(System& system, CapacityDirections& design,
                              const ModelOptions& model) const;
-  /// Of the branch's factor, which stands at the limit that was found last.
+  /// Derivatives of the load factor of the branch, which stands at the limit that was found last.
   VectorXd gradient(LoadBranch& branch, CapacityDirections& design, const ModelOptions& model,
                     const UnloadedStiffness& unloaded) const;
 

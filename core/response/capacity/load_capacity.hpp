@@ -26,9 +26,9 @@ struct LoadCapacityResult {
   std::optional<VectorXd> gradient;  ///< where the capacity has a value and it was asked for
 };
 
-/// Of the load along `direction`, an index of LoadCapacity. `system`: assembled at an equilibrium,
-/// its leaves with interior unknowns; it is copied. `growing`: the present factor of the growing
-/// loads. `design`: null where no derivatives are wanted.
+/// Load capacity along `direction`, an index of LoadCapacity. `system`: assembled at an
+/// equilibrium, its leaves with interior unknowns; it is copied. `growing`: the present factor of
+/// the growing loads. `design`: null where no derivatives are wanted.
 LoadCapacityResult find_load_capacity(System& system, int direction, double growing,
                                       const StrokeRequest& request, const ModelOptions& model,
                                       CapacityDirections* design);

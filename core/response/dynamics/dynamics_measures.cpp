@@ -85,7 +85,7 @@ struct Gain {
     const Complex sigma = shift(f, damping);
     return 1.0 + sigma * relative.at(sigma);
   }
-  // Of |T|² along the frequency, but for a positive factor.
+  // Derivative of |T|² with respect to the frequency, up to a positive factor.
   double slope(double f) const {
     const Complex sigma = shift(f, damping);
     const Complex dT = (relative.at(sigma) + sigma * relative.slope(sigma)) * sigma;
@@ -137,7 +137,8 @@ class Terms {
     pencil(weight / mass_shift_, 0, motion);
     pencil(-weight / mass_shift_, mass_shift_, motion);
   }
-  /// Of aᵀ(…)b, from its sum and its difference, both in like sizes.
+  /// Adds the terms of aᵀ(…)b as those of the sum and the difference of a and b, scaled to like
+  /// sizes.
   void pencil(double weight, double lambda, const Motion& a, const Motion& b) {
     each_sum(a, b, [&](double sign, Motion sum) { pencil(sign * weight, lambda, std::move(sum)); });
   }

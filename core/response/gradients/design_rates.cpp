@@ -218,7 +218,8 @@ auto DesignRates<S>::residual() const -> Matrix {
   return R;
 }
 
-// Of the rigid bodies' yᵀM y, at constant state and along it.
+// Derivative of yᵀM y of the rigid bodies along a direction of the design, at constant state and
+// with the change of the state.
 template <class S>
 S DesignRates<S>::body_mass_rate(const Mechanism& direction, const Vector& y,
                                  const Vector& state_rate) const {

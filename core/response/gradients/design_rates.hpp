@@ -46,7 +46,7 @@ class DesignRates {
                    const GroundShare* ground = nullptr) const;
 
   const LeafGradient<S>& leaf(int i) const { return *leaves_[static_cast<std::size_t>(i)]; }
-  /// Of a leaf along every parameter.
+  /// Variations of a leaf along every parameter.
   const std::vector<LeafVariation<S>>& variations(int i) const {
     return variations_[static_cast<std::size_t>(i)];
   }

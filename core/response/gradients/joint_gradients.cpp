@@ -34,7 +34,7 @@ JointState<S> moving(const Mechanism& mechanism, const Mechanism& direction, std
           moving_joint_body<S>(direction, joint.other), Eigen::VectorX<S>::Zero(count)};
 }
 
-// The same of drives that are conditions: `visit(drive, row)`.
+// Calls `visit(drive, row)` for every drive that is a condition.
 template <class Visit>
 void for_each_drive(const MechanismFactor& factor, const Visit& visit) {
   const Constraints& c = factor.system().constraints();

@@ -43,7 +43,7 @@ class MovingFields {
   std::map<int, std::unique_ptr<LeafFields>> made_;
 };
 
-// Of a material point of a leaf that is now at `place`.
+// Derivatives of the place of a leaf's material point, which is now at `place`: 3 × parameters.
 MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, double across,
                           const Vector3d& place, const std::vector<Mechanism>& directions,
                           const LeafFields& fields) {
@@ -62,8 +62,8 @@ MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, doubl
   return rates;
 }
 
-// Of O in the middle of a tip edge whose mean the end-effector follows: the displacement that the
-// point of the path lists.
+// Derivatives of the displacement of O as the point of the path lists it, where the end-effector
+// follows the mean displacement of a tip edge: 3 × parameters.
 MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoint& point,
                                 const std::vector<Mechanism>& directions,
                                 const LeafFields& fields) {
@@ -120,8 +120,9 @@ ModeColumns mode_columns(const MechanismFactor& factor, const FullModes& exact,
   return modes;
 }
 
-// Of every column along the parameters. A static shape x = −K⁻¹ K_b q of a leaf changes by
-// −K⁻¹ K′y: that adds 2λ wᵀK′y with the lag w, from the forms of y ± w. Equation (S14).
+// Derivatives of the quadratic form of every column along the parameters. A static shape x = −K⁻¹
+// K_b q of a leaf changes by −K⁻¹ K′y: that adds 2λ wᵀK′y with the lag w, from the forms of y ± w.
+// Equation (S14).
 MatrixXd column_rates(const DesignRates<double>& design, const std::vector<Column>& columns,
                       const MatrixXd& state_rates) {
   const auto own = static_cast<Eigen::Index>(columns.size());

@@ -79,7 +79,7 @@ std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpri
 
 constexpr double margin = 1.12;  ///< of the range of a tube over what its leaf is expected to do
 
-// Of the atlas, if that has such leaves.
+// Model from the look-up table, if there is a table that covers such leaves; else null.
 std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
                                       const ModelOptions& model, int nodes = 0,
                                       ShapeSlopes slopes = ShapeSlopes::all) {

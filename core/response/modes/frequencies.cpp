@@ -14,8 +14,8 @@
 namespace flexopt {
 namespace {
 
-// The same, the lowest alone: the modes of leaves have a diagonal block each. Nothing where they
-// are not found.
+// The lowest eigenpairs by a Krylov method; the modes of each leaf form a diagonal block. Nothing
+// where the pairs are not found.
 std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismPencil& pencil,
                                           bool drive_locked, int count) {
   const TangentFactor factor(system, pencil.K_bodies, drive_locked);

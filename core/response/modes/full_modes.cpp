@@ -139,7 +139,7 @@ std::optional<MatrixXd> root_of_mass(const MechanismFactor& factor) {
   return R;
 }
 
-// Of mechanisms of few unknowns: Rᵀ K⁻¹ R z = z/λ, and one step of inverse iteration.
+// Modes of a mechanism of few unknowns: Rᵀ K⁻¹ R z = z/λ, and one step of inverse iteration.
 FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, int free, int locked,
                             ModeMotions motions) {
   constexpr double nothing = 1e-13;  // of the largest: motions that are held
@@ -307,7 +307,8 @@ MatrixXd multipliers_of(const MechanismFactor& factor, const MechanismPencil& pe
   return multipliers;
 }
 
-// Of leaves that know their internal motions; nothing of others, and of large mechanisms.
+// Modes of a mechanism whose leaves know their internal motions; nothing for other leaves and for
+// large mechanisms.
 std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
   const System& system = factor.system();

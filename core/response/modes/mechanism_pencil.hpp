@@ -44,14 +44,14 @@ struct MechanismPencil {
 /// The system must be assembled at an equilibrium. `leaf_modes`: of each leaf.
 MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_modes,
                                  const FrequencyOptions& options);
-/// Of a mechanism whose leaves all know their internal motions; else nothing.
+/// Pencil of a mechanism whose leaves all know their internal motions; nothing for others.
 struct InternalPencil {
   MechanismPencil pencil;
   std::vector<MatrixXd> unknowns;  ///< InternalMotions::unknowns of each leaf
 };
 std::optional<InternalPencil> internal_pencil(const MechanismFactor& factor);
 
-/// The same with every leaf's motions between held edges for its internal ones.
+/// Pencil whose internal coordinates are every leaf's modes between held edges.
 struct LeafModes {
   BorderedPencil pencil;         ///< its border: the bodies
   std::vector<MatrixXd> shapes;  ///< of each leaf, over its internal coordinates

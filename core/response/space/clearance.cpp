@@ -184,8 +184,7 @@ Clearance at_points(const Solids& solids, const PairPoints& pair) {
   return c;
 }
 
-// Of leaves that overlap: how far their middle surfaces are apart, less than both halves of the
-// thickness.
+// Overlap of two leaves: distance of their middle surfaces, less both half thicknesses [m].
 Clearance overlap_of(const Solids& solids, const PairPoints& pair, double size) {
   if (!solids.is_leaf(pair[0].solid) || !solids.is_leaf(pair[1].solid)) {
     Clearance c = at_points(solids, pair);

@@ -14,7 +14,7 @@ struct CylinderAxis {
 CylinderAxis cylinder_axis(const Mechanism& mechanism);
 
 Extents extents_of(const Solids& solids);
-/// Of `Extents`, in the order of `Extents::at`: 7 × parameters.
+/// Derivatives of `Extents`, in the order of `Extents::at`: 7 × parameters.
 MatrixXd extent_rates(const Solids& solids, const Extents& extents, const PlaceRates& rates);
 
 /// The box and the cylinder that hold all of them.

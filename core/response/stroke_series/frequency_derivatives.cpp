@@ -94,7 +94,7 @@ MatrixXd shifted_residual(const MechanismFactor& factor, const MechanismSeries& 
   return B - series.tangent_times(y, 1)[0] + factor.mass(y) * lambda.head(y.cols()).asDiagonal();
 }
 
-// The same to rounding, in two rounds that gain 7 digits each.
+// Solves the shifted system to rounding, in two rounds that gain 7 digits each.
 std::optional<MatrixXd> solve_shifted_exactly(const MechanismFactor& factor,
                                               const MechanismSeries& series, const LowModes& modes,
                                               const std::vector<Range>& cluster_of,
@@ -326,7 +326,7 @@ std::optional<Eigen::Index> only_drive(const VectorXd& way) {
   return drive;
 }
 
-// The same by a number that is 1 at a stroke of `unit`.
+// Rescales the derivatives to a parameter that is 1 at a stroke of `unit`.
 void rescale(double unit, AlongStrokes& along) {
   for (FrequencyDerivatives& d : along.modes) {
     d.d_omega2 *= unit;

@@ -30,9 +30,9 @@ struct FrequencyDerivativesResult {
   std::vector<std::vector<FrequencyDerivativeGradients>> way_gradients;
 };
 
-/// Of the lowest `count` modes, drives free, along each stroke and along `ways` of all of them, at
-/// the equilibrium that the factor stands at. Leaves must have a series, as full leaves do.
-/// `known`: modes of the factor with the drive free, if there are some.
+/// Derivatives of the lowest `count` frequencies, drives free, along each stroke and along `ways`
+/// of all strokes, at the equilibrium at which the factor stands. Leaves must have a series, as
+/// full leaves do. `known`: modes of the factor with the drive free, if there are some.
 FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
                                                  const std::vector<VectorXd>& ways = {},
                                                  const ExactDerivatives* exact = nullptr,
@@ -54,7 +54,7 @@ inline constexpr double parabola_tolerance = 0.02;
 /// zero. The shorter of both sides counts. A mode that leaves the path's list ends there. Of
 /// several drives the points count at which all others are at zero.
 void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path);
-/// The same of a way by the points on it.
+/// Sets valid_to of a way by comparison with the points on it.
 void set_validity(FrequencyWay& way, const std::vector<PathPoint>& path);
 
 /// What the parabola of a mode's compliance foretells at a stroke.
@@ -64,7 +64,7 @@ struct ScreeningFrequency {
 };
 /// (S5) of one mode; nothing where its parabola is not positive.
 std::optional<double> screening_frequency(const FrequencyDerivatives& mode, double stroke);
-/// Of every mode that counts as parasitic, ascending.
+/// Screening frequencies of all modes that count as parasitic, ascending.
 std::vector<ScreeningFrequency> screening_frequencies(
     const std::vector<FrequencyDerivatives>& modes, const ParasiticRule& rule, double stroke);
 /// Derivative of (S5) along the design.

@@ -48,9 +48,9 @@ class MechanismSeries {
   MechanismSeries(const MechanismFactor& factor, std::vector<std::unique_ptr<LeafSeries>> leaves);
   void expand();
   void set(int order, const VectorXd& y);
-  /// The same with the conditions of drives.
+  /// Taylor coefficients of K(s) Y, with the conditions of drives.
   Series<MatrixXd> bordered_tangent_times(const MatrixXd& Y, int orders) const;
-  /// K̃(s) Y of (S7), likewise.
+  /// Taylor coefficients of K̃(s) Y of (S7), with the conditions of drives.
   Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y, int orders) const;
   template <class Apply>
   Series<MatrixXd> leaf_products(const MatrixXd& Y, int orders, const Apply& apply) const;

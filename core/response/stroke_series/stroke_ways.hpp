@@ -9,8 +9,8 @@
 
 namespace flexopt {
 
-/// Of every way the strokes of its furthest point; opposite points share one. Empty for one drive;
-/// of a path that stays at rest the unit stroke of the first.
+/// For every way, the strokes of its furthest point; opposite points share a way. Empty for one
+/// drive. For a path that stays at rest: the unit stroke of the first drive.
 std::vector<VectorXd> stroke_ways(const StrokeRequest& request);
 
 /// The part of a way at which these strokes lie, negative on the other side; nothing where they
