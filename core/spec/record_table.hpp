@@ -65,7 +65,7 @@ class RecordTable {
         names, where);
   }
 
-  /// The same, and the key may be left out.
+  /// Adds a row for the names of an enumeration whose key may be left out.
   template <class Enum, class Where>
   RecordTable& optional_choice(std::string name, const EnumNames<Enum>& names, Where where,
                                std::string meaning) {
