@@ -26,7 +26,7 @@ class ParametricDesign {
   /// without one. Throws SpecError for wrong ones, at /design/parameters/<name>/expression.
   ParametricDesign(std::shared_ptr<const Family> family, FamilyChoices choices,
                    const std::map<std::string, std::string>& formulas);
-  /// Of one of families(), which live as long as the program.
+  /// Design of one of families(), which live as long as the program.
   ParametricDesign(const Family& family, FamilyChoices choices,
                    const std::map<std::string, std::string>& formulas)
       : ParametricDesign(std::shared_ptr<const Family>(std::shared_ptr<const Family>(), &family),
