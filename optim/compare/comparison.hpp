@@ -16,7 +16,7 @@ struct ComparedPoint {
   bool converged = false;
   bool stable = true;     ///< with the drive held
   bool fallback = false;  ///< a leaf was evaluated at full accuracy instead of its own model
-  /// Of each of the job's compared quantities its numbers, in their order.
+  /// For each compared quantity of the job, its numbers, in order.
   std::vector<std::vector<std::optional<double>>> numbers;
   /// Likewise why there is no number, where that is said.
   std::vector<std::vector<std::string>> reasons;
@@ -81,7 +81,7 @@ struct ErrorFigures {
   int worst_design = 0, worst_point = 0;
 };
 
-/// Of the errors of one quantity, of one part where it is given; nothing where there are none.
+/// Figures of the errors of one quantity, or of one part of it; nothing where there are no errors.
 std::optional<ErrorFigures> error_figures(const std::vector<PointError>& errors, int quantity,
                                           std::optional<int> part = {});
 
@@ -109,7 +109,7 @@ struct ComparedDesign {
   bool failed = false;  ///< full accuracy did not reach every point
   std::string message;
   int points = 0, unstable_points = 0;  ///< reached at full accuracy
-  /// Of the leaf with the largest width²/(length thickness).
+  /// Slenderness of the leaf with the largest width²/(length thickness).
   double length_over_width = 0, thickness_over_length = 0, width2_over_length_thickness = 0;
 };
 

@@ -217,7 +217,7 @@ struct Tolerance {
   std::string name;
   ToleranceSpread spread = ToleranceSpread::uniform;
   std::vector<ToleranceTerm> terms;
-  /// Of z: 1/√3 of a uniform one, 1/3 of a normal one.
+  /// Standard deviation of z: 1/√3 for a uniform spread, 1/3 for a normal one.
   double standard_deviation() const;
 };
 
@@ -271,12 +271,12 @@ struct Job {
   DesignSpec design;
   EndEffector end_effector;
   StrokeRequest request;  ///< of several load cases that of the first
-  /// Of a job that has several, in the order of their names.
+  /// Load cases of a job that has several, in the order of their names.
   std::vector<JobCase> cases;
   ModelOptions model;
   AccuracySpec accuracy;
-  /// Of a run that chose `model` by estimated errors: leaves that are looked up in place of it
-  /// while an optimisation searches. What it finds is corrected on full leaves of `model`.
+  /// For a run that chose `model` by estimated errors: the model with looked-up leaves that an
+  /// optimisation searches with. The optimum is then corrected on full leaves of `model`.
   std::optional<ModelOptions> search_model;
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
@@ -285,7 +285,7 @@ struct Job {
   std::vector<MapSpec> maps;
   /// Objective and constraints that maps are drawn with: those of "optimise", whatever the job.
   std::optional<OptimiseSpec> map_goals;
-  /// Of a job that lists several; all else is then that of the first one.
+  /// Designs of a job that lists several; all other members are then those of the first design.
   std::vector<ListedDesign> designs;
   std::vector<Expectation> expect;
   std::vector<std::string> notes;  ///< what the reader found odd but allowed; for the user's eyes
@@ -296,7 +296,7 @@ struct Job {
 /// Reads and checks a job. `overrides` are --set /pointer=value texts. Throws SpecError with all
 /// that is wrong, in the order of the file, each with its line and column.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
-/// The same from a parsed document. Throws SpecError with all that is wrong.
+/// Reads and checks a job from a parsed document. Throws SpecError with all that is wrong.
 Job parse_job(const nlohmann::json& document);
 
 /// The load cases of a job: its own, or the one without a name.

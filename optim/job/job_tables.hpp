@@ -59,7 +59,8 @@ const RecordTable<Material>& material_table();
 const RecordTable<EndEffector>& end_effector_table();
 /// One stroke of such a drive.
 Shape stroke_place(Direction direction);
-/// Of one drive without a name. Without a direction the unit of the stroke is not known.
+/// Table of the stroke of one drive without a name. Without a direction, the unit of the stroke is
+/// not known.
 RecordTable<StrokeSpec> stroke_table(std::optional<Direction> drive);
 const RecordTable<LoadSpec>& load_table();
 const RecordTable<LoadSpec>& load_path_table();

@@ -17,8 +17,8 @@ using ValuesAtMany =
     std::function<std::vector<std::optional<VectorXd>>(const std::vector<VectorXd>& x)>;
 
 struct DifferenceOptions {
-  /// Of the variable's range. Truncation is of order step²: 3e-7 of a curvature of order one, and
-  /// the noise of a path converged to 1e-9 gives 1e-6.
+  /// Step as a share of the variable's range. Truncation is of order step²: 3e-7 of a curvature of
+  /// order one, and the noise of a path converged to 1e-9 gives 1e-6.
   double step = 5e-4;
   /// Runs of this many values are sorted branches (frequencies): {first entry, count}. Across the
   /// step they are followed as curves that cross, not as ranks.

@@ -6,7 +6,7 @@
 
 namespace flexopt {
 
-/// Of points that are sorted from the best to the worst, each one's nearest better point.
+/// For points sorted from the best to the worst, the nearest better point of each.
 struct NearestBetter {
   std::vector<int> point;        ///< its place in the list; of the very best its own
   std::vector<double> distance;  ///< of the very best: ∞

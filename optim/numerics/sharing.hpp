@@ -95,7 +95,7 @@ class Sharing {
            const std::function<std::string(int unit)>& work,
            const std::function<void(int unit, const std::string& yield)>& keep) const;
 
-  /// Of all loops so far.
+  /// All loops shared so far.
   const std::vector<SharedLoop>& loops() const { return loops_; }
 
  private:

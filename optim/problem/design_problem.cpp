@@ -86,7 +86,7 @@ Evaluators::Evaluators() : Evaluators(evaluate_stroke, stroke_sensitivity) {}
 Evaluators::Evaluators(StrokeEvaluator of_values, StrokeGradientEvaluator of_gradients)
     : values(std::move(of_values)), gradients(std::move(of_gradients)) {}
 
-// Of each value of a goal that counts errors of assembly.
+// How many places of the box are kept for each value of a goal that counts assembly errors.
 constexpr int places_in_box = 3;
 
 DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)

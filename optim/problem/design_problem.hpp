@@ -18,7 +18,7 @@ namespace flexopt {
 using StrokeEvaluator =
     std::function<StrokeResponse(const Mechanism&, const ModelOptions&, const StrokeRequest&)>;
 
-/// The same with derivatives with respect to the named parameters of the design (`job.design` at
+/// Evaluates a design with derivatives with respect to its named parameters (`job.design` at
 /// `parameters`), where it has them.
 using StrokeGradientEvaluator = std::function<StrokeSensitivity(
     const Job& job, const ParameterValues& parameters, const std::vector<std::string>& names,
@@ -133,7 +133,7 @@ class DesignProblem {
   std::vector<double> constraints(const DesignValues& values) const;
   /// Largest relative violation, 0 when feasible.
   double violation(const DesignValues& values, const Scales& scales) const;
-  /// The same from the values of the constraints.
+  /// Largest relative violation from the values of the constraints, 0 when feasible.
   double violation(const std::vector<double>& constraints, const Scales& scales) const;
   /// Whose violation that is; nothing where no constraint has bounds.
   std::optional<WorstConstraint> worst_constraint(const std::vector<double>& constraints,

@@ -314,7 +314,7 @@ GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
 
 namespace {
 
-/// Of the values first, first + 1, …, last − 1.
+/// Extreme among the values first, first + 1, …, last − 1.
 Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t first,
                        std::size_t last) {
   const auto stride = static_cast<std::size_t>(goal.branches);

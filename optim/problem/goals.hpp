@@ -27,8 +27,8 @@ struct Goal {
   /// one, so that a gradient method sees the modes on both sides of a crossing; descending: the
   /// places of largest stress, for the same reason. 1 for all others.
   int branches = 1;
-  /// Of a quantity: the load cases whose values stand one after the other. None: one part of any
-  /// size.
+  /// For a quantity, the load cases whose values are stored one after the other. Empty: one part of
+  /// any size.
   std::vector<GoalPart> parts;
   bool least = false;         ///< the least number is the worst, of several load cases too
   ToleranceMargin margin;     ///< to the worse side
@@ -66,10 +66,10 @@ struct GoalReading {
   MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
 };
 
-/// Of a goal with a quantity, one load case; with derivatives where they are given.
+/// Reads a goal with a quantity for one load case, with derivatives where gradients are given.
 GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
                       const StrokeRequest& request, const StrokeGradients* gradients = nullptr);
-/// Of a goal with a formula; its derivatives are had from the formula itself.
+/// Reads a goal with a formula, whose derivatives follow from the formula itself.
 GoalReading read_goal(const Goal& goal, const ParameterValues& parameters);
 
 /// Which of the goal's values is the one over the stroke, and with which sign it enters (−1 for a
@@ -79,18 +79,18 @@ struct Extreme {
   double sign = 1;
 };
 Extreme extreme(const Goal& goal, const GoalValues& values);
-/// The same within one part alone.
+/// Extreme within one part alone.
 Extreme extreme(const Goal& goal, const GoalValues& values, std::size_t part);
 
 /// Where a value of a goal is from.
 struct GoalPlace {
   std::size_t load_case = 0, point = 0;
 };
-/// Of a goal with a quantity.
+/// Where an entry of a goal with a quantity is from.
 GoalPlace place_of(const Goal& goal, std::size_t entry);
 
-/// Of a path with a point that has no equilibrium: the stroke nearest to the first such point that
-/// was reached. Nothing where there is no such point, or nothing was reached.
+/// For a path with a point without equilibrium, the stroke nearest to the first such point that was
+/// reached. Nothing where every point has an equilibrium, or nothing was reached.
 std::optional<double> stroke_reached(const StrokeResponse& response);
 
 /// The goal's one number.

@@ -30,7 +30,7 @@ class LineLog {
           const std::function<void(const std::string&)>& read) {
     open(path, identity, overwrite, read);
   }
-  /// The same for one that keeps nothing so far.
+  /// Opens the log of an object that has none so far; arguments as of the constructor.
   void open(const std::filesystem::path& path, const nlohmann::json& identity, bool overwrite,
             const std::function<void(const std::string&)>& read);
 

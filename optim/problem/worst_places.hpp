@@ -29,8 +29,8 @@ struct BoxSearch {
 struct WorstPlaces {
   bool ok = false;
   std::string message, reason;  ///< of the first place without numbers
-  /// Of each number: the place where it is largest, then other local maxima that were met, the
-  /// larger ones first; one at least, `BoxSearch::places` at most.
+  /// For each number, the place where it is largest, then other local maxima that were found, in
+  /// descending order; at least one, at most `BoxSearch::places`.
   std::vector<std::vector<VectorXd>> places;
   int looks = 0;
 };

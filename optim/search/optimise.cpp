@@ -107,7 +107,7 @@ class Optimisation {
   /// The starts of a shard, which ends with them.
   [[noreturn]] void search_own_starts(Sharing& sharing);
   SearchResult search_from(Start& start, int threads);
-  /// Of a global search: its different ends at full accuracy, and the one that is best there.
+  /// Compares the different ends of a global search at full accuracy and returns the best of them.
   int compare_optima(int best);
   /// The best start's end is the answer so far; nothing where no design could be evaluated.
   std::optional<Chosen> best_end();

@@ -255,7 +255,7 @@ std::vector<PointCluster> spread_choice(std::vector<PointCluster> clusters, std:
   return chosen;
 }
 
-/// The same of points from the best to the worst; of smaller groups where there are too few.
+/// Clusters of points sorted from the best to the worst; of smaller groups where there are too few.
 std::vector<PointCluster> chosen_clusters(const std::vector<VectorXd>& good, std::size_t count,
                                           int& clusters) {
   constexpr double factor = 2;

@@ -76,7 +76,8 @@ class Search {
   OptimiserSummary least_violation();
   /// The optimiser on the objective, and again from designs that it passed by.
   void lead(OptimiserOptions how);
-  /// The same in the scales of the best design, until they are those where it ends.
+  /// Runs lead() in the scales of the best design, until these are the scales of the design at the
+  /// end.
   void improve(OptimiserOptions how);
   /// Towards the bounds where they are violated, then towards the best objective.
   void approach();

@@ -28,7 +28,7 @@ struct SearchOptions {
 };
 
 struct SearchResult {
-  /// Of the last run of the optimiser; its words where there was none.
+  /// Summary of the last run of the optimiser; its message where there was no run.
   OptimiserSummary summary;
   std::optional<Candidate> best;  ///< nothing where not one design could be evaluated
   /// dObjective/dBound of the goals 1, 2, … at `best`, where they are known.

@@ -70,7 +70,7 @@ class Run {
                       double step) {
     return start(x0, lower, upper, step, trials_.options().tolerance);
   }
-  /// The same through an augmented Lagrangian.
+  /// Runs the algorithm on an augmented Lagrangian.
   nlopt::result start_augmented(double step);
 
  private:

@@ -24,8 +24,8 @@ constexpr int few_sides = 4;
 // Places of the box that far apart are two, and two values that near are the same.
 constexpr double same_place = 1e-2, as_bad_as = 1e-7;
 
-// Of the search for a critical scale: where the pattern is looked for anew, and how near it is
-// found.
+// Search for a critical scale: the number of rounds that look for the pattern anew, the relative
+// difference of scales that count as equal, and the accuracy of the scale.
 constexpr int most_rounds = 4;
 constexpr double same_scale = 1e-3, scale_accuracy = 1e-7;
 // Far beyond a bifurcation Newton's method may find a branch that is stable again.
@@ -39,7 +39,7 @@ struct Reading {
   GoalPlace place;
   std::string what;  ///< which number it is, of several
 };
-/// Of all load cases; empty those that were not asked for.
+/// Paths of all load cases; empty for those that were not asked for.
 using Paths = std::vector<StrokeResponse>;
 struct Read {
   std::function<Reading(const Paths&)> of;
