@@ -25,8 +25,8 @@ double angle_between(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// Of the angle [per unit of the parameter]: unit vectors, which change at right angles to
-/// themselves.
+/// Derivative of the angle between two legs [rad per unit of the parameter]. The tangents are unit
+/// vectors, so they change at right angles to themselves.
 double rate_of(const LegAngle& angle, std::size_t parameter) {
   const Vector3d a = angle.first->along, b = angle.sign * angle.second->along,
                  da = angle.first->rates[parameter],

@@ -11,7 +11,7 @@ namespace flexopt {
 
 namespace {
 
-/// Of leaves: below, they are seen on edge [cosine of the angle to the normal].
+/// Leaves are seen on edge below this cosine of the angle between view and normal.
 constexpr double on_edge = 0.02;
 constexpr double hatch = 5, shortest_wall = 18;  // px
 

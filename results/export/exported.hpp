@@ -14,7 +14,7 @@ struct ExportPlace {
   /// Texts of --at: one quantity for the only drive ("20 deg"), or "name=quantity" for each named
   /// one (those that are not named stay at rest). None: undeflected and unloaded, as drawn.
   std::vector<std::string> at;
-  /// Of a finished optimisation of the job: its optimum instead of the job's own design.
+  /// Folder of a finished optimisation of the job: its optimum replaces the job's own design.
   std::optional<std::filesystem::path> result;
   std::string load_case;  ///< of a job with several; empty: the first
 };
@@ -25,11 +25,11 @@ struct Exported {
   StrokeRequest request;  ///< of its load case
   ModelOptions model;
   bool undeflected = true;
-  /// Of each drive [m or rad], or the factor of the growing loads; zeros where undeflected.
+  /// Stroke of each drive [m or rad], or the factor of the growing loads; zeros where undeflected.
   VectorXd strokes;
 
-  /// The same mechanism at other strokes; `outputs` besides equilibria and shapes. Throws
-  /// NoEquilibrium.
+  /// Equilibria of this mechanism at other strokes; `outputs` in addition to equilibria and shapes.
+  /// Throws NoEquilibrium.
   std::vector<PathPoint> equilibria(const std::vector<VectorXd>& at, const ModelOptions& by,
                                     const Outputs& outputs = {}) const;
   std::vector<PathPoint> equilibria(const std::vector<VectorXd>& at) const {

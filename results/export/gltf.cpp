@@ -172,7 +172,8 @@ class Writer3d {
                          {"target", {{"node", nodes_.size() - 1}, {"path", path}}}});
   }
 
-  /// The same interpolation of all shapes, so that their points correspond.
+  /// Mesh of leaf i at a point of the path, or undeflected. All shapes are interpolated alike, so
+  /// that their points correspond.
   TriangleMesh bent(std::size_t i, const PathPoint* point) const {
     if (point) return closed_leaf(drawn_surface(*mechanism_, point, i));
     if (frames_.empty()) return closed_leaf(undeflected_surface(mechanism_->leaves[i]));

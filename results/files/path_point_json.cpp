@@ -62,7 +62,7 @@ Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& m
           {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}};
 }
 
-/// The same with the stress there, and the factors of the fillet that it has in it.
+/// Place of a stress peak with the stress there and the notch factors that it contains.
 Json notch_place_json(const StressPeak& peak, const Mechanism& mechanism) {
   Json json = stress_place_json(peak, mechanism);
   json["stress"] = peak.value;
@@ -80,7 +80,7 @@ Json cycle_place_json(const FatigueCycle& cycle, const Mechanism& mechanism) {
   return json;
 }
 
-/// The same with the line that the safety counts to.
+/// Place of the least fatigue safety, with the line to which the safety counts.
 Json safety_place_json(const FatigueCycle& safety, const Mechanism& mechanism,
                        const FatigueRule& rule) {
   constexpr std::array names{"goodman", "gerber", "soderberg"};

@@ -3,7 +3,8 @@
 
 namespace flexopt {
 
-/// Of the two formats, docs/versions.md: raised where files of before mean something else.
+/// Versions of the two file formats (docs/versions.md). They are raised when existing files change
+/// their meaning.
 inline constexpr int job_format = 1;     ///< "flexopt" of a job
 inline constexpr int result_format = 1;  ///< "format" of result.json
 

@@ -104,8 +104,8 @@ using Values = std::map<std::string, Value>;
 /// A mechanism with its dimensions. Its numbers are checked when it becomes a job.
 class FLEXOPT_EXPORTED Design {
  public:
-  /// Of a family (`flexopt designs`). `values`: parameters, options of the family, and "material",
-  /// the name of one. Throws JobError where there is no such family.
+  /// A design of a family (`flexopt designs`). `values`: parameters, options of the family, and
+  /// "material", the name of one. Throws JobError where there is no such family.
   static Design of_family(const std::string& name, const Values& values = {});
   /// A design file; `values` as above. Throws JobError where it cannot be read.
   static Design of_file(const std::filesystem::path& file, const Values& values = {});
@@ -113,7 +113,7 @@ class FLEXOPT_EXPORTED Design {
   /// is no JSON object.
   static Design of_json(std::string_view text);
 
-  /// The same with these values in the place of its own.
+  /// A copy of the design in which these values replace its own.
   Design with(const Values& values) const;
   /// The part "design" of a job.
   const std::string& json() const { return json_; }
@@ -130,7 +130,7 @@ class FLEXOPT_EXPORTED Job {
   /// that is wrong.
   static Job of_file(const std::filesystem::path& file,
                      const std::vector<std::string>& overrides = {});
-  /// The same from its JSON text. Throws JobError.
+  /// A job from its JSON text. Throws JobError with all that is wrong.
   static Job of_json(std::string_view text);
   /// An evaluation of a design, unless `keys` say another "job": the other parts of it as a JSON
   /// object, at least "stroke". Throws JobError.
@@ -138,7 +138,7 @@ class FLEXOPT_EXPORTED Job {
 
   std::string name() const;  ///< of the job
   std::string kind() const;  ///< "evaluate", "optimise" or "compare"
-  /// Of its design, SI.
+  /// Parameters of the job's design by name, SI.
   std::map<std::string, double> parameters() const;
   /// What results can be differentiated by: parameters that are no formulas, "material.…",
   /// "end_effector.…".
@@ -205,7 +205,7 @@ class FLEXOPT_EXPORTED Path {
   Table gradient(const std::string& quantity) const;
 
   struct Impl;  ///< of the library
-  /// Of the library.
+  /// For the library only.
   explicit Path(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 
  private:
@@ -226,7 +226,7 @@ class FLEXOPT_EXPORTED Result {
   std::string html() const;
 
   struct Impl;  ///< of the library
-  /// Of the library.
+  /// For the library only.
   explicit Result(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
   const std::shared_ptr<const Impl>& impl() const { return impl_; }  ///< of the library
 
@@ -289,8 +289,9 @@ struct Options {
   int threads = 0;  ///< 0: as many as the machine has; no number depends on it
   /// Told how far the run is, one call at a time, from any thread; false ends the run with Stopped.
   std::function<bool(const Progress&)> progress;
-  /// Of an evaluation: names of Job::differentiable by which results are differentiated. All
-  /// numbers are then by full leaves, or by looked-up ones, and the message says so.
+  /// Evaluations only: names of Job::differentiable with respect to which results are
+  /// differentiated. All numbers then come from full leaves or from looked-up ones, and the message
+  /// says so.
   std::vector<std::string> gradients;
 };
 

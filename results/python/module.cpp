@@ -108,7 +108,8 @@ std::string report_of(const RunRecord& record) {
   return make_report(make_result(record), make_scene(record));
 }
 
-/// Of its load cases; none where the job has one only, or no design could be evaluated.
+/// Names of the load cases of a run; none where the job has a single case or no design could be
+/// evaluated.
 std::vector<std::string> case_names(const FinishedRun& run) {
   std::vector<std::string> names;
   if (!responses_of(*run.record).empty())

@@ -33,8 +33,8 @@ class PathArrays {
   Masked displacement(pybind11::handle owner);
   Masked rotation(pybind11::handle owner);
   Masked compliance(pybind11::handle owner, bool locked);
-  /// Of drives with names: n strokes [m or rad] of each by its name, in the order of the drives.
-  /// Empty for one without, and on a load path.
+  /// Drives with names: n strokes [m or rad] of each by its name, in the order of the drives. Empty
+  /// for a drive without a name, and on a load path.
   pybind11::dict strokes() const;
   /// n × as many as the point with most has [Hz]
   Masked frequencies(pybind11::handle owner, bool locked);

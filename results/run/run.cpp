@@ -28,14 +28,15 @@ StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism,
   return evaluate_stroke(mechanism, job.model, drawn(request));
 }
 
-/// The same for all load cases of a job; none where it has one only.
+/// Responses with shapes for all load cases of a job; none where it has a single case.
 std::vector<StrokeResponse> drawn_cases(const Job& job, const Mechanism& mechanism) {
   std::vector<StrokeResponse> cases;
   for (const JobCase& one : job.cases) cases.push_back(drawn_response(job, mechanism, one.request));
   return cases;
 }
 
-/// The same with derivatives, of each path of the job; where one has none, of none.
+/// Evaluates every path of the job with shapes and with derivatives along these names. Where one
+/// path has no derivatives, none are kept.
 void differentiate(const std::vector<std::string>& along, RunRecord& record) {
   for (JobCase& one : cases_of(record.job)) {
     one.request.outputs.add(Output::shapes);
@@ -80,8 +81,8 @@ void choose_search_model(const ModelOptions& asked, RunRecord& record) {
   if (other && asked.atlas && tells_one_design(record.job)) record.job.search_model = asked;
 }
 
-/// Of the paths that the run is about, evaluated by this model. The full paths of the choice are
-/// those of an evaluated design; an optimum is another one.
+/// Adds the estimated errors, by this model, of the paths that the run is about. Full paths of the
+/// model's choice belong to an evaluated design; an optimum is another design.
 void add_errors(const ModelOptions& model, RunListener& listener, RunRecord& record) {
   if (!record.job.accuracy.wants_estimates()) return;
   listener.say("estimating errors");
@@ -134,7 +135,7 @@ void add_timings(RunRecord& record) {
   }
 }
 
-/// Of the design with these parameters, where the job has tolerances.
+/// Studies the tolerances of the design with these parameters, where the job has some.
 void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& model, int threads,
                         RunListener& listener, SharedUnits* shared, RunRecord& record) {
   if (!record.job.tolerances) return;
@@ -143,7 +144,8 @@ void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& m
                                        counted(listener, "sampled designs"), shared);
 }
 
-/// Of the design with these parameters, where the job has a box of errors of assembly.
+/// Studies the assembly errors of the design with these parameters, where the job has a box of
+/// them.
 void look_at_assembly(const ParameterValues& parameters, const ModelOptions& model,
                       RunListener& listener, RunRecord& record) {
   if (!record.job.assembly_tolerances) return;
@@ -151,7 +153,7 @@ void look_at_assembly(const ParameterValues& parameters, const ModelOptions& mod
   record.assembly = study_assembly(record.job, parameters, model);
 }
 
-/// Of the design with these parameters.
+/// Evaluates the response maps of the design with these parameters.
 void draw_maps(const ParameterValues& parameters, int threads, RunListener& listener,
                SharedUnits* shared, RunRecord& record) {
   const std::size_t count = record.job.maps.size();
@@ -189,7 +191,7 @@ void tell_design(bool ok, const ParameterValues& parameters, const ModelOptions&
   sharing.crew()->tell((ok ? design : json()).dump());
 }
 
-/// Of a process that follows: looks around where the leader does.
+/// Runs a process that follows: it evaluates the studies of the design that the leader tells it.
 void follow(int threads, RunListener& listener, Sharing* sharing, RunRecord& record) {
   const auto told = nlohmann::json::parse(sharing->crew()->hear());
   if (told.is_null()) return;

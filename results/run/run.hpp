@@ -22,7 +22,7 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, in
 RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
                            RunListener& listener, Sharing* sharing = nullptr);
 
-/// The same for a comparison with full accuracy.
+/// Runs a comparison with full accuracy; arguments and errors as of run_optimisation().
 RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
                          RunListener& listener, Sharing* sharing = nullptr);
 

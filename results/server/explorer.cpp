@@ -72,7 +72,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
   return goals;
 }
 
-/// The same job as one that evaluates its design and no more.
+/// The job as one that only evaluates its design.
 Job evaluation_of(Job job) {
   job.kind = JobKind::evaluate;
   job.optimise.reset();
