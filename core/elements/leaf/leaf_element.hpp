@@ -96,16 +96,16 @@ class LeafElement {
   /// that have one.
   virtual void displace_point(const Vector3d& /*displacement*/, const Vector3d& /*du*/) {}
 
-  /// From now on this acts inside the leaf; at first nothing does. Only full leaves know of it:
-  /// acts_inside() of core/mechanism/load_case.hpp says which leaves have to be.
+  /// From now on this load acts inside the leaf; at first no load does. Only full leaves support
+  /// it: acts_inside() of core/mechanism/load_case.hpp says which leaves have to.
   virtual void act(const LeafLoad& /*load*/) {}
 
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
   virtual const LeafEvaluation& evaluate() = 0;
-  /// The last one.
+  /// Result of the latest evaluate().
   virtual const LeafEvaluation& evaluation() const = 0;
 
-  /// This leaf as one whose model holds in part of its states; null where it holds in all.
+  /// This leaf as one whose model is valid in part of its states; null where it is valid in all.
   virtual LimitedRange* limited_range() { return nullptr; }
   /// Whether this is the leaf at full accuracy.
   virtual bool is_full() const { return false; }

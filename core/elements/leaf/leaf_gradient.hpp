@@ -75,10 +75,11 @@ class LeafGradient {
   double width() const { return width_; }  ///< w/L
   /// Residual of every row.
   const Vector& force() const { return force_; }
-  /// Its derivatives along the variations, scales apart: size × variations.
+  /// Derivatives of the residual along the variations, at constant scales: size × variations.
   virtual Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const = 0;
   virtual LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const = 0;
-  /// Along every variation, the state moving by a column of `rows` each. None of series.
+  /// Derivatives of the fields along every variation; for each variation the state moves by one
+  /// column of `rows`. None for series.
   virtual std::unique_ptr<LeafFields> fields(
       const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const = 0;
   /// Derivatives of q of every column along every variation, scales apart: columns × variations.

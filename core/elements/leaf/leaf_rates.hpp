@@ -42,7 +42,8 @@ class ProfileDirections {
   /// `directions`: derivative of every number of the mechanism along each parameter.
   ProfileDirections(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
 
-  /// Those of leaves that have these profiles but for rounding: they share what is made of a shape.
+  /// Derivatives for leaves that have these profiles up to rounding; such leaves share what is
+  /// derived from a shape.
   const std::vector<ProfileRate>& of(const ProfileRate& profiles) const;
   /// Coordinates of a leaf's change along one of the parameters: 1 for its direction.
   VectorXd coordinates(const LeafSpring& leaf, const LeafSpring& direction) const;

@@ -13,7 +13,8 @@ namespace flexopt {
 struct LeafRows {
   int unknowns = 0;
   int point = 0;  ///< 3 with a material point
-  /// From the reference point of the body to the middle of its edge, present; zero where grounded.
+  /// Present vector from the reference point of each body to the middle of its edge; zero where
+  /// grounded.
   std::array<Vector3d, 2> lever{Vector3d::Zero(), Vector3d::Zero()};
 
   int internal() const { return unknowns + point; }

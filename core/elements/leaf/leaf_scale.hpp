@@ -1,5 +1,6 @@
 #pragma once
-// Between a leaf in SI units and global axes, and the same leaf in its own axes, lengths over L.
+// Conversion between a leaf in SI units and global axes and the same leaf in its own axes with
+// lengths over L.
 #include "core/elements/leaf/leaf_element.hpp"
 
 namespace flexopt {

@@ -217,7 +217,7 @@ class SectionStress {
   std::array<double, stations_across> fraction_, factor_;
 };
 
-// That of every place along: one where the leaf is uniform.
+// Section stresses of every place along the leaf; a uniform leaf needs one section.
 class SectionStresses {
  public:
   explicit SectionStresses(const PlateShape& shape) : shape_(&shape), uniform_(shape, 0) {}
@@ -408,8 +408,8 @@ std::vector<StressPlace> beam_stress_places(const PlateShape& shape) {
 
 namespace {
 
-// At places that stand section by section: measures and what else the section needs are made once
-// for those that follow each other at one place along.
+// Calls `at_section` for places that are sorted by section. Measures and other section data are
+// made once for places that follow each other at one position along.
 template <class S, class AtSection>
 void each_place(const PlateShape& shape, const std::vector<StressPlace>& places,
                 const AtSection& at, const std::function<void(std::size_t, ParityT<S>)>& take) {

@@ -51,7 +51,7 @@ class FullLeaf final : public LeafElement {
   Answer<LeafLinear> linearise() override;
   std::string interior_gap(InteriorUse) override { return {}; }
 
-  /// To be changed: no longer shared with other leaves.
+  /// The plate for changes: from now on it is not shared with other leaves.
   PlateLeaf& plate();
   const PlateLeaf& plate() const { return *plate_; }
   /// PlateLeaf::invert_pivots(), for all leaves that share the plate.

@@ -29,7 +29,7 @@ LeafFoldT<S> fold_of(const PlateShape& shape, const ShapeRate& rate) {
           number<S>(fold.radius, rate.fold.radius)};
 }
 
-// At a place that may move.
+// Factor of a profile at a place that may move.
 template <class S>
 S profile(const std::vector<double>& numbers, const std::vector<double>& rates, const S& place,
           int order) {

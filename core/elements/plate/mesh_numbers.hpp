@@ -60,7 +60,7 @@ class MeshNumbers {
   bool folded() const { return shape_->fold.has_value(); }
   S width_factor(const S& x, int order = 0) const;
   S thickness_factor(const S& x) const;
-  /// In element i along, at s of it.
+  /// Width map in element i along, at its share s.
   WidthMap<S> map(int i, double s) const;
   /// Properties of the corner of a fold in element i along: (E14), (E15).
   struct Corner {
@@ -78,7 +78,8 @@ class MeshNumbers {
     S along = S(0), normal = S(0);
   };
   Rest rest(int i, double s) const;
-  /// Its curvature there, of fibres on the side of the normal: −r,xx · n / |n|.
+  /// Curvature of the undeflected leaf in element i at s, with the sign for fibres on the side of
+  /// the normal: −r,xx · n / |n|.
   S rest_curvature(int i, double s) const;
   /// r,x there, along the chord and normal to it.
   std::array<S, 2> rest_tangent(int i, double s) const;

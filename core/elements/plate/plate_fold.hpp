@@ -76,7 +76,7 @@ class FoldMap {
     add(sum, factor(u), cubic(u, u, u));
     return sum;
   }
-  /// Along y.
+  /// First derivative of the map along y.
   Pair first(const Node& u, const Node& y) const {
     Pair sum = quadratic(u, y);
     add(sum, S(1), quadratic(y, u));
@@ -84,7 +84,7 @@ class FoldMap {
     add(sum, factor(u, y), cubic(u, u, u));
     return sum;
   }
-  /// Along y and z.
+  /// Second derivative of the map along y and z.
   Pair second(const Node& u, const Node& y, const Node& z) const {
     Pair sum = quadratic(y, z);
     add(sum, S(1), quadratic(z, y));
@@ -94,7 +94,7 @@ class FoldMap {
     add(sum, factor(y, z), cubic(u, u, u));
     return sum;
   }
-  /// Along x, y and z.
+  /// Third derivative of the map along x, y and z.
   Pair third(const Node& u, const Node& x, const Node& y, const Node& z) const {
     Pair sum = zero();
     add(sum, factor(u), cubic_second(x, y, z));

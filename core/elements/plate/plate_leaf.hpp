@@ -18,7 +18,7 @@ struct PlateSupport {
   std::vector<NodalWeight> point;  ///< of a material point with a prescribed displacement; or empty
   /// Derivatives of them along and across; empty where they cannot move.
   std::array<std::vector<NodalWeight>, 2> point_slopes;
-  /// Its place: {along, across}, or the mean of the tip edge.
+  /// Place of the material point: {along, across}, or the mean of the tip edge.
   std::array<double, 2> place{1, 0.5};
   bool spread_over_tip = false;
 };
@@ -75,7 +75,8 @@ class PlateLeaf {
   /// How the nodal values of a rigid edge depend on (its slopes, its displacement and spin); after
   /// linearise().
   const MatrixXd& edge_jacobian(int edge) const { return edge_jacobian_[edge]; }
-  /// Second derivatives of that map times the nodal forces f: only the lower triangle is filled.
+  /// Second derivatives of the map of edge_jacobian() times the nodal forces f; only the lower
+  /// triangle is filled.
   MatrixXd edge_curvature(int edge, const VectorXd& f) const;
   /// Static shapes of the interior lines: their unknowns per unit nodal value of the base line,
   /// then of the tip line (both rigid); after linearise(), before eliminate().
@@ -156,8 +157,9 @@ class PlateLeaf {
   /// M V for rates V of the unknowns alone or with 12 rows of the edges; rows as those of V.
   MatrixXd mass_times(const MatrixXd& V) const;
 
-  /// For the columns of T (unknowns, then edge increments): displacement of the middle of every
-  /// interior line and half the width times that of r,y; 6 rows a line. Tells motions apart.
+  /// Station motions for the columns of T (unknowns, then edge increments): displacement of the
+  /// middle of every interior line and half the width times that of r,y; 6 rows a line. They tell
+  /// motions apart.
   MatrixXd station_rates(const MatrixXd& T) const;
 
   struct Mode {
@@ -192,8 +194,8 @@ class PlateLeaf {
   Vector3d weight_ = Vector3d::Zero();
   std::vector<MatrixXd> nodal_;
   std::vector<VectorXd> nodal_force_;  ///< per line, 3 functions_per_line
-  /// At the membrane points of an element: r,x and r,y of the last assembly, and the stresses
-  /// (n11, n22, n12, times the weights) that the geometric stiffness takes.
+  /// State of the membrane points of an element: r,x and r,y of the last assembly, and the stresses
+  /// (n11, n22, n12, times the weights) that the geometric stiffness uses.
   struct PointState {
     Eigen::Matrix<double, 16, 3> gradient;
     Eigen::Array<double, PlateMesh::points, 3> stress;

@@ -43,7 +43,7 @@ struct PlateShape {
   bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
   double width_at(double x) const;      ///< over L, at x in [0, 1]
   double thickness_at(double x) const;  ///< over L
-  /// Over L, means of the values that a profile is made of.
+  /// Mean width and thickness over L: means of the values that a profile is made of.
   double mean_width() const;
   double mean_thickness() const;
   auto operator<=>(const PlateShape&) const = default;
@@ -216,8 +216,8 @@ struct NodalWeight {
   int line, function;
   double weight;
 };
-/// At the place (along, across) in [0, 1]². `derivative`: the weights of a derivative with respect
-/// to along, across or both.
+/// Weights of the nodal values for the place (along, across) in [0, 1]². `derivative`: order of the
+/// derivative with respect to along and across.
 std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across,
                                        std::array<int, 2> derivative = {0, 0});
 /// Mean over the tip edge.

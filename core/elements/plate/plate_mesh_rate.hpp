@@ -36,7 +36,7 @@ struct PlateMeshRate {
   ShapeRate along(const VectorXd& shape) const;
 };
 
-/// Those of a mesh that leaves share, made when first asked for.
+/// Derivatives of a mesh that leaves share, made when first asked for.
 std::shared_ptr<const PlateMeshRate> shared_mesh_rate(LeafRates& rates,
                                                       const std::shared_ptr<const PlateMesh>& mesh);
 

@@ -45,8 +45,8 @@ class PlateSeries final : public LeafSeries {
   void expand_fold(const Series<VectorXd>& x);
   void expand_fold_curvature(const Series<VectorXd>& x);
   void expand_elements();
-  /// Whose nodal values are a function of the unknowns that is not linear: an edge, 2 behind a
-  /// fold, or −1.
+  /// Index of the nonlinear map from the unknowns to the nodal values of a line: the number of an
+  /// edge, 2 behind a fold; −1 where the map is linear.
   int map_of(int line) const {
     if (plate_->is_second_of_fold(line)) return fold;
     return is_rigid_edge(line) ? edge_of(line) : -1;
@@ -73,7 +73,8 @@ class PlateSeries final : public LeafSeries {
   std::array<Series<MatrixXd>, 3> J_, H_;
   std::array<Series<std::vector<Vector3d>>, 2> arm_;  ///< v = r − p of each nodal vector
   std::array<Series<Matrix3d>, 2> axes_;
-  /// At the membrane points: r,x above r,y, and the stresses (n11, n22, n12) times weight.
+  /// State of the membrane points: r,x above r,y, and the stresses (n11, n22, n12) times the
+  /// weights.
   struct Point {
     Series<Eigen::Matrix<double, 16, 3>> gradient;
     Series<Eigen::Array<double, PlateMesh::points, 3>> stress;

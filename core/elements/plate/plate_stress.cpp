@@ -103,7 +103,7 @@ std::vector<StressPlace> plate_stress_places(const PlateShape& shape) {
 
 namespace {
 
-/// On both sides of all stations, along × across; −1 where it is not to be read.
+/// Stresses on both sides of all stations, along × across; −1 where a station is not to be read.
 struct StationStress {
   MatrixXd positive, negative;
 
@@ -233,7 +233,7 @@ std::vector<StressPeak> plate_clamp_stresses(const PlateMesh& mesh,
   return peaks;
 }
 
-// By dual numbers, only at the four stations around the place.
+// Section whose strains move, as dual numbers, only at the four stations around the place.
 MovingSection moving_section(const PlateShape& shape, const std::vector<Dual1>& xs,
                              const std::vector<double>& ys,
                              const std::function<StrainRate(int, int)>& strains_at, double along,

@@ -45,7 +45,7 @@ class StrainField {
   /// `values`: a row for each station, stations along run fastest.
   StrainField(std::vector<double> x, std::vector<double> y, MatrixXd values, FoldSplit split = {});
   Strains at(double x, double y) const;
-  /// At all places of a grid: a row for each, those along run fastest.
+  /// Strains at all places of a grid, one row for each; places along run fastest.
   MatrixXd on(const std::vector<double>& x, const std::vector<double>& y) const;
   const MatrixXd& values() const { return values_; }
 
