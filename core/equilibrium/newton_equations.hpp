@@ -21,8 +21,9 @@ class NewtonEquations {
   /// `driven`: strokes are held. `more`: empty rows and columns behind all others.
   NewtonEquations(const System& system, bool driven, int more = 0);
 
-  /// At the present state of the system, which must be assembled. `residual`: 6 per body [N, N m].
-  /// `strokes`: wanted of every drive [m, rad]; none where the drives are free.
+  /// Assembles the equations at the present state of the system, which must be assembled.
+  /// `residual`: 6 per body [N, N m]. `strokes`: wanted for every drive [m, rad]; none where the
+  /// drives are free.
   void assemble(const VectorXd& residual, const std::optional<VectorXd>& strokes);
 
   SparseMatrix& matrix() { return matrix_; }
@@ -50,7 +51,7 @@ class NewtonEquations {
   VectorXd multipliers(const VectorXd& x) const;  ///< dμ, one a condition
   /// F of the drives that are coordinates, into an entry a drive.
   void read_loads(const VectorXd& x, VectorXd& drive_loads) const;
-  /// In what unit of its own the multiplier of a condition is an unknown.
+  /// Unit of each condition's multiplier in the scaled unknowns.
   const VectorXd& reaction() const { return reaction_; }
 
  private:

@@ -41,8 +41,8 @@ class System {
     if (home_ && !home_->leaves[i]) home_->leaves[i] = std::move(leaf);
     assembled_ = false;
   }
-  /// From now on return_home() leads back to the present state with the present models of the
-  /// leaves.
+  /// Makes the present state, with the present models of the leaves, the one to which return_home()
+  /// leads back.
   void stay_home() {
     home_ = Home{save(), std::vector<std::unique_ptr<LeafElement>>(leaves_.size())};
   }

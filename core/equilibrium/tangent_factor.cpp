@@ -114,8 +114,9 @@ MatrixXd TangentFactor::answer(const MatrixXd& forces) const {
   return solve(std::move(B)).topRows(bodies_);
 }
 
-// With the conditions' squares added to K the bodies can go first: what hangs on joints alone has a
-// pivot then. Every condition follows the later of its bodies, and has a negative pivot.
+// Number of negative pivots by a sparse factorisation. With the conditions' squares added to K the
+// bodies can be eliminated first: what hangs on joints alone has a pivot then. Every condition
+// follows the later of its bodies, and has a negative pivot.
 std::optional<int> negative_pivots_sparse(const System& system, bool drives_held) {
   const Constraints& c = system.constraints();
   const VectorXd scale = scale_of(system, system.tangent());
