@@ -217,7 +217,7 @@ EigenPairs pairs_with(const BorderedPencil& pencil, const std::vector<Eigen::Ind
   return lowest_dense_pairs(low.dense_stiffness(), low.dense_mass(), low.size());
 }
 
-// Nothing where a pair is missing.
+// Pairs by iteration from `start`; nothing where a pair is missing.
 std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPairs& start,
                                    const std::vector<Eigen::Index>& modes, int count) {
   Iteration iteration(pencil);
@@ -242,8 +242,8 @@ std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPair
   return found;
 }
 
-// By the Cholesky factor of M: all values to the rounding of the largest, none lost below a soft
-// one.
+// Pairs by the Cholesky factor of M: all values to the rounding of the largest, none lost below a
+// soft one.
 std::optional<EigenPairs> pairs_by_mass(const BorderedPencil& pencil) {
   const MatrixXd K = pencil.dense_stiffness(), M = pencil.dense_mass();
   const VectorXd s = M.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -268,7 +268,7 @@ EigenPairs whole(const BorderedPencil& pencil, int count) {
   return {all.values.head(n), all.vectors.leftCols(n)};
 }
 
-// So few more coordinates are not worth an iteration.
+// Whether the pencil has so few more coordinates that an iteration does not pay.
 bool is_small(const BorderedPencil& pencil, const std::vector<Eigen::Index>& modes) {
   return pencil.size() <= pencil.border() + static_cast<int>(modes.size()) + 2;
 }

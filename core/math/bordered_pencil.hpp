@@ -17,9 +17,9 @@ struct BorderedPencil {
   int size() const { return border() + static_cast<int>(modes.size()); }
   MatrixXd dense_stiffness() const;
   MatrixXd dense_mass() const;
-  /// In the border's coordinates x = Z x'.
+  /// The pencil in new coordinates x' of the border, x = Z x'.
   BorderedPencil along(const MatrixXd& Z) const;
-  /// With these coordinates of the border alone, the others held.
+  /// The pencil with these coordinates of the border alone, the others held.
   BorderedPencil kept(const std::vector<int>& border_coordinates) const;
 };
 

@@ -35,7 +35,7 @@ struct Jet {
     for (double& x : c) x *= b;
     return *this;
   }
-  /// By a number that is not zero at the start of the path.
+  /// Division by a number that is not zero at the start of the path.
   Jet& operator/=(const Jet& b) {
     c[0] /= b.c[0];
     c[1] = (c[1] - c[0] * b.c[1]) / b.c[0];

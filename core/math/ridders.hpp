@@ -11,9 +11,10 @@ namespace flexopt {
 
 struct Derivatives {
   std::vector<double> value, error;  ///< of every number, and how well it is known
-  /// From one side each: they differ where the number has a kink.
+  /// One-sided derivatives; they differ where the number has a kink.
   std::vector<double> forward, backward, forward_error, backward_error;
-  /// Where the second derivative may jump: central differences extrapolated in all powers of h.
+  /// Central differences extrapolated in all powers of h, for numbers whose second derivative may
+  /// jump.
   std::vector<double> rough, rough_error;
 };
 

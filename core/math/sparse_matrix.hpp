@@ -22,7 +22,7 @@ class SparseMatrix {
   const std::vector<SparseEntry>& entries() const { return entries_; }
 
   void add(int row, int column, double value) { entries_.push_back({row, column, value}); }
-  /// Its upper left part += diag(left) A diag(right); sizes at least that of A.
+  /// Adds diag(left) A diag(right) to the upper left part; its size is at least that of A.
   void add(const BlockMatrix& A, const VectorXd& left, const VectorXd& right);
   /// Sets rows and columns to those of the identity. Their diagonal has at least one entry after
   /// it.

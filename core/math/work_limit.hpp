@@ -11,7 +11,7 @@ double steady_seconds();
 
 /// What one evaluation may take. Plain data.
 struct WorkLimits {
-  /// By the clock [s]: what is beyond depends on the machine.
+  /// Limit of wall-clock time [s]; what exceeds it depends on the machine.
   std::optional<double> seconds;
   /// Newton iterations, of the mechanism and of the leaves that reduced ones are made from: the
   /// same on every machine.
@@ -30,8 +30,8 @@ class WorkLimitReached : public std::exception {
   std::string text_;
 };
 
-/// While it lives, work of this thread counts against these limits. One within another replaces it
-/// until its end.
+/// Scope in which work of this thread counts against these limits. A nested scope replaces the
+/// outer one until it ends.
 class LimitedWork {
  public:
   explicit LimitedWork(const WorkLimits& limits);
