@@ -39,7 +39,8 @@ Vector3<S> constant(const Vector3d& a) {
   return a.cast<S>();
 }
 
-// Both bodies, whose places are the first and the second half of 12 coordinates.
+// Offsets in the 12 coordinates of the two bodies: (displacement, spin) of the first, then of the
+// second.
 constexpr int spin = 3, other_at = 6, other_spin = 9;
 
 template <class S>

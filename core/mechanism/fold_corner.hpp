@@ -32,8 +32,8 @@ S corner_reach(const S& angle, const S& radius, const S& thickness) {
   return (radius + 0.5 * thickness) * tan(S(0.5 * abs(angle)));
 }
 
-/// By how much the arc of a bent corner is shorter than the way to the line, for each leg; none of
-/// a mitred one.
+/// Difference of the lengths of the way to the line of the fold and of the arc of a bent corner,
+/// for each leg; zero for a mitred corner.
 template <class S>
 S corner_cut(const S& angle, const S& radius, const S& thickness) {
   using std::abs;

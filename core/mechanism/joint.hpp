@@ -79,8 +79,8 @@ std::string described(const Vector3d& axis);
 /// or strokes that joints and the drives before them hold.
 std::optional<std::string> dependent_joints(const Mechanism& mechanism);
 
-/// For every body the one that stands for all that rigid joints tie to it: the ground, the
-/// end-effector, or the first of them.
+/// For every body, the body that represents all bodies which rigid joints tie to it: the ground,
+/// the end-effector, or the first of them.
 std::vector<int> rigid_groups(const Mechanism& mechanism);
 
 }  // namespace flexopt

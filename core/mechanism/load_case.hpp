@@ -13,10 +13,10 @@ struct DeadLoad {
   Vector3d force = Vector3d::Zero();   ///< [N], global axes
   Vector3d moment = Vector3d::Zero();  ///< [N m], global axes
   std::optional<int> body;             ///< on which it acts; nothing: the end-effector
-  /// From the body's reference point to where the force acts, undeflected, global axes [m]. It
-  /// turns with the body, and stays the same where a design parameter moves the reference point.
+  /// Vector from the body's reference point to where the force acts, undeflected, global axes [m].
+  /// It turns with the body, and stays the same where a design parameter moves the reference point.
   Vector3d arm = Vector3d::Zero();
-  /// Instead of the arm: where it acts, undeflected, global axes [m]. The place stays the same
+  /// Point of application in place of the arm, undeflected, global axes [m]. It stays the same
   /// where a design parameter moves the reference point.
   std::optional<Vector3d> place = {};
   std::string name = {};  ///< may be empty
@@ -49,7 +49,7 @@ struct LoadCase {
   /// Thermal strain of each body, the ground last; empty: none. Bodies grow about their reference
   /// points, the ground about the origin, and take along the edges that they hold.
   std::vector<double> body_expansion = {};
-  /// On bodies and leaves [m/s²]; comes with the constant loads.
+  /// Gravity on bodies and leaves [m/s²]; applied with the constant loads.
   Vector3d gravity = Vector3d::Zero();
   /// Where there are any, nothing is driven: the points of the path are the factors of these loads,
   /// which come to the constant ones.

@@ -40,7 +40,7 @@ struct MaterialT {
 
 /// Body index of the fixed world.
 inline constexpr int ground = -1;
-/// In a body's place: nothing holds the tip edge.
+/// Value of LeafSpring::tip where nothing holds the tip edge.
 inline constexpr int free_edge = -2;
 
 /// A material point of a leaf's mid-surface that is a body of its own: the two share their
@@ -103,11 +103,11 @@ struct LeafSpringT {
   std::array<Vector3d, 2> assembly_move{Vector3d::Zero(), Vector3d::Zero()},
       assembly_turn{Vector3d::Zero(), Vector3d::Zero()};
 
-  /// From base to tip [m].
+  /// Distance from base to tip [m].
   Scalar chord() const {
     return curve ? Scalar(length * sine_ratio<Scalar>(0.5 * *curve)) : length;
   }
-  /// From the middle of the base edge to that of the tip edge.
+  /// Vector from the middle of the base edge to that of the tip edge [m].
   Vector3<Scalar> span() const {
     if (!fold) return axes.col(0) * chord();
     const ArcPoint<Scalar> tip = middle(Scalar(1));

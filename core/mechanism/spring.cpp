@@ -257,7 +257,8 @@ T bushing_energy(const std::array<std::array<T, 6>, 6>& K, const V3<T>& d, const
   return energy;
 }
 
-// Its derivatives by (displacement of the place, spin) of `body`, in global axes.
+// Derivatives of the relative displacement and rotation with respect to (displacement of the place,
+// spin) of `body`, in global axes.
 template <class T>
 struct RelativeAnswers {
   T energy{};

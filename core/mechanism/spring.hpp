@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// Over (displacement, spin) of `body` and of `other`, ground included.
+/// Energy of a spring or bushing, with derivatives by (displacement, spin) of `body` and `other`.
 ///
 /// A spring whose ends are d apart has the energy ½ k (|d| − l₀)².
 ///
