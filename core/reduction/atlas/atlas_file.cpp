@@ -176,7 +176,7 @@ void each_potential_part(const AtlasSettings& s, Numbers& numbers, const Part& p
   part(numbers.units, static_cast<std::uint64_t>(highest) * rays);
 }
 
-// Those of a file; false where they are not whole.
+// Reads the potentials of a file; false where they are incomplete.
 bool read_potentials(const AtlasSettings& settings, PartReader& reader,
                      TubeAtlas::Numbers& numbers) {
   bool whole = true;

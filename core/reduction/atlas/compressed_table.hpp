@@ -28,7 +28,7 @@ struct ShapeGrid {
 /// Which derivatives of a number by a shape are wanted: none, those by the sizes, or those by ν,
 /// too.
 enum class ShapeSlopes { none, sizes, all };
-/// So many.
+/// Number of the wanted derivatives.
 constexpr int slope_count(ShapeSlopes slopes) {
   return slopes == ShapeSlopes::none ? 0 : slopes == ShapeSlopes::sizes ? 2 : 3;
 }
@@ -71,7 +71,7 @@ struct CompressedTable {
   ShapeCoordinates coordinates;
 
   static constexpr int block = direction_block;
-  /// So many whole blocks have room for these numbers.
+  /// Number of whole blocks that hold this many numbers.
   static int blocks(int numbers) { return (numbers + block - 1) / block; }
 
   /// The first `first` of all numbers, then their slopes that the weights have, a column each.

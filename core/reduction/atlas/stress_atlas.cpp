@@ -43,7 +43,7 @@ VectorXd monomial_sizes(double sigma) {
 // Factor from strains times the thickness to their share of the largest stress at this σ.
 double per_stress(double sigma) { return 1 / (2 * std::max(sigma, least_bending)); }
 
-// Both parts side by side, and apart again.
+// Joins the even and odd parts of a table side by side, and splits them again.
 MatrixXd columns_of(const StateTable& t) {
   MatrixXd all(t.even.rows(), even_columns + odd_columns);
   all << t.even, t.odd;

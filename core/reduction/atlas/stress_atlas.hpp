@@ -48,8 +48,8 @@ class StressAtlas {
   StressRateSource rates(const PlateShape& shape, double rho,
                          ShapeSlopes slopes = ShapeSlopes::all) const;
 
-  /// As one block of numbers for a file, and from it. `data` is aligned to 64 bytes and kept by
-  /// `owner`; null where the block is not one of these settings.
+  /// Packs the tables into one block of numbers for a file, and unpacks such a block. `data` is
+  /// aligned to 64 bytes and kept by `owner`; null where the block does not match these settings.
   std::string pack() const;
   static std::shared_ptr<const StressAtlas> unpack(const StressAtlasSettings& settings,
                                                    const char* data, std::size_t size,
@@ -70,7 +70,7 @@ class StressAtlasMaker {
  public:
   explicit StressAtlasMaker(const StressAtlasSettings& settings);
 
-  /// Those of shape k of the grid on the present ray; each k once, by any thread.
+  /// Adds the tables of shape k of the grid on the present ray; each k once, from any thread.
   void put(int k, const std::vector<StateTable>& nodes);
   /// All shapes of the ray are there.
   void end_ray();

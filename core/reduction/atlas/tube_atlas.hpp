@@ -46,7 +46,8 @@ struct AtlasTerm {
   int node = 0, monomial = 0;
 };
 std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas);
-/// Those of the highest degree, which add least, are whole numbers of 16 bits.
+/// Whether a term is of the highest degree. These terms add least and are stored as integers of 16
+/// bits.
 bool is_highest(const AtlasTerm& term);
 /// How many of the terms are not of the highest degree, and how many are.
 std::array<int, 2> term_counts(const std::vector<AtlasTerm>& terms);
@@ -111,7 +112,7 @@ class TubeAtlas {
   /// Why there are no coefficients for leaves of this shape that bend so; empty where there are.
   std::string gap(const PlateShape& shape, const TubeRange& range) const;
 
-  /// So many of the first bent states reach sigma, at least two.
+  /// Number of bent states, from the first on, that reach sigma; at least two.
   int nodes_to(double sigma) const;
 
   /// Tables of the dynamics about the first bent states, so many as reach sigma (at least two).

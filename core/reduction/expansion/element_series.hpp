@@ -257,7 +257,7 @@ class ElementSeries {
     F += element.curvature.leftCols(functions).transpose() * moments;
   }
 
-  // And the energy itself, with what makes it zero at rest.
+  // Adds the energy of the natural curvature, including what makes it zero at rest.
   void add_natural_energy(const PlateMesh::Element& element, int degree, double weight,
                           std::vector<Lanes>& sum) {
     const int m = table_.count(degree), full = std::min(ORDER, 2 * degree);

@@ -24,7 +24,7 @@ class ChordLeaf {
   /// Back to the undeflected leaf.
   void reset();
 
-  /// To a state that is known: soft deformations, forces and unknowns() of an equilibrium.
+  /// Moves to a known state: soft deformations, forces and unknowns() of an equilibrium.
   void stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
 
   struct Solution {

@@ -194,7 +194,7 @@ class TubeSeries {
   }
 
  private:
-  // In the mirror across the width.
+  // Whether the state is symmetric in the mirror across the width.
   bool symmetric() const {
     return leaf_.soft()[2] == 0 && leaf_.forces()[1] == 0 && leaf_.forces()[2] == 0;
   }

@@ -22,7 +22,7 @@ class ChordGradient {
   };
 
   ChordGradient() = default;
-  /// Between these edges, with their frame.
+  /// Gradient between these edges, with their frame.
   ChordGradient(const ChordFrame& frame, const EdgePoses& edges, const LeafRows& rows,
                 Energy energy);
 

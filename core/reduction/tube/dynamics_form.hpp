@@ -5,7 +5,7 @@
 
 namespace flexopt {
 
-/// At one state; a plain value.
+/// Quadratic form of the dynamics at one state; a plain value.
 class DynamicsForm {
  public:
   static constexpr int R = TubeDynamics::rates, P = TubeDynamics::amplitudes;

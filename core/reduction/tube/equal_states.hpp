@@ -31,8 +31,8 @@ struct CondensedLeaf {
 
 class EqualStates {
  public:
-  /// For one request from a leaf that stands so: what was kept of an equal one, turned or mirrored
-  /// to this. Equal: to 1e-9.
+  /// Finds what was kept of a leaf in an equal state (to 1e-9) for the same request, turned or
+  /// mirrored to this leaf.
   std::optional<CondensedLeaf> find(const PlateMesh& mesh, const LeafStand& stand,
                                     DynamicsRequest request) const;
   /// Keeps it, of `most` the last ones.

@@ -14,7 +14,7 @@ class PlatePool {
  public:
   explicit PlatePool(std::shared_ptr<const PlateMesh> mesh) : mesh_(std::move(mesh)) {}
 
-  /// For expansions; how the last borrower left it.
+  /// Plate for expansions, in the state in which its last borrower left it.
   ChordLeaf& chord();
 
   /// A number for a state of a leaf that no other has.

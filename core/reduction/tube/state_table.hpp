@@ -40,7 +40,7 @@ struct StateMonomial {
     return sum % 2 != 0;
   }
 };
-/// In the order of the columns.
+/// Monomials in the order of the columns of a table.
 template <int evens = StateTable::even_monomials>
 const std::array<StateMonomial, evens>& even_monomials();
 const std::array<StateMonomial, StateTable::odd_monomials>& odd_monomials();
@@ -80,7 +80,7 @@ std::array<S, 2> hermite_ends(int q, int j, const S& t) {
 
 }  // namespace detail
 
-/// At (σ, z = (τ, φ, N, M1, M2)) between the bent states `a` and `b`.
+/// Weights at (σ, z = (τ, φ, N, M1, M2)) between the bent states `a` and `b`.
 template <int evens = StateTable::even_monomials, class S>
 StateWeights<S, evens> state_weights(double a, double b, const S& sigma, const std::array<S, 5>& z,
                                      int total = 2) {

@@ -21,7 +21,7 @@ using Slot = DynamicsEntries::Slot;
 
 const DynamicsLayout& layout() { return DynamicsLayout::get(); }
 
-// To the amplitudes U⁻ᵀ a.
+// Changes to the amplitudes U⁻ᵀ a.
 void change_amplitudes(DynamicsExpansion& e, const MatrixXd& U) {
   for (int m = 0; m < e.k.size(); ++m) {
     e.k[m] = (U * e.k[m] * U.transpose()).eval();

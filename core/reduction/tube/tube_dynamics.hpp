@@ -38,7 +38,7 @@ class TubeDynamics {
   static constexpr int amplitudes = field_loads;
   static constexpr int rates = 12 + amplitudes;  ///< those of DynamicsExpansion::mass
 
-  /// So many even and odd ones a table has.
+  /// Numbers of even and of odd entries of a table.
   static std::array<int, 2> entries();
 
   explicit TubeDynamics(double force_centre) : force_centre_(force_centre) {}
@@ -67,13 +67,13 @@ class TubeDynamics {
   /// Needs two bent states.
   Local locate(const Place& place) const;
 
-  /// In the scaled units of the plate, chord axes.
+  /// Dynamics of the leaf in the scaled units of the plate, chord axes.
   struct Answer {
     /// Why the tables do not hold here; empty where they do.
     std::string reason;
     Eigen::Matrix<double, amplitudes, amplitudes> stiffness;
-    /// Over (v, ω, rates of (θ1y, θ2y, φ), of (N, M1, M2) with the amplitudes' static parts, those
-    /// of the amplitudes beyond their static parts).
+    /// Mass over (v, ω, rates of (θ1y, θ2y, φ), of (N, M1, M2) with the amplitudes' static parts,
+    /// those of the amplitudes beyond their static parts).
     Eigen::Matrix<double, rates, rates> mass;
     /// ω² of the sixth of the ten internal motions between held edges, the smaller one of both
     /// neighbouring bent states: up to there every mode is well represented.
@@ -81,8 +81,8 @@ class TubeDynamics {
   };
   /// Needs two bent states; sigma inside of them or their mirror images.
   Answer evaluate(const Place& place) const;
-  /// By the last degree: |L⁻¹ (K⁻ − K) L⁻ᵀ|, K = L Lᵀ the internal stiffness, K⁻ the one to a
-  /// total degree of 1.
+  /// Change by the last degree: |L⁻¹ (K⁻ − K) L⁻ᵀ|, K = L Lᵀ the internal stiffness, K⁻ that of
+  /// total degree 1.
   double change(const Place& place) const;
   bool has_stations() const { return nodes_.back().stations.size() > 0; }
   /// Motion of the stations for the rates of Answer::mass, chord axes; 6 rows each.

@@ -103,11 +103,11 @@ class TubeModel {
   /// Tables of the internal dynamics about the same bent states; they grow with these. None where
   /// not has_dynamics().
   void make_dynamics();
-  /// Not leaves with a profile, curved, folded and very wide ones and beams, nor meshes that are
-  /// too coarse.
+  /// Whether leaves of this shape have tables of the dynamics. Leaves with a profile, curved,
+  /// folded and very wide leaves and beams have none, nor do meshes that are too coarse.
   static bool has_dynamics(const PlateShape& shape);
-  /// So many states more of leaves of this model will be asked for their dynamics: makes the tables
-  /// once they cost less than condensing the full leaf at each of them.
+  /// Announces that the dynamics of this many more states will be asked for. Makes the tables once
+  /// they cost less than condensing the full leaf at each of these states.
   void expect_dynamics(int states);
   const TubeDynamics* dynamics() const { return dynamics_.get(); }
   /// Tables of strains and places about the same bent states, made at their first use; they grow
@@ -218,7 +218,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
     double free = 0;  ///< the same with the drives free
     double load = 0;  ///< drive loads, the largest
   };
-  /// In a mechanism; after evaluate().
+  /// Changes by the highest degree for a leaf within a mechanism; after evaluate().
   DegreeChanges changes_in(const EdgeSurroundings& surroundings) const;
   const TubeLocation& location() const { return response_.location; }
   const Vector3d& forces() const { return state_.mixed.f; }  ///< (N, M1, M2) over their scale
@@ -242,8 +242,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// Where the state lies in the tube, and as the tables of the dynamics see it.
   TubeDynamics::Place place() const;
   TubeDynamics::Place place_in_tables() const;
-  /// By increments of the edges (scaled): the rates of TubeDynamics::Answer::mass, but those of the
-  /// amplitudes.
+  /// Rates of TubeDynamics::Answer::mass, except those of the amplitudes, by scaled increments of
+  /// the edges.
   Matrix12d edge_rates() const;
   /// What the tables' answer at this state makes of the leaf, without stations.
   LeafDynamics dynamics_of(const TubeDynamics::Answer& local) const;
@@ -316,7 +316,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LeafEvaluation evaluation_;
   double check_ = 0;
   std::shared_ptr<const TubeStress::Answer> stress_;  ///< at this state, where it was asked for
-  /// Likewise; its reason tells what is doubted.
+  /// Dynamics at this state, where they were asked for; `reason` tells what is doubted.
   std::shared_ptr<const TubeDynamics::Answer> internal_;
   std::string rebuilt_gap_;        ///< of condensed() at this state
   std::string rebuilt_because_;    ///< why the last stress was not from tables that exist

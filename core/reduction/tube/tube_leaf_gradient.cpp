@@ -297,7 +297,8 @@ class TubeFields final : public LeafFields {
   StressRate along(Eigen::Index p, const VectorXd& modulus_rates) const {
     return {{}, ShapeRate(Vector3d(rates_.col(p).tail<3>())), modulus_rates[p]};
   }
-  // Along parameter p. What the tables tell of a station is kept for the other parameters.
+  // Stations that move along parameter p. What the tables tell of a station is kept for the other
+  // parameters.
   MovingStations stations(Eigen::Index p) const {
     if (!slopes_)
       slopes_ = model_->kept().strain_slopes.at(place_, [this] {

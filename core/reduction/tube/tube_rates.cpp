@@ -56,14 +56,14 @@ std::vector<Term> make_terms() {
   return terms;
 }
 
-// By ascending degree.
+// Terms by ascending degree.
 const std::vector<Term>& terms() {
   static const std::vector<Term> all = make_terms();
   return all;
 }
 
-// Two-point Hermite interpolation of q Taylor coefficients at each end: what coefficient j of the
-// left end, and of the right end (+ q), is weighted with, for the value and three derivatives.
+// Weights of two-point Hermite interpolation with q Taylor coefficients at each end: for
+// coefficient j of the left end, and of the right end (+ q), for the value and three derivatives.
 struct EndWeights {
   std::array<std::array<double, 2 * (highest + 1)>, orders> of{};
 

@@ -79,8 +79,8 @@ Vector3d force_unit() {
 }
 constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
 
-/// In the place of largest_degree_change for leaves that a dead load presses: the same change goes
-/// with larger errors there.
+/// Replaces largest_degree_change for leaves under a dead load, for which the same change comes
+/// with larger errors.
 constexpr double largest_change_under_load = 0.02;
 
 /// Bound on the change by the highest degree times the square of (axial force off the centre over

@@ -12,7 +12,8 @@
 namespace flexopt {
 namespace {
 
-// In the mirrors across the width (y) and in the thickness (z).
+// Signs of the strains (e, κ) and of the coordinates of places in the mirrors across the width (y)
+// and in the thickness (z).
 constexpr std::array<double, 6> strain_in_width{1, 1, -1, 1, 1, -1},
     strain_in_thickness{1, 1, 1, -1, -1, -1};
 constexpr std::array<double, 3> place_in_width{1, -1, 1}, place_in_thickness{1, 1, -1};
@@ -86,7 +87,7 @@ TubeStress::Local TubeStress::locate(const Place& place) const {
   return at;
 }
 
-// To a total degree.
+// Weights of the coefficients to a total degree.
 TubeStress::Weights TubeStress::weights(const Local& at, int total) const {
   return state_weights<StateTable::even_of_stress>(
       nodes_[at.interval].sigma, nodes_[at.interval + 1].sigma, at.sigma, at.z, total);

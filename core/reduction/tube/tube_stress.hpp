@@ -67,7 +67,7 @@ class TubeStress {
       Strains value;
       Eigen::Matrix<double, 6, 9> slopes;
     };
-    /// At a station of StrainField.
+    /// Strains and their slopes at a station of StrainField.
     Station at(int along, int across) const;
 
    private:
@@ -95,7 +95,7 @@ class TubeStress {
   using Parts = Eigen::Ref<const MatrixXd>;  ///< even, odd
   Local locate(const Place& place) const;
   Weights weights(const Local& at, int total) const;
-  /// Both parts of some rows.
+  /// Reads the even and odd parts of some rows.
   MatrixXd read(const Local& at, const Weights& weights, Eigen::Index first,
                 Eigen::Index rows) const;
   /// Coefficients of `count` rows of the tables from `first` on: the even parts for each of the
@@ -104,12 +104,12 @@ class TubeStress {
   MatrixXd coefficients(const Local& at, const std::array<Weights, sets>& weights,
                         Eigen::Index first, Eigen::Index count) const;
   MatrixXd strains(const Local& at, const Parts& parts) const;
-  /// Over Young's modulus: no von Mises stress is larger where the coefficients of stretching and
-  /// bending, even and odd, have norms of these sums.
+  /// Upper bound on the von Mises stress over Young's modulus, where the coefficients of stretching
+  /// and bending, even and odd, have norms of these sums.
   double stress_bound(double stretching, double bending) const;
   /// The largest von Mises stress over Young's modulus; rows as of StrainField.
   double largest(const Eigen::Ref<const MatrixXd>& strains) const;
-  /// From the axes of the tables to those of the leaf.
+  /// Turns a vector from the axes of the tables into those of the leaf.
   Vector3d seen(const Vector3d& r) const;
   Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
 
