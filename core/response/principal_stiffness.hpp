@@ -24,8 +24,8 @@ std::optional<PrincipalStiffness> principal_stiffness(const PathPoint& point);
 /// of the drive-locked compliance by itself. Directions that drive and guides prescribe are none.
 std::vector<PrincipalStiffness> principal_stiffnesses(const PathPoint& point, bool rotations);
 
-/// Its derivative along the parameters [N/m per SI]; nothing where `gradients` has none of the
-/// compliance. Of equal eigenvalues (within 1e-6) that of one branch.
+/// Derivative of a principal stiffness along the parameters [N/m per SI]; nothing where `gradients`
+/// has no derivative of the compliance. For equal eigenvalues (within 1e-6), that of one branch.
 std::optional<VectorXd> principal_stiffness_gradient(const PathPoint& point,
                                                      const PointGradients& gradients);
 

@@ -92,8 +92,8 @@ struct Quantity {
   const QuantityRow* row = nullptr;
   int component = 0;
 
-  /// Nothing if the point has none: not converged (the screening frequency needs no convergence),
-  /// not asked for, or no such number.
+  /// Value and derivatives at a point; nothing if the point has no such number: not converged (the
+  /// screening frequency needs no convergence), not asked for, or not defined.
   std::optional<double> value(const PathPoint& point) const;
   std::optional<VectorXd> gradient(const PathPoint& point, const PointGradients& gradients) const;
 };

@@ -91,7 +91,7 @@ class Outputs {
 
 /// How exact the values of a path point are.
 enum class PathValues {
-  /// Those of the leaves that ModelOptions chooses; frequencies are Ritz values, up to some 1e-5
+  /// Values of the leaves that ModelOptions chooses; frequencies are Ritz values, up to some 1e-5
   /// above those of the whole mechanism.
   as_modelled,
   /// What exact derivatives belong to. Points of the mixed potential are finished on full leaves,
@@ -172,7 +172,7 @@ struct CapacityRule {
   /// Least share of the unloaded support stiffness that must remain. Skipped when zero.
   double stiffness_share = 0;
   std::array<bool, 6> supports{true, true, true, true, true, true};  ///< whose stiffness counts
-  /// Beyond these the search ends [N, N m].
+  /// The search ends beyond these loads [N, N m].
   std::optional<double> largest_force, largest_moment;
 
   bool any() const { return std::ranges::find(directions, true) != directions.end(); }

@@ -29,9 +29,9 @@ struct Mode {
   /// Motion of the bodies in their own axes and of stations of the leaves, times the root of their
   /// mass: for telling which mode is which at another stroke.
   VectorXd motion;
-  /// For drawing, where shapes are asked for: displacement of the reference point and spin of each
-  /// body, and motion of the points of each LeafShape (x, y, z of one after the other; empty where
-  /// the leaf's model does not tell). Global axes, in one common scale.
+  /// Motion for drawing, where shapes are asked for: displacement of the reference point and spin
+  /// of each body, and motion of the points of each LeafShape (x, y, z of one after the other;
+  /// empty where the leaf's model does not tell). Global axes, in one common scale.
   VectorXd body_motion;
   std::vector<VectorXd> leaf_motion;
 };
@@ -197,7 +197,7 @@ struct PathPoint {
   std::optional<double> parasitic_frequency_screening;
   std::optional<StressPeak> max_stress;
   std::optional<StressPeak> notch_stress;  ///< with the factors of the fillets at clamped edges
-  /// Nothing above no_critical_factor.
+  /// Least safety against yield; nothing above no_critical_factor.
   std::optional<StressSafety> yield_safety;
   std::optional<FatigueCycle> fatigue_safety;  ///< likewise
   std::optional<FatigueCycle> fatigue_life;    ///< nothing above longest_life
@@ -224,7 +224,7 @@ struct PathPoint {
   std::vector<std::optional<double>> bandwidths;
   std::optional<Transmissibility> transmissibility;
   std::optional<StateSpace> state_space;
-  /// By direction: CapacityRule.
+  /// Load capacities by direction: CapacityRule.
   std::array<std::optional<LoadCapacity>, 12> load_capacity;
   bool other_branch = false;  ///< the path has left the branch that it came along
   /// The way from rest has lost or regained stability.

@@ -78,8 +78,8 @@ struct MechanismDirection {
   Mechanism rate;
 };
 
-/// Along errors of assembly: `rate` is what the one of its edge, in StrokeRequest::loads or none,
-/// changes by [m, rad].
+/// Direction of an assembly error: `rate` is the change [m, rad] of the error at its edge, whether
+/// StrokeRequest::loads has one there or not.
 MechanismDirection assembly_direction(std::string parameter, const Mechanism& mechanism,
                                       const AssemblyError& rate);
 

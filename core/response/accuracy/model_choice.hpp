@@ -56,7 +56,7 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
                          const std::vector<StrokeRequest>& requests, double tolerance,
                          const std::function<void(const TriedModel&)>& told = {});
 
-/// Two digits: "0.21 %", "170 %".
+/// A share in percent with two digits: "0.21 %", "170 %".
 std::string percent(double share);
 
 /// "reduced leaves on 14 x 6 elements".

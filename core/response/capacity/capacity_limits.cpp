@@ -18,7 +18,7 @@ StressPeak peak_of(System& system, int i, const StressRules& rules) {
   return with_fillets(largest, system.leaf(i), system.mechanism(), *rules.fillet);
 }
 
-// Along the directions and the load, the state moving with each.
+// Derivatives along the directions and the load, with the state that moves along each.
 struct Rates {
   Answer<MechanismFactor> linear;
   std::unique_ptr<DesignRates<double>> design;

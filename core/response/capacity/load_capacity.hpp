@@ -12,7 +12,7 @@ namespace flexopt {
 /// Derivatives of a capacity are along these.
 class CapacityDirections {
  public:
-  /// Both must outlive it.
+  /// `mechanism` and `directions` must outlive this.
   CapacityDirections(const Mechanism& mechanism, const std::vector<Mechanism>& directions,
                      LeafRates& rates);
 

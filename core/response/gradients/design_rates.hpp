@@ -16,7 +16,8 @@ namespace flexopt {
 /// Shares of the leaves, one by one.
 template <class S>
 using LeafGradients = std::vector<std::unique_ptr<LeafGradient<S>>>;
-/// At the state of the factor, which must outlive them. None where a leaf has no exact derivatives.
+/// Gradients of all leaves at the state of the factor, which must outlive them. None where a leaf
+/// has no exact derivatives.
 Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates);
 
 /// Columns of translations of the ground beside columns of motions that are relative to it.

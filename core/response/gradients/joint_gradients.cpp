@@ -25,7 +25,8 @@ JointState<S> present(const Mechanism& mechanism, const MechanismState<S>& state
           joint_body(mechanism, state, joint.other), state.multipliers.segment(row, count)};
 }
 
-// At constant displacements, rotations and multipliers.
+// Derivative of a joint's state along a direction, at constant displacements, rotations and
+// multipliers.
 template <class S>
 JointState<S> moving(const Mechanism& mechanism, const Mechanism& direction, std::size_t k,
                      int count) {

@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// At one equilibrium (double) or along the stroke from it (Jet).
+/// State of the bodies at one equilibrium (double), or along the stroke from it (Jet).
 template <class S>
 struct MechanismState {
   struct Body {

@@ -191,9 +191,9 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
   }
 }
 
-// As columns: the motions of unit strokes, drive by drive, the answers y = K⁻¹ e of the
-// end-effector to unit loads of every support with the drives held, and the sums of two
-// translations.
+// Motions whose quadratic forms give the stiffnesses, as columns: the motions of unit strokes,
+// drive by drive; the motions y = K⁻¹ e of the end-effector under unit loads of every support with
+// the drives held; and the sums of two translations.
 struct StiffnessColumns {
   int first = 0, drives = 0;
   std::vector<int> supports;

@@ -27,7 +27,7 @@ namespace {
 // Shapes and meshes of leaves, shared by those that are equal.
 class Meshes {
  public:
-  // That of the first of all leaves that are alike.
+  // Shape of the first of all leaves that are alike.
   const PlateShape& shape(const LeafSpring& leaf, const ModelOptions& model) {
     return entry(leaf, model).shape;
   }
@@ -115,7 +115,7 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
   return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
 
-// For linear statics at rest: full leaves, and tubes where the atlas has them.
+// Leaves for linear statics at rest: full leaves, or tubes where the look-up table has them.
 std::vector<std::unique_ptr<LeafElement>> leaves_at_rest(const std::vector<LeafSpring>& springs,
                                                          const ModelOptions& model,
                                                          Meshes& meshes) {

@@ -56,7 +56,8 @@ RitzPairs locked_pairs(const BlockKrylov& krylov, int count) {
   return pairs;
 }
 
-// In the basis [V, Ĉ], Ĉ = (C − V W) L⁻ᵀ, W = VᵀM C, L Lᵀ = CᵀM C − WᵀW; K_l⁻¹M C, given, is in V.
+// Ritz pairs with the drives free, in the basis [V, Ĉ], Ĉ = (C − V W) L⁻ᵀ, W = VᵀM C, L Lᵀ = CᵀM C
+// − WᵀW; K_l⁻¹M C, given, is in V.
 RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const MatrixXd& inertial,
                      int count) {
   const int k = krylov.columns();
@@ -93,7 +94,8 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
   return pairs;
 }
 
-// On the columns of Y, λ of which ascend: the lower triangle of YᵀK Y then is the accurate one.
+// Rayleigh–Ritz step on the columns of Y, whose λ ascend: the lower triangle of YᵀK Y then is the
+// accurate one.
 FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
                         const Eigen::Ref<const MatrixXd>& KY, ModeMotions motions) {
@@ -117,7 +119,7 @@ FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int co
   return found;
 }
 
-// From so many motions with mass on the lowest modes alone are sought.
+// Number of motions with mass from which the lowest modes alone are computed.
 constexpr int few_motions = 48;
 
 // R of M = R Rᵀ, a column for each motion that has mass. Nothing where there are many of these, or
@@ -352,7 +354,7 @@ std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free,
   return modes_of_krylov(factor, free, locked, motions);
 }
 
-// With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
+// Uses M̂ = R Rᵀ, the mass carried by the bodies: Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
 FullModeLists static_modes(const MechanismFactor& factor, int free, int locked) {
   if (free == 0 && locked == 0) return {};
   constexpr double nothing = 1e-14;  // of the largest: motions that have no mass, or are held

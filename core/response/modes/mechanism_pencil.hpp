@@ -11,7 +11,7 @@
 
 namespace flexopt {
 
-/// From this many coordinates on the lowest pairs are sought by Krylov spaces.
+/// Number of coordinates from which the lowest pairs are computed in Krylov spaces.
 inline constexpr int krylov_from = 150;
 
 /// Coordinates: those of the bodies, internal ones of leaf 0, of leaf 1, …

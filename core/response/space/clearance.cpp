@@ -94,7 +94,7 @@ double distance_of_bounds(const Solids& solids, int a, int b) {
   return gap.norm();
 }
 
-// Two points of a pair, six coordinates.
+// Two points of a pair of solids, six coordinates.
 using PairPoints = std::array<SolidPoint, 2>;
 
 // Half the square of the distance over `size`.

@@ -64,7 +64,7 @@ double descent(const Solids& solids, const Solids::SampleGrid& grid, const Solid
   return sum;
 }
 
-// By how much a sample differs at most from its neighbours, summed over the coordinates.
+// Largest difference of a sample from its neighbours, summed over the coordinates.
 double change_beside(const Solids::SampleGrid& grid, const std::vector<double>& reached,
                      std::size_t sample) {
   double sum = 0;

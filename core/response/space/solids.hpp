@@ -89,8 +89,8 @@ class Solids {
   };
   /// Samples of a leaf's mid-surface or of a wire's centre line.
   std::vector<Sample> inner_samples(int solid) const;
-  /// So many along three coordinates; neighbours along the last one follow each other. `steps`:
-  /// from one to the next along each of the coordinates of a point.
+  /// Grid of samples: `counts` along three coordinates, neighbours along the last one follow each
+  /// other. `steps`: from one sample to the next along each of the coordinates of a point.
   struct SampleGrid {
     std::array<int, 3> counts{};
     Vector3d steps = Vector3d::Zero();

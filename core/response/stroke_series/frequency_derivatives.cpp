@@ -217,7 +217,7 @@ std::optional<MatrixXd> second_rates(const MechanismFactor& factor, const Mechan
   return solve_shifted_exactly(factor, series, path.modes, path.cluster_of, B);
 }
 
-// Along the design: (S8)–(S10) of the modes φ(s), over φᵀMφ(s), in powers of s.
+// Derivatives along the design: (S8)–(S10) of the modes φ(s), over φᵀMφ(s), in powers of s.
 std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const MechanismFactor& factor,
                                                                       const MechanismSeries& series,
                                                                       const ModeSeries& path,
@@ -274,8 +274,8 @@ struct AlongStrokes {
   std::vector<FrequencyDerivativeGradients> gradients;
 };
 
-// Along strokes that grow in step, from rest to these at 1. Nothing where it was not found;
-// `message` then says why.
+// Derivatives along strokes that grow in proportion, from rest to `strokes` at 1. Nothing where
+// they were not found; `message` then says why.
 std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const VectorXd& strokes,
                                           int count, const ExactDerivatives* exact, LowModes found,
                                           std::string& message) {

@@ -38,7 +38,8 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
                                                  const ExactDerivatives* exact = nullptr,
                                                  const FullModes* known = nullptr);
 
-/// At stroke zero with the dead load applied, on full leaves whatever the accuracy of the model.
+/// Frequency derivatives at stroke zero with the dead load applied, on full leaves whatever the
+/// accuracy of the model.
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
                                                  const ModelOptions& model, const LoadCase& loads,
                                                  const NewtonOptions& newton, int count,

@@ -15,7 +15,7 @@ namespace flexopt {
 /// Vectors are those of the factor, which must outlive it.
 class MechanismSeries {
  public:
-  /// None where a leaf has no series: only full leaves have.
+  /// Series of a mechanism; none where a leaf has no series. Only full leaves have one.
   static Answer<MechanismSeries> of(const MechanismFactor& factor);
 
   /// The path of equilibria q(s), x(s) to s² where the strokes of all drives grow by these times s:

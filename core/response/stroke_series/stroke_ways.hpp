@@ -23,7 +23,8 @@ struct ModesToPoint {
   const std::vector<FrequencyDerivativeGradients>* gradients = nullptr;  ///< null where none are
   double at = 0;  ///< stroke of the only drive, or the part of the way of several
 };
-/// Nothing where the response has no frequency derivatives. `gradients` may be null.
+/// Modes that lead to a point; nothing where the response has no frequency derivatives. `gradients`
+/// may be null.
 std::optional<ModesToPoint> modes_to_point(const StrokeResponse& response,
                                            const StrokeGradients* gradients,
                                            const PathPoint& point);
