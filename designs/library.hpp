@@ -6,7 +6,7 @@
 
 namespace flexopt {
 
-/// Their names, in the order of the documentation.
+/// Names of the families of the library, in the order of the documentation.
 const std::vector<std::string>& library_names();
 
 /// The text of one, empty for an unknown name.
