@@ -18,7 +18,7 @@ struct ComparedPoint {
   bool fallback = false;  ///< a leaf was evaluated at full accuracy instead of its own model
   /// For each compared quantity of the job, its numbers, in order.
   std::vector<std::vector<std::optional<double>>> numbers;
-  /// Likewise why there is no number, where that is said.
+  /// For each compared quantity of the job, why its numbers are missing, where that is known.
   std::vector<std::vector<std::string>> reasons;
 };
 
@@ -121,8 +121,8 @@ struct Comparison {
   std::vector<ModelComparison> models;
 };
 
-/// From the paths known (all, or those of an interrupted run) and their seconds, both by
-/// design × (models + 1) + model.
+/// Makes the comparison from the known paths (all, or those of an interrupted run) and their times
+/// [s], both indexed by design × (models + 1) + model.
 Comparison make_comparison(const Job& job, const std::vector<std::optional<ComparedPath>>& paths,
                            const std::vector<std::optional<EvaluationSeconds>>& seconds);
 

@@ -37,7 +37,7 @@ struct ToleranceMargin {
   double deviations = 0;  ///< of that kind
 
   explicit operator bool() const { return kind != Kind::none; }
-  /// As a job says it: "worst", "mean + 2 sigma".
+  /// The statistic as a job names it: "worst", "mean + 2 sigma".
   std::string text() const;
   /// What ends the label of such a goal: ", mean + 2 sigma".
   std::string suffix() const;
@@ -174,7 +174,7 @@ struct CompareSpec {
   SamplesSpec samples;
   ModelChoice full;                 ///< the reference: the job's model at full accuracy
   std::vector<ModelChoice> models;  ///< what is compared with it
-  /// By their names; empty: those of compared_quantities.
+  /// Names of the compared quantities; empty: those of compared_quantities.
   std::vector<std::string> quantities;
 };
 
@@ -238,7 +238,8 @@ struct EdgeTolerance {
 /// A box of errors of assembly about those of the load case.
 struct AssemblyTolerances {
   std::vector<EdgeTolerance> edges;
-  /// Whose worst value is looked for: the least, the largest, the largest in size over the stroke.
+  /// Quantities whose worst value is sought: the least, the largest, or the largest absolute value
+  /// over the stroke.
   std::vector<Constraint> quantities;
   /// A size of the box is critical where a support keeps such a share of its stiffness, the drive
   /// load changes by so much of its largest value, or the mechanism becomes unstable.
@@ -308,8 +309,8 @@ const nlohmann::json& document_of(const Job& job);
 /// The JSON Schema of a job, made from the same descriptions that drive reading.
 nlohmann::json job_schema();
 
-/// These values with every parameter that is a formula computed anew from the others; numbers of
-/// material and end-effector (job_numbers) may stand among them. Throws SpecError out of range.
+/// Parameters with every formula among them computed anew from the others; numbers of material and
+/// end-effector (job_numbers) may be among them. Throws SpecError out of range.
 ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters);
 
 /// The mechanism of a job with other parameter values (those of an optimiser, say); formulas are

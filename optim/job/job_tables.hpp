@@ -43,7 +43,7 @@ struct AssemblySpec {
   Vector3d move = Vector3d::Zero(), turn = Vector3d::Zero();  ///< [m], [rad]
 };
 
-/// By which load the mechanism is to buckle.
+/// The load under which the mechanism may buckle, by name.
 struct BucklingSpec {
   std::string load;
 };

@@ -111,9 +111,8 @@ void Neighbours::find_lost() {
   }
 }
 
-/// By Newton's divided differences through the three points, differentiated at the middle one; by
-/// one side where only that has values, nothing where none has.
-// NOLINTNEXTLINE(performance-unnecessary-value-param): both may change places
+/// Derivative at the middle of three points, by Newton's divided differences; by one side where
+/// only that side has values, nothing where neither has.
 std::optional<VectorXd> difference(Neighbours::Pair pair, const VectorXd& center,
                                    const DifferenceOptions& options) {
   auto& [a, b] = pair;

@@ -72,20 +72,20 @@ struct SharedLoop {
 /// How a run shares its units.
 class Sharing {
  public:
-  /// With nobody.
+  /// Shares with no other process.
   Sharing() = default;
   explicit Sharing(const Shard& shard) : shard_(shard) {}
   explicit Sharing(Crew& crew) : crew_(&crew) {}
 
   const std::optional<Shard>& shard() const { return shard_; }
   Crew* crew() const { return crew_; }
-  /// This process answers what a leader asks.
+  /// Whether this process answers what a leader asks.
   bool follows() const { return crew_ && !crew_->leads(); }
   /// What a loop yields is all known here, once it has ended.
   bool complete() const { return !shard_ && !follows(); }
   /// Threads that keep a crew busy, or those that there are.
   int threads(int of_this_process) const;
-  /// Those of the units 0, …, count − 1 that this process does by itself or has done for it.
+  /// Those of the units 0, …, count − 1 that this process does itself or has done for it.
   std::vector<int> own(const std::string& what, int count);
 
   /// `work` on these units: what it yields goes, in the process that keeps the run's files, to

@@ -17,7 +17,7 @@ class AssemblyBox {
   std::vector<AssemblyError> errors(const VectorXd& z) const;
   /// The request with these errors beside its own.
   StrokeRequest misassembled(StrokeRequest request, const VectorXd& z) const;
-  /// Along every coordinate, for derivatives.
+  /// Directions along every coordinate of the box, for derivatives.
   std::vector<MechanismDirection> directions(const Mechanism& mechanism) const;
 
  private:

@@ -16,8 +16,8 @@ struct GradientCheck {
   double error = 0;       ///< |exact − difference|, relative: see check_gradients
   double known_to = 0;    ///< what the difference itself is known to, relative
   bool agrees = false;
-  /// Two directions are equally stiff here and not beside it: the smallest stiffness has one
-  /// derivative on each side, and `exact` is one of them or lies between.
+  /// Two directions are equally stiff here, but not beside this point: the smallest stiffness has
+  /// one derivative on each side, and `exact` is one of them or lies between.
   bool equal_stiffnesses = false;
   std::string load_case;  ///< of a job with several
 };

@@ -24,7 +24,7 @@ using StrokeGradientEvaluator = std::function<StrokeSensitivity(
     const Job& job, const ParameterValues& parameters, const std::vector<std::string>& names,
     const ModelOptions&, const StrokeRequest&)>;
 
-/// In the place of exact derivatives: gradients are then central differences.
+/// Stands for no exact derivatives: gradients are then central differences.
 inline const StrokeGradientEvaluator by_differences{};
 
 /// What designs are evaluated by: the mechanics with their exact derivatives, or a pair given.
@@ -135,7 +135,7 @@ class DesignProblem {
   double violation(const DesignValues& values, const Scales& scales) const;
   /// Largest relative violation from the values of the constraints, 0 when feasible.
   double violation(const std::vector<double>& constraints, const Scales& scales) const;
-  /// Whose violation that is; nothing where no constraint has bounds.
+  /// The constraint with the largest relative violation; nothing where no constraint has bounds.
   std::optional<WorstConstraint> worst_constraint(const std::vector<double>& constraints,
                                                   const Scales& scales) const;
 
@@ -160,13 +160,13 @@ class DesignProblem {
   /// A goal that counts errors of assembly, without them: as many values as with them.
   GoalReading read_assembled(std::size_t goal, const std::vector<StrokeSensitivity>& found,
                              const std::vector<StrokeRequest>& requests) const;
-  /// Those of the job that count errors of assembly. `reduced`: whether some of their values are
-  /// had from reduced leaves, which are differentiated.
+  /// Numbers of the job's goals that count assembly errors. `reduced`: whether some of their values
+  /// come from reduced leaves, which are differentiated.
   MisassembledGoals::Found look_in_box(const ParameterValues& parameters, bool gradient,
                                        const ModelOptions& model, bool& reduced) const;
   GoalSlopes look(const ParameterValues& parameters, bool gradient,
                   const ModelOptions& model) const;
-  /// By the variables instead of the parameters.
+  /// Derivatives with respect to the variables instead of the parameters.
   DesignValues chained(GoalSlopes goals, const ParameterValues& parameters) const;
   /// The value of a goal with a formula, with its margin.
   std::optional<double> formula_value(const Goal& goal, const ParameterValues& parameters) const;
@@ -181,7 +181,7 @@ class DesignProblem {
   bool needs_mechanics_ = false;
 };
 
-/// By how much a value misses the bounds, relative to `scale`; negative inside them.
+/// Amount by which a value misses the bounds, relative to `scale`; negative inside them.
 double excess(double value, const std::optional<double>& min, const std::optional<double>& max,
               double scale);
 

@@ -1,6 +1,6 @@
 #pragma once
-// From a stroke's response to the numbers that an optimisation weighs: one goal for the objective
-// and one for each constraint.
+// Goals of an optimisation: the numbers of a stroke's response that it weighs, one goal for the
+// objective and one for each constraint.
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,9 +46,9 @@ std::vector<Goal> make_goals(const Job& job);
 /// Largest stresses get several candidates a point: for exact evaluations, which know them.
 void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request);
 
-/// So many of the request's frequencies tell these goals: all, or the candidates alone where the
-/// parasitic frequency is the lowest one with the drive held. For exact modes, which do not depend
-/// on their number.
+/// Number of frequencies of the request that these goals need: all, or the candidates alone where
+/// the parasitic frequency is the lowest one with the drive held. For exact modes, which do not
+/// depend on their number.
 int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& request);
 
 /// The request of one of the job's load cases with only what the goals need of it.

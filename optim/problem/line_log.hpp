@@ -19,7 +19,7 @@ std::string log_line(const nlohmann::ordered_json& value);
 /// owner's. In the file each has its checksum (line_checksum.hpp), which its owner does not see.
 class LineLog {
  public:
-  /// Nothing is kept on disk.
+  /// A log that keeps nothing on disk.
   LineLog() = default;
 
   /// Opens or creates the file and gives each whole line after the heading to `read`, which throws

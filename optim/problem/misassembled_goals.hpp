@@ -49,7 +49,7 @@ class MisassembledGoals {
   };
   /// Goal by goal, load case by load case.
   std::vector<Number> numbers() const;
-  /// At one place of the box in all load cases that the goals ask for.
+  /// Paths at one place of the box, for all load cases that the goals ask for.
   std::vector<StrokeSensitivity> paths_at(
       const Design& design, const VectorXd& z,
       const std::function<StrokeSensitivity(const StrokeRequest&)>& evaluate) const;

@@ -82,8 +82,8 @@ class Posing {
                ? std::optional(free_[static_cast<std::size_t>(j)])
                : std::nullopt;
   }
-  /// From now on a design is enough that is better than all before and whose objective is beyond
-  /// 30 times its scale, or below a thirtieth of it: `outgrown` then.
+  /// From now on, sets outgrown() at a design that is better than all before and whose objective is
+  /// beyond 30 times its scale, or below a thirtieth of it; such a design then is enough.
   void watch_scale() { watches_ = true; }
   bool outgrown() const { return outgrown_; }
 

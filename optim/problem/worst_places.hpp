@@ -35,11 +35,12 @@ struct WorstPlaces {
   int looks = 0;
 };
 
-/// From the starts and the corners that the rates there point to (of a box of up to four sides all
-/// corners); where the best of these is no local maximum, SLSQP from there, from its end with
-/// single sides at their bounds if that is worse, and Newton steps where it ends inside. Local: no
-/// promise of the global one. `kinds`: of each number; those of one kind are compared with the
-/// largest of them, where it is said that a slope is none.
+/// Searches the worst places from the starts and from the corners to which the derivatives there
+/// point (of a box of up to four sides, all corners). Where the best of these is no local maximum:
+/// SLSQP from there, from its end with single sides at their bounds if that is worse, and Newton
+/// steps where it ends inside. The maxima are local; the global one is not guaranteed. `kinds`: of
+/// each number; numbers of one kind are compared with the largest of them to decide whether a slope
+/// counts as zero.
 WorstPlaces worst_places(const BoxSearch& search, const std::vector<std::size_t>& kinds,
                          const LookInBox& look);
 

@@ -119,7 +119,7 @@ class Optimisation {
   /// The answer moves to the optimum of full accuracy.
   std::optional<VerificationLoop> correct(const VerifySpec& rules, const Start& start,
                                           Chosen& answer);
-  /// From the best end on.
+  /// Completes the answer from the best end.
   void finish(Start& start, Chosen answer);
   void tell_gradients();
   void close_log();

@@ -175,8 +175,8 @@ struct Optimum {
   std::vector<FoundOptimum> optima;          ///< of a global search: different ends, best first
   std::optional<StockSearch> stock;
   std::optional<ParetoFront> pareto;
-  /// At the optimum, by the model that objective and constraints are of: the job's own, or that at
-  /// full accuracy.
+  /// Response at the optimum, by the model that gives objective and constraints: the job's own, or
+  /// that at full accuracy.
   StrokeResponse response;            ///< of several load cases that of the first
   std::vector<StrokeResponse> cases;  ///< of all of them, where there are several
   std::optional<Verification> verified;

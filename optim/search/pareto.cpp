@@ -44,7 +44,7 @@ ParetoPoint report_of(const DesignProblem& problem, const Place& place) {
   return p;
 }
 
-/// From the objective's optimum to the second objective's own.
+/// The front from the objective's optimum to that of the second objective.
 class Front {
  public:
   Front(const Campaign& campaign, const EvaluationBook& known, const SearchResult& optimum)

@@ -91,7 +91,7 @@ class Run {
     return entry_.info.constraining == Constraining::augmented && trials_.problem().constraints > 0;
   }
   bool marks_failures() const { return entry_.id == nlopt::LN_COBYLA; }
-  /// Beyond the move limit: SLSQP halves a step to a point of infinite f.
+  /// Whether x is beyond the move limit: SLSQP halves a step to a point of infinite f.
   bool is_too_far(const VectorXd& x) const {
     return entry_.id == nlopt::LD_SLSQP && trials_.is_far(x);
   }

@@ -58,9 +58,10 @@ class Box {
   /// The one that a quantity names, or every.
   std::vector<std::size_t> cases_of(const Constraint& quantity) const;
   Paths evaluate(const VectorXd& z, const std::vector<std::size_t>& cases);
-  /// At errors z, −1 … 1, of the box times a scale.
+  /// Reading at the errors z, each −1 … 1, of the box times `scale`.
   Reading read(const VectorXd& z, double scale, const Read& of);
-  /// Along z, by central differences; nothing where these meet what has no value.
+  /// Derivatives of the reading along z, by central differences; nothing where one of these has no
+  /// value.
   std::optional<VectorXd> gradient(const VectorXd& z, const Reading& here, double scale,
                                    const Read& of);
   /// The largest value that is found, from the gradients' corner and the starts; with `corner`, of
