@@ -62,7 +62,8 @@ _flexopt() {
   [[ ${COMP_WORDS[at]} == = && $at -gt 1 ]] && at=$((at - 1))
 )~";
 
-/// For text between single quotes of zsh: the first line, without what _arguments reads otherwise.
+/// First line of a help text for use between single quotes in zsh, without characters that
+/// _arguments reads otherwise.
 std::string zsh_help(const std::string& help) {
   std::string text;
   for (const char c : help.substr(0, help.find('\n'))) {

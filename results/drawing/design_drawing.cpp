@@ -14,7 +14,7 @@ namespace {
 constexpr double plan_width = 520, plan_height = 500, largest_slanting = 290, between_views = 36,
                  narrowest = 620, row = 17;  // px
 
-/// So that the plan views fit side by side and below each other.
+/// Scale at which the plan views fit side by side and below each other.
 double scale_of(const PlacedDesign& design, const MeasuredDesign& measured) {
   Point2 room = room_of(design, plan_views()[0]);
   for (const MeasuredView& one : measured.views) {

@@ -42,7 +42,7 @@ std::vector<Point2> flat_hull(std::vector<Point2> points) {
   return hull;
 }
 
-/// There and back along a leaf, between two of its long borders.
+/// Outline there and back along a leaf, between two of its long borders.
 template <class One, class Other>
 std::vector<Point2> between(const LeafSurface& surface, const One& one, const Other& other) {
   std::vector<Point2> area;

@@ -117,7 +117,7 @@ void add_measures(const PlacedDesign& design, const MeasuredView& view, const Pr
   }
 }
 
-/// From the upper right in front, so that no leaf is seen on edge.
+/// View direction from the upper right in front, chosen so that no leaf is seen on edge.
 Vector3d slant(const Mechanism& mechanism) {
   Vector3d best = Vector3d::Zero();
   double most = -1;

@@ -50,7 +50,7 @@ std::string list_of_strokes(const Exported& of) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// Within the strokes of the job, rest included.
+/// Checks that a stroke is within the strokes of the job, rest included.
 void check_in_path(const Exported& of, std::size_t k, double value, const std::string& text) {
   double low = 0, high = 0;
   for (const VectorXd& strokes : of.path()) {

@@ -45,7 +45,7 @@ struct Exported {
   std::string stroke_text(const VectorXd& at) const;
 };
 
-/// No equilibrium was found where one is to be exported: no fault of the input.
+/// Thrown where no equilibrium was found that is to be exported: no fault of the input.
 class NoEquilibrium : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };

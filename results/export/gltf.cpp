@@ -145,7 +145,7 @@ class Writer3d {
     return made;
   }
 
-  /// Two chunks: the document filled up with spaces, the buffer with zeros.
+  /// Binary file of two chunks: the document filled up with spaces, the buffer with zeros.
   static std::string packed(std::string json, std::string bytes) {
     json.resize((json.size() + 3) / 4 * 4, ' ');
     bytes.resize((bytes.size() + 3) / 4 * 4, '\0');

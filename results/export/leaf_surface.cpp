@@ -137,7 +137,7 @@ class SurfaceBuilder {
     surface_.half.push_back(radius * along.cross(side));
   }
 
-  /// With the points along first.
+  /// The finished surface; points along run first.
   LeafSurface surface() && {
     surface_.along = static_cast<int>(surface_.places.size());
     surface_.across = middle_.empty() ? 1 : static_cast<int>(middle_.front().size());

@@ -37,7 +37,8 @@ Station station(const LeafSpring& leaf, double s) {
           leaf.thickness * profile_at(leaf.thickness_profile, s)};
 }
 
-/// Two for each element and one more; those of a fold lean towards its mitre.
+/// Stations along a leaf, two for each element and one more; those of a fold lean towards its
+/// mitre.
 std::vector<Station> stations(const LeafSpring& leaf, const SolidMeshSize& size) {
   std::vector<Station> all;
   const double fold = leaf.fold ? leaf.fold->place : 1;

@@ -18,7 +18,7 @@ struct TriangleMesh {
   double volume() const;
 };
 
-/// Both faces and all rims of a leaf. A wire has as many sides as `around`, and the area of the
+/// Closed mesh of both faces and all rims of a leaf. A wire has `around` sides, and the area of the
 /// circle. The number and the order of points and triangles follow from the size of the grid alone.
 TriangleMesh closed_leaf(const LeafSurface& surface, int around = 32);
 

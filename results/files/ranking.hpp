@@ -20,7 +20,7 @@ OrderedJson make_listed_result(const Job& job, const std::vector<OrderedJson>& r
 /// A row a design, in the order of the ranking.
 std::string ranking_csv(const OrderedJson& result);
 
-/// For stdout: a line a design.
+/// Summary for stdout, one line for each design.
 std::string listed_summary(const OrderedJson& result);
 
 }  // namespace flexopt

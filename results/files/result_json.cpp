@@ -130,7 +130,7 @@ const StrokeErrors* errors_of_case(const RunRecord& record, std::size_t k) {
   return k < record.errors.size() ? &record.errors[k] : nullptr;
 }
 
-/// Each load case with the keys that a result of one has.
+/// Results of all load cases, each with the keys of the result of a single one.
 Json cases_json(const RunRecord& record) {
   Json cases = Json::object();
   const auto responses = responses_of(record);

@@ -10,7 +10,7 @@ inline constexpr int result_format = 1;  ///< "format" of result.json
 
 std::string version();  ///< of the project: "0.1.0"
 std::string commit();   ///< that was built, with "-dirty-…" if files were changed; or "unknown"
-/// Both: logs of another build are refused.
+/// Version and commit of the build. Logs of another build are refused.
 std::string build_id();
 
 }  // namespace flexopt

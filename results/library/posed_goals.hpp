@@ -14,7 +14,7 @@
 
 namespace flexopt {
 
-/// No values at a design: an optimiser does best to try one that is nearer.
+/// Thrown where a design has no values; an optimiser should try a design that is nearer.
 struct NotConverged : std::runtime_error {
   NotConverged(const std::string& message, std::optional<double> stroke)
       : std::runtime_error(message), reached(stroke) {}

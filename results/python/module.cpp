@@ -36,7 +36,7 @@ JobKind kind_of(const std::string& name) {
   throw SpecError("/job", name, "expected \"evaluate\", \"optimise\" or \"compare\"");
 }
 
-/// As Python has it: an exception of flexopt._errors with these arguments.
+/// Raises a Python exception of flexopt._errors with these arguments.
 void raise(const char* type, const py::args& arguments) {
   const py::object error = py::module_::import("flexopt._errors").attr(type);
   PyErr_SetObject(error.ptr(), error(*arguments).ptr());

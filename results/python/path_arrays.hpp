@@ -62,7 +62,7 @@ class PathArrays {
     std::size_t width = 1;
     std::size_t count_missing() const;
   };
-  /// With the mask of the points that have no equilibrium.
+  /// The numbers with the mask of the points that have no equilibrium.
   Masked where_converged(pybind11::array numbers, pybind11::handle owner);
   Block& block(const std::string& key, std::size_t width, const auto& fill);
   Masked arrays(pybind11::handle owner, const Block& block, bool as_rows) const;

@@ -19,7 +19,7 @@ std::size_t columns(std::FILE* stream) {
   return 80;
 }
 
-/// No more than this many letters of UTF-8: a longer line would wrap and stay.
+/// The text, cut to this many characters of UTF-8: a longer line would wrap and stay.
 std::string_view clipped(std::string_view text, std::size_t letters) {
   std::size_t end = 0;
   for (; end < text.size(); ++end) {

@@ -168,7 +168,7 @@ void draw_maps(const ParameterValues& parameters, int threads, RunListener& list
   }
 }
 
-/// At designs beside the one with these parameters: tolerances, errors of assembly, maps.
+/// Evaluates designs beside the one with these parameters: tolerances, assembly errors, maps.
 void look_around(const ParameterValues& parameters, const ModelOptions& model,
                  const std::filesystem::path& folder, int threads, RunListener& listener,
                  Sharing* sharing, RunRecord& record) {

@@ -1,5 +1,5 @@
 #pragma once
-// From a checked job to the record of its run.
+// Runs a checked job and returns the record of its run.
 #include <filesystem>
 
 #include "optim/numerics/sharing.hpp"

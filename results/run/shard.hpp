@@ -20,7 +20,7 @@ void check_shardable(const Job& job);
 /// relative to.
 void begin_shard(const std::filesystem::path& folder, const std::filesystem::path& job_folder,
                  const Shard& shard);
-/// After `begin_shard`.
+/// Ends a shard that `begin_shard` began.
 void end_shard(const std::filesystem::path& folder, const Sharing& sharing);
 
 /// What was found in the folders of shards.
