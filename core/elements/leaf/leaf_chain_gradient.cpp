@@ -170,7 +170,7 @@ LeafChainGradient::LeafChainGradient(const LeafChainLinear& linear, Segments seg
   force_ = force;
 }
 
-// First row of the increments of what holds an edge of a segment: a body, or a line between.
+// First row of the increments of what holds an edge of segment i: a body, or an inner line.
 int LeafChainGradient::body_row(int i, int edge) const {
   const int line = i + edge;
   if (line == 0) return rows_.body(0);

@@ -29,8 +29,8 @@ struct LeafVariation {
     Matrix3<S> rotation = Matrix3<S>::Zero();  ///< of the body's rotation seen in leaf axes
     Vector3d arm = Vector3d::Zero();           ///< from reference point to edge, undeflected
   };
-  /// Where the edge is grounded zero, but for the edges of an arc. Rotation and arm are those of
-  /// the edge's axes.
+  /// Motion of each edge with its body: zero where the edge is grounded, except for the edges of an
+  /// arc. Rotation and arm refer to the axes of the edge.
   std::array<Edge, 2> edge;
 };
 

@@ -67,7 +67,7 @@ struct LeafReport {
   std::string model;   ///< "tube", "linear_craig_bampton", "full"
   std::string reason;  ///< why not the default; empty otherwise
   double check = 0;    ///< relative correction of the condensed full leaf; 0 if not made
-  /// Where the coefficients of a tube come from: "built" or "atlas"; of other models empty.
+  /// Source of the coefficients of a tube: "built" or "atlas"; empty for other models.
   std::string source = {};
   int degree = 0;  ///< of the potential of a tube; of other models 0
   /// Evaluated at full accuracy, or its frequencies, because its own model was not believed.

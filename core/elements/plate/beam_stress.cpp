@@ -192,7 +192,7 @@ class SectionStress {
   }
 
  private:
-  // equal values but for rounding: the first one is kept
+  // Values that are equal up to rounding; the first one is kept.
   static void keep(Place& best, const Place& p) {
     if (p.value > best.value * (1 + 1e-9)) best = p;
   }

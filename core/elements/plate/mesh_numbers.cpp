@@ -151,7 +151,7 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
   const auto graded = [n](const S& from, const S& length, const S& g) {
     std::vector<S> lines(n + 1, from);
     lines[n] += length;
-    for (int i = 1; 2 * i <= n; ++i) {  // the same from both ends, to rounding
+    for (int i = 1; 2 * i <= n; ++i) {  // symmetric: equal from both ends, to rounding
       const S place = length * graded_place(S(static_cast<double>(i) / n), g);
       lines[i] += place;
       if (2 * i < n) lines[n - i] = lines[n] - place;

@@ -1,7 +1,7 @@
 #pragma once
-// What the two legs of a folded leaf share at a node of the fold line: equation (E8) of
-// core/elements/README.md. The second leg's derivatives of r are polynomials of the first one's and
-// of four numbers of its own.
+// Relation of the two legs of a folded leaf at a node of the fold line: equation (E8) of
+// core/elements/README.md. The second leg's derivatives of r are polynomials of the first leg's
+// derivatives and of four unknowns of its own.
 #include <array>
 #include <cmath>
 
@@ -28,8 +28,8 @@ struct FoldNode {
     (k < 9 ? (*vectors[k / 3])[k % 3] : *own_numbers[k - 9]) = S(1);
     return node;
   }
-  /// Node j of the block `x` of a fold line: the nodal values of the first leg, component by
-  /// component, then the second one's own numbers. An increment.
+  /// Node j, as an increment, of the block `x` of a fold line: the nodal values of the first leg,
+  /// component by component, then the four unknowns of the second leg.
   template <class Column>
   static FoldNode of(const Column& x, int functions, int j) {
     FoldNode node;
@@ -118,8 +118,8 @@ class FoldMap {
   static Vector3<S> cross(const Vector3<S>& a, const Vector3<S>& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   }
-  /// 1/|r,y| to the order of the strain of the line, and its derivatives: the first one along y,
-  /// and the second one along both, whatever the state is.
+  /// 1/|r,y| to the order of the line's strain, and its derivatives along y and along y and z; the
+  /// second derivative does not depend on the state.
   static S factor(const Node& u) { return 1.5 - 0.5 * u.across.dot(u.across); }
   static S factor(const Node& u, const Node& y) { return -u.across.dot(y.across); }
 

@@ -11,7 +11,7 @@
 
 namespace flexopt {
 
-/// Where a leaf is, as PlateLeaf has it.
+/// State of a leaf, as PlateLeaf stores it.
 template <class S>
 struct PlateGradientState {
   std::array<Matrix3<S>, 2> axes;  ///< of the edges

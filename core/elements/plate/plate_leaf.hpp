@@ -36,7 +36,7 @@ class PlateLeaf {
   const std::shared_ptr<const PlateMesh>& shared_mesh() const { return mesh_; }
   const PlateSupport& support() const { return support_; }
   int unknowns() const { return K_.size(); }
-  /// First unknown of a line; the lines of a fold have the same.
+  /// First unknown of a line; both lines of a fold have the same.
   int block_offset(int line) const { return K_.offset[block(line)]; }
   /// Whether the line is where the second leg of a folded leaf begins.
   bool is_second_of_fold(int line) const { return line > 0 && line - 1 == mesh_->fold_line(); }
@@ -93,7 +93,7 @@ class PlateLeaf {
   double energy() const { return energy_; }
   double correction() const { return std::sqrt(interior_.correction()); }
   int negative_pivots() const { return interior_.negative_pivots(); }
-  /// Largest membrane strain |e11|, |e22| met at the last assembly.
+  /// Largest membrane strain |e11|, |e22| in the latest assembly.
   double strain() const { return strain_; }
 
   /// Condensed force and tangent at the edges (12), to first order in the internal residual.

@@ -16,7 +16,7 @@ struct LeafScale;
 struct SurfaceStress {
   double positive = 0, negative = 0;
 };
-/// Where the leaf is as thick as at the place `along` in [0, 1].
+/// Surface stress where the leaf has the thickness of the place `along` in [0, 1].
 SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus,
                              double along = 0);
 

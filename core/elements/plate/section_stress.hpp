@@ -7,7 +7,7 @@
 
 namespace flexopt {
 
-/// Where a plate or a beam of this shape is read.
+/// Places where the section stresses of a plate or a beam of this shape are read.
 std::vector<StressPlace> section_places(const PlateShape& shape);
 
 /// A SectionStress in each column, of a plate's strains:
