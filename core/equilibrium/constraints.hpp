@@ -25,9 +25,9 @@ class Constraints {
   /// Ψ and Ψ_q at these poses. After it the results below hold.
   void evaluate(const std::vector<BodyPose>& poses);
   const VectorXd& value() const { return value_; }
-  /// One row of Ψ_q: what differs from zero, of two bodies.
+  /// One row of Ψ_q: its nonzero entries, for two bodies.
   struct Row {
-    std::array<int, 2> body;  ///< or ground
+    std::array<int, 2> body;  ///< index of a body, or ground
     Vector12d gradient;       ///< by (displacement, spin) of the one, then of the other
   };
   const std::vector<Row>& rows() const { return rows_; }

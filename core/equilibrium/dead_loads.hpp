@@ -19,7 +19,7 @@ struct BodyLoad {
   std::optional<Vector3d> acceleration = {};
 };
 
-/// All loads of a case that act, at these factors.
+/// All acting dead loads of a case, at these factors.
 std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
                                    const Mechanism& mechanism);
 

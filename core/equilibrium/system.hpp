@@ -96,7 +96,7 @@ class System {
     std::optional<int> coordinate;  ///< of the bodies
     std::optional<int> condition;   ///< row of constraints()
   };
-  /// One for each drive of the mechanism.
+  /// How each drive of the mechanism enters the equations.
   const std::vector<DriveRow>& drives() const { return drives_; }
   /// Coordinates of bodies that drives hold.
   std::vector<int> driven_coordinates() const;
@@ -136,7 +136,7 @@ class System {
 
   /// Longest leaf: the length that displacements are compared with [m].
   double length() const { return length_; }
-  /// Where the equations are solved sparse: what is kept of their patterns. Else null.
+  /// What is kept of the patterns where the equations are solved sparse; else null.
   const std::shared_ptr<SparseAnalyses>& analyses() const { return analyses_; }
 
  private:

@@ -36,8 +36,8 @@ class TangentFactor {
 /// The system must be one that is solved sparse.
 std::optional<int> negative_pivots_sparse(const System& system, bool drives_held);
 
-/// Which of these coordinates nothing moves that the conditions leave free; each in its own unit.
-/// The system must be one that is solved sparse.
+/// Which of these coordinates do not move in any motion that the conditions allow; each in its own
+/// unit. The system must be one that is solved sparse.
 std::vector<bool> still_coordinates(const System& system, bool drives_held,
                                     const std::vector<int>& coordinates);
 
