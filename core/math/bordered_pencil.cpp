@@ -15,8 +15,8 @@ namespace flexopt {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-// Relative to a value: next to another one; of the residual of a pair; beyond the last one, where
-// the others are counted.
+// Tolerances relative to an eigenvalue: distance of values that count as neighbours; largest
+// residual of a pair; distance beyond the last value at which the others are counted.
 constexpr double next_to = 1e-3, largest_residual = 1e-12, beyond = 1e-7;
 
 // How many of these are the first `count` and those next to the last of them.
@@ -56,7 +56,7 @@ class Iteration {
     return factor_.negative() + static_cast<int>((modes_.array() < sigma).count());
   }
 
-  // Where an iteration begins: whole clusters of pairs of the border and these modes.
+  // Pairs from which an iteration begins: whole clusters of the border with these modes.
   std::vector<Pair> begin(const EigenPairs& pairs, const std::vector<Eigen::Index>& modes,
                           int wanted) const;
   // Makes a pair exact to rounding.
@@ -211,7 +211,7 @@ std::vector<Eigen::Index> low_modes(const VectorXd& modes, int wanted) {
   return order;
 }
 
-// All pairs of the border and these modes.
+// All pairs of the border with these modes.
 EigenPairs pairs_with(const BorderedPencil& pencil, const std::vector<Eigen::Index>& modes) {
   const BorderedPencil low{pencil.K, pencil.M, pencil.modes(modes), pencil.C(Eigen::all, modes)};
   return lowest_dense_pairs(low.dense_stiffness(), low.dense_mass(), low.size());

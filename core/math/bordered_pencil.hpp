@@ -30,10 +30,9 @@ struct BorderedPencil {
 /// below zero and the d below σ: (S29) of core/response/README.md.
 int eigenvalues_below(const BorderedPencil& pencil, double sigma);
 
-/// The lowest `count` pairs to rounding. Pairs of the pencil with its lowest modes alone lead to
-/// Rayleigh quotient iterations, each a solve with S; that eigenvalues_below() the last one found
-/// there are no others shows that none is missing. Where that does not come out, a whole
-/// decomposition takes their place.
+/// The lowest `count` pairs to rounding. Pairs of the pencil with its lowest modes alone are the
+/// starts of Rayleigh quotient iterations, each a solve with S. A count of eigenvalues_below() the
+/// last pair shows that none is missing. Where that fails, a whole decomposition is made instead.
 EigenPairs lowest_pairs(const BorderedPencil& pencil, int count);
 
 /// The lowest pairs with the border free and with some of its coordinates held: the wanted number

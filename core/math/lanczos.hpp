@@ -55,7 +55,7 @@ class BlockKrylov {
   /// `most`: columns of V at the end.
   BlockKrylov(const MatrixXd& start, int most, LinearMap solve, LinearMap mass);
 
-  /// One block more; false where the space is invariant or full.
+  /// Adds a block; false where the space is invariant or full.
   bool extend();
   /// The next block where the space is invariant: these columns beside it.
   void go_on(const MatrixXd& columns);

@@ -6,7 +6,7 @@
 
 namespace flexopt {
 
-/// One entry of a sparse matrix; entries of the same place add up.
+/// An entry of a sparse matrix; entries at the same place are added.
 struct SparseEntry {
   int row = 0, column = 0;
   double value = 0;

@@ -51,8 +51,8 @@ class LimitedWork {
   LimitedWork* outer_;
 };
 
-/// One Newton iteration more. Throws WorkLimitReached where the limits of this thread are used up;
-/// without limits it does nothing.
+/// Counts one Newton iteration. Throws WorkLimitReached where the limits of this thread are used
+/// up; without limits, it only counts.
 void count_iteration();
 
 /// Looks at the clock alone, in long work that is no Newton iteration. Throws WorkLimitReached.
