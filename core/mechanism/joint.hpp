@@ -51,8 +51,8 @@ JointConditions conditions(const Joint& joint, const JointBody& body, const Join
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
                     const Eigen::Ref<const VectorXd>& multipliers);
 
-/// All that the conditions of a joint depend on, or how it moves; of a joint that moves only place
-/// and axis count.
+/// State on which the conditions of a joint depend, or the derivative of that state. Of a joint
+/// that moves, only place and axis count.
 template <class S>
 struct JointState {
   Joint joint;

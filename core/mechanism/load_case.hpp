@@ -51,8 +51,8 @@ struct LoadCase {
   std::vector<double> body_expansion = {};
   /// Gravity on bodies and leaves [m/s²]; applied with the constant loads.
   Vector3d gravity = Vector3d::Zero();
-  /// Where there are any, nothing is driven: the points of the path are the factors of these loads,
-  /// which come to the constant ones.
+  /// Growing loads, which add to the constant ones. If there are any, nothing is driven: the points
+  /// of the path are the factors of these loads.
   std::vector<DeadLoad> growing;
 
   bool driven() const { return growing.empty(); }
@@ -69,7 +69,7 @@ struct LoadFactors {
   bool operator==(const LoadFactors&) const = default;
 };
 
-/// Where an edge (0 base, 1 tip) goes when the body that holds it has grown [m].
+/// Displacement of an edge (0 base, 1 tip) when the body that holds it has grown by heat [m].
 Vector3d growth_move(const Mechanism& warm, int leaf, int end);
 
 /// The mechanism whose leaves and clamps have the growth of these temperatures: what the evaluation

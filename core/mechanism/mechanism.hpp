@@ -33,7 +33,7 @@ struct MaterialT {
       thermal_expansion;  ///< linear coefficient, the same at all temperatures [1/K]
   /// Rp0.2, Rm, and the amplitude that is endured at mean zero, of the surface as made [Pa].
   std::optional<double> yield_strength, ultimate_strength, endurance_limit;
-  std::optional<SnCurve> s_n_curve;  ///< likewise of the surface as made
+  std::optional<SnCurve> s_n_curve;  ///< S-N curve of the surface as made
 
   Scalar shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }
 };
@@ -90,9 +90,9 @@ struct LeafSpringT {
   MaterialT<Scalar> material;
   Section section = Section::rectangular;
   std::optional<LeafPointT<Scalar>> point;
-  /// Stress-free length, width and thickness over those above, of a leaf that is warmer than the
-  /// bodies. Bodies hold its edges where they are and as wide as they are without it, or as they
-  /// grow themselves.
+  /// Stress-free length, width and thickness over the nominal ones, for a leaf that is warmer than
+  /// the bodies. Bodies hold its edges at the nominal places and widths, or at those of grown
+  /// bodies.
   double growth = 1;
   /// Stress-free sizes over nominal sizes of the bodies that hold the base and the tip, which may
   /// be warm too.

@@ -30,7 +30,7 @@ template <class S>
 SpringForcesOf<S> spring_forces(const Spring& spring, const JointBodyOf<S>& body,
                                 const JointBodyOf<S>& other);
 
-/// All that the forces of a spring depend on, or how it moves.
+/// State on which the forces of a spring depend, or the derivative of that state.
 template <class S>
 struct SpringState {
   const Spring* spring;
