@@ -8,8 +8,8 @@
 
 namespace flexopt {
 
-/// Where the atlas of a mesh is kept: the file that FLEXOPT_ATLAS names, else tubes-12x5.atlas (of
-/// that mesh) in the user's cache, $XDG_CACHE_HOME/flexopt or ~/.cache/flexopt.
+/// File of the atlas for a mesh: the one that FLEXOPT_ATLAS names, else tubes-12x5.atlas (for that
+/// mesh) in the user's cache, $XDG_CACHE_HOME/flexopt or ~/.cache/flexopt.
 std::filesystem::path default_atlas_file(const std::array<int, 2>& mesh);
 
 /// Why `file` cannot be written; empty if it can. Makes its folder, and removes drafts of it that

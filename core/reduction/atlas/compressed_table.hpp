@@ -65,8 +65,8 @@ struct CompressedTable {
   const std::uint16_t* places = nullptr;   ///< of each number among all, ascending
   const std::int8_t* exponents = nullptr;  ///< (2 p, 2 q) of each number
   const float* sizes = nullptr;            ///< s of each number
-  /// numbers × directions: `block` numbers after the other, of each block direction by direction,
-  /// as it is read; the last one is filled up with zeros.
+  /// numbers × directions, in blocks of `block` numbers; each block is stored direction by
+  /// direction, in the order of reading, and the last one is filled up with zeros.
   const std::int16_t* basis = nullptr;
   ShapeCoordinates coordinates;
 

@@ -10,7 +10,7 @@ namespace flexopt {
 
 /// Runs work(0) … work(count − 1), in any order, and returns when all are done.
 using WorkLoop = std::function<void(int count, const std::function<void(int)>& work)>;
-/// One after the other.
+/// Work loop that runs one unit after the other.
 void run_in_order(int count, const std::function<void(int)>& work);
 
 struct AtlasOptions {

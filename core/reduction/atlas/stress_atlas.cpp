@@ -19,8 +19,7 @@ constexpr Eigen::Index even_columns = StateTable::even_of_stress,
 
 constexpr double least_bending = 0.015;  // [rad], of a state near the flat leaf
 
-// One for each monomial, the even ones first: how large it is where states lie as far from a bent
-// state as they usually do.
+// Size of each monomial, the even ones first, where states lie as far from a bent state as usual.
 VectorXd monomial_sizes(double sigma) {
   const double along = 0.3 * std::max(sigma, least_bending) + 0.01;
   const std::array<double, 5> far{0.02 + 0.1 * sigma, 0.01, 4, 2, 2};  // τ, φ, N, M1, M2

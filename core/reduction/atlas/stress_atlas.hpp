@@ -72,9 +72,9 @@ class StressAtlasMaker {
 
   /// Adds the tables of shape k of the grid on the present ray; each k once, from any thread.
   void put(int k, const std::vector<StateTable>& nodes);
-  /// All shapes of the ray are there.
+  /// Call when all shapes of a ray have been added.
   void end_ray();
-  /// All rays are.
+  /// Call when all rays have ended.
   std::shared_ptr<const StressAtlas> finish();
 
  private:

@@ -81,11 +81,11 @@ struct AtlasCheck {
 /// Read-only; shared by threads.
 class TubeAtlas {
  public:
-  /// Where the numbers are. `exponents`: two half-integers, doubled, for each ray and term: (p, q)
-  /// of (A1). `values`: of each Poisson's ratio and ray a matrix of `stride` × shapes, rows the
-  /// terms below the highest degree, padded; shapes with ascending width, then ascending thickness.
-  /// `highest`: the same of the terms of the highest degree, over `units`, one for each ray and
-  /// term.
+  /// Numbers of the atlas in memory. `exponents`: two half-integers, doubled, for each ray and
+  /// term: (p, q) of (A1). `values`: for each Poisson's ratio and ray a matrix of `stride` ×
+  /// shapes, rows the terms below the highest degree, padded; shapes with ascending width, then
+  /// ascending thickness. `highest`: the terms of the highest degree in the same layout, over
+  /// `units`, one for each ray and term.
   struct Numbers {
     const std::int8_t* exponents = nullptr;
     const float* values = nullptr;
@@ -129,8 +129,8 @@ class TubeAtlas {
     Eigen::Matrix2d directions;  ///< D; its first column is the ray
     std::vector<TubeNode> nodes;
   };
-  /// Where there is no gap(). `ray`: as of TubeRange, ray[0] ≥ 0; within 1e-3 of a ray of the atlas
-  /// that one. `nodes`: so many of the first bent states; 0: all.
+  /// Looks up a leaf for which gap() is empty. `ray`: as in TubeRange, ray[0] ≥ 0; within 1e-3 of a
+  /// ray of the atlas, that ray is used. `nodes`: number of bent states from the first on; 0: all.
   Tube look_up(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
 
   /// Tables of stress about the same bent states, which see the leaf as view() says. Needs

@@ -127,8 +127,8 @@ namespace {
 // (turns about the base 3, per x 6, per load P).
 constexpr int motions = 9 + P;
 struct Motions {
-  MatrixXd nodal;  ///< of all 28 monomials
-  MatrixXd stiff;  ///< of the stiff deformations, likewise; rows (u, θ1z, θ2z)
+  MatrixXd nodal;  ///< motions of the nodes for all 28 monomials
+  MatrixXd stiff;  ///< stiff deformations (u, θ1z, θ2z) in rows, for all 28 monomials
 };
 
 MatrixXd turned(const PlateMesh& mesh, const VectorXd& r, int axis) {

@@ -59,7 +59,7 @@ class ChordLeaf {
   Vector3d s_ = Vector3d::Zero(), c_ = Vector3d::Zero(), f_ = Vector3d::Zero();
 };
 
-/// One expansion.
+/// Expansion about one bent state.
 struct TubeExpansion {
   double sigma = 0;
   std::vector<double> W;  ///< Taylor coefficients to degree 2 order + 1

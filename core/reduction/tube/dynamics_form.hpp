@@ -11,7 +11,8 @@ class DynamicsForm {
   static constexpr int R = TubeDynamics::rates, P = TubeDynamics::amplitudes;
   using Rates = Eigen::Matrix<double, R, 1>;  ///< those of TubeDynamics::Answer::mass
 
-  /// Where `tables` hold: TubeDynamics::Answer::reason is empty. `rates`: of these tables.
+  /// Form at a place where `tables` are valid, that is, TubeDynamics::Answer::reason is empty.
+  /// `rates`: derivatives of these tables.
   DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place& place,
                const DynamicsRates& rates);
 

@@ -48,8 +48,8 @@ void elevate(Bernstein& beta, int from, int to) {
   }
 }
 
-/// Where the Taylor coefficients of an interval stand among those of its nodes, as they are asked
-/// for: of σ^j τ^a N^b y^e for all j.
+/// Places of the Taylor coefficients of an interval among those of its nodes, in the order in which
+/// they are read: of σ^j τ^a N^b y^e for all j.
 struct TaylorPlaces {
   struct Run {
     int count;      ///< of j

@@ -1,5 +1,5 @@
 #pragma once
-// What was made at the last places of the leaves of a model, for leaves that stand in the same:
+// Results kept for the latest places of the leaves of a model. Leaves in the same state reuse them:
 // equal leaves of a symmetric mechanism.
 #include <memory>
 #include <utility>

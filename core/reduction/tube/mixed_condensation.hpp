@@ -39,7 +39,7 @@ MixedEnergy condense(const TubePotential& potential, const Vector6d& e, MixedSta
 /// iterations.) Does nothing before the first condense().
 void follow(MixedState& state, const Vector6d& de);
 
-/// Where a search for stationary forces ended.
+/// Result of a search for stationary forces.
 struct Relaxation {
   bool converged = false;
   int steps = 0;

@@ -16,7 +16,7 @@ namespace flexopt {
 /// thirty times the mass of its leaves, by 0.8 % where it carries as much as they weigh.
 inline constexpr double largest_dynamics_change = 0.06;
 
-/// All tables about one bent state.
+/// Tables about one bent state.
 struct DynamicsNode {
   StateTable table;
   MatrixXd stations;  ///< entries of the stations' motion × (1, σ); empty where not wanted

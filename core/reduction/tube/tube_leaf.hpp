@@ -36,7 +36,7 @@ struct KnownTube {
   /// wanted. None: of the leaf.
   std::function<std::vector<DynamicsNode>(double sigma, StationsWanted)> dynamics;
   TubeView view;  ///< of the tables
-  /// Tables of stress, likewise.
+  /// Tables of stress about the bent states that reach a sigma, made when first wanted.
   std::function<std::vector<StateTable>(double sigma)> stress;
   /// P of (A6) where these are over patterns; else null.
   std::shared_ptr<const StrainPatterns> stress_patterns = nullptr;
@@ -128,7 +128,7 @@ class TubeModel {
   PlatePool& pool();
   /// Leaves that were condensed, for others in the same deformation.
   EqualStates& equal_states() { return equal_states_; }
-  /// What its tables said at the last places where they were asked.
+  /// Answers of the tables at the latest places where they were asked.
   struct KeptAnswers {
     KeptPlaces<TubeStress::Answer> strains;
     KeptPlaces<StressPeak> peaks;  ///< over Young's modulus; without position and leaf
@@ -161,7 +161,7 @@ class TubeModel {
   std::function<DynamicsRates(double)> dynamics_rates_;
   DynamicsRates known_dynamics_rates_;  ///< of the present tables; empty before they are wanted
   std::function<StressRateSource()> stress_rates_;
-  StressRateSource known_stress_rates_;  ///< likewise
+  StressRateSource known_stress_rates_;  ///< derivatives of the present tables of stress
   std::function<std::vector<DynamicsNode>(double, StationsWanted)> known_dynamics_;
   TubeView view_;
   bool successor_ = false;  ///< of other forces or another degree: it has no tables
@@ -215,7 +215,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   struct DegreeChanges {
     double own = 0;   ///< the leaf's forces, by the nominal stress that they cause
     double held = 0;  ///< stiffness of the mechanism, drives held: (R5)
-    double free = 0;  ///< the same with the drives free
+    double free = 0;  ///< stiffness of the mechanism, drives free
     double load = 0;  ///< drive loads, the largest
   };
   /// Changes by the highest degree for a leaf within a mechanism; after evaluate().
@@ -239,7 +239,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// State and response of the latest evaluate().
   const MixedState& mixed() const { return state_.mixed; }
   const ReducedResponse& response() const { return response_; }
-  /// Where the state lies in the tube, and as the tables of the dynamics see it.
+  /// Place of the state in the tube, and that place as the tables of the dynamics see it.
   TubeDynamics::Place place() const;
   TubeDynamics::Place place_in_tables() const;
   /// Rates of TubeDynamics::Answer::mass, except those of the amplitudes, by scaled increments of
@@ -292,7 +292,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// Strains from the tables of stress. Null without tables, and where they do not hold;
   /// rebuilt_because_ then says why.
   const StrainField* tabulated_strains();
-  /// Where a peak that they have lies.
+  /// Position of a stress peak from the tabulated strains.
   Vector3d tabulated_point(double along, double across);
   LeafShape tabulated_shape(const StrainField& strains);
   /// What the tables of the dynamics say at this state. Null without tables, and where they do not

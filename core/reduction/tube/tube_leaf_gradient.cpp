@@ -16,8 +16,8 @@ namespace {
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-// Where the variables of the potential, (θ1y, θ2y, φx, N, M1, M2), and the deformations that the
-// forces do work on stand in (e, f).
+// Indices in (e, f) of the variables of the potential, (θ1y, θ2y, φx, N, M1, M2), and of the
+// deformations on which the forces do work.
 constexpr std::array<int, 6> of_potential{theta1y, theta2y, twist, 6, 7, 8};
 constexpr std::array<int, 3> stretched{elongation, theta1z, theta2z};
 
@@ -319,7 +319,7 @@ class TubeFields final : public LeafFields {
   TubeDynamics::Place place_;
   MatrixXd rates_;
   mutable std::shared_ptr<const TubeStress::Slopes> slopes_;  ///< made at their first use
-  mutable std::map<std::array<int, 2>, TubeStress::Slopes::Station> known_;  ///< likewise
+  mutable std::map<std::array<int, 2>, TubeStress::Slopes::Station> known_;  ///< slopes made so far
 };
 
 }  // namespace

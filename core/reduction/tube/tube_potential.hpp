@@ -28,7 +28,7 @@ struct PotentialValue {
   Matrix6d hessian;
 };
 
-/// Where a state lies in the tube.
+/// Place of a state in the tube.
 struct TubeLocation {
   double sigma = 0;   ///< along the ray, signed
   double tau = 0;     ///< off the ray, signed

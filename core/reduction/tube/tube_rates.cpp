@@ -106,7 +106,7 @@ struct EndWeights {
 // Derivatives in (σ, τ, φ, N, M1, M2): d of those off the ray and k in σ at orders · d + k.
 using Sums = std::array<Four, orders * derivatives>;
 
-// Where the derivative by these variables stands, the first of which is σ.
+// Index of the derivative by these variables, the first of which is σ.
 template <std::size_t n>
 int place_of(const std::array<int, n>& by) {
   std::array<int, off_ray> e{};

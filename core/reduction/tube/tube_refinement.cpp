@@ -1,4 +1,4 @@
-// Where a tube leaf is believed, and what takes its place where it is not: (R5) of
+// Checks whether a tube leaf is accurate enough, and replaces it where it is not: (R5) of
 // core/reduction/README.md.
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
   const bool last = above == planned.end();
   const double from = above == planned.begin() ? state_beyond(sigma, *above) : *std::prev(above),
                to = last ? state_beyond(sigma, planned.back()) : *above;
-  // by the nearest state of the other one, if it has any
+  // Start from the nearest state of the other model, if it has any.
   leaf().reset();
   if (!other.expansions_.empty())
     other.stand_at(*std::ranges::min_element(
