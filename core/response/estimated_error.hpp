@@ -8,10 +8,10 @@ namespace flexopt {
 enum class ErrorKind {
   none,  ///< not estimated
   load,
-  stiffness,  ///< and compliance
+  stiffness,  ///< stiffness and compliance
   motion,     ///< of the end-effector: displacement, rotation
   frequency,
-  stress  ///< and safeties against it
+  stress  ///< stress and safeties against it
 };
 
 /// Distance from the limit of ever finer full leaves, and of that from solids: equations (S26) to

@@ -27,7 +27,7 @@ struct DriveList {
   std::array<bool, 6> prescribed{};  ///< directions of the end-effector
 
   DriveList() = default;
-  /// One drive of the end-effector along a global axis.
+  /// List of the only drive, of the end-effector along a global axis.
   DriveList(Direction drive);
   explicit DriveList(const Mechanism& mechanism);
 

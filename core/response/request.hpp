@@ -32,11 +32,11 @@ enum class Output {
   stiffness,              ///< compliance at O and what follows from it
   stress,                 ///< largest von Mises stress
   frequencies_free,       ///< natural frequencies and modes, drive free
-  frequencies_locked,     ///< the same, drive held
+  frequencies_locked,     ///< natural frequencies and modes, drive held
   parasitic_frequency,    ///< from the list that `ParasiticRule::drive` names
   frequency_derivatives,  ///< along the stroke, from the undeflected state alone
   envelope,               ///< box, cylinder and mass of the leaves, undeflected
-  moving_envelope,        ///< the same box and cylinder over the stroke
+  moving_envelope,        ///< box and cylinder that hold the mechanism over the stroke
   clearance,              ///< smallest distance between parts
   buckling,               ///< critical factors of the load that the request names
   dynamics,               ///< bandwidth and transmissibility, by the rule of the request
@@ -105,8 +105,8 @@ enum class DriveState { free, locked };
 
 enum class ModeKind { drive, end_effector, intermediate_body, leaf };
 
-/// Which frequency is the parasitic one: the lowest of a list that is neither the drive's nor of a
-/// kind that is left out.
+/// Rule for the parasitic frequency: the lowest of a list that is neither the drive's nor of a kind
+/// that is left out.
 struct ParasiticRule {
   DriveState drive = DriveState::locked;  ///< the list
   std::vector<ModeKind> skipped;          ///< kinds left out beside the drive's
@@ -137,7 +137,7 @@ struct StressRules {
   /// Whether safeties are wanted; all leaves' materials then have the numbers.
   bool yield = false, fatigue = false;
   FatigueRule fatigue_rule;
-  bool life = false;  ///< whether lives are wanted, likewise
+  bool life = false;  ///< whether lives are wanted
 
   /// Whether the stresses of all points are to be kept until the path has ended.
   bool need_history() const { return (fatigue || life) && !fatigue_rule.stress_ratio; }
@@ -156,7 +156,7 @@ struct DynamicsRule {
   std::optional<TransmissibilityRule> transmissibility;
 };
 
-/// Which linear model is wanted.
+/// Settings of a linear state-space model.
 struct StateSpaceRequest {
   int modes = 8;                      ///< that are kept, drive free; fewer where there are fewer
   std::vector<double> damping{0.01};  ///< ratio of all modes, or one of each mode that is kept
@@ -178,7 +178,7 @@ struct CapacityRule {
   bool any() const { return std::ranges::find(directions, true) != directions.end(); }
 };
 
-/// Where branches of equilibria meet.
+/// Branch that is followed where branches of equilibria meet.
 enum class BranchChoice {
   primary,  ///< the one that the path comes along, stable or not
   stable    ///< the one that is stable, where the bodies can be led to it
@@ -195,7 +195,7 @@ struct StrokeRequest {
   /// does not depend on the other points; or it leads from point to point as they are listed.
   bool in_order = false;
   LoadCase loads;
-  /// Which of the constant loads grows until the tangent is singular: its name; empty for none.
+  /// Name of the constant load that grows until the tangent is singular; empty for none.
   std::string buckling_load;
   /// What is wanted. Other numbers of a path point may come along where they cost nothing.
   Outputs outputs = Outputs::numbers();

@@ -90,7 +90,7 @@ struct Clearance {
   std::array<std::string, 2> names;                                    ///< of leaves or bodies
 };
 
-/// Where a dead load that grows, all else kept, makes the tangent singular.
+/// Factor of a dead load at which the tangent becomes singular, when this load alone grows.
 struct CriticalLoad {
   /// Factor of the load on the branch of equilibria; negative where only the reversed load does so.
   std::optional<double> factor;
@@ -123,7 +123,7 @@ struct LoadCapacity {
   bool fold = false;                 ///< of an instability: the load is the largest of its branch
   std::optional<StressPeak> stress;  ///< of a stress
   std::optional<Direction> support;  ///< of a stiffness: which one
-  double stiffness = 0;              ///< and its value there [N/m or N m/rad]
+  double stiffness = 0;              ///< of a stiffness: its value there [N/m or N m/rad]
 };
 
 /// What a factor or a safety counts as in goals where there is none.
@@ -199,7 +199,7 @@ struct PathPoint {
   std::optional<StressPeak> notch_stress;  ///< with the factors of the fillets at clamped edges
   /// Least safety against yield; nothing above no_critical_factor.
   std::optional<StressSafety> yield_safety;
-  std::optional<FatigueCycle> fatigue_safety;  ///< likewise
+  std::optional<FatigueCycle> fatigue_safety;  ///< nothing above no_critical_factor
   std::optional<FatigueCycle> fatigue_life;    ///< nothing above longest_life
   std::string fatigue_fault;                   ///< why there is no safety or life
   /// σ11 along the leaf, σ22, σ12 [Pa], fillet in, at the one place of the path's least safety (or

@@ -39,8 +39,8 @@ struct PointGradients {
   std::optional<VectorXd> parasitic_frequency, parasitic_frequency_screening;
   std::optional<VectorXd> max_stress;  ///< the place of the peak held in the leaf's own coordinates
   std::optional<VectorXd> notch_stress, yield_safety, fatigue_safety, fatigue_life;  ///< likewise
-  std::vector<MatrixXd> section_rates;  ///< of `PathPoint::sections`, likewise: LeafFields
-  MatrixXd stress_peaks;                ///< row k: of `PathPoint::stress_peaks[k]`, likewise
+  std::vector<MatrixXd> section_rates;  ///< derivatives of `PathPoint::sections`, see LeafFields
+  MatrixXd stress_peaks;                ///< row k: of `PathPoint::stress_peaks[k]`
   MatrixXd envelope, moving_envelope;   ///< x, y, z, cylinder × parameters
   MatrixXd extents;                     ///< in the order of `Extents::at` × parameters
   std::optional<VectorXd> clearance, leaf_mass;
@@ -60,7 +60,7 @@ struct StrokeGradients {
   std::vector<std::string> parameters;  ///< names of the columns
   std::vector<PointGradients> path;     ///< one for each point of the response
   std::vector<FrequencyDerivativeGradients> frequency_derivatives;        ///< as the response's
-  std::vector<std::vector<FrequencyDerivativeGradients>> frequency_ways;  ///< likewise
+  std::vector<std::vector<FrequencyDerivativeGradients>> frequency_ways;  ///< as the response's
 };
 
 /// A response and its derivatives. There are none where the response has no equilibrium, or where

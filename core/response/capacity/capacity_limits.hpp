@@ -19,7 +19,7 @@ class CapacityLimits : public BranchLimit {
   CapacityLimits(System& system, const StrokeRequest& request);
 
   double beyond(System& system) override;
-  /// Which limit counted when beyond() was called last; the value is left open.
+  /// The limit that was decisive in the latest beyond(); its value is left open.
   LoadCapacity reached() const;
 
   UnloadedStiffness unloaded(System& system, CapacityDirections& design,

@@ -41,7 +41,7 @@ std::vector<double> samples(const PoleSum& of, double low, double high, double d
   return list;
 }
 
-// Where `function`, below zero at a and not at b, changes its sign: to the last bit but a few.
+// Zero of `function`, which is negative at a and not at b, to the last bit but a few.
 double sign_change(const std::function<double(double)>& function, double a, double b) {
   for (int k = 0; k < 200 && b - a > 4 * std::numeric_limits<double>::epsilon() * b; ++k) {
     const double middle = 0.5 * (a + b);
@@ -93,7 +93,7 @@ struct Gain {
   }
 };
 
-// Where the gain is largest between two frequencies.
+// Frequency of the largest gain between two frequencies [Hz].
 double largest_gain(const Gain& gain, double low, double high) {
   constexpr double near = 0.7;  // of the largest sample: lower maxima are not the largest
   // a peak of 2 % in σ y is no maximum that counts beside T(0) = 1

@@ -138,7 +138,7 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
       dplace[0] = at.x.derivatives[0] / leaf.growth;
     }
     const Vector3d dend = leaf.growth * dplace;
-    // the same of the edge as it sits in its body, and along errors of assembly (S32)
+    // Rotation of the edge as it sits in its body, and its change along assembly errors (S32).
     if (!fit.turn.isIdentity(0) || !d.assembly_turn[e].isZero(0)) {
       const Vector3d spin = rotation_left_tangent(rotation_log(fit.turn)) * d.assembly_turn[e];
       const Matrix3d turned = to_leaf * fit.turn * leaf.axes;

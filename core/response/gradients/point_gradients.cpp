@@ -83,7 +83,8 @@ struct Column {
   VectorXd lag = {};  ///< K⁻¹ M y of the leaves, bodies held, where they have static shapes only
 };
 
-// One list of frequencies: the modes, whole clusters, and where their columns stand.
+// Columns of one list of frequencies: the modes, in whole clusters, and the columns that belong to
+// them.
 struct ModeColumns {
   int wanted = 0;
   VectorXd lambda;

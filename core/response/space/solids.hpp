@@ -13,7 +13,7 @@
 
 namespace flexopt {
 
-/// Where a body is: its reference point and its rotation since the undeflected state.
+/// Place of a body: its reference point and its rotation since the undeflected state.
 struct BodyPlace {
   Vector3d position = Vector3d::Zero();
   Matrix3d rotation = Matrix3d::Identity();
@@ -108,7 +108,7 @@ class Solids {
 
   /// Derivatives of the place of a point that keeps its coordinates: 3 × parameters.
   MatrixXd place_rates(const SolidPoint& point, const PlaceRates& rates) const;
-  /// Derivatives of the slope of the place along the first coordinate, likewise.
+  /// Derivatives of the slope of the place along the first coordinate: 3 × parameters.
   MatrixXd slope_rates(const SolidPoint& point, const PlaceRates& rates) const;
 
  private:

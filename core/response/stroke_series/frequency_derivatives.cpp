@@ -19,8 +19,9 @@
 namespace flexopt {
 namespace {
 
-// First derivatives nearer than this share of ω², over a stroke of a leaf length or 1 rad, are
-// equal; below it they are zero by symmetry: what is left of them is the error of the modes.
+// First derivatives of ω² that differ by less than this share of ω² over a stroke of a leaf length
+// or 1 rad are equal; smaller ones are zero by symmetry, and what is computed is the error of the
+// modes.
 constexpr double rounding = 1e-6;
 
 using Range = std::pair<int, int>;  // [first, last)
