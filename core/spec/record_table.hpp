@@ -54,7 +54,7 @@ class RecordTable {
     return row(shape::optional(std::move(name), std::move(shape), std::move(meaning)), where);
   }
 
-  /// One of an enum's names; the default is what a new Record holds.
+  /// Adds a row for the names of an enumeration; the default is the value in a new Record.
   template <class Enum, class Where>
   RecordTable& choice(std::string name, const EnumNames<Enum>& names, Where where,
                       std::string meaning) {
@@ -115,7 +115,7 @@ class RecordTable {
     return record;
   }
 
-  /// All members under their keys, as reading takes them.
+  /// All members under their keys, in the form that reading accepts.
   nlohmann::json write(const Record& record) const {
     nlohmann::json section = nlohmann::json::object();
     for (std::size_t i = 0; i < fields_.size(); ++i)
