@@ -15,8 +15,8 @@ namespace flexopt {
 template <class S>
 class Flattener {
  public:
-  /// Where the plan stands: `prefix` before names, `instance` for messages, and the bodies that are
-  /// those of the file around it.
+  /// Placement of a plan within the file that uses it: `prefix` before names, `instance` for
+  /// messages, and the bodies that are those of the outer file.
   struct Scope {
     Placement<S> placement;
     std::string prefix, instance;
