@@ -43,7 +43,7 @@ struct EvaluationSeconds {
 
 ComparedPath compared_path(int design, int model, const std::vector<ComparedQuantity>& quantities,
                            const StrokeResponse& response);
-/// Where not even a mechanism could be made.
+/// Path of a design for which no mechanism could be made.
 ComparedPath failed_path(int design, int model, std::string message);
 
 /// One number's relative error, ≥ 0.

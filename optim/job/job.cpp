@@ -175,7 +175,7 @@ class JobReader {
   const CaseNames& cases_;
   FaultList& faults_;
   std::shared_ptr<const Family> source_;
-  const Family* family_;  ///< the same
+  const Family* family_;  ///< the family of source_
   json read_;
   Job job_;
 };

@@ -75,7 +75,7 @@ struct Algorithm {
 /// How the starts but the first lie in their box.
 enum class Spread { sobol, latin_hypercube };
 
-/// Where the starts are from.
+/// Where the starts of an optimisation come from.
 enum class SearchKind {
   starts,  ///< the job's own design and points of the spread
   global   ///< the best of the clusters that a screening of the whole box finds
@@ -261,8 +261,8 @@ struct Job;
 
 /// One of several designs, as a job of its own.
 struct ListedDesign {
-  std::string label;   ///< its own among them
-  std::string folder;  ///< of its results, in the run's
+  std::string label;   ///< unique among the listed designs
+  std::string folder;  ///< folder of its results within the run's folder
   std::shared_ptr<const Job> job;
 };
 

@@ -72,7 +72,7 @@ json document_of_design(const json& document, std::size_t k, const std::string& 
   return one;
 }
 
-/// Where the document has what stands at a place of the document of one design.
+/// Pointer in the document of the job for a pointer in the document of one design.
 std::string place_in_list(const std::string& pointer, std::size_t k, bool shared_material) {
   const auto moved = [&](const std::string& from, const std::string& to) -> std::string {
     if (pointer != from && !pointer.starts_with(from + "/")) return "";

@@ -29,7 +29,7 @@ std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters)
 std::optional<std::string> without_number(const Family& family, const FamilyChoices& choices,
                                           const std::string& name);
 
-/// All numbers as they stand.
+/// All numbers with their present values.
 ParameterValues numbers_of(const Material& material, const EndEffector& end_effector);
 
 void set_number(Material& material, EndEffector& end_effector, const std::string& name,

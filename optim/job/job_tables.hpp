@@ -57,7 +57,7 @@ struct ProbeSpec {
 const RecordTable<Job>& head_table();
 const RecordTable<Material>& material_table();
 const RecordTable<EndEffector>& end_effector_table();
-/// One stroke of such a drive.
+/// Schema of one stroke of a drive in this direction.
 Shape stroke_place(Direction direction);
 /// Table of the stroke of one drive without a name. Without a direction, the unit of the stroke is
 /// not known.

@@ -13,7 +13,7 @@ class AssemblyBox {
 
   /// How many errors may differ from zero.
   int size() const { return static_cast<int>(entries_.size()); }
-  /// One for each edge that has some.
+  /// Assembly errors at z: one for each edge that has some.
   std::vector<AssemblyError> errors(const VectorXd& z) const;
   /// The request with these errors beside its own.
   StrokeRequest misassembled(StrokeRequest request, const VectorXd& z) const;

@@ -43,7 +43,7 @@ using Variables = std::vector<double>;
 struct DesignValues {
   bool ok = false;
   std::string message;            ///< why not, with the figures
-  std::string reason;             ///< the same in a few words without figures
+  std::string reason;             ///< why not, in a few words without figures
   std::optional<double> reached;  ///< stroke_reached, when not ok
   std::vector<GoalValues> goals;  ///< objective, then constraints; empty when not ok
   /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where

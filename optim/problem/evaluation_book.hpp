@@ -49,7 +49,7 @@ class EvaluationBook {
         start_(start),
         eager_(eager && problem.differentiable()) {}
 
-  /// What the other one knows costs nothing here.
+  /// Takes over the evaluations of another book, which then cost nothing here.
   void adopt(const EvaluationBook& other);
   /// Violations recorded so far are computed anew.
   void set_scales(Scales scales);

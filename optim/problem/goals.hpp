@@ -61,7 +61,7 @@ using GoalValues = std::vector<double>;
 struct GoalReading {
   bool ok = false;
   std::string message;  ///< why not, with the figures
-  std::string reason;   ///< the same in a few words without figures
+  std::string reason;   ///< why not, in a few words without figures
   GoalValues values;
   MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
 };

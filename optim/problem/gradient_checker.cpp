@@ -324,7 +324,8 @@ GradientCheck GradientChecker::compare(std::size_t i, const std::string& paramet
 
 namespace {
 
-// Which of several points is told: wrong ones first, then those without a derivative.
+// Order in which checks of several points are reported: wrong ones first, then those without a
+// derivative.
 int weight(const GradientCheck& c) {
   return c.quantity.empty() ? 0 : !c.agrees ? 3 : c.equal_stiffnesses ? 2 : 1;
 }

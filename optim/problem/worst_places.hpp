@@ -1,6 +1,6 @@
 #pragma once
-// Where in the box [−1, 1]ⁿ each of many numbers is largest. They are had together, and share what
-// is looked at.
+// Places in the box [−1, 1]ⁿ at which each of many numbers is largest. The numbers are evaluated
+// together, and share the places that are visited.
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,7 +13,7 @@ namespace flexopt {
 struct BoxLook {
   bool ok = false;
   std::string message;  ///< why not, with the figures
-  std::string reason;   ///< the same in a few words without figures
+  std::string reason;   ///< why not, in a few words without figures
   VectorXd values;
   MatrixXd rates;  ///< numbers × n
 };

@@ -31,7 +31,7 @@ class Confirming {
  private:
   /// The best end, of equally good ones one that converged; −1 where there is none.
   int best_end() const;
-  /// All ends in the scales of this one.
+  /// Weighs the ends of all starts in the scales of `best`.
   void weigh_all(const Start& best);
   /// A start goes on from a design that was evaluated and is better than its end, if there is one.
   bool take_passed_by();

@@ -161,7 +161,8 @@ struct Optimum {
   bool of_reduced_leaves = false;
   /// Why there were no exact ones: of which goal, and at which design first. Empty where all were.
   std::string gradients_message;
-  /// All of the family's, and what varies of material and end-effector or stands in formulas.
+  /// Values of all parameters of the family, and of the numbers of material and end-effector that
+  /// vary or occur in formulas.
   ParameterValues parameters;
   /// Objective and constraints are those of full accuracy: the verification was asked to correct.
   bool at_full_accuracy = false;

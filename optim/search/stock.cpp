@@ -32,7 +32,7 @@ std::vector<double> next_sizes(const DesignProblem& problem, std::size_t variabl
   return {scaled(*(above - 1)), scaled(*above)};
 }
 
-/// All combinations, the nearest ones first.
+/// All combinations of available sizes, the nearest ones first.
 std::vector<Neighbour> neighbours(const DesignProblem& problem, const VectorXd& x) {
   std::vector<Neighbour> all{{x, 0, {}}};
   const std::vector<Variable>& variables = problem.spec().variables;

@@ -66,7 +66,7 @@ class Study {
   ToleranceReport run(int threads, const LoopProgress& progress, SharedUnits* shared);
 
  private:
-  /// First order of all numbers, and their values.
+  /// Adds the values and first-order deviations of all numbers.
   void linearise(ToleranceReport& report) const;
   void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
   void sample(int threads, const LoopProgress& progress, SharedUnits* shared,
