@@ -126,7 +126,7 @@ Picture table_of(const Family& family, const ParameterValues& values, const Fami
   return table;
 }
 
-/// Where the parameter moves most, in the front view, is what it is about.
+/// Adds a note in the front view, at the place that the parameter moves most.
 void add_note(const PlacedDesign& design, std::size_t parameter, Cell& front, double scale) {
   const auto most = std::ranges::max_element(
       design.points, {}, [&](const DrawnPoint& p) { return p.rates[parameter].norm(); });

@@ -1,5 +1,5 @@
 #pragma once
-// Which distance or angle of a design a parameter is, and in which view that is seen.
+// Finds the distance or angle of a design that a parameter is, and a view that shows it.
 #include <algorithm>
 #include <string>
 #include <vector>

@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// Which design of a job, and where it stands.
+/// The design of a job that is exported, and its stroke.
 struct ExportPlace {
   /// Texts of --at: one quantity for the only drive ("20 deg"), or "name=quantity" for each named
   /// one (those that are not named stay at rest). None: undeflected and unloaded, as drawn.
@@ -35,7 +35,7 @@ struct Exported {
   std::vector<PathPoint> equilibria(const std::vector<VectorXd>& at) const {
     return equilibria(at, model);
   }
-  /// Where it stands; undeflected: at rest without any load, where the same equations hold.
+  /// The exported state. Undeflected: at rest without any load, where the same equations hold.
   PathPoint standing(const Outputs& outputs = {}) const;
   /// Strokes of the job's path, in its order.
   std::vector<VectorXd> path() const;

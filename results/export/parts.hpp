@@ -15,7 +15,7 @@ double drawn_size(const Mechanism& mechanism);
 /// with a small ball around it, as the report draws it. Empty where it holds nothing.
 TriangleMesh body_solid(const Mechanism& mechanism, int body);
 
-/// Where a body is at a point of a path.
+/// Pose of a body at a point of a path.
 struct BodyPose {
   Vector3d reference = Vector3d::Zero();  ///< undeflected [m]
   Vector3d displacement = Vector3d::Zero();

@@ -21,8 +21,8 @@ std::vector<double> graded(int count, double grading, double begin, double end) 
   return places;
 }
 
-/// Where a section of the leaf is: its middle, its axes across and through the thickness. At a fold
-/// the latter leans along the mitre and is longer than one.
+/// A section of the leaf: its middle, its axes across and through the thickness. At a fold the
+/// latter leans along the mitre and is longer than one.
 struct Station {
   Vector3d middle, across, through;
   double width = 0, thickness = 0;

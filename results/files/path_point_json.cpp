@@ -70,7 +70,7 @@ Json notch_place_json(const StressPeak& peak, const Mechanism& mechanism) {
   return json;
 }
 
-/// Where the worst cycle is, what it is made of, and the point of the path at its other end.
+/// Place of the worst cycle, its amplitude and mean, and the point of the path at its other end.
 Json cycle_place_json(const FatigueCycle& cycle, const Mechanism& mechanism) {
   Json json = notch_place_json(cycle.stress, mechanism);
   if (cycle.other) json.erase("position");

@@ -225,7 +225,7 @@ OrderedJson make_result(const RunRecord& record) {
     result["comparison"] = make_comparison_json(*record.comparison, record.mechanism);
   result["shapes"] = shapes_json(response, record.mechanism);
   if (!record.job.cases.empty() && !responses_of(record).empty()) {
-    result["case"] = record.job.cases.front().name;  // that of path
+    result["case"] = record.job.cases.front().name;  // the case of "path"
     result["extremes"] = extremes_json(record);
     result["cases"] = cases_json(record);
   }

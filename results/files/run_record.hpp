@@ -29,7 +29,7 @@ struct RunRecord {
   Job job;
   Mechanism mechanism;                ///< the evaluated one: of the job, or of the optimum
   StrokeResponse response;            ///< job evaluate; of several load cases the first
-  std::vector<StrokeResponse> cases;  ///< the same of all of them, where there are several
+  std::vector<StrokeResponse> cases;  ///< job evaluate: of all load cases, where there are several
   /// Gradients of every path of responses_of, where they were asked for, or the reason why there
   /// are none.
   std::vector<StrokeGradients> gradients;

@@ -107,7 +107,8 @@ class FLEXOPT_EXPORTED Design {
   /// A design of a family (`flexopt designs`). `values`: parameters, options of the family, and
   /// "material", the name of one. Throws JobError where there is no such family.
   static Design of_family(const std::string& name, const Values& values = {});
-  /// A design file; `values` as above. Throws JobError where it cannot be read.
+  /// A design from a design file; `values` as in of_family(). Throws JobError where it cannot be
+  /// read.
   static Design of_file(const std::filesystem::path& file, const Values& values = {});
   /// The part "design" of a job as JSON, or the content of a design file. Throws JobError for what
   /// is no JSON object.
@@ -240,9 +241,9 @@ class FLEXOPT_EXPORTED Result {
 class FLEXOPT_EXPORTED Evaluation : public Result {
  public:
   using Result::Result;
-  /// One for each load case of the job; none where an optimisation found no design.
+  /// Paths of all load cases of the job; none where an optimisation found no design.
   std::vector<Path> paths() const;
-  /// The first one. Throws std::out_of_range where there is none.
+  /// The path of the first load case. Throws std::out_of_range where there is none.
   Path path() const;
   /// What gradients are by: their columns.
   std::vector<std::string> gradients_by() const;
@@ -283,7 +284,7 @@ struct Progress {
 
 /// How to run a job.
 struct Options {
-  /// Where the files of `flexopt run` go; empty: none are written. With a folder, a run that was
+  /// Folder for the files of `flexopt run`; empty: none are written. With a folder, a run that was
   /// interrupted goes on where it stopped.
   std::filesystem::path folder;
   int threads = 0;  ///< 0: as many as the machine has; no number depends on it

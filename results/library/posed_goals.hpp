@@ -65,7 +65,7 @@ class PosedGoals {
     std::string name;
   };
   void add_constraint(std::size_t number, bool pointwise);
-  /// One for each entry of the goal, or for the worst one.
+  /// Adds a row for each entry of the goal, or one for the worst entry.
   void add_rows(std::size_t goal, bool each, double lower, double upper, double slack);
   VectorXd with_slack(VectorXd x, double t) const;
   Variables variables(const VectorXd& x) const;

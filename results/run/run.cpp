@@ -73,8 +73,8 @@ bool tells_one_design(const Job& job) {
          !job.assembly_tolerances;
 }
 
-/// Where the model that was chosen is not that of the job, and the leaves of that can be looked up,
-/// the search goes on with these.
+/// Sets the model that the search goes on with, where the chosen model is not that of the job and
+/// leaves of the job's model can be looked up.
 void choose_search_model(const ModelOptions& asked, RunRecord& record) {
   const ModelOptions& chosen = record.job.model;
   const bool other = chosen.mesh != asked.mesh || chosen.accuracy != asked.accuracy;
@@ -217,7 +217,7 @@ bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
   return true;
 }
 
-/// Where there is a folder, it is this job's from here on: its log goes on, or begins.
+/// If there is a folder, it belongs to this job from here on: its log goes on, or begins.
 void keep_log(const Job& job, const std::filesystem::path& folder, auto& options) {
   if (folder.empty()) return;
   options.log = folder / "evaluations.jsonl";

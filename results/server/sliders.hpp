@@ -1,5 +1,5 @@
 #pragma once
-// Which numbers of a job may be moved, how far, and the job with other numbers in their places.
+// The numbers of a job that may be moved, their ranges, and the job with other values for them.
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>

@@ -36,7 +36,7 @@ OrderedJson payload_for(const StartDesign& start) {
   return payload;
 }
 
-// Where the leaves are wires, or too thick for thin plates, as notches are at their ends.
+// Whether the leaves are wires, or too thick for thin plates, as notches are at their ends.
 bool wants_beams(const StartDesign& start) {
   constexpr double thin = 5;  // length over the largest thickness
   return start.family->is_of_wires(start.choices) ||
