@@ -139,7 +139,7 @@ Answer<LeafGradient<double>> LeafChainLinear::gradient(LeafRates& rates,
 
 namespace {
 
-// w/L and t/L of a segment grow n times as fast.
+// The w/L and t/L of a segment are n times those of the leaf, and so are their derivatives.
 VectorXd segment_shape(VectorXd shape, int n) {
   shape[ShapeParameter::width] *= n;
   shape[ShapeParameter::thickness] *= n;
@@ -197,7 +197,7 @@ void LeafChainGradient::add_force(int i, const MatrixXd& rows, MatrixXd& Y) cons
   }
 }
 
-// The lines between keep their numbers, the leaf takes them along.
+// Variations of segment i; the inner lines move along with the leaf.
 std::vector<LeafVariation<double>> LeafChainGradient::own_variations(
     int i, const std::vector<LeafVariation<double>>& variations) const {
   const int n = linear_->segments();

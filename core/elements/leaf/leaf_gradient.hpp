@@ -73,7 +73,7 @@ class LeafGradient {
 
   int size() const { return rows_.size(); }
   double width() const { return width_; }  ///< w/L
-  /// Residual of every row.
+  /// Residual, one entry for each row.
   const Vector& force() const { return force_; }
   /// Derivatives of the residual along the variations, at constant scales: size × variations.
   virtual Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const = 0;

@@ -53,7 +53,7 @@ class ProfileDirections {
     ProfileRate profiles;
     std::vector<ProfileRate> directions;
   };
-  /// Place among them; behind the last where there are none.
+  /// Index of these profiles in leaves_; its size where they are not listed.
   std::size_t find(const ProfileRate& profiles) const;
   std::vector<Leaves> leaves_;
 };
@@ -66,7 +66,7 @@ class LeafRates {
   explicit LeafRates(ProfileDirections profiles) : profiles_(std::move(profiles)) {}
   const ProfileDirections& profiles() const { return profiles_; }
 
-  /// The T of `data`. Where there is none yet, `make()` makes it, as a T.
+  /// The T that belongs to `data`. Where there is none yet, `make()` makes it.
   template <class T, class Make>
   std::shared_ptr<const T> of(const std::shared_ptr<const void>& data, const Make& make) {
     std::shared_ptr<const void>& kept = kept_[{data, typeid(T)}];

@@ -22,7 +22,7 @@ struct LeafRows {
   int point_body() const { return internal() + 12; }
   int size() const { return internal() + 12 + point; }
 
-  /// (unknowns, increments of the edges), as PlateLeaf has them.
+  /// Rows (unknowns, increments of the edges), as PlateLeaf has them, from rows of the bodies.
   MatrixXd edge_rows(const MatrixXd& Y) const {
     MatrixXd T(unknowns + 12, Y.cols());
     T << Y.topRows(unknowns), Y.middleRows(internal(), 12);
@@ -30,7 +30,7 @@ struct LeafRows {
       T.middleRows(unknowns + 6 * e, 3) -= hat(lever[e]) * Y.middleRows(body(e) + 3, 3);
     return T;
   }
-  /// Forces the other way.
+  /// Rows of forces on the bodies from forces T on the edges.
   MatrixXd body_rows(const MatrixXd& T) const {
     MatrixXd Y = MatrixXd::Zero(size(), T.cols());
     Y.topRows(unknowns) = T.topRows(unknowns);

@@ -14,7 +14,7 @@ inline bool changes(const PlateMesh::Membrane& rate) {
   return rate.A11 != 0 || rate.A12 != 0 || rate.A33 != 0;
 }
 
-/// An undeflected element, and what it has become.
+/// An undeflected element with its present strains and stresses.
 template <class S>
 struct DeflectedElement {
   int index = 0;

@@ -29,7 +29,7 @@ class FullLeaf final : public LeafElement {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   void displace_point(const Vector3d& displacement, const Vector3d& du) override;
-  /// The energy is then that of the weight, too, undeflected zero.
+  /// With a load that acts inside, the energy contains that of the weight, zero when undeflected.
   void act(const LeafLoad& load) override;
   const LeafEvaluation& evaluate() override;
   const LeafEvaluation& evaluation() const override { return evaluation_; }

@@ -1,5 +1,5 @@
 #pragma once
-// The leaf at full accuracy in the place of another model of it.
+// Makes the leaf at full accuracy that replaces another model of it.
 #include <memory>
 #include <string>
 

@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// A node's unknowns, or an increment of them.
+/// Unknowns of a node of the fold line, or an increment of them.
 template <class S>
 struct FoldNode {
   Vector3<S> along, across, both;              ///< r,x, r,y and r,xy of the first leg

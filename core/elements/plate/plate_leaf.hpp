@@ -16,7 +16,7 @@ namespace flexopt {
 struct PlateSupport {
   bool free_tip = false;           ///< else the tip edge is rigid, at its pose
   std::vector<NodalWeight> point;  ///< of a material point with a prescribed displacement; or empty
-  /// Derivatives of them along and across; empty where they cannot move.
+  /// Derivatives of the weights along and across; empty where the point cannot move.
   std::array<std::vector<NodalWeight>, 2> point_slopes;
   /// Place of the material point: {along, across}, or the mean of the tip edge.
   std::array<double, 2> place{1, 0.5};
@@ -68,7 +68,7 @@ class PlateLeaf {
   /// The first half of it: energy, residual(), edge_force() and the tangent's parts hold then
   /// (tangent_times(), coupling(), edge_tangent()), but nothing condensed.
   void linearise();
-  /// The second half.
+  /// Second half of assemble(): condenses the unknowns; after linearise().
   void eliminate();
   /// K_ff V; after linearise(), before eliminate().
   MatrixXd tangent_times(const MatrixXd& V) const;
@@ -81,7 +81,7 @@ class PlateLeaf {
   /// Static shapes of the interior lines: their unknowns per unit nodal value of the base line,
   /// then of the tip line (both rigid); after linearise(), before eliminate().
   MatrixXd line_shapes() const;
-  /// The factor of the interior lines' tangent that they come from.
+  /// Factor of the interior lines' tangent from which line_shapes() come.
   BlockTridiagonal line_factor() const;
   /// Nodal values (functions_per_line × 3) of an edge (0 base, 1 tip) with these slopes.
   static MatrixXd edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& pose,
@@ -99,7 +99,7 @@ class PlateLeaf {
   /// Condensed force and tangent at the edges (12), to first order in the internal residual.
   const Vector12d& force() const { return interior_.force(); }
   const Matrix12d& tangent() const { return interior_.tangent(); }
-  /// Force at the edges with the internal unknowns as they are.
+  /// Force at the edges at the present internal unknowns.
   const Vector12d& edge_force() const { return edge_force_; }
 
   /// Internal step for an edge increment: −K_ff⁻¹ (g_f + K_fb dq).

@@ -220,7 +220,7 @@ struct NodalWeight {
 /// derivative with respect to along and across.
 std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across,
                                        std::array<int, 2> derivative = {0, 0});
-/// Mean over the tip edge.
+/// Weights of the mean over the tip edge.
 std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh);
 /// ∂weight/∂(w/L) of either at a constant place: functions of slopes across grow with the width.
 inline double width_slope(const PlateMesh& mesh, const NodalWeight& w) {

@@ -32,7 +32,7 @@ struct PlateMeshRate {
   explicit PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRate>& profiles = {});
 
   int directions() const { return static_cast<int>(shape.size()); }
-  /// The direction with these coordinates.
+  /// Change of the shape along the direction with these coordinates.
   ShapeRate along(const VectorXd& shape) const;
 };
 

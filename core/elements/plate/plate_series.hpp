@@ -31,7 +31,7 @@ class PlateSeries final : public LeafSeries {
                                               const LeafRows& rows) const override;
 
  private:
-  /// The expanded path.
+  /// State along the expanded path.
   PlateGradientState<Jet> path() const;
   /// K(s) Y up to s^(orders − 1).
   template <int orders>

@@ -60,7 +60,7 @@ std::vector<double> stations(double a, double b, int intervals, double zone) {
   return s;
 }
 
-/// Stations of a plate's stress, and what is not to be read there.
+/// Stations of a plate's stress, and those that are not to be read.
 struct Stations {
   std::vector<double> x, y;           // over L
   double width, margin, margin_side;  // of the squares at the corners: along, across

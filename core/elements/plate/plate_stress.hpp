@@ -82,7 +82,7 @@ double stress_rate(const PlateShape& shape, const std::vector<Dual1>& x,
                    const std::vector<double>& y, const std::function<StrainRate(int, int)>& strains,
                    const StressPeak& peak, double youngs_modulus, const StressRate& rate);
 
-/// Strains at a place, and half the thickness there over L, as they move.
+/// Strains at a place, and half the thickness there over L, with their derivatives.
 struct MovingSection {
   StrainsT<Dual1> strains;
   Dual1 half;

@@ -28,7 +28,7 @@ struct FoldSplit {
   double place = 0;
 };
 FoldSplit fold_split(const PlateShape& shape);
-/// The nearest place that is read in the second leg.
+/// The nearest place behind the fold, read in the second leg.
 inline double behind_fold(double fold) { return fold + 1e-9; }
 
 /// Interval of the stations (the first or last one beyond them) and the place in it.
