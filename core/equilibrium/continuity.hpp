@@ -7,7 +7,7 @@
 
 namespace flexopt {
 
-/// The place of a mechanism.
+/// Poses of the bodies and energies of the parts of a mechanism.
 struct Place {
   std::vector<BodyPose> poses;
   VectorXd energies;  ///< of each leaf, of the springs, of the dead forces [J]

@@ -49,7 +49,8 @@ class NewtonEquations {
                          : std::numeric_limits<double>::infinity();
   }
   VectorXd multipliers(const VectorXd& x) const;  ///< dμ, one a condition
-  /// F of the drives that are coordinates, into an entry a drive.
+  /// Reads the loads of the drives that are coordinates from the solution, one entry for each
+  /// drive.
   void read_loads(const VectorXd& x, VectorXd& drive_loads) const;
   /// Unit of each condition's multiplier in the scaled unknowns.
   const VectorXd& reaction() const { return reaction_; }

@@ -47,7 +47,7 @@ class System {
     home_ = Home{save(), std::vector<std::unique_ptr<LeafElement>>(leaves_.size())};
   }
   void return_home();
-  /// A leaf has changed in itself: the next assemble() must not be spared.
+  /// Call when a leaf has changed internally: the next assemble() is then not skipped.
   void invalidate() { assembled_ = false; }
 
   const LoadCase& loads() const { return loads_; }
@@ -57,7 +57,7 @@ class System {
   void apply(LoadFactors factors);
   /// Whether anything comes before the stroke.
   bool loaded_at_rest() const { return loads_.acts_before_stroke() || springs_.preloaded(); }
-  /// Loads that act, one by one.
+  /// Acting loads, one for each dead load.
   const std::vector<BodyLoad>& acting() const { return acting_; }
 
   /// Evaluates every leaf at the present state, once. After it the results below hold.

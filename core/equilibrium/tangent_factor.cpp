@@ -8,7 +8,7 @@
 namespace flexopt {
 namespace {
 
-// Lengths over the longest leaf.
+// Scales of the coordinates: displacements over the longest leaf, rotations as they are.
 VectorXd lengths(const System& system) {
   VectorXd unit = VectorXd::Ones(system.size());
   for (int b = 0; b < system.size(); b += 6) unit.segment<3>(b).setConstant(system.length());
@@ -28,7 +28,7 @@ VectorXd scale_of(const System& system, const BlockMatrix& K) {
   return scale;
 }
 
-// Rows that are those of the identity beside the held coordinates.
+// Rows that become rows of the identity, in addition to the held coordinates.
 std::vector<int> released_rows(const System& system, bool drives_held) {
   if (drives_held) return system.driven_coordinates();
   std::vector<int> rows;
