@@ -62,7 +62,7 @@ std::optional<Draft> draft_named(std::string_view name, std::string_view host) {
   return Draft{name, process};
 }
 
-/// Everything or an errno.
+/// Writes everything; returns 0, or an errno.
 int write_all(const fs::path& file, std::string_view content) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) return errno;
