@@ -108,7 +108,7 @@ auto coefficients(const Eigen::MatrixBase<Derived>& A, int order) {
                                              A.cols(), Step(3 * A.derived().outerStride(), 3));
 }
 
-/// Entry by entry.
+/// Matrix of jets from a series of matrices.
 template <class Dense>
 Eigen::Matrix<Jet, Dense::RowsAtCompileTime, Dense::ColsAtCompileTime> jets(
     const Series<Dense>& series) {
@@ -134,7 +134,7 @@ void assign_product(C& c, const A& a, const B& b) {
   }
 }
 
-/// A linear map of numbers, of each order where A has orders.
+/// Applies a linear map to a matrix, order by order where A is one of jets.
 template <class S, class Map>
 Eigen::MatrixX<S> by_orders(const Eigen::MatrixX<S>& A, const Map& map) {
   if constexpr (std::same_as<S, double>) {
@@ -146,7 +146,7 @@ Eigen::MatrixX<S> by_orders(const Eigen::MatrixX<S>& A, const Map& map) {
   }
 }
 
-/// Entry by entry, the other way.
+/// Series of matrices from a matrix of jets.
 template <int Rows, int Columns>
 Series<Eigen::Matrix<double, Rows, Columns>> series(const Eigen::Matrix<Jet, Rows, Columns>& A) {
   Series<Eigen::Matrix<double, Rows, Columns>> result;

@@ -57,7 +57,7 @@ class BlockKrylov {
 
   /// Adds a block; false where the space is invariant or full.
   bool extend();
-  /// The next block where the space is invariant: these columns beside it.
+  /// Goes on with these columns as the next block, where the space is invariant.
   void go_on(const MatrixXd& columns);
 
   int columns() const { return columns_; }  ///< of V with their T; the next block is not counted

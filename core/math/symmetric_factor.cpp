@@ -31,7 +31,7 @@ Eigen::Index SymmetricFactor::choose(Eigen::Index k, int& size) const {
   return r;
 }
 
-// Rows and columns a < b of what is left, and of L so far.
+// Exchanges rows and columns a < b of the remaining matrix and of L so far.
 void SymmetricFactor::exchange(Eigen::Index a, Eigen::Index b) {
   if (a == b) return;
   const Eigen::Index n = L_.rows();

@@ -13,9 +13,9 @@ class SymmetricFactor {
   /// small positive one.
   void compute(const MatrixXd& A);
 
-  /// Eigenvalues of A below zero.
+  /// Number of eigenvalues of A below zero.
   int negative() const { return negative_; }
-  /// b → A⁻¹ b.
+  /// Replaces b by A⁻¹ b.
   void solve(VectorXd& b) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// Eight numbers at once, in one register where the processor has it.
+// Eight numbers that are processed at once, in one register where the processor has it.
 #include <cstdint>
 #include <cstring>
 #ifdef __AVX512F__

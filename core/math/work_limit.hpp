@@ -6,7 +6,7 @@
 
 namespace flexopt {
 
-/// Seconds of a clock that only goes forward.
+/// Time of a monotonic clock [s].
 double steady_seconds();
 
 /// What one evaluation may take. Plain data.
@@ -41,7 +41,7 @@ class LimitedWork {
 
   /// Throws WorkLimitReached.
   void check(int iterations);
-  /// Newton iterations so far.
+  /// Newton iterations counted so far.
   int iterations() const { return iterations_; }
 
  private:
