@@ -103,7 +103,8 @@ S cosine(const Vector3<S>& a, const Vector3<S>& e, const Matrix3<S>& Q) {
   return 0.5 * (a.dot(e) * (Q(0, 0) + Q(1, 1) + Q(2, 2)) - a.dot(times<S>(Q, e)));
 }
 double angle(double sine, double cosine) { return std::atan2(sine, cosine); }
-// The tangent of what comes after the start is its angle up to s².
+// Angle along the path from its sine and cosine: the tangent of the part beyond the start is its
+// angle up to s².
 Jet angle(const Jet& sine, const Jet& cosine) {
   const double y = sine.c[0], x = cosine.c[0];
   return std::atan2(y, x) + (sine * x - cosine * y) / (cosine * x + sine * y);

@@ -17,7 +17,7 @@ S tangent_excess(const S& h) {
   return 1.0 / 3 + square * (2.0 / 15 + square * (17.0 / 315 + square * (62.0 / 2835)));
 }
 
-/// 1 of a mitred corner, 0 of a bent one, by radius over thickness.
+/// Sharpness of a corner: 1 for a mitred one, 0 for a bent one, by radius over thickness.
 template <class S>
 S corner_sharpness(const S& ratio) {
   using std::exp;

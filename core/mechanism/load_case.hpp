@@ -36,12 +36,12 @@ struct AssemblyError {
   Vector3d turn = Vector3d::Zero();  ///< rotation vector about that middle, global axes [rad]
 };
 
-/// Largest thermal strain that is taken for one of a solid.
+/// Largest thermal strain that is plausible for a solid.
 inline constexpr double largest_expansion = 0.05;
 
 struct LoadCase {
   std::vector<DeadLoad> constant;  ///< applied before the stroke, unchanged along it
-  /// Put on with the constant loads, at most one for each edge.
+  /// Assembly errors, applied with the constant loads; at most one for each edge.
   std::vector<AssemblyError> assembly = {};
   /// How much warmer each leaf is than as built [K]; empty: none. They grow with the constant
   /// loads.

@@ -56,7 +56,7 @@ struct LeafPointT {
 /// Cross-section of a leaf. Circular: a wire flexure, width = thickness = diameter.
 enum class Section { rectangular, circular };
 
-/// The sharpest fold: both legs must have room [rad].
+/// Largest angle of a fold, so that both legs have room [rad].
 inline constexpr double largest_fold = 175 * std::numbers::pi / 180;
 
 /// A line across a leaf at which it turns when undeformed: two flat legs at a fixed angle.
@@ -241,7 +241,7 @@ struct MechanismT {
   std::vector<JointT<Scalar>> joints;
   std::vector<SpringT<Scalar>> springs;
   int end_effector = 0;  ///< its reference point is O
-  /// Up to six; none where nothing is driven.
+  /// Drives, at most six; none where nothing is driven.
   std::vector<DriveT<Scalar>> drives;
 };
 

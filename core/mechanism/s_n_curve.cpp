@@ -6,7 +6,7 @@
 namespace flexopt {
 namespace {
 
-// A straight piece: log10 cycles = at + slope (log10 amplitude − of).
+// A straight piece of the curve: log10 cycles = at + slope (log10 amplitude − of).
 struct Piece {
   double at = 0, of = 0, slope = 0;
 

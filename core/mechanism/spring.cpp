@@ -45,7 +45,7 @@ V3<T> transposed_times(const M3<T>& A, const V3<T>& b) {
   return b[0] * A[0] + b[1] * A[1] + b[2] * A[2];
 }
 
-// A number and its rate.
+// A number and its derivative.
 template <class S>
 struct Rate {
   S value{}, rate{};
@@ -104,7 +104,7 @@ struct Mixed {
   }
 };
 
-// A body with numbers of any kind.
+// A body whose numbers are of any kind.
 template <class T>
 struct Place {
   V3<T> position, reference;

@@ -36,7 +36,7 @@ struct SpringState {
   const Spring* spring;
   JointBodyOf<S> body, other;
 };
-/// Derivatives of the above while the state moves at `rate`.
+/// Derivatives of spring_forces() while the state moves at `rate`.
 template <class S>
 SpringForcesOf<S> spring_rates(const SpringState<S>& state, const SpringState<S>& rate);
 
