@@ -150,7 +150,7 @@ json directory(const std::vector<CompressedTable>& tables) {
   return all;
 }
 
-// The next tables of a file; false where they are not whole.
+// Reads the next tables of a file; false where they are incomplete.
 bool read_tables(const json& entries, PartReader& reader, std::vector<CompressedTable>& tables) {
   for (const json& entry : entries) {
     CompressedTable& t = tables.emplace_back();

@@ -17,7 +17,8 @@ namespace flexopt {
 struct ShapeGrid {
   std::vector<double> log_width, log_thickness, poissons_ratios;
 
-  /// Ratio by ratio; within it ascending width, then ascending thickness.
+  /// Number of shapes. They are ordered by Poisson's ratio, then by ascending width, then by
+  /// ascending thickness.
   int size() const {
     return static_cast<int>(log_width.size() * log_thickness.size() * poissons_ratios.size());
   }
@@ -78,7 +79,7 @@ struct CompressedTable {
   MatrixXd look_up(const ShapeWeights& weights, int first) const;
 };
 
-/// The unit in which a row of numbers becomes whole ones of 16 or 8 bits.
+/// Unit in which a row of numbers becomes integers of 16 or 8 bits.
 template <class Whole, class Row>
 double whole_unit(const Row& row) {
   const double most = row.size() > 0 ? row.cwiseAbs().maxCoeff() : 0;

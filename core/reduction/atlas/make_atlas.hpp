@@ -32,7 +32,7 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options 
 AtlasCheck::Errors difference(const TubePotential& found, const TubePotential& truth,
                               const PlateShape& shape);
 
-/// The potential that TubeModel makes of bent states.
+/// The potential that TubeModel makes from bent states.
 TubePotential tube_potential(const PlateShape& shape, const Eigen::Matrix2d& directions,
                              std::vector<TubeNode> nodes);
 

@@ -14,7 +14,7 @@ namespace flexopt {
 class ShortNumber {
  public:
   ShortNumber() = default;
-  /// The next one that is not smaller.
+  /// The next ShortNumber that is not smaller than x.
   explicit ShortNumber(double x)
       : bits_(static_cast<std::uint16_t>(
             (std::bit_cast<std::uint32_t>(static_cast<float>(x)) + 0xFFFFU) >> 16U)) {}

@@ -64,7 +64,7 @@ MatrixXd leading(const MatrixXd& gram, Eigen::Index count) {
       std::min(count, gram.rows()));
 }
 
-// Rows of folded() and, as most, patterns of a family.
+// Number of rows of folded(), and largest number of patterns, of a family.
 std::array<int, 2> pattern_counts(const StressAtlasSettings& settings, const StressPlaces& places,
                                   int family) {
   if (family == StrainPatterns::places_family) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double rounding = 1e-9;  // of a box
 
-// ρ in [−1, 1] of a ray (1, ρ), or of one seen from the other end.
+// ρ in [−1, 1] of a ray (1, ρ), or of a ray that is seen from the other end of the leaf.
 struct RayPlace {
   double rho = 0;
   bool other_end = false;

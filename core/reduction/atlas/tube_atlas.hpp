@@ -60,7 +60,7 @@ struct AtlasCheck {
   struct Errors {
     double drive = 0;  ///< relative, of the moment along the ray
     double on_ray = 0;  ///< relative, of the worst stiffness or compliance of the leaf: |L⁻¹ΔKL⁻ᵀ|
-    double off_ray = 0;  ///< the same at bending off the ray, twist, axial force, moments in plane
+    double off_ray = 0;  ///< as on_ray, at bending off the ray, twist, axial force, plane moments
     double frequency = 0;  ///< relative, of the six lowest internal ones on the ray and off it
     double stress = 0;     ///< relative, of the largest stress, at both; 0 without tables of it
   };
@@ -104,9 +104,9 @@ class TubeAtlas {
   const AtlasCheck& check() const { return check_; }
   const std::vector<AtlasTerm>& terms() const { return terms_; }
   const std::shared_ptr<const StressAtlas>& stress() const { return stress_; }
-  /// Tells contents apart; of an atlas from a file.
+  /// Fingerprint that tells contents apart; only for an atlas from a file.
   const std::string& fingerprint() const { return fingerprint_; }
-  /// Terms, padded so that every shape starts on a cache line.
+  /// Number of terms, padded so that every shape starts on a cache line.
   static int stride(int terms) { return (terms + 15) / 16 * 16; }
 
   /// Why there are no coefficients for leaves of this shape that bend so; empty where there are.

@@ -47,7 +47,7 @@ MatrixXd nodal_mass_times(const PlateMesh& mesh, const MatrixXd& V) {
 
 // ---------------------------------------------------------------------------- loads
 
-// A function on [0, 1] with its slope.
+// Value and slope of a function on [0, 1].
 struct Sample {
   double value, slope;
 };
@@ -205,7 +205,7 @@ MatrixPolynomial mass_of(const PlateMesh& mesh, const MatrixXd& nodal) {
   return M;
 }
 
-// A few rows of the motions.
+// Matrix polynomial of some rows of the motions.
 MatrixPolynomial rows_of(const MatrixXd& rows) {
   const MonomialTable& table = monomials<6, 2>();
   MatrixPolynomial R(table, rows.rows(), motions);

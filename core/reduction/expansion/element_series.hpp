@@ -88,7 +88,7 @@ class ElementSeries {
     }
   }
 
-  /// `weight` times the energy, by the lanes of its coefficients.
+  /// Adds `weight` times the energy to the lanes of its coefficients.
   void add_energy(const std::vector<Matrix>& nodal, int i, int j, double weight,
                   std::vector<Lanes>& sum) {
     const int degree = field_degree(i), m = table_.count(degree);
@@ -224,7 +224,7 @@ class ElementSeries {
     return bent;
   }
 
-  // Component c of a × b, to a degree.
+  // Adds component c of a × b, to a degree.
   void add_cross(std::vector<Lanes>& sum, const std::array<std::vector<Lanes>, 3>& a,
                  const std::array<std::vector<Lanes>, 3>& b, int c, int d0, int d1,
                  int degree) const {

@@ -21,7 +21,7 @@ class ChordLeaf {
  public:
   explicit ChordLeaf(std::shared_ptr<const PlateMesh> mesh);
 
-  /// Back to the undeflected leaf.
+  /// Moves back to the undeflected leaf.
   void reset();
 
   /// Moves to a known state: soft deformations, forces and unknowns() of an equilibrium.
@@ -32,7 +32,7 @@ class ChordLeaf {
     int iterations = 0;
     double correction = 0;
   };
-  /// Newton from the present state to (s, f).
+  /// Newton's method from the present state to (s, f).
   Solution solve(const Vector3d& s, const Vector3d& f, int max_iterations = 25);
 
   PlateLeaf& plate() { return plate_; }

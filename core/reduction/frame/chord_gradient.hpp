@@ -33,7 +33,7 @@ class ChordGradient {
   /// (displacement, spin) of the edges as a variation alone moves them; the arms' rates.
   Vector12d edge_moves(const LeafVariation<double>& v, std::array<Vector3d, 2>& lever) const;
 
-  /// A column of increments, and how the frame and e move along it.
+  /// A column of increments, with the resulting motion of the frame and of e.
   struct Column {
     std::array<Vector3d, 2> spin;  ///< of the edges, like the next two in the axes of the frame
     Vector3d apart, base;          ///< displacement of the tip less that of the base, of the base

@@ -72,7 +72,7 @@ struct Turn {
   }
 };
 
-// Rates of the chord frame and of e for what it sees of the edges.
+// Derivatives of the chord frame and of e.
 template <class S>
 struct FrameRate {
   Vector3<S> spin;

@@ -1,5 +1,5 @@
 #pragma once
-// The way of a leaf to a bent state of its ray.
+// Bends a leaf to a state on its ray.
 #include "core/reduction/expansion/tube_expansion.hpp"
 
 namespace flexopt {

@@ -21,7 +21,7 @@ struct DynamicsEntries {
   RateMatrix mass = RateMatrix::Zero();
 
   enum Part { k_part, G_part, F_part, g_part, mass_part };
-  /// One number of a table; symmetric matrices have the lower half.
+  /// Place of a number of a table; symmetric matrices use the lower half.
   struct Slot {
     int matrix, row, column;
   };

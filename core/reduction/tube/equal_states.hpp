@@ -10,7 +10,7 @@
 
 namespace flexopt {
 
-/// A leaf and the deformation in which it stands.
+/// A leaf and its present deformation.
 struct LeafStand {
   Vector6d e = Vector6d::Zero();               ///< deformations (F2)
   Vector3d f = Vector3d::Zero();               ///< internal forces (N, M1, M2) over their scale
@@ -35,7 +35,7 @@ class EqualStates {
   /// mirrored to this leaf.
   std::optional<CondensedLeaf> find(const PlateMesh& mesh, const LeafStand& stand,
                                     DynamicsRequest request) const;
-  /// Keeps it, of `most` the last ones.
+  /// Keeps the leaf's result; only the latest `most` are kept.
   void keep(const LeafStand& stand, DynamicsRequest request, const CondensedLeaf& leaf,
             std::size_t most);
   void clear() { kept_.clear(); }

@@ -46,7 +46,7 @@ struct Relaxation {
   double gap = 0;  ///< largest |R / force scale|
 };
 
-/// Newton for R = 0 at fixed e, until |F⁻¹ R| ≤ tolerance · max(1, |f|).
+/// Newton's method for R = 0 at fixed e, until |F⁻¹ R| ≤ tolerance · max(1, |f|).
 Relaxation relax(const TubePotential& potential, const Vector6d& e, MixedState& state,
                  double tolerance = 1e-12, int max_steps = 20);
 

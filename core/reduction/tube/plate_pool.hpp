@@ -17,7 +17,7 @@ class PlatePool {
   /// Plate for expansions, in the state in which its last borrower left it.
   ChordLeaf& chord();
 
-  /// A number for a state of a leaf that no other has.
+  /// A new number that identifies a state of a leaf.
   std::uint64_t new_state() { return ++last_state_; }
   /// The full leaf that was condensed at this state; null where another one has overwritten it.
   PlateLeaf* find(std::uint64_t state);

@@ -32,7 +32,7 @@ class StrainPatterns {
   Eigen::Index strains() const { return stretching() + count(2) + count(3); }
   Eigen::Index all() const { return strains() + count(places_family); }
 
-  /// A table of coefficients, from one of a leaf.
+  /// Table of coefficients of the patterns, from the table of a leaf.
   StateTable coefficients(const StateTable& node, double thickness) const;
   /// The rows of strains of the first strains() coefficients, columns one by one.
   MatrixXd strains_of(const MatrixXd& a, double thickness) const;

@@ -43,7 +43,7 @@ class TubeDynamics {
 
   explicit TubeDynamics(double force_centre) : force_centre_(force_centre) {}
 
-  /// A bent state beyond the others.
+  /// Adds a bent state beyond the others.
   void add(DynamicsNode node);
   double last_sigma() const { return nodes_.back().table.sigma; }
   const DynamicsNode& node(std::size_t i) const { return nodes_[i]; }
@@ -64,7 +64,7 @@ class TubeDynamics {
     double sigma = 0;
     std::array<double, 5> z{};  ///< (τ, φ, N, M1, M2) of the tables
   };
-  /// Needs two bent states.
+  /// Locates a place among the bent states, of which there must be two.
   Local locate(const Place& place) const;
 
   /// Dynamics of the leaf in the scaled units of the plate, chord axes.

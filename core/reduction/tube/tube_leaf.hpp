@@ -117,7 +117,7 @@ class TubeModel {
   bool stress_known() const { return known_stress_ != nullptr; }
   /// Whether no bent state had to be solved for.
   bool unsolved() const { return expansions_.empty(); }
-  /// Sees to it that they reach sigma, where there are any.
+  /// Makes the tables of the dynamics reach sigma, where there are any.
   void reach_dynamics(double sigma, StationsWanted stations);
   /// How the tables of the dynamics see the leaf.
   TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
@@ -126,7 +126,7 @@ class TubeModel {
   void cover(double sigma);
 
   PlatePool& pool();
-  /// Leaves that were condensed, for others in the same deformation.
+  /// Leaves that were condensed, for reuse by others in the same deformation.
   EqualStates& equal_states() { return equal_states_; }
   /// Answers of the tables at the latest places where they were asked.
   struct KeptAnswers {
@@ -183,7 +183,7 @@ class TubeModel {
 
 class TubeLeaf final : public LeafElement, public LimitedRange {
  public:
-  /// `reason`: why it is not of degree 5, where it is not.
+  /// `reason`: why the potential is not of degree 5, where that is so.
   TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
            std::string reason = {});
 

@@ -16,7 +16,7 @@
 
 namespace flexopt {
 
-/// A tube leaf linearised. Of an evaluated leaf, which must outlive it.
+/// Linearisation of an evaluated tube leaf. The leaf must outlive it.
 class TubeLeafLinear final : public LeafLinear {
  public:
   static constexpr int P = TubeDynamics::amplitudes;

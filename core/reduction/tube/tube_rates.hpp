@@ -23,7 +23,7 @@ class TubeRates {
   /// z = (s, f): as of TubePotential::evaluate.
   Answer evaluate(const Vector3d& s, const Vector3d& f) const;
 
-  /// The potential and its three derivatives by the shape.
+  /// A value of the potential and its three derivatives by the shape.
   using Four = double __attribute__((vector_size(32)));
 
  private:

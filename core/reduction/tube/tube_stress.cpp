@@ -38,7 +38,7 @@ Lagrange lagrange(const std::vector<double>& points, double x) {
 
 }  // namespace
 
-// A place among the tables, mirrored to σ ≥ 0.
+// A place in the tables, mirrored to σ ≥ 0.
 struct TubeStress::Local {
   bool mirrored = false;
   std::size_t interval = 0;

@@ -43,7 +43,7 @@ class TubeStress {
   TubeStress(const PlateShape& shape, double force_centre, TubeView view = {},
              std::shared_ptr<const StrainPatterns> patterns = nullptr);
 
-  /// A bent state beyond the others.
+  /// Adds a bent state beyond the others.
   void add(StateTable node);
   double last_sigma() const { return nodes_.back().sigma; }
 
