@@ -29,7 +29,7 @@ class FatigueLaw {
   std::optional<Answer> reversed(double amplitude, double mean) const;
   /// The amplitude that is endured at mean zero, where the material has one [Pa].
   const std::optional<double>& endured_amplitude() const { return endured_; }
-  /// The mean that breaks the material alone [Pa].
+  /// Mean stress that breaks the material without any amplitude [Pa].
   double limit() const { return *limit_; }
   const SnCurve& curve() const { return *material_->s_n_curve; }
 

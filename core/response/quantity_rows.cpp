@@ -1,4 +1,4 @@
-// The rows of the table of quantities, by what they are about.
+// The rows of the table of quantities, by topic.
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
 

@@ -51,7 +51,7 @@ class Outputs {
   Outputs(std::initializer_list<Output> list = {}) {
     for (const Output o : list) set_.set(static_cast<std::size_t>(o));
   }
-  /// Everything that is a number: all but the shapes.
+  /// All outputs that are numbers: everything but the shapes.
   static Outputs numbers() {
     Outputs all;
     all.set_.set();
@@ -121,7 +121,7 @@ enum class MeanStress {
   soderberg  ///< σa/σe + σm/σy = 1
 };
 
-/// The cycles that fatigue is about.
+/// The stress cycles for which fatigue is assessed.
 struct FatigueRule {
   /// Smallest over largest stress, in [−1, 1), of cycles that reach the stress of each point;
   /// nothing: the cycles between the points of the path, with the signs of stress at each place.

@@ -132,7 +132,7 @@ inline constexpr double no_critical_factor = 1e6;
 /// Life that counts in goals where there is none: decimal logarithm of the number of cycles.
 inline constexpr double longest_life = 30;
 
-/// Strength over stress, of the leaf where it is the least.
+/// Strength over stress, for the leaf with the least ratio.
 struct StressSafety {
   double value = 0;
   StressPeak stress;
@@ -227,7 +227,7 @@ struct PathPoint {
   /// Load capacities by direction: CapacityRule.
   std::array<std::optional<LoadCapacity>, 12> load_capacity;
   bool other_branch = false;  ///< the path has left the branch that it came along
-  /// The way from rest has lost or regained stability.
+  /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;
   bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
   int negative_pivots = 0;  ///< inertia of that tangent

@@ -18,7 +18,7 @@ double von_mises_square(const Vector3d& s) {
   return s[0] * s[0] - s[0] * s[1] + s[1] * s[1] + 3 * s[2] * s[2];
 }
 
-/// One side of a place of a leaf.
+/// One side of the leaf at a place.
 struct Spot {
   std::size_t leaf = 0;
   Eigen::Index place = 0;

@@ -43,7 +43,7 @@ ErrorLaw law_of(ErrorKind kind) {
   return {};
 }
 
-// The least order that is seen in docs/benchmarks.md.
+// The lowest order of convergence in docs/benchmarks.md.
 constexpr double order = 2;
 // Errors are relative to the number, and to at least this share of the path's largest value.
 constexpr double least_share = 1e-3;

@@ -109,7 +109,7 @@ std::vector<StrokeErrors> errors_by(Paths& paths, Accuracy accuracy, const std::
 /// Numbers, by request and name.
 using Numbers = std::set<std::pair<std::size_t, std::string>>;
 
-/// The largest error that a mesh can lessen.
+/// The largest error that a finer mesh can reduce.
 LargestError largest_but(std::vector<StrokeErrors> errors, const Numbers& aside) {
   for (std::size_t k = 0; k < errors.size(); ++k)
     for (std::vector<EstimatedError>& point : errors[k].path)

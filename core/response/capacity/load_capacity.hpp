@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// Derivatives of a capacity are along these.
+/// Directions along which a load capacity is differentiated.
 class CapacityDirections {
  public:
   /// `mechanism` and `directions` must outlive this.

@@ -50,7 +50,7 @@ double sign_change(const std::function<double(double)>& function, double a, doub
   return 0.5 * (a + b);
 }
 
-// (H7): where |m(σ)| first is √2 m(0).
+// End of the mass line (H7): where |m(σ)| first is √2 m(0).
 std::optional<double> end_of_mass_line(const PoleSum& mass, double damping) {
   const std::vector<double> poles = mass.frequencies();
   if (poles.empty()) return std::nullopt;
@@ -76,7 +76,7 @@ std::optional<double> end_of_mass_line(HarmonicAnswer& answer, double damping) {
   }
 }
 
-// (H8) along a direction in which the ground moves everything by 1.
+// Gain (H8) along a direction in which the ground moves everything by 1.
 struct Gain {
   PoleSum relative;
   double damping;
@@ -118,7 +118,7 @@ double largest_gain(const Gain& gain, double low, double high) {
   return best;
 }
 
-// Shares of a derivative: real forms of complex motions.
+// Terms of a derivative: real quadratic forms of complex motions.
 class Terms {
  public:
   struct Motion {

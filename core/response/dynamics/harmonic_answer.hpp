@@ -30,11 +30,11 @@ class HarmonicAnswer {
   /// `most`: columns of V at the end.
   HarmonicAnswer(const VectorXd& start, int most, const LinearMap& solve, const LinearMap& mass);
 
-  /// Some columns more; false where there are no more.
+  /// Adds some columns; false where there are no more.
   bool extend();
   /// Whether the answer is exact, because the Krylov space is invariant.
   bool exact() const { return krylov_.invariant(); }
-  /// y(0) has no mass that moves: y(σ) = y(0).
+  /// Whether y(0) has no mass that moves, so that y(σ) = y(0).
   bool still() const { return krylov_.columns() == 0; }
 
   /// aᵀ y(σ) for a row of the unknowns.

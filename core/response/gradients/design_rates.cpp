@@ -30,7 +30,7 @@ class ForceSum {
   ForceSum(const MechanismFactor& factor, Eigen::Index columns) : factor_(&factor) {
     for (MatrixXd& order : orders_) order = MatrixXd::Zero(factor.size(), columns);
   }
-  /// += factor · rows of a leaf.
+  /// Adds factor · rows of a leaf.
   void add(const MechanismFactor::Leaf& leaf, double scale, const Eigen::MatrixX<S>& rows) {
     if constexpr (std::same_as<S, double>) {
       factor_->add_leaf_force(leaf, scale, rows, orders_[0]);
@@ -88,7 +88,7 @@ DesignRates<S>::DesignRates(const MechanismFactor& factor, LeafGradients<S> leav
   }
 }
 
-// The leaf seen from its own axes and scales, along one parameter.
+// Variation of a leaf along one parameter, seen from the leaf's own axes and scales.
 template <class S>
 LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
                                            const ProfileDirections& profiles,

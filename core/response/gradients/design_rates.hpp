@@ -13,7 +13,7 @@
 
 namespace flexopt {
 
-/// Shares of the leaves, one by one.
+/// Gradients of the leaves, one by one.
 template <class S>
 using LeafGradients = std::vector<std::unique_ptr<LeafGradient<S>>>;
 /// Gradients of all leaves at the state of the factor, which must outlive them. None where a leaf

@@ -163,7 +163,7 @@ double mixed_form(const MatrixXd& rates, Eigen::Index sum, Eigen::Index y, Eigen
   return 0.5 * (rates(sum, parameter) - rates(y, parameter) - rates(z, parameter));
 }
 
-// Frequencies and clusters from the rates of the columns.
+// Sets the derivatives of frequencies and clusters from those of the columns.
 void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& gradients,
                      std::vector<FrequencyCluster>& clusters) {
   const int count = static_cast<int>(rates.cols());
@@ -323,7 +323,7 @@ void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGrad
   if (k < rows.rows()) gradients.parasitic_frequency = VectorXd(rows.row(k));
 }
 
-// Sums of the rates of their terms.
+// Sets the derivatives of the dynamic measures as sums over their terms.
 void set_dynamics(const DynamicsMeasures& dynamics, const DesignRates<double>& design,
                   const MatrixXd& state_rates, PointGradients& gradients) {
   const auto gradient = [&](const DynamicsMeasure& measure) {

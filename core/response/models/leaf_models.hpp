@@ -1,5 +1,5 @@
 #pragma once
-// The leaf elements of a mechanism for the accuracy asked for.
+// Makes the leaf elements of a mechanism for the wanted accuracy.
 #include <memory>
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// `reason`: why they stand in for reduced ones, where they do.
+/// `reason`: why full leaves replace reduced ones, where they do.
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
                                                            const ModelOptions& model,
                                                            const std::string& reason = {});

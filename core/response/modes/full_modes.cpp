@@ -15,7 +15,8 @@ namespace {
 
 // Modes beyond those asked for: whole clusters of equal ones, and separation from what is left out.
 constexpr int guards = 4;
-// Residual of the Ritz pairs, relative, and where rounding holds it up.
+// Relative residual of the Ritz pairs that is sought, and that is accepted where rounding prevents
+// the former.
 constexpr double tolerance = 1e-9, tolerance_of_rounding = 1e-6;
 
 // The drives' static shapes C of unit strokes: K⁻¹ = K_l⁻¹ + C D Cᵀ, l with the drives held.
@@ -39,7 +40,7 @@ void set_residual(const BlockKrylov& krylov, int count, RitzPairs& pairs) {
     pairs.residual = std::max(pairs.residual, size[k] / std::abs(pairs.values[k]));
 }
 
-// The residuals of a list, decomposition by decomposition.
+// Convergence of a list by the residuals of one decomposition after the other.
 struct Convergence {
   double previous = 1;
   bool reached(double residual, bool held_up) {

@@ -70,7 +70,7 @@ class MechanismFactor {
   /// Rows of drives that are conditions.
   std::vector<int> drive_rows() const;
 
-  /// Rows of a leaf.
+  /// Rows of a leaf in Y.
   MatrixXd leaf_rows(const Leaf& leaf, const MatrixXd& Y) const;
   /// Y += factor · rows of a leaf, as forces.
   void add_leaf_force(const Leaf& leaf, double factor, const MatrixXd& rows, MatrixXd& Y) const;

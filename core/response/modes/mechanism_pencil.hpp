@@ -30,13 +30,13 @@ struct MechanismPencil {
     MatrixXd stations, shape;
 
     Eigen::Index boundary() const { return mass.rows() - modes; }
-    /// The first of the modes in the pencil.
+    /// Index of the first mode of the leaf in the pencil.
     int first() const { return coordinates[static_cast<std::size_t>(boundary())]; }
   };
   std::vector<Leaf> leaves;
 
   MatrixXd mass_times(const MatrixXd& X) const;
-  /// Mode::motion of every column.
+  /// Mode::motion for every column.
   MatrixXd motions(const System& system, const MatrixXd& phi) const;
   void add_shape(const VectorXd& phi, Mode& mode) const;
 };

@@ -132,7 +132,7 @@ PairPoints nearest_points(const Solids& solids, const PairPoints& start, double 
   return {SolidPoint{start[0].solid, u.head<3>()}, SolidPoint{start[1].solid, u.tail<3>()}};
 }
 
-// The side of a wire that looks at a place.
+// Turns a point of a wire to the side that faces a place.
 void turn_towards(const Solids& solids, const Vector3d& place, SolidPoint& point) {
   if (!solids.is_wire(point.solid)) return;
   point.at[2] = 1;
@@ -240,7 +240,7 @@ std::optional<Clearance> clearance_of(const Solids& solids,
     if (best && bound > std::max(best->value, 0.0)) break;
     const Clearance here =
         clearance_of_pair(solids, pairs[k], samples_of(pairs[k][0]), samples_of(pairs[k][1]), size);
-    // of equal ones the first pair
+    // Of equal clearances, the first pair counts.
     const double tolerance = equal * size * (k < at ? -1 : 1);
     if (!best || here.value < best->value - tolerance) best = here, at = k;
   }

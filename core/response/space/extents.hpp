@@ -17,7 +17,7 @@ Extents extents_of(const Solids& solids);
 /// Derivatives of `Extents`, in the order of `Extents::at`: 7 × parameters.
 MatrixXd extent_rates(const Solids& solids, const Extents& extents, const PlaceRates& rates);
 
-/// The box and the cylinder that hold all of them.
+/// The box and the cylinder that hold all states.
 Envelope envelope_of(const std::vector<const Extents*>& states);
 /// Rows x, y, z, cylinder; from the rates of each state.
 MatrixXd envelope_rates(const std::vector<const Extents*>& states,

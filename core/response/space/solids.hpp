@@ -52,10 +52,10 @@ std::vector<SolidPart> solid_parts(const Mechanism& mechanism);
 /// Leaves are interpolated between stations of their surfaces (S19).
 class Solids {
  public:
-  /// The mechanism must outlive this; `places` is used here alone.
+  /// The mechanism must outlive this; `places` is called in the constructor alone.
   Solids(const Mechanism& mechanism, const LeafPlaces& places,
          const std::vector<BodyPlace>& bodies);
-  /// The undeflected mechanism.
+  /// Solids of the undeflected mechanism.
   static Solids undeflected(const Mechanism& mechanism);
 
   int count() const { return static_cast<int>(solids_.size()); }
@@ -83,7 +83,7 @@ class Solids {
   /// Place of a point of a leaf's mid-surface or of a wire's centre line.
   Vector3d middle_place(int leaf, double along, double across) const;
 
-  /// Points all over the solid.
+  /// A sample point; samples lie all over the solid.
   struct Sample {
     Vector3d at, place;
   };

@@ -12,7 +12,7 @@
 
 namespace flexopt {
 
-/// Vectors are those of the factor, which must outlive it.
+/// Rows of vectors are those of the factor, which must outlive this.
 class MechanismSeries {
  public:
   /// Series of a mechanism; none where a leaf has no series. Only full leaves have one.
@@ -25,7 +25,7 @@ class MechanismSeries {
   /// the bodies by exp(hat θ) R. Coefficients of s hold.
   void expand_along(const VectorXd& direction);
   MechanismState<Jet> path() const;
-  /// Shares of the leaves in exact gradients along it.
+  /// Gradients of the leaves along the path.
   LeafGradients<Jet> leaf_gradients(LeafRates& rates) const;
   /// State rates that balance forces B(s) along the path at constant strokes: (S7). Along a
   /// stroke's path only.
