@@ -91,7 +91,7 @@ std::string describe(const Shape& shape);
 /// The range alone: "0 < value <= 20", empty where there is none. `unit` is appended.
 std::string describe_range(const Shape& shape, const std::string& unit = "");
 
-/// JSON Schema (draft 2020-12) of the same description.
+/// JSON Schema (draft 2020-12) of a shape.
 nlohmann::json json_schema(const Shape& shape);
 
 }  // namespace flexopt

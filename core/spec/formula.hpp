@@ -52,7 +52,7 @@ class Formula {
 
   const std::string& text() const { return text_; }
   const std::string& pointer() const { return pointer_; }
-  /// The slots that it uses, ascending.
+  /// Slots that the formula uses, ascending.
   const std::vector<int>& slots() const { return slots_; }
   /// Names of the slots, and the SI units as a text writes them behind a number (" [m]"), in the
   /// order of slots().
