@@ -28,7 +28,7 @@ class Flattener {
             FaultList& faults)
       : plan_(plan), input_(input), scope_(std::move(scope)), out_(out), faults_(faults) {}
 
-  /// The bodies of the plan by their names in it.
+  /// Appends the items of the plan; returns the bodies by their names in it.
   std::map<std::string, int> run();
 
  private:

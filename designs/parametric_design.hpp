@@ -40,7 +40,7 @@ class ParametricDesign {
 
   /// Place of the parameter in the family's list, −1 for other names.
   int slot(const std::string& name) const;
-  /// Numbers in slots. Dependent ones may be missing and are then 0.
+  /// Values by slot. Dependent parameters may be missing and are then 0.
   std::vector<double> slots(const ParameterValues& parameters) const;
 
   /// Computes the dependent ones. Throws SpecError where a formula has no finite value.
