@@ -107,7 +107,7 @@ class TwoPaths {
   std::vector<std::size_t> both_;
 };
 
-/// Linear between the sorted values, as most statistics programs have it.
+/// Percentile, linear between the sorted values, as in most statistics programs.
 double percentile(const std::vector<double>& sorted, double fraction) {
   const double place = fraction * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(place);

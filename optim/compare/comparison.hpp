@@ -54,7 +54,7 @@ struct PointError {
   double value = 0;
 };
 
-/// A number that only one of the two has.
+/// A number that only one of the two models has.
 struct MissingNumber {
   int quantity = 0, part = -1;
   int design = 0, point = 0;

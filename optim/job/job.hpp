@@ -81,7 +81,7 @@ enum class SearchKind {
   global   ///< the best of the clusters that a screening of the whole box finds
 };
 
-/// A second objective, traded against the first.
+/// Second objective of a job, traded against the first.
 struct ParetoSpec {
   std::string quantity, expression;  ///< one of the two is empty
   OverStroke over_stroke = OverStroke::max;
@@ -93,7 +93,7 @@ struct ParetoSpec {
   bool misassembled = false;  ///< its worst in the box of errors of assembly counts
 };
 
-/// The optimum is to be that of full accuracy.
+/// Settings to correct the optimum to full accuracy.
 struct VerifySpec {
   double tolerance = 0.002;  ///< largest difference of what steers the search, relative
   int max_full_evaluations = 6;
@@ -118,7 +118,7 @@ struct OptimiseSpec {
   double constraint_tolerance = 1e-4;  ///< relative to the bound
 };
 
-/// Quantities over two parameters.
+/// Map of quantities over two parameters.
 struct MapSpec {
   std::array<Variable, 2> parameters;  ///< name and range alone
   std::array<int, 2> points{21, 21};
@@ -191,7 +191,7 @@ struct DesignSpec {
   std::map<std::string, std::string> expressions;
   FamilyChoices choices;  ///< of every option of the family
   Material material;
-  /// The family and its formulas, compiled; of a design that was read.
+  /// The family with its formulas, compiled; only for a design that was read.
   std::shared_ptr<const ParametricDesign> resolved;
 };
 

@@ -166,7 +166,7 @@ Job read_cases(const json& document, FaultList& faults,
     found[name] = of_case.faults();
   }
   add_faults(cases, std::move(found), faults);
-  // what no case takes is checked all the same
+  // Items that no case uses are checked, too.
   std::vector<std::string> unused;
   for (const std::string& key : case_keys())
     if (document.contains(key) && !is_inherited(cases, key)) unused.push_back(key);

@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// The two keys.
+/// The keys "dynamics" and "export" of a job.
 std::vector<Field> dynamics_fields();
 
 /// Reads them against the mechanism and the stroke points, which `request` has.

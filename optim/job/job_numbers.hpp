@@ -14,7 +14,7 @@ namespace flexopt {
 /// follows), `.density`; `end_effector.mass`, `.center_of_mass.x` …, `.inertia.xx`, `.inertia.xy` …
 const std::vector<Parameter>& job_numbers();
 
-/// The number of that name, or null.
+/// The number of this name, or null.
 const Parameter* find_job_number(const std::string& name);
 /// The family's parameter or the number of the job of that name, or null.
 const Parameter* find_parameter(const Family& family, const std::string& name);

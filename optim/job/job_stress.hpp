@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// The two keys.
+/// The keys "fillet" and "fatigue" of a job.
 std::vector<Field> stress_fields();
 
 /// Reads them against the leaves and their materials into the rules of a request whose path is

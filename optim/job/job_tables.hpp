@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// Larger forces, masses, stiffnesses are slips of the pen [SI].
+/// Larger forces, masses and stiffnesses are taken for typing errors [SI].
 inline constexpr double largest_number = 1e12;
 
 /// Three numbers of this unit, each at most `largest`.

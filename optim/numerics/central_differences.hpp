@@ -12,7 +12,7 @@ namespace flexopt {
 /// Values of a design at scaled variables in [0, 1]ⁿ; nothing where they cannot be computed.
 using ValuesAt = std::function<std::optional<VectorXd>(const VectorXd& x)>;
 
-/// Many designs at once; the answers in the order of the questions.
+/// Values at many designs at once, in the order of the designs.
 using ValuesAtMany =
     std::function<std::vector<std::optional<VectorXd>>(const std::vector<VectorXd>& x)>;
 

@@ -15,7 +15,7 @@ struct Interrupted : std::exception {
 /// out.
 void parallel_for(int count, int threads, const std::function<void(int)>& work);
 
-/// Told how many of all are done, one at a time, from any thread.
+/// Called with the number of finished units, one call at a time, from any thread.
 using LoopProgress = std::function<void(int done, int total)>;
 
 /// Parallel loop that calls `progress` after each unit of work; exceptions of `progress` count as

@@ -30,7 +30,7 @@ struct CrewDismissed : std::exception {
   const char* what() const noexcept override { return "dismissed"; }
 };
 
-/// Another member cannot go on, and says why.
+/// Thrown when another member cannot go on; tells why.
 struct CrewBroken : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -50,14 +50,14 @@ class Crew {
   /// Leader, from any thread: the answer of whoever is free first, another member or this process
   /// by `here`. Throws what `here` throws, and CrewBroken.
   virtual std::string ask(const std::string& question, const Answerer& here) = 0;
-  /// Leader: the others come back from `answer`.
+  /// Leader: ends the stage, so that the others return from `answer`.
   virtual void end_stage() = 0;
   /// The others: answers until the leader ends the stage. Throws CrewDismissed where it ended all.
   virtual void answer(const Answerer& here) = 0;
 
-  /// Leader: a text for all others.
+  /// Leader: sends a text to all others.
   virtual void tell(const std::string& text) = 0;
-  /// The others: the next of these. Throws CrewDismissed.
+  /// Other members: the next text of tell(). Throws CrewDismissed.
   virtual std::string hear() = 0;
   /// The others: tell the leader that this member cannot go on, and why.
   virtual void fail(const std::string& why) = 0;
@@ -83,7 +83,7 @@ class Sharing {
   bool follows() const { return crew_ && !crew_->leads(); }
   /// What a loop yields is all known here, once it has ended.
   bool complete() const { return !shard_ && !follows(); }
-  /// Threads that keep a crew busy, or those that there are.
+  /// Number of threads that keep a crew busy, or of those that there are.
   int threads(int of_this_process) const;
   /// Those of the units 0, …, count − 1 that this process does itself or has done for it.
   std::vector<int> own(const std::string& what, int count);

@@ -69,7 +69,7 @@ class DesignProblem {
   /// The job; the second objective of a front stands among its constraints, without bounds, and
   /// what varies of material and end-effector, or stands in formulas, among its parameters.
   const Job& job() const { return job_; }
-  /// The constraints that are some.
+  /// Number of constraints of the job itself.
   std::size_t own_constraints() const {
     return spec().constraints.size() - (spec().pareto ? 1 : 0);
   }
@@ -93,9 +93,9 @@ class DesignProblem {
   ParameterValues parameters(const Variables& variables) const;
   Mechanism mechanism(const Variables& variables) const;
 
-  /// Some goals count tolerances.
+  /// Whether some goals take tolerances into account.
   bool robust() const;
-  /// Some goals count the worst errors of assembly.
+  /// Whether some goals count the worst errors of assembly.
   bool misassembled() const { return misassembled_.has_value(); }
   /// Whether `evaluate` can give exact derivatives of all goals.
   bool differentiable() const { return !needs_mechanics_ || evaluators_.gradients != nullptr; }

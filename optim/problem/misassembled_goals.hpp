@@ -47,7 +47,7 @@ class MisassembledGoals {
   struct Number {
     std::size_t goal = 0, load_case = 0, point = 0;
   };
-  /// Goal by goal, load case by load case.
+  /// All numbers, goal by goal, load case by load case.
   std::vector<Number> numbers() const;
   /// Paths at one place of the box, for all load cases that the goals ask for.
   std::vector<StrokeSensitivity> paths_at(
@@ -59,7 +59,7 @@ class MisassembledGoals {
                     const std::vector<Number>& numbers, const VectorXd& z) const;
   /// Why a goal has no value, with the load case where there are several.
   std::string said(const std::string& message, std::size_t load_case) const;
-  /// The candidates of a point, the worst first.
+  /// Adds the candidates of a point, the worst first.
   void add_candidates(std::size_t goal, const std::vector<const GoalReading*>& readings,
                       std::size_t point, GoalReading& whole) const;
 

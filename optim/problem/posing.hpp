@@ -38,7 +38,7 @@ struct Pose {
   std::optional<Correction> correction;
 };
 
-/// The job's own.
+/// Pose of the job itself.
 Pose job_pose(const DesignProblem& problem);
 
 /// A design as a pose sees it.
@@ -58,7 +58,7 @@ class Posing {
   Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
          Aim aim = Aim::objective, double violation = 1);
 
-  /// Refers to this object.
+  /// The problem for an optimiser; refers to this object.
   Problem problem();
   /// Free variables of x, with the slack that makes its rows tight if there is a slack.
   VectorXd start(const Candidate& from) const;

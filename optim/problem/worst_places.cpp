@@ -19,7 +19,7 @@ constexpr int few_sides = 4;
 constexpr double flat = 1e-8;
 // What a place inside the box is brought to.
 constexpr double as_flat_as = 1e-10;
-// Nearer than that are no two places.
+// Places that are nearer than this count as one.
 constexpr double same_place = 1e-3;
 
 class Places {

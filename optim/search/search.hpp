@@ -62,7 +62,7 @@ struct Conflict {
 std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
                                     const Pose& pose, const Candidate& at);
 
-/// The multipliers alone; empty where there is no such balance.
+/// Multipliers alone; empty where balance_at() returns nothing.
 std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
                                    const Pose& pose, const Candidate& at);
 

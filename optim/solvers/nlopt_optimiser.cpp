@@ -65,7 +65,7 @@ class Run {
     local_ = entry_of(local.empty() ? entry.info.locals.front() : local).id;
   }
 
-  /// Towards the problem's own optimum.
+  /// Runs the algorithm on the problem itself.
   nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper,
                       double step) {
     return start(x0, lower, upper, step, trials_.options().tolerance);

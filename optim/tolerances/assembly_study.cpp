@@ -31,7 +31,7 @@ constexpr double same_scale = 1e-3, scale_accuracy = 1e-7;
 // Far beyond a bifurcation Newton's method may find a branch that is stable again.
 constexpr double growth = 1.2;
 
-/// A number that is the worse the larger it is.
+/// A number that is worse the larger it is.
 struct Reading {
   bool ok = false;
   bool unstable = false;  ///< or without equilibrium: beyond everything
@@ -53,9 +53,9 @@ class Box {
   int size() const { return box_.size(); }
   int evaluations() const { return evaluations_; }
   std::vector<AssemblyError> errors(const VectorXd& z) const { return box_.errors(z); }
-  /// Every load case.
+  /// Indices of all load cases.
   std::vector<std::size_t> all_cases() const;
-  /// The one that a quantity names, or every.
+  /// Index of the load case that a quantity names, or of all cases.
   std::vector<std::size_t> cases_of(const Constraint& quantity) const;
   Paths evaluate(const VectorXd& z, const std::vector<std::size_t>& cases);
   /// Reading at the errors z, each −1 … 1, of the box times `scale`.
