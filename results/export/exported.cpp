@@ -22,7 +22,7 @@ std::string unit_of_stroke(const Exported& of, std::size_t k) {
   return is_rotation(of.mechanism.drives[k].direction) ? "rad" : "m";
 }
 
-/// " m"; nothing of plain numbers.
+/// Unit text of a stroke, such as " m"; empty for plain numbers.
 std::string shown_unit(const Exported& of, std::size_t k) {
   return of.request.loads.driven() ? " " + unit_of_stroke(of, k) : "";
 }

@@ -41,7 +41,7 @@ struct Exported {
   std::vector<VectorXd> path() const;
   /// The point of the path that is farthest from rest.
   VectorXd largest_strokes() const;
-  /// "uy = 0.02 m", "x = 0.001 m, y = 0 m".
+  /// Text of strokes: "uy = 0.02 m", "x = 0.001 m, y = 0 m".
   std::string stroke_text(const VectorXd& at) const;
 };
 

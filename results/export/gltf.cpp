@@ -20,7 +20,7 @@ using Json = OrderedJson;
 constexpr int of_floats = 5126, of_indices = 5125, vertices = 34962, triangles = 34963;
 constexpr double seconds_there = 3;  ///< and as many back
 
-/// The one buffer and its accessors.
+/// The only buffer of the file, with its accessors.
 class Buffer {
  public:
   /// Rows of so many numbers. `bounds`: positions must tell theirs.

@@ -122,7 +122,7 @@ class SurfaceBuilder {
     middle_.push_back(std::move(middle));
     normal_.push_back(std::move(normal));
   }
-  /// The last section is a fold, behind which the normals are these.
+  /// Marks the last section as a fold, behind which the normals are these.
   void add_fold(const Row& behind) {
     surface_.folds.push_back(static_cast<int>(normal_.size()) - 1);
     for (std::size_t j = 0; j < behind.size(); ++j)

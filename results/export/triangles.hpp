@@ -14,7 +14,7 @@ struct TriangleMesh {
   std::vector<Vector3d> points;               ///< [m]
   std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
 
-  /// Enclosed by the triangles [m³].
+  /// Volume that the triangles enclose [m³].
   double volume() const;
 };
 
@@ -22,7 +22,7 @@ struct TriangleMesh {
 /// circle. The number and the order of points and triangles follow from the size of the grid alone.
 TriangleMesh closed_leaf(const LeafSurface& surface, int around = 32);
 
-/// Twelve triangles.
+/// A box of twelve triangles.
 TriangleMesh closed_box(const BodyBoxT<double>& box);
 
 /// The smallest convex body around the points; nothing where they lie in a plane.

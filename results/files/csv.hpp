@@ -24,7 +24,7 @@ std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const
 /// derivatives.
 std::string history_csv(const Job& job, const Optimum& optimum, const DriveList& drives);
 
-/// A row a design of the front of two objectives.
+/// One row for each design of the front of two objectives.
 std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList& drives);
 
 /// One row for each design and model: parameters and symbols, ratios of the widest leaf, points

@@ -1,5 +1,5 @@
 #pragma once
-// Which mode of one point of the path is which of the next.
+// Tracks modes from one point of the path to the next.
 #include <functional>
 #include <vector>
 

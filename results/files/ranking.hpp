@@ -17,7 +17,7 @@ namespace flexopt {
 /// each with name, folder, status, message, and its whole "result".
 OrderedJson make_listed_result(const Job& job, const std::vector<OrderedJson>& results);
 
-/// A row a design, in the order of the ranking.
+/// One row for each design, in the order of the ranking.
 std::string ranking_csv(const OrderedJson& result);
 
 /// Summary for stdout, one line for each design.

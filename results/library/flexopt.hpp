@@ -46,11 +46,11 @@ inline
 
 /// Version of the library that is linked, "0.1.0".
 FLEXOPT_EXPORTED std::string version();
-/// Version control's name of its sources, or "unknown".
+/// Version-control identifier of the library's sources, or "unknown".
 FLEXOPT_EXPORTED std::string commit();
-/// The `"flexopt"` of the jobs that it reads.
+/// The `"flexopt"` of the jobs that the library reads.
 FLEXOPT_EXPORTED int job_format();
-/// The `"format"` of the results that it writes.
+/// The `"format"` of the results that the library writes.
 FLEXOPT_EXPORTED int result_format();
 
 // --------------------------------------------------------------------------------------- Errors
@@ -165,7 +165,7 @@ struct Table {
   std::size_t columns = 0;      ///< numbers in a row
   std::vector<double> numbers;  ///< rows × columns
 
-  /// Row i, column j.
+  /// Number in row i, column j.
   double operator()(std::size_t i, std::size_t j) const { return numbers[i * columns + j]; }
 };
 
@@ -265,7 +265,7 @@ struct ConstraintAtOptimum {
 class FLEXOPT_EXPORTED Optimum : public Evaluation {
  public:
   using Evaluation::Evaluation;
-  /// SI; nothing where no design could be evaluated.
+  /// The objective, SI; nothing where no design could be evaluated.
   std::optional<double> objective() const;
   /// Every parameter of the optimum, SI; empty where no design could be evaluated.
   std::map<std::string, double> parameters() const;

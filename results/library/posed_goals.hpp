@@ -21,7 +21,7 @@ struct NotConverged : std::runtime_error {
   std::optional<double> reached;  ///< stroke
 };
 
-/// Derivatives were asked for, and cannot be had.
+/// Thrown where derivatives were asked for, but are not available.
 struct NoGradient : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

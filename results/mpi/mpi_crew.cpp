@@ -197,7 +197,7 @@ class Leader : public Crew {
   std::thread postman_;
 };
 
-/// The other ranks.
+/// Crew member on the other ranks.
 class Follower : public Crew {
  public:
   explicit Follower(int members) : members_(members) {}

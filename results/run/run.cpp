@@ -114,7 +114,7 @@ void draw_beside(RunRecord& record, const std::string& label, const std::string&
   if (other.response.status == Status::ok) record.others.push_back(std::move(other));
 }
 
-/// The start of an optimisation and the points of its front.
+/// Draws the start of an optimisation and the points of its front.
 void draw_others(RunRecord& record) {
   const Optimum& optimum = *record.optimum;
   if (!optimum.starts.empty()) {

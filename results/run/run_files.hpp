@@ -42,7 +42,7 @@ class GrowingLog;
 /// Reads a run that is shown again and again: what was read of its log is kept in `log`.
 ShownRun read_run(const std::filesystem::path& folder, GrowingLog& log);
 
-/// The result alone.
+/// Reads the result alone.
 OrderedJson read_result(const std::filesystem::path& folder);
 
 }  // namespace flexopt

@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// "3/16". Throws SpecError (pointer --shard).
+/// Shard from a text such as "3/16". Throws SpecError (pointer --shard).
 Shard read_shard(const std::string& text);
 
 /// Throws SpecError (pointer --shard) where a job has no work that shards can have parts of.
@@ -40,7 +40,7 @@ FoundShards find_shards(const std::vector<std::filesystem::path>& folders);
 void merge_logs(const FoundShards& found, const std::vector<std::filesystem::path>& folders,
                 const std::filesystem::path& out);
 
-/// {1, 2, 3, 7} as "1-3,7": an --array of Slurm.
+/// Text of numbers for an --array of Slurm: {1, 2, 3, 7} become "1-3,7".
 std::string array_text(const std::vector<int>& numbers);
 
 }  // namespace flexopt

@@ -36,7 +36,7 @@ RunStep step_of(const Progress& progress, int total, const BestSoFar& best);
 RunStep step_of(const ScreeningProgress& progress, double seconds);
 RunStep step_of(const CompareProgress& progress);
 
-/// Tells the listener of every one; nothing of it in plain lines.
+/// Progress that tells the listener of every unit; plain lines show nothing of it.
 LoopProgress counted(RunListener& listener, const std::string& what);
 
 }  // namespace flexopt

@@ -17,7 +17,7 @@ namespace flexopt {
 
 namespace {
 
-/// Nobody is told how far one evaluation is.
+/// Listener that prints nothing: one evaluation has no progress to show.
 class Silent : public RunListener {
   void say(const std::string&) override {}
   void step(const RunStep&) override {}

@@ -30,7 +30,7 @@ class LocalServer {
   /// threads at once. A SpecError that it throws is answered by 400 and its text.
   void post(const std::string& path, std::function<ServerAnswer(const std::string& body)> answer);
 
-  /// http://127.0.0.1:PORT/?token=…
+  /// Address of the page: http://127.0.0.1:PORT/?token=…
   std::string address() const;
   /// Serves until SIGINT or SIGTERM. An answer that is then under way for some seconds more is
   /// given up, and with it the process, with exit code 0: it would be nothing but a text.

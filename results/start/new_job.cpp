@@ -51,7 +51,7 @@ bool is_stubby(const LeafSpring& leaf) {
   return leaf.section != Section::circular && leaf.length < 20 * leaf.thickness;
 }
 
-// Such leaves may be looked up.
+// Whether a leaf is a flat plate, which may be looked up.
 bool is_flat_plate(const LeafSpring& leaf) {
   return leaf.section != Section::circular && !leaf.curve && !leaf.fold && !leaf.has_profile();
 }
