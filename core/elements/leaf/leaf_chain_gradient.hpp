@@ -33,7 +33,8 @@ class LeafChainLinear final : public LeafLinear {
  private:
   /// First row of an edge of a segment among (unknowns, edges).
   int edge_row(int segment, int edge) const;
-  /// Rows of the segment, in its own units, by rates of (unknowns, edges); forces the other way.
+  /// Rows of the segment, in its own units, from derivatives with respect to (unknowns, edges);
+  /// forces are mapped the other way.
   MatrixXd segment_rows(int segment, const MatrixXd& V) const;
   void add_segment_force(int segment, double factor, const MatrixXd& rows, MatrixXd& V) const;
 

@@ -113,11 +113,11 @@ class LeafElement {
   /// where a reduced model does not lead on. `reason`: for its report. Of a full leaf a copy, its
   /// report unchanged. After evaluate().
   virtual std::unique_ptr<LeafElement> full_model(const std::string& reason) = 0;
-  /// The leaf about its present state with all interior unknowns; the leaf must outlive it and keep
-  /// its state. After evaluate(). None unless the model has such unknowns.
+  /// Linearisation about the present state with all interior unknowns; after evaluate(). The leaf
+  /// must outlive it and keep its state. None unless the model has such unknowns.
   virtual Answer<LeafLinear> linearise();
   /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
-  /// empty where it has.
+  /// empty where it has one.
   virtual std::string interior_gap(InteriorUse use);
   /// Why the full leaf that a reduced one rebuilt at its present state, for frequencies or stress,
   /// is not to be believed; empty where it is, or where none was rebuilt.
@@ -140,8 +140,8 @@ class LeafElement {
   /// The largest stress along each edge that has factors, these multiplied in; corners left out as
   /// by max_stress().
   virtual std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) = 0;
-  /// Places that keep their share of the leaf whatever its state, corners left out as by
-  /// max_stress(): where the history of stress over a stroke is kept.
+  /// Places at which the history of stress over a stroke is kept. They keep their share of the leaf
+  /// whatever its state; corners are left out as by max_stress().
   virtual std::vector<StressPlace> stress_places() = 0;
   /// A SectionStress in each column, at any places of the leaf.
   virtual MatrixXd section_stresses(const std::vector<StressPlace>& places) = 0;

@@ -15,8 +15,8 @@ class LeafFields {
   /// Derivatives of the place over L of the point (along, across) of the mid-surface, seen from the
   /// leaf's axes, with these axes and L held constant: 3 × parameters.
   virtual MatrixXd place_rates(double along, double across) const = 0;
-  /// Derivative of that place with `along`: what a point takes with it that moves along the leaf,
-  /// as the line of a fold does. None unless the leaf is a full plate.
+  /// Derivative of the place of the point with `along`, for a point that moves along the leaf, as
+  /// the line of a fold does. None unless the leaf is a full plate.
   virtual std::optional<Vector3d> place_slope(double /*along*/, double /*across*/) const {
     return std::nullopt;
   }

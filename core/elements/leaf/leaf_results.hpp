@@ -70,7 +70,8 @@ struct LeafReport {
   /// Source of the coefficients of a tube: "built" or "atlas"; empty for other models.
   std::string source = {};
   int degree = 0;  ///< of the potential of a tube; of other models 0
-  /// Evaluated at full accuracy, or its frequencies, because its own model was not believed.
+  /// The leaf, or its frequencies, was evaluated at full accuracy, because its own model was not
+  /// accurate enough.
   bool replaced = false;
 };
 

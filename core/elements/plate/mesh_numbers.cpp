@@ -48,8 +48,8 @@ constexpr double grading = 0.7;
 
 /// How far from the fold line the corner counts, over what it takes: the shares below add up to 1.
 constexpr double corner_zone = 160.0 / 133;
-/// The share of it that lies within u of this length, and its moment: 19/20 of what is there,
-/// and less towards its end, 19/20 (1 − u⁷).
+/// Share of the corner's flexibility that lies within u of this length, and its moment. Its density
+/// is 19/20, and less towards the end of the zone, 19/20 (1 − u⁷).
 template <class S>
 S corner_share(const S& u) {
   if (value_of(u) >= 1) return S(1);

@@ -30,7 +30,7 @@ MappedDerivatives<V> mapped(const WidthMap<S>& map, const S& y0, const V& x, con
           V(per * (xy - map.slope * y + g * yy)), V(squared * yy)};
 }
 
-/// What of a number is stored: itself, or its derivative.
+/// The stored part of a number: its value, or its derivative.
 inline double part_of(double x) { return x; }
 inline double part_of(const Dual1& x) { return x.derivatives[0]; }
 
@@ -81,7 +81,7 @@ class MeshNumbers {
   /// Curvature of the undeflected leaf in element i at s, with the sign for fibres on the side of
   /// the normal: −r,xx · n / |n|.
   S rest_curvature(int i, double s) const;
-  /// r,x there, along the chord and normal to it.
+  /// Tangent r,x of the undeflected leaf in element i at s, along the chord and normal to it.
   std::array<S, 2> rest_tangent(int i, double s) const;
   /// Nodal values (r, r,x, r,y, r,xy) of a node of the undeflected leaf, from the middle of the
   /// line and in its axes; and from the base, in the axes of the chord.

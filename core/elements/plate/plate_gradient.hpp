@@ -50,7 +50,7 @@ class PlateGradient final : public LeafGradient<S> {
   NodalQuadratic nodal_quadratic(const std::vector<Matrix>& N1,
                                  const std::vector<Matrix>& N2) const;
   const std::vector<Matrix>& nodal_force() const { return nodal_force_; }  ///< per line, n × 3
-  /// Derivatives of it along the directions of the mesh rate, w/L, t/L and ν first.
+  /// Derivatives of the nodal force along the directions of the mesh rate, w/L, t/L and ν first.
   const std::vector<Matrix>& shape_force(int p) const { return shape_force_[p]; }
 
  private:

@@ -65,8 +65,8 @@ class PlateLeaf {
 
   /// Assembles and factorises at the present state. After it the results below hold.
   void assemble();
-  /// The first half of it: energy, residual(), edge_force() and the tangent's parts hold then
-  /// (tangent_times(), coupling(), edge_tangent()), but nothing condensed.
+  /// First half of assemble(): computes energy, residual(), edge_force() and the parts of the
+  /// tangent (tangent_times(), coupling(), edge_tangent()); condenses nothing.
   void linearise();
   /// Second half of assemble(): condenses the unknowns; after linearise().
   void eliminate();

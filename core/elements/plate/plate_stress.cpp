@@ -51,7 +51,7 @@ SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double y
 
 namespace {
 
-// Stations from a to b with the ends, and those at the border of the corner zones.
+// Stations from a to b, with both ends and the borders of the corner zones.
 std::vector<double> stations(double a, double b, int intervals, double zone) {
   std::vector<double> s = graded_points(a, b, intervals, 0.5);
   s.push_back(a + zone);

@@ -51,7 +51,7 @@ std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape&
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const LeafSpring& leaf, const LeafScale& scale, int index);
 
-/// stress_peaks() of a leaf. The largest of them is that of plate_max_stress.
+/// stress_peaks() of a leaf. The largest of these peaks is plate_max_stress.
 std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
                                            const std::vector<MatrixXd>& nodal,
                                            const LeafSpring& leaf, int index);

@@ -68,7 +68,8 @@ struct StressRate {
 struct StrainRate {
   Strains value, rate;
 };
-/// Stations along with how they move, those across, and what is there; these move with the width.
+/// Stations along with their motion, stations across, which move with the width, and the strains at
+/// both.
 struct MovingStations {
   std::vector<Dual1> x;
   std::vector<double> y;
