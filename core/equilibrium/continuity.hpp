@@ -34,8 +34,8 @@ struct BranchState {
   std::optional<Work> work;
 };
 
-/// `strokes`: how those of all drives grow with p. The system must be assembled at an equilibrium
-/// with the drives held.
+/// Branch state where p moves strokes. `strokes`: how the strokes of all drives grow with p. The
+/// system must be assembled at an equilibrium with the drives held.
 BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes);
 
 /// Branch state where p grows loads, each by its share of `growth`; drives held or nothing driven.

@@ -35,7 +35,7 @@ class System {
   const LeafElement& leaf(int i) const { return *leaves_[i]; }
   int leaves() const { return static_cast<int>(leaves_.size()); }
   bool all_full() const;  ///< every leaf is at full accuracy
-  /// Puts another model of the same leaf in its place, at the present state.
+  /// Replaces the model of a leaf by another one of the same leaf, at the present state.
   void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) {
     std::swap(leaves_[i], leaf);
     if (home_ && !home_->leaves[i]) home_->leaves[i] = std::move(leaf);
@@ -63,7 +63,7 @@ class System {
   /// Evaluates every leaf at the present state, once. After it the results below hold.
   void assemble();
   double energy() const { return energy_; }
-  /// (force, moment) per body, those of the springs and the joints (Ψ_qᵀ λ) included.
+  /// Internal (force, moment) for each body, including springs and joints (Ψ_qᵀ λ).
   const VectorXd& internal_force() const { return force_; }
   /// Force and moment of the dead loads per body, about its moved reference point.
   const VectorXd& load() const { return load_; }
@@ -119,7 +119,7 @@ class System {
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
 
-  /// How an end of a leaf now sits in its body other than designed.
+  /// Displacement and rotation of a leaf's end in its body, against the design.
   struct EdgeFit {
     Vector3d move = Vector3d::Zero();      ///< undeflected, global axes [m]
     Matrix3d turn = Matrix3d::Identity();  ///< about the edge's middle, global axes
