@@ -41,7 +41,8 @@ struct Draft {
   pid_t process;
 };
 
-/// A draft of this machine, read from its name; nothing of other files and other machines'.
+/// A draft of this machine, read from its name; nothing for other files, and for drafts of other
+/// machines.
 std::optional<Draft> draft_named(std::string_view name, std::string_view host) {
   // the dot of ".part" alone is both its first and that of its ending
   if (name.size() <= ending.size() || !name.starts_with('.') || !name.ends_with(ending))
