@@ -19,7 +19,7 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // residual of a pair; distance beyond the last value at which the others are counted.
 constexpr double next_to = 1e-3, largest_residual = 1e-12, beyond = 1e-7;
 
-// How many of these are the first `count` and those next to the last of them.
+// Number of values that are among the first `count` or next to the last of these.
 Eigen::Index with_neighbours(const VectorXd& values, int count) {
   Eigen::Index n = std::min<Eigen::Index>(count, values.size());
   while (n > 0 && n < values.size() && values[n] - values[n - 1] <= next_to * std::abs(values[n]))
@@ -198,7 +198,7 @@ int eigenvalues_below(const BorderedPencil& pencil, double sigma) {
 
 namespace {
 
-// The lowest modes: no more of them can lie below so many values; with those next to the last.
+// The lowest modes that are needed for `wanted` values, and those next to the last one.
 std::vector<Eigen::Index> low_modes(const VectorXd& modes, int wanted) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(modes.size()));
   std::iota(order.begin(), order.end(), 0);

@@ -24,8 +24,8 @@ class SparseMatrix {
   void add(int row, int column, double value) { entries_.push_back({row, column, value}); }
   /// Adds diag(left) A diag(right) to the upper left part; its size is at least that of A.
   void add(const BlockMatrix& A, const VectorXd& left, const VectorXd& right);
-  /// Sets rows and columns to those of the identity. Their diagonal has at least one entry after
-  /// it.
+  /// Sets rows and columns to those of the identity. Afterwards their diagonal has at least one
+  /// entry.
   void release(const std::vector<int>& rows);
 
   MatrixXd dense() const;

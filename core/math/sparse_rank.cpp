@@ -185,8 +185,8 @@ std::vector<std::vector<std::pair<int, double>>> columns_of(
 
 }  // namespace
 
-// Aᵀ = Q R: of the columns of R, those without a pivot depend on those with one before them, with
-// the factors R1⁻¹ r.
+// Uses Aᵀ = Q R: the columns of R without a pivot depend on earlier ones with a pivot, with the
+// factors R1⁻¹ r.
 DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntry>& entries,
                              double tolerance) {
   DependentRows result;

@@ -11,7 +11,7 @@ namespace flexopt {
 inline constexpr int wide = 8;
 using Wide = double __attribute__((vector_size(8 * wide)));
 
-/// Eight numbers from there on. The compiler's own conversions take five instructions each.
+/// Loads eight numbers. The compiler's own conversions take five instructions each.
 inline Wide load_wide(const double* from) {
   Wide x;
   std::memcpy(&x, from, sizeof x);
