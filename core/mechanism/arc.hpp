@@ -49,8 +49,8 @@ ArcPoint<S> leg_point(const S& fold, const S& angle, const S& s) {
   return {fold + way * cosine, way * sine, cosine, sine};
 }
 
-/// The part s of the arc that a place in its plane is above or below, and its height above it, both
-/// over the length. The angle is not zero.
+/// Coordinates of a place in the plane of an arc: the share of the arc below or above it, and its
+/// height above the arc, both over the length. The angle of the arc is not zero.
 template <class S>
 struct ArcCoordinates {
   S along, height;

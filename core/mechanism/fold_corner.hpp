@@ -53,8 +53,7 @@ S corner_shortening(const S& angle, const S& radius, const S& thickness) {
   return thickness * h2 * (h * bent + sharp * mitred);
 }
 
-/// What of each leg is not there to be twisted, s_xy of (E14). Negative where it is a mitred
-/// corner.
+/// Length of each leg that does not twist, s_xy of (E14). Negative for a mitred corner.
 template <class S>
 S corner_shortening_of_twist(const S& angle, const S& radius, const S& thickness) {
   using std::abs;
