@@ -25,8 +25,8 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// The file: this, the settings as JSON, the numbers of the potentials, the compressed tables one
-// after the other, the block of the stress atlas; each part at a multiple of 64.
+// Head of the file. The settings as JSON, the numbers of the potentials, the compressed tables one
+// after the other and the block of the stress atlas follow, each part at a multiple of 64 bytes.
 struct Head {
   char magic[16];
   std::uint64_t byte_order;

@@ -36,8 +36,8 @@ struct RayBlend {
   std::array<MatrixXd, 4> a, b;
 };
 RayBlend blend_between_rays(double a, double b, double sigma, double rho);
-/// The table on that ray from those about the same σ on both: to degree 2, and one of stress to
-/// degree 3 in (σ, τ) alone.
+/// The table on the ray of `blend`, from those about the same σ on both rays: to degree 2, and for
+/// stress to degree 3 in (σ, τ) alone.
 StateTable blended(const StateTable& a, const StateTable& b, const RayBlend& blend);
 
 /// Expansion of a leaf seen from its other end: about the ray (ρ, 1), D = ±[0, 1; 1, 0] [1, −ρ; ρ,

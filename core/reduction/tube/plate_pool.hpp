@@ -19,9 +19,9 @@ class PlatePool {
 
   /// A new number that identifies a state of a leaf.
   std::uint64_t new_state() { return ++last_state_; }
-  /// The full leaf that was condensed at this state; null where another one has overwritten it.
+  /// The full leaf that was condensed at this state; null where it has been overwritten.
   PlateLeaf* find(std::uint64_t state);
-  /// A full leaf that becomes that of this state; of `most`, the one that was not used for longest.
+  /// A full leaf to be condensed at this state; of `most`, the one that was not used for longest.
   PlateLeaf& take(std::uint64_t state);
 
  private:

@@ -69,7 +69,7 @@ class TubeDynamics {
 
   /// Dynamics of the leaf in the scaled units of the plate, chord axes.
   struct Answer {
-    /// Why the tables do not hold here; empty where they do.
+    /// Why the tables are not valid here; empty where they are.
     std::string reason;
     Eigen::Matrix<double, amplitudes, amplitudes> stiffness;
     /// Mass over (v, ω, rates of (θ1y, θ2y, φ), of (N, M1, M2) with the amplitudes' static parts,

@@ -69,7 +69,8 @@ class TubeModel {
   const TubePotential& lower() const { return *lower_; }
   const TubeRange& range() const { return range_; }
   const PlateShape& shape() const { return shape_; }
-  /// Made at its first use where nothing had to be solved. Not for several threads at once.
+  /// Mesh of the leaf, made at its first use where nothing had to be solved. Not for several
+  /// threads at once.
   const std::shared_ptr<const PlateMesh>& mesh() const;
   /// Poses of both edges, undeflected.
   EdgePoses rest() const;
@@ -91,7 +92,7 @@ class TubeModel {
 
   /// The bent state to add for a leaf at sigma, beyond the others.
   double next_state(double sigma) const;
-  /// What takes over at sigma from this model: of this order (2, 3) about these forces (N, M1, M2)
+  /// Model that replaces this one at sigma: of this order (2, 3) about these forces (N, M1, M2)
   /// over their scale. Shared by all leaves that want the same. Null where no bent states are
   /// found.
   std::shared_ptr<TubeModel> successor(int order, const Vector3d& forces, double sigma);
@@ -261,7 +262,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// The full leaf at that state, moved on by one Newton step with the edges held, or by several;
   /// assembled there where the step is large. Where these do not end rebuilt_gap() says so.
   PlateLeaf& condensed();
-  /// Condensed with its dynamics, or taken from a leaf in the same deformation.
+  /// Dynamics of the condensed leaf, or taken from a leaf in the same deformation.
   LeafDynamics condensed_dynamics(DynamicsRequest request);
   LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
@@ -283,9 +284,9 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// What the highest degree adds to the stiffness along the ray, the one against the drive, over
   /// that of the unloaded flat leaf: (R19). Zero of leaves without dead load, beams and arcs.
   double change_along_ray(const HighestDegree& highest) const;
-  /// Why the potential is not believed here; empty where it is.
+  /// Why the potential is not accurate enough here; empty where it is.
   std::string doubt(const Surroundings& surroundings);
-  /// Why it has to be a full one although its series has converged.
+  /// Why the leaf has to be a full one although its series has converged.
   std::string buckling();
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);

@@ -245,8 +245,8 @@ std::string TubeLeaf::doubt(const Surroundings& surroundings) {
   return {};
 }
 
-// A leaf that buckles between its edges is indefinite alone, and its series, which ends before that
-// load, does not tell it.
+// A leaf that buckles between its edges has an indefinite stiffness on its own. Its series ends
+// before that load and does not show it.
 std::string TubeLeaf::buckling() {
   if (!indefinite_alone_) return {};
   const bool buckles = condensed().negative_pivots() > 0;
