@@ -30,7 +30,7 @@ struct StrokeErrors {
   const EstimatedError* find(std::size_t point, const std::string& name) const;
 };
 
-/// What a path is asked for so that its errors can be told.
+/// Request of a path from which errors can be estimated.
 StrokeRequest estimate_request(StrokeRequest request);
 
 /// The evaluated path with full leaves, on the mesh of the model and on the finer meshes.

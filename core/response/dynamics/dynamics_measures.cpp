@@ -213,7 +213,7 @@ std::optional<DynamicsMeasure> bandwidth(const MechanismFactor& factor, double d
   return measure;
 }
 
-// Extended until the answer is good at these frequencies; false where it does not get so.
+// Extends the answer until it is accurate at these frequencies; false where it does not become so.
 bool reaches(HarmonicAnswer& answer, double damping, const std::vector<double>& frequencies) {
   const auto good = [&] {
     return answer.still() || std::ranges::all_of(frequencies, [&](double f) {

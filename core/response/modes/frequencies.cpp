@@ -160,7 +160,7 @@ Mode mode_of_shares(double omega2, double drive, double end_effector, double int
 
 Frequencies natural_frequencies(System& system, const FrequencyOptions& options) {
   Frequencies result;
-  // not those of the state before: the answer would depend on the way
+  // Not the modes of the previous state: the answer would depend on the path.
   std::vector<int> leaf_modes(static_cast<std::size_t>(system.leaves()), options.leaf_modes);
   const std::vector<int> driven = system.driven_coordinates();
   const bool conditions = system.constraints().count() > 0;

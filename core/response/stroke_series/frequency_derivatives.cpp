@@ -259,7 +259,7 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
   return gradients;
 }
 
-// How far along these strokes the first of them is 1 rad or a leaf length.
+// Share of these strokes at which the first of them is 1 rad or a leaf length.
 double unit_of(const System& system, const VectorXd& strokes) {
   double largest = 0;
   for (Eigen::Index k = 0; k < strokes.size(); ++k) {

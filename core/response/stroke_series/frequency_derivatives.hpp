@@ -22,7 +22,7 @@ struct ExactDerivatives {
 
 struct FrequencyDerivativesResult {
   bool ok = false;
-  /// Why not, with the figures, or why there are fewer modes than asked for.
+  /// Why there are no derivatives, with the figures, or why there are fewer modes than asked for.
   std::string message;
   std::vector<FrequencyDerivatives> modes;              ///< drive by drive, ascending; no valid_to
   std::vector<FrequencyDerivativeGradients> gradients;  ///< mode by mode, if asked for
