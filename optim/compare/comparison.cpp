@@ -44,7 +44,7 @@ ComparedPoint compared_point(const std::vector<ComparedQuantity>& quantities, co
   return c;
 }
 
-/// What a number is rounded to at rest without loads, where it is nothing else [m, rad, N, N m,
+/// Size of rounding of a number at rest without loads, where it should be zero [m, rad, N, N m,
 /// Pa].
 double rounding_of(const QuantityRow& row) {
   if (row.error == ErrorKind::motion) return 1e-15;

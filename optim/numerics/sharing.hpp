@@ -44,7 +44,7 @@ class Crew {
  public:
   virtual ~Crew() = default;
   virtual bool leads() const = 0;
-  /// How many there are, the leader among them.
+  /// Number of members, including the leader.
   virtual int members() const = 0;
 
   /// Leader, from any thread: the answer of whoever is free first, another member or this process
@@ -59,11 +59,11 @@ class Crew {
   virtual void tell(const std::string& text) = 0;
   /// Other members: the next text of tell(). Throws CrewDismissed.
   virtual std::string hear() = 0;
-  /// The others: tell the leader that this member cannot go on, and why.
+  /// Other members: tell the leader that this member cannot go on, and why.
   virtual void fail(const std::string& why) = 0;
 };
 
-/// How many units of a loop were to be done here.
+/// Number of units of a loop that were to be done here.
 struct SharedLoop {
   std::string what;
   int here = 0, all = 0;
@@ -81,7 +81,7 @@ class Sharing {
   Crew* crew() const { return crew_; }
   /// Whether this process answers what a leader asks.
   bool follows() const { return crew_ && !crew_->leads(); }
-  /// What a loop yields is all known here, once it has ended.
+  /// Whether all that a loop yields is known here once it has ended.
   bool complete() const { return !shard_ && !follows(); }
   /// Number of threads that keep a crew busy, or of those that there are.
   int threads(int of_this_process) const;

@@ -37,8 +37,8 @@ class EvaluationLog {
   EvaluationLog(const Job& job, const std::filesystem::path& path, const std::string& version,
                 bool overwrite);
 
-  /// The evaluation of these exact variables by an earlier run, or null; asked for its gradient or
-  /// not, as this one: values with and without may differ in their last digits.
+  /// The evaluation of these exact variables by an earlier run, or null. Evaluations with and
+  /// without gradient are kept apart: their values may differ in the last digits.
   const LoggedEvaluation* find(const Variables& variables, bool full, bool gradient) const;
   int loaded() const { return static_cast<int>(loaded_.size()); }
 

@@ -17,7 +17,7 @@
 namespace flexopt {
 namespace {
 
-// The job with one of its numbers changed, to where no real body may have it.
+// The job with one of its numbers changed, possibly to a value that no real body has.
 Job moved(const Job& job, const std::string& name, double value) {
   Job other = job;
   if (find_job_number(name))

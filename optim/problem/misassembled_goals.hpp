@@ -22,7 +22,7 @@ class MisassembledGoals {
 
   /// What the goals ask of a load case of the job; no outputs where they ask nothing.
   StrokeRequest request(const Job& job, std::size_t load_case) const;
-  /// The goal of that number as it is without errors, or with given ones.
+  /// The goal to which a number belongs, as it is without errors or with given ones.
   const Goal& plain(std::size_t goal) const { return plain_[goal]; }
 
   /// Values of the design, with derivatives by its parameters where these are asked for.

@@ -111,7 +111,7 @@ class Optimisation {
   int compare_optima(int best);
   /// The best start's end is the answer so far; nothing where no design could be evaluated.
   std::optional<Chosen> best_end();
-  /// What is to be said of this start's end, where it is feasible.
+  /// Status of a start's end, where it is feasible.
   OptimumStatus verdict(int best);
   void follow_front(const Start& start);
   /// Replaces the answer by the best design of stock sizes.

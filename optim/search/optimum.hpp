@@ -159,7 +159,8 @@ struct Optimum {
   /// Values and exact derivatives of the searches were, at least at some designs, those of reduced
   /// leaves, not of full ones.
   bool of_reduced_leaves = false;
-  /// Why there were no exact ones: of which goal, and at which design first. Empty where all were.
+  /// Why there were no exact gradients: for which goal, and at which design first. Empty where all
+  /// were exact.
   std::string gradients_message;
   /// Values of all parameters of the family, and of the numbers of material and end-effector that
   /// vary or occur in formulas.

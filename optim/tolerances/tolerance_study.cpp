@@ -235,7 +235,7 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
   return values;
 }
 
-/// Why there is no such design; empty where there is.
+/// Why there is no design with these values; empty where there is one.
 std::string Study::refusal(const ParameterValues& values) const {
   for (const std::string& name : names_) {
     const Parameter& p = *find_parameter(resolve(job_.design)->family(), name);
