@@ -14,7 +14,7 @@ namespace flexopt {
 
 namespace {
 
-/// What a value of this type may be; none: no list has it.
+/// Values that an argument of this type may have; empty where no list has them.
 std::vector<std::string> values_of(const CommandArgument& argument) {
   if (!argument.values.empty()) return argument.values;
   std::vector<std::string> values;

@@ -30,7 +30,7 @@ BodyPose body_pose(const Mechanism& mechanism, const PathPoint* point, int body)
 /// All leaves, then all bodies that have a shape, undeflected (null) or at a point with shapes.
 std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoint* point);
 
-/// The surface of a leaf there.
+/// The surface of a leaf at a point of the path.
 LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf);
 
 }  // namespace flexopt

@@ -43,7 +43,8 @@ Json mode_json(const Mode& mode, const char* drive) {
             {"leaf", mode.leaf}}}};
 }
 
-/// Drive locked first: the first of them that counts is the parasitic frequency.
+/// Modes with the drive locked come first: the first of these that counts is the parasitic
+/// frequency.
 Json modes_json(const PathPoint& point) {
   Json modes = Json::array();
   for (const Mode& mode : point.modes_locked) modes.push_back(mode_json(mode, "locked"));

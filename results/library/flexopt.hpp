@@ -245,7 +245,7 @@ class FLEXOPT_EXPORTED Evaluation : public Result {
   std::vector<Path> paths() const;
   /// The path of the first load case. Throws std::out_of_range where there is none.
   Path path() const;
-  /// What gradients are by: their columns.
+  /// Names of the parameters that gradients are by, one for each column of their tables.
   std::vector<std::string> gradients_by() const;
 };
 

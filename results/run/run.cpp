@@ -183,7 +183,7 @@ void look_around(const ParameterValues& parameters, const ModelOptions& model,
 bool leads(const Sharing* sharing) { return sharing && sharing->crew() && !sharing->follows(); }
 bool follows(const Sharing* sharing) { return sharing && sharing->follows(); }
 
-/// What those that follow have to know to look around: at which design, by which model, or at none.
+/// Tells the processes that follow the design and the model of the studies, or that there is none.
 void tell_design(bool ok, const ParameterValues& parameters, const ModelOptions& model,
                  const Sharing& sharing) {
   using nlohmann::json;
