@@ -19,7 +19,8 @@ MatrixXd section_stresses(const StrainField& field, const PlateShape& shape, dou
 MatrixXd section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                           double youngs_modulus, const std::vector<StressPlace>& places);
 
-/// Their derivatives, one place after the other: of a plate whose stations move, and of a leaf.
+/// Derivatives of the section stresses, one place after the other: for a plate whose stations move,
+/// and for a leaf.
 VectorXd section_rates(const PlateShape& shape, const MovingStations& stations,
                        const std::vector<StressPlace>& places, double youngs_modulus,
                        const StressRate& rate);
