@@ -39,7 +39,7 @@ VectorXd monomial_sizes(double sigma) {
   return sizes;
 }
 
-// Factor from strains times the thickness to their share of the largest stress at this σ.
+// Factor from strains divided by the thickness to their share of the largest stress at this σ.
 double per_stress(double sigma) { return 1 / (2 * std::max(sigma, least_bending)); }
 
 // Joins the even and odd parts of a table side by side, and splits them again.

@@ -60,7 +60,7 @@ struct AtlasCheck {
   struct Errors {
     double drive = 0;  ///< relative, of the moment along the ray
     double on_ray = 0;  ///< relative, of the worst stiffness or compliance of the leaf: |L⁻¹ΔKL⁻ᵀ|
-    double off_ray = 0;  ///< as on_ray, at bending off the ray, twist, axial force, plane moments
+    double off_ray = 0;    ///< as on_ray, at bending off the ray, twist, axial force, plane moments
     double frequency = 0;  ///< relative, of the six lowest internal ones on the ray and off it
     double stress = 0;     ///< relative, of the largest stress, at both; 0 without tables of it
   };

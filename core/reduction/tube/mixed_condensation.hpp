@@ -1,5 +1,5 @@
 #pragma once
-// From the mixed potential W*(s, f) to energy, force and tangent in the deformations e, and on to
+// Turns the mixed potential W*(s, f) into energy, force and tangent in the deformations e, and at
 // the edges of the leaf.
 //
 // s = (θ1y, θ2y, φx) soft deformations, ub = (u, θ1z, θ2z) stiff ones, f their conjugate forces
