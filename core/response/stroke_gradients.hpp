@@ -38,7 +38,7 @@ struct PointGradients {
   std::vector<FrequencyCluster> clusters_free, clusters_locked;
   std::optional<VectorXd> parasitic_frequency, parasitic_frequency_screening;
   std::optional<VectorXd> max_stress;  ///< the place of the peak held in the leaf's own coordinates
-  std::optional<VectorXd> notch_stress, yield_safety, fatigue_safety, fatigue_life;  ///< likewise
+  std::optional<VectorXd> notch_stress, yield_safety, fatigue_safety, fatigue_life;  ///< place held
   std::vector<MatrixXd> section_rates;  ///< derivatives of `PathPoint::sections`, see LeafFields
   MatrixXd stress_peaks;                ///< row k: of `PathPoint::stress_peaks[k]`
   MatrixXd envelope, moving_envelope;   ///< x, y, z, cylinder × parameters
