@@ -85,7 +85,7 @@ class Sharing {
   bool complete() const { return !shard_ && !follows(); }
   /// Number of threads that keep a crew busy, or of those that there are.
   int threads(int of_this_process) const;
-  /// Those of the units 0, …, count − 1 that this process does itself or has done for it.
+  /// The units among 0, …, count − 1 that this process does itself or has done for it.
   std::vector<int> own(const std::string& what, int count);
 
   /// `work` on these units: what it yields goes, in the process that keeps the run's files, to
