@@ -12,8 +12,8 @@ std::string describe_families();
 /// One family: drawing, drive, and its parameters with unit, range, default and meaning.
 std::string describe_family(const Family& family);
 
-/// The defaults, and the examples where there is none: a design to draw. Throws SpecError that
-/// names the parameters which have neither.
+/// Values to draw a design with: the defaults, and the examples where there is no default. Throws
+/// SpecError that names the parameters which have neither.
 ParameterValues usual_values(const Family& family);
 
 }  // namespace flexopt

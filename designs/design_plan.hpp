@@ -143,7 +143,7 @@ struct DesignRule {
   std::string otherwise;  ///< what the user reads when it does not hold
 };
 
-/// Where a design file stands.
+/// Source of a design file.
 struct DesignSource {
   enum class Kind {
     library,  ///< one of the program's families

@@ -23,7 +23,7 @@ std::shared_ptr<const DesignPlan> read_plan(const nlohmann::json& document,
                                             FaultList& faults,
                                             std::vector<std::string> within = {});
 
-/// Of a family that the program brings along.
+/// Source of a family that the program brings along.
 DesignSource library_source(const std::string& name);
 
 /// Reads a design file of the user. Throws SpecError.

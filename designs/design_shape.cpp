@@ -21,7 +21,7 @@ Shape reference() { return text(200); }
 
 Shape direction() { return choice({direction_names.begin(), direction_names.end()}); }
 
-/// Along an axis of the item's frame, or along (about) a vector in it.
+/// Schema of a held direction: along an axis of the item's frame, or along (about) a vector in it.
 Shape held_direction() {
   return one_of(
       {direction(), record({optional("displacement", vector(), "the direction that cannot move"),

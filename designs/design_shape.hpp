@@ -4,7 +4,7 @@
 
 namespace flexopt {
 
-/// Numbers stay as they are written: their units are known to the reader.
+/// Schema of a design file. Numbers stay as they are written: the reader knows their units.
 const Shape& design_file_shape();
 
 /// JSON Schema of a design file.

@@ -109,7 +109,7 @@ EndEffectorT<S> payload_of(const EndEffector& payload, const Seed& seed) {
   return result;
 }
 
-/// Where a leaf's size comes from: the parameter that alone gives it, or the leaf itself.
+/// Origin of a leaf's size: the parameter that alone determines it, or the leaf itself.
 struct Culprit {
   std::string pointer, value;
 };
@@ -202,7 +202,8 @@ std::vector<MechanismDirection> Family::directions(const ParameterValues& values
                                                    const Material& material,
                                                    const EndEffector& payload,
                                                    const std::vector<std::string>& names) const {
-  // One direction after the other: what nobody wants costs nothing, and there may be any number.
+  // One direction after the other: directions that nobody wants cost nothing, and there may be any
+  // number.
   std::vector<MechanismDirection> directions;
   for (const std::string& along : names) {
     bool known = false;
@@ -230,7 +231,7 @@ FamilyChoices default_choices(const Family& family) {
 
 namespace {
 
-// One of the library, read when it is first asked for.
+// A family of the library, read when it is first asked for.
 const Family& library_family(const std::string& name) {
   static std::mutex mutex;
   static std::map<std::string, std::unique_ptr<const Family>> known;

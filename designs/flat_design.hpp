@@ -66,7 +66,7 @@ struct FlatLeaf {
   std::optional<S> curve;          ///< angle of its arc, bulging to across × (base → tip) [rad]
   std::optional<Vector3<S>> fold;  ///< middle of its fold line
   S fold_radius = S(0);            ///< inner radius of its bend [m]
-  std::optional<Material> material;  ///< its own
+  std::optional<Material> material;  ///< where the leaf has its own
 };
 
 template <class S>

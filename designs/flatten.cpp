@@ -217,7 +217,8 @@ void Flattener<S>::check_rules() {
   }
 }
 
-// Of numbers and indices alone: their slots come behind those of parameters and lets.
+// Whether a number depends on constants and indices alone, not on parameters or lets. Slots of
+// indices come after those of parameters and lets.
 template <class S>
 bool Flattener<S>::is_fixed(const DesignNumber& n) const {
   const auto first = static_cast<int>(plan_.parameters.size() + plan_.lets.size());

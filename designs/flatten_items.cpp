@@ -109,7 +109,8 @@ Matrix3<S> Flattener<S>::inertia_of(const BodyItem& item) const {
   return inertia;
 }
 
-// When the body is there already: what stands on it is not to miss it.
+// Checks the mass of a body. The body exists already, so that items which refer to it are not
+// reported as well.
 template <class S>
 void Flattener<S>::check_mass(const BodyItem& item) const {
   if (item.mass) not_negative(*item.mass, item.pointer + "/mass", "a mass");

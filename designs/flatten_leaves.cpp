@@ -121,7 +121,8 @@ FlatBody<S> Flattener<S>::box_between(const FlatLeaf<S>& leaf, const Vector3<S>&
   return box;
 }
 
-/// Two leaves and a rigid box between them; or three leaves between rigid lines without mass.
+/// Adds a reinforced leaf: two leaves and a rigid box between them, or three leaves between rigid
+/// lines without mass.
 template <class S>
 void Flattener<S>::add_reinforced(const FlatLeaf<S>& leaf, const LeafItem& item) {
   const std::string pointer = item.pointer + "/reinforcement";

@@ -15,8 +15,8 @@ namespace flexopt {
 template <class S>
 class Flattener {
  public:
-  /// Where the plan stands: `prefix` before names, `instance` for messages, and the bodies that are
-  /// those of the file around it.
+  /// Placement of a plan within the file that uses it: `prefix` before names, `instance` for
+  /// messages, and the bodies that are those of the outer file.
   struct Scope {
     Placement<S> placement;
     std::string prefix, instance;
@@ -28,7 +28,7 @@ class Flattener {
             FaultList& faults)
       : plan_(plan), input_(input), scope_(std::move(scope)), out_(out), faults_(faults) {}
 
-  /// The bodies of the plan by their names in it.
+  /// Appends the items of the plan; returns the bodies by their names in it.
   std::map<std::string, int> run();
 
  private:

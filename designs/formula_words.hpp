@@ -17,7 +17,7 @@ std::set<std::string> words_of(const std::string& text);
 /// Whether the text is a number with or without a unit, and no formula.
 bool is_quantity(const std::string& text);
 
-/// Where a word stands in a text; npos where it does not.
+/// Position of a word in a text; npos if the text does not contain it.
 std::size_t word_in(const std::string& text, const std::string& word);
 
 /// The profile's text with numbers in the place of its names, s aside. `slots`: values by slot.

@@ -6,10 +6,10 @@
 
 namespace flexopt {
 
-/// Their names, in the order of the documentation.
+/// Names of the families of the library, in the order of the documentation.
 const std::vector<std::string>& library_names();
 
-/// The text of one, empty for an unknown name.
+/// Text of a design file of the library, empty for an unknown name.
 std::string_view library_text(std::string_view name);
 
 }  // namespace flexopt

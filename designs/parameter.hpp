@@ -13,7 +13,7 @@ struct Parameter {
   std::string name;
   std::string unit;                     ///< SI unit: "m", "rad", "1"
   std::optional<double> default_value;  ///< required when there is none
-  /// Allowed range, ends excluded where `open`.
+  /// Allowed range; an end is excluded where it is `open`.
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   bool open_min = false, open_max = false;

@@ -26,7 +26,7 @@ class ParametricDesign {
   /// without one. Throws SpecError for wrong ones, at /design/parameters/<name>/expression.
   ParametricDesign(std::shared_ptr<const Family> family, FamilyChoices choices,
                    const std::map<std::string, std::string>& formulas);
-  /// Of one of families(), which live as long as the program.
+  /// Design of one of families(), which live as long as the program.
   ParametricDesign(const Family& family, FamilyChoices choices,
                    const std::map<std::string, std::string>& formulas)
       : ParametricDesign(std::shared_ptr<const Family>(std::shared_ptr<const Family>(), &family),
@@ -40,7 +40,7 @@ class ParametricDesign {
 
   /// Place of the parameter in the family's list, −1 for other names.
   int slot(const std::string& name) const;
-  /// Numbers in slots. Dependent ones may be missing and are then 0.
+  /// Values by slot. Dependent parameters may be missing and are then 0.
   std::vector<double> slots(const ParameterValues& parameters) const;
 
   /// Computes the dependent ones. Throws SpecError where a formula has no finite value.

@@ -1,10 +1,10 @@
 #pragma once
-// Where the items of a design file stand: frames in frames, mirrored parts.
+// Placement of the items of a design file: frames in frames, mirrored parts.
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt {
 
-/// Where an item's frame stands: global place = origin + axes · place. The axes are orthonormal,
+/// Placement of an item's frame: global place = origin + axes · place. The axes are orthonormal,
 /// and left-handed where a part is mirrored.
 template <class S>
 struct Placement {

@@ -35,14 +35,14 @@ class PlanReader {
   void read_springs();
   void read_parts();
   void read_drives();
-  /// `at`: its pointer, which ends with `key` behind that of the body.
+  /// `at`: pointer of the direction, which ends with `key` behind that of the body.
   HeldDirection held(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
                      std::string key);
   PartItem part(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
   std::shared_ptr<const DesignPlan> plan_of_part(const std::string& design,
                                                  const nlohmann::json::json_pointer& at);
 
-  /// Every sound record of a list.
+  /// All valid records of a list.
   template <class Read>
   void each(const char* list, Read read);
   void read_item(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
@@ -51,7 +51,7 @@ class PlanReader {
                    DesignItem& item);
   ChoiceCondition condition(const std::string& text, const nlohmann::json::json_pointer& at);
 
-  /// Numbers in the names of the item at hand.
+  /// Reads a number, which may use the names known to the present item.
   DesignNumber number(const nlohmann::json& from, const std::string& unit,
                       const nlohmann::json::json_pointer& at);
   DesignVector vector(const nlohmann::json& from, const std::string& unit,

@@ -18,7 +18,7 @@ constexpr double most_cycles = 1e15, largest_stress = 1e12;
 
 Shape cycles() { return shape::quantity("1", 1, most_cycles); }
 
-// Cycles rise, amplitudes fall.
+// Points of the curve; cycles must rise and amplitudes fall.
 std::vector<SnCurve::Point> points_of(const json& read, const JsonPointer& at) {
   std::vector<SnCurve::Point> points;
   for (std::size_t i = 0; i < read.size(); ++i) {

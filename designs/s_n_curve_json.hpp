@@ -14,7 +14,7 @@ Field s_n_curve_field();
 
 /// `read` has passed the shape and stands at `at`. Throws SpecError where it is no curve.
 SnCurve s_n_curve_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at);
-/// What reads as this curve.
+/// JSON that reads as this curve.
 nlohmann::json written_s_n_curve(const SnCurve& curve);
 
 }  // namespace flexopt

@@ -17,17 +17,17 @@ class Constraints {
 
   int count() const { return static_cast<int>(units_.size()); }
   int joints() const { return joints_; }  ///< how many of them are the joints'
-  /// Drives that the rows from joints() on belong to.
+  /// Drives to which the rows from joints() on belong.
   const std::vector<int>& drives() const { return drives_; }
   /// What a condition is compared with: the longest leaf [m], or 1 for cosines.
   const VectorXd& units() const { return units_; }
 
-  /// Ψ and Ψ_q at these poses. After it the results below hold.
+  /// Evaluates Ψ and Ψ_q at these poses. The results below hold afterwards.
   void evaluate(const std::vector<BodyPose>& poses);
   const VectorXd& value() const { return value_; }
-  /// One row of Ψ_q: what differs from zero, of two bodies.
+  /// One row of Ψ_q: its nonzero entries, for two bodies.
   struct Row {
-    std::array<int, 2> body;  ///< or ground
+    std::array<int, 2> body;  ///< index of a body, or ground
     Vector12d gradient;       ///< by (displacement, spin) of the one, then of the other
   };
   const std::vector<Row>& rows() const { return rows_; }

@@ -7,7 +7,7 @@
 
 namespace flexopt {
 
-/// The place of a mechanism.
+/// Poses of the bodies and energies of the parts of a mechanism.
 struct Place {
   std::vector<BodyPose> poses;
   VectorXd energies;  ///< of each leaf, of the springs, of the dead forces [J]
@@ -26,20 +26,20 @@ inline constexpr double same_energy = 0.1, similar_energy = 0.5;
 struct BranchState {
   Place place;
   VectorXd slope;  ///< (displacement, spin) of the bodies by p
-  /// If p moves strokes, the work of the drives' loads on them by p, and its derivative by p along
-  /// the branch [J].
+  /// If p moves strokes: the work of the drives' loads by p, and its derivative by p along the
+  /// branch [J].
   struct Work {
     double rate = 0, slope = 0;
   };
   std::optional<Work> work;
 };
 
-/// `strokes`: how those of all drives grow with p. The system must be assembled at an equilibrium
-/// with the drives held.
+/// Branch state where p moves strokes. `strokes`: how the strokes of all drives grow with p. The
+/// system must be assembled at an equilibrium with the drives held.
 BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes);
 
-/// This state where p grows loads, by so much of each; drives held or nothing driven. The system is
-/// put next to the state and back.
+/// Branch state where p grows loads, each by its share of `growth`; drives held or nothing driven.
+/// The system is moved to a state nearby and back.
 BranchState branch_state_of_loads(System& system, LoadFactors growth, bool driven);
 
 /// How far the end is from where both slopes lead from the start, the larger of

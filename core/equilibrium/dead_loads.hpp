@@ -14,18 +14,19 @@ struct BodyLoad {
   Vector3d force, moment;
   Vector3d arm;              ///< undeflected
   bool place_stays = false;  ///< along a design parameter: the arm is from a moving reference point
-  /// Of the weight of a body: the acceleration that acts on its mass, at its centre of mass [m/s²].
+  /// For the weight of a body: the acceleration that acts on its mass, at its centre of mass
+  /// [m/s²].
   std::optional<Vector3d> acceleration = {};
 };
 
-/// All loads of a case that act, at these factors.
+/// All acting dead loads of a case, at these factors.
 std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
                                    const Mechanism& mechanism);
 
 /// Force and moment about the moved reference point of every body.
 VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<BodyPose>& poses);
 
-/// The same in the undeflected state, with so much of the loads.
+/// Force and moment on every body in the undeflected state, at the given factors of the loads.
 VectorXd forces_at_rest(const LoadCase& loads, LoadFactors factors, const Mechanism& mechanism);
 
 /// Second derivative of −f·(exp(hat δ) o) by δ at zero: what a dead force f with the present arm o

@@ -16,7 +16,7 @@ class EdgeCompliance {
   /// The system must be assembled, outlive this and stay where it is. Nothing is computed yet.
   explicit EdgeCompliance(const System& system) : system_(&system) {}
 
-  /// None where the equilibrium is not stable.
+  /// Compliance of what surrounds a leaf; nothing where the equilibrium is not stable.
   std::optional<EdgeSurroundings> of(int leaf);
 
  private:

@@ -10,7 +10,7 @@
 namespace flexopt {
 namespace {
 
-// Of the drive on its body.
+// Load that a drive exerts on its body [N or N m].
 double load_of(const System& system, std::size_t drive) {
   const System::DriveRow& row = system.drives()[drive];
   if (row.condition) return -system.multipliers()[*row.condition];

@@ -6,9 +6,9 @@
 
 namespace flexopt {
 
-/// Of an assembled equilibrium: the strokes that are kept, with the push that each takes and the
-/// direction in which it would have to give, and the directions that bodies hold. Empty where
-/// nothing is held.
+/// Describes what is held in an assembled equilibrium: the prescribed strokes, with the load that
+/// each takes and the direction in which its drive would have to give, and the directions in which
+/// bodies are held. Empty where nothing is held.
 std::string held_meanwhile(const System& system);
 
 }  // namespace flexopt

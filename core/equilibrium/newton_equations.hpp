@@ -21,8 +21,9 @@ class NewtonEquations {
   /// `driven`: strokes are held. `more`: empty rows and columns behind all others.
   NewtonEquations(const System& system, bool driven, int more = 0);
 
-  /// At the present state of the system, which must be assembled. `residual`: 6 per body [N, N m].
-  /// `strokes`: wanted of every drive [m, rad]; none where the drives are free.
+  /// Assembles the equations at the present state of the system, which must be assembled.
+  /// `residual`: 6 per body [N, N m]. `strokes`: wanted for every drive [m, rad]; none where the
+  /// drives are free.
   void assemble(const VectorXd& residual, const std::optional<VectorXd>& strokes);
 
   SparseMatrix& matrix() { return matrix_; }
@@ -40,7 +41,7 @@ class NewtonEquations {
   /// Largest −Ψ over its unit, of conditions of drives only where these are held.
   double violation() const;
 
-  // Of the solution x:
+  // Motion of the bodies from the scaled solution x.
   VectorXd motion(const VectorXd& x) const { return scale_.cwiseProduct(x.head(bodies_)); }
   /// Largest component; infinite where any of x is no number, which a maximum may pass over.
   double step(const VectorXd& x) const {
@@ -48,9 +49,10 @@ class NewtonEquations {
                          : std::numeric_limits<double>::infinity();
   }
   VectorXd multipliers(const VectorXd& x) const;  ///< dμ, one a condition
-  /// F of the drives that are coordinates, into an entry a drive.
+  /// Reads the loads of the drives that are coordinates from the solution, one entry for each
+  /// drive.
   void read_loads(const VectorXd& x, VectorXd& drive_loads) const;
-  /// In what unit of its own the multiplier of a condition is an unknown.
+  /// Unit of each condition's multiplier in the scaled unknowns.
   const VectorXd& reaction() const { return reaction_; }
 
  private:

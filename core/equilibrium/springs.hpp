@@ -10,8 +10,8 @@ namespace flexopt {
 
 class Springs {
  public:
-  /// At first without preload: as if their free lengths were those as built. The mechanism must
-  /// outlive it.
+  /// Springs at first without preload, as if their free lengths were the built ones. The mechanism
+  /// must outlive this.
   explicit Springs(const Mechanism& mechanism);
 
   /// Whether one of them pulls or pushes in the undeflected state.

@@ -68,7 +68,7 @@ bool System::is_forced(int i) const {
          std::ranges::any_of(loads_.assembly, [&](const AssemblyError& e) { return e.leaf == i; });
 }
 
-// All but the leaves' own states.
+// The leaves' own states stay as they are.
 void System::set_factors(LoadFactors factors) {
   factors_ = factors;
   acting_ = acting_loads(loads_, factors_, *mechanism_);

@@ -35,19 +35,19 @@ class System {
   const LeafElement& leaf(int i) const { return *leaves_[i]; }
   int leaves() const { return static_cast<int>(leaves_.size()); }
   bool all_full() const;  ///< every leaf is at full accuracy
-  /// Puts another model of the same leaf in its place, at the present state.
+  /// Replaces the model of a leaf by another one of the same leaf, at the present state.
   void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) {
     std::swap(leaves_[i], leaf);
     if (home_ && !home_->leaves[i]) home_->leaves[i] = std::move(leaf);
     assembled_ = false;
   }
-  /// From now on return_home() leads back to the present state with the present models of the
-  /// leaves.
+  /// Makes the present state, with the present models of the leaves, the one to which return_home()
+  /// leads back.
   void stay_home() {
     home_ = Home{save(), std::vector<std::unique_ptr<LeafElement>>(leaves_.size())};
   }
   void return_home();
-  /// A leaf has changed in itself: the next assemble() must not be spared.
+  /// Call when a leaf has changed internally: the next assemble() is then not skipped.
   void invalidate() { assembled_ = false; }
 
   const LoadCase& loads() const { return loads_; }
@@ -57,17 +57,18 @@ class System {
   void apply(LoadFactors factors);
   /// Whether anything comes before the stroke.
   bool loaded_at_rest() const { return loads_.acts_before_stroke() || springs_.preloaded(); }
-  /// Loads that act, one by one.
+  /// Acting loads, one for each dead load.
   const std::vector<BodyLoad>& acting() const { return acting_; }
 
   /// Evaluates every leaf at the present state, once. After it the results below hold.
   void assemble();
   double energy() const { return energy_; }
-  /// (force, moment) per body, those of the springs and the joints (Ψ_qᵀ λ) included.
+  /// Internal (force, moment) for each body, including springs and joints (Ψ_qᵀ λ).
   const VectorXd& internal_force() const { return force_; }
   /// Force and moment of the dead loads per body, about its moved reference point.
   const VectorXd& load() const { return load_; }
-  /// Of the dead forces, undeflected state zero; dead moments have none.
+  /// Potential energy of the dead forces [J], zero in the undeflected state. Dead moments have no
+  /// potential and add nothing.
   double load_energy() const;
   /// Second derivative of energy and load energy along exp(hat δ) R; symmetric.
   const BlockMatrix& tangent() const { return tangent_; }
@@ -95,7 +96,7 @@ class System {
     std::optional<int> coordinate;  ///< of the bodies
     std::optional<int> condition;   ///< row of constraints()
   };
-  /// One for each drive of the mechanism.
+  /// How each drive of the mechanism enters the equations.
   const std::vector<DriveRow>& drives() const { return drives_; }
   /// Coordinates of bodies that drives hold.
   std::vector<int> driven_coordinates() const;
@@ -118,7 +119,7 @@ class System {
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
 
-  /// How an end of a leaf now sits in its body other than designed.
+  /// Displacement and rotation of a leaf's end in its body, against the design.
   struct EdgeFit {
     Vector3d move = Vector3d::Zero();      ///< undeflected, global axes [m]
     Matrix3d turn = Matrix3d::Identity();  ///< about the edge's middle, global axes
@@ -135,7 +136,7 @@ class System {
 
   /// Longest leaf: the length that displacements are compared with [m].
   double length() const { return length_; }
-  /// Where the equations are solved sparse: what is kept of their patterns. Else null.
+  /// What is kept of the patterns where the equations are solved sparse; else null.
   const std::shared_ptr<SparseAnalyses>& analyses() const { return analyses_; }
 
  private:

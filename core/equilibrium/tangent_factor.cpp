@@ -8,7 +8,7 @@
 namespace flexopt {
 namespace {
 
-// Lengths over the longest leaf.
+// Scales of the coordinates: displacements over the longest leaf, rotations as they are.
 VectorXd lengths(const System& system) {
   VectorXd unit = VectorXd::Ones(system.size());
   for (int b = 0; b < system.size(); b += 6) unit.segment<3>(b).setConstant(system.length());
@@ -28,7 +28,7 @@ VectorXd scale_of(const System& system, const BlockMatrix& K) {
   return scale;
 }
 
-// Rows that are those of the identity beside the held coordinates.
+// Rows that become rows of the identity, in addition to the held coordinates.
 std::vector<int> released_rows(const System& system, bool drives_held) {
   if (drives_held) return system.driven_coordinates();
   std::vector<int> rows;
@@ -54,7 +54,7 @@ void add_conditions(const System& system, const VectorXd& scale, SparseMatrix& A
   }
 }
 
-// Of both sides of every condition that holds, e in its unit: pairs (coordinate, value).
+// Entries (coordinate, value) of a condition that holds, on both of its bodies, in scaled units.
 struct ScaledRow {
   std::array<int, 12> coordinate;
   std::array<double, 12> value;
@@ -114,8 +114,9 @@ MatrixXd TangentFactor::answer(const MatrixXd& forces) const {
   return solve(std::move(B)).topRows(bodies_);
 }
 
-// With the conditions' squares added to K the bodies can go first: what hangs on joints alone has a
-// pivot then. Every condition follows the later of its bodies, and has a negative pivot.
+// Number of negative pivots by a sparse factorisation. With the conditions' squares added to K the
+// bodies can be eliminated first: what hangs on joints alone has a pivot then. Every condition
+// follows the later of its bodies, and has a negative pivot.
 std::optional<int> negative_pivots_sparse(const System& system, bool drives_held) {
   const Constraints& c = system.constraints();
   const VectorXd scale = scale_of(system, system.tangent());

@@ -18,7 +18,7 @@ class TangentFactor {
   /// Answers (bodies, then multipliers) to B (forces on the bodies, then values of the conditions),
   /// of which the rows that hold nothing here, or cannot move, are left out.
   MatrixXd solve(MatrixXd B) const;
-  /// The same of forces on the bodies alone, and without the multipliers.
+  /// Motions of the bodies under forces on the bodies alone; the multipliers are left out.
   MatrixXd answer(const MatrixXd& forces) const;
 
   /// Units of the bodies' coordinates, then of the multipliers.
@@ -36,8 +36,8 @@ class TangentFactor {
 /// The system must be one that is solved sparse.
 std::optional<int> negative_pivots_sparse(const System& system, bool drives_held);
 
-/// Which of these coordinates nothing moves that the conditions leave free; each in its own unit.
-/// The system must be one that is solved sparse.
+/// Which of these coordinates do not move in any motion that the conditions allow; each in its own
+/// unit. The system must be one that is solved sparse.
 std::vector<bool> still_coordinates(const System& system, bool drives_held,
                                     const std::vector<int>& coordinates);
 

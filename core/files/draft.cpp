@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::string_view ending = ".part";
 
-/// Of this machine; one folder may be that of several.
+/// Name of this machine. Several machines may write into one folder.
 std::string host() {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
@@ -41,7 +41,8 @@ struct Draft {
   pid_t process;
 };
 
-/// A draft of this machine, read from its name; nothing of other files and other machines'.
+/// A draft of this machine, read from its name; nothing for other files, and for drafts of other
+/// machines.
 std::optional<Draft> draft_named(std::string_view name, std::string_view host) {
   // the dot of ".part" alone is both its first and that of its ending
   if (name.size() <= ending.size() || !name.starts_with('.') || !name.ends_with(ending))
@@ -62,7 +63,7 @@ std::optional<Draft> draft_named(std::string_view name, std::string_view host) {
   return Draft{name, process};
 }
 
-/// Everything or an errno.
+/// Writes everything; returns 0, or an errno.
 int write_all(const fs::path& file, std::string_view content) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) return errno;

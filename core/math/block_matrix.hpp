@@ -18,7 +18,7 @@ class BlockMatrix {
 
   /// Block of two bodies; made, with zeros, where there was none. Not valid after another is made.
   Matrix6d& block(int row, int column);
-  /// All blocks zero; the pattern stays.
+  /// Sets all blocks to zero and keeps the pattern.
   void set_zero();
   /// Sets the rows of these coordinates, and with `columns` their columns, to those of the
   /// identity.

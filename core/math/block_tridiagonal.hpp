@@ -12,7 +12,7 @@ namespace flexopt {
 /// are solved too and counted. Storage is kept between factorisations of the same sizes.
 class BlockTridiagonal {
  public:
-  /// Sizes of the blocks.
+  /// Sets the sizes of the blocks.
   void resize(const std::vector<int>& sizes);
 
   int blocks() const { return static_cast<int>(diagonal.size()); }

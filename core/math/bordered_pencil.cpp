@@ -15,11 +15,11 @@ namespace flexopt {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-// Relative to a value: next to another one; of the residual of a pair; beyond the last one, where
-// the others are counted.
+// Tolerances relative to an eigenvalue: distance of values that count as neighbours; largest
+// residual of a pair; distance beyond the last value at which the others are counted.
 constexpr double next_to = 1e-3, largest_residual = 1e-12, beyond = 1e-7;
 
-// How many of these are the first `count` and those next to the last of them.
+// Number of values that are among the first `count` or next to the last of these.
 Eigen::Index with_neighbours(const VectorXd& values, int count) {
   Eigen::Index n = std::min<Eigen::Index>(count, values.size());
   while (n > 0 && n < values.size() && values[n] - values[n - 1] <= next_to * std::abs(values[n]))
@@ -56,7 +56,7 @@ class Iteration {
     return factor_.negative() + static_cast<int>((modes_.array() < sigma).count());
   }
 
-  // Where an iteration begins: whole clusters of pairs of the border and these modes.
+  // Pairs from which an iteration begins: whole clusters of the border with these modes.
   std::vector<Pair> begin(const EigenPairs& pairs, const std::vector<Eigen::Index>& modes,
                           int wanted) const;
   // Makes a pair exact to rounding.
@@ -198,7 +198,7 @@ int eigenvalues_below(const BorderedPencil& pencil, double sigma) {
 
 namespace {
 
-// The lowest modes: no more of them can lie below so many values; with those next to the last.
+// The lowest modes that are needed for `wanted` values, and those next to the last one.
 std::vector<Eigen::Index> low_modes(const VectorXd& modes, int wanted) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(modes.size()));
   std::iota(order.begin(), order.end(), 0);
@@ -211,13 +211,13 @@ std::vector<Eigen::Index> low_modes(const VectorXd& modes, int wanted) {
   return order;
 }
 
-// All pairs of the border and these modes.
+// All pairs of the border with these modes.
 EigenPairs pairs_with(const BorderedPencil& pencil, const std::vector<Eigen::Index>& modes) {
   const BorderedPencil low{pencil.K, pencil.M, pencil.modes(modes), pencil.C(Eigen::all, modes)};
   return lowest_dense_pairs(low.dense_stiffness(), low.dense_mass(), low.size());
 }
 
-// Nothing where a pair is missing.
+// Pairs by iteration from `start`; nothing where a pair is missing.
 std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPairs& start,
                                    const std::vector<Eigen::Index>& modes, int count) {
   Iteration iteration(pencil);
@@ -242,8 +242,8 @@ std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPair
   return found;
 }
 
-// By the Cholesky factor of M: all values to the rounding of the largest, none lost below a soft
-// one.
+// Pairs by the Cholesky factor of M: all values to the rounding of the largest, none lost below a
+// soft one.
 std::optional<EigenPairs> pairs_by_mass(const BorderedPencil& pencil) {
   const MatrixXd K = pencil.dense_stiffness(), M = pencil.dense_mass();
   const VectorXd s = M.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -268,7 +268,7 @@ EigenPairs whole(const BorderedPencil& pencil, int count) {
   return {all.values.head(n), all.vectors.leftCols(n)};
 }
 
-// So few more coordinates are not worth an iteration.
+// Whether the pencil has so few more coordinates that an iteration does not pay.
 bool is_small(const BorderedPencil& pencil, const std::vector<Eigen::Index>& modes) {
   return pencil.size() <= pencil.border() + static_cast<int>(modes.size()) + 2;
 }

@@ -17,9 +17,9 @@ struct BorderedPencil {
   int size() const { return border() + static_cast<int>(modes.size()); }
   MatrixXd dense_stiffness() const;
   MatrixXd dense_mass() const;
-  /// In the border's coordinates x = Z x'.
+  /// The pencil in new coordinates x' of the border, x = Z x'.
   BorderedPencil along(const MatrixXd& Z) const;
-  /// With these coordinates of the border alone, the others held.
+  /// The pencil with these coordinates of the border alone, the others held.
   BorderedPencil kept(const std::vector<int>& border_coordinates) const;
 };
 
@@ -30,14 +30,14 @@ struct BorderedPencil {
 /// below zero and the d below σ: (S29) of core/response/README.md.
 int eigenvalues_below(const BorderedPencil& pencil, double sigma);
 
-/// The lowest `count` pairs to rounding. Pairs of the pencil with its lowest modes alone lead to
-/// Rayleigh quotient iterations, each a solve with S; that eigenvalues_below() the last one found
-/// there are no others shows that none is missing. Where that does not come out, a whole
-/// decomposition takes their place.
+/// The lowest `count` pairs to rounding. Pairs of the pencil with its lowest modes alone are the
+/// starts of Rayleigh quotient iterations, each a solve with S. A count of eigenvalues_below() the
+/// last pair shows that none is missing. Where that fails, a whole decomposition is made instead.
 EigenPairs lowest_pairs(const BorderedPencil& pencil, int count);
 
-/// The same, and with these coordinates of the border held besides: so many of either, and those
-/// whose values are next to the last one's. Of a list of which none are wanted there are none.
+/// The lowest pairs with the border free and with some of its coordinates held: the wanted number
+/// of each, and those whose values are next to the last one's. A list of which none are wanted is
+/// empty.
 struct FreeAndHeldPairs {
   EigenPairs free, held;  ///< zero at the coordinates that are held
 };

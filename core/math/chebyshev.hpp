@@ -7,7 +7,8 @@ namespace flexopt {
 /// n ≥ 2 points from a to b, ascending: ½ (a + b) − ½ (b − a) cos(π k/(n − 1)), k = 0 … n − 1.
 std::vector<double> chebyshev_points(double a, double b, int n);
 
-/// Of the polynomial through values at some points: f(x) = Σ value_k f_k, f′(x) = Σ slope_k f_k.
+/// Weights of the polynomial through values f_k at given points: f(x) = Σ value_k f_k, f′(x) = Σ
+/// slope_k f_k.
 struct PointWeights {
   std::vector<double> value, slope;
 };

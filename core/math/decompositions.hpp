@@ -12,7 +12,7 @@ class SymmetricEigen {
  public:
   explicit SymmetricEigen(const Eigen::Ref<const MatrixXd>& A);
   SymmetricEigen(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<const MatrixXd>& B);
-  /// Of a tridiagonal matrix.
+  /// Eigenvalues and eigenvectors of a symmetric tridiagonal matrix.
   static SymmetricEigen of_tridiagonal(const VectorXd& diagonal, const VectorXd& below);
 
   const VectorXd& eigenvalues() const { return values_; }
@@ -24,7 +24,7 @@ class SymmetricEigen {
   MatrixXd vectors_;
 };
 
-/// Ascending.
+/// Eigenvalues in ascending order.
 VectorXd symmetric_eigenvalues(const Eigen::Ref<const MatrixXd>& A);
 
 /// A x = b with partial pivoting.
@@ -45,7 +45,7 @@ class Lu {
 class Cholesky {
  public:
   explicit Cholesky(const Eigen::Ref<const MatrixXd>& A);
-  /// False where A is not positive definite; then there are no factors.
+  /// Whether A is positive definite; otherwise there are no factors.
   bool positive_definite() const { return positive_definite_; }
   MatrixXd lower() const;                                           ///< L
   MatrixXd solve_lower(const Eigen::Ref<const MatrixXd>& B) const;  ///< L⁻¹ B

@@ -23,9 +23,9 @@ std::optional<VectorXd> complement_solve(const DeflatedSystem& system, double sh
                                          const VectorXd& b, double tolerance = 1e-13,
                                          int max_iterations = 200);
 
-/// Along the other known modes in closed form, the rest by complement_solve. Nothing where that
-/// does not converge, or where mode i is not alone at its frequency and the right side has a part
-/// along the other.
+/// Solves the system along the other known modes in closed form, and the rest by complement_solve.
+/// Nothing where that does not converge, or where mode i is not alone at its frequency and the
+/// right side has a part along the other mode.
 std::optional<VectorXd> deflated_solve(const DeflatedSystem& system, int i, const VectorXd& b,
                                        double tolerance = 1e-13, int max_iterations = 200);
 

@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-// Through the Cholesky factor of K, or that of M where K is not positive definite.
+// Uses the Cholesky factor of K, or that of M where K is not positive definite.
 EigenPairs lowest_dense_pairs(const MatrixXd& K, const MatrixXd& M, int count) {
   const int n = static_cast<int>(K.rows());
   count = std::min(count, n);

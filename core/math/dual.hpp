@@ -115,9 +115,10 @@ struct Dual {
     return std::isfinite(x.value);
   }
 
-  /// At a kink the derivative of the side of positive values.
+  /// Absolute value; at the kink, the derivative of the side of positive values.
   friend Dual abs(const Dual& x) { return x.value < 0 ? -x : x; }
-  /// No derivative at 0: infinite, or not a number where x does not change there.
+  /// Square root. At 0 it has no derivative: infinite, or not a number where x does not change
+  /// there.
   friend Dual sqrt(const Dual& x) {
     const double root = std::sqrt(x.value);
     return x.chained(root, 0.5 / root);

@@ -36,7 +36,7 @@ using EigenLayout = CompiledWith<EigenMaxAlign<EIGEN_MAX_ALIGN_BYTES>,
 template <>
 const char EigenLayout::as_the_library_is;  // in eigen_layout.cpp
 
-// One in each object; an inline variable would be merged with the library's.
+// Each object needs a symbol of its own; an inline variable would be merged with the library's.
 [[gnu::used]] static const char* const eigen_layout = &EigenLayout::as_the_library_is;
 
 }  // namespace flexopt

@@ -35,7 +35,7 @@ struct Jet {
     for (double& x : c) x *= b;
     return *this;
   }
-  /// By a number that is not zero at the start of the path.
+  /// Division by a number that is not zero at the start of the path.
   Jet& operator/=(const Jet& b) {
     c[0] /= b.c[0];
     c[1] = (c[1] - c[0] * b.c[1]) / b.c[0];
@@ -51,7 +51,7 @@ struct Jet {
   friend Jet operator*(double a, Jet b) { return b *= a; }
   friend Jet operator/(Jet a, const Jet& b) { return a /= b; }
   friend bool operator==(const Jet&, const Jet&) = default;
-  /// Of a number that is positive at the start of the path.
+  /// Square root of a number that is positive at the start of the path.
   friend Jet sqrt(const Jet& a) {
     const double root = std::sqrt(a.c[0]), rate = 0.5 * a.c[1] / root;
     return {root, rate, 0.5 * (a.c[2] - rate * rate) / root};
@@ -108,7 +108,7 @@ auto coefficients(const Eigen::MatrixBase<Derived>& A, int order) {
                                              A.cols(), Step(3 * A.derived().outerStride(), 3));
 }
 
-/// Entry by entry.
+/// Matrix of jets from a series of matrices.
 template <class Dense>
 Eigen::Matrix<Jet, Dense::RowsAtCompileTime, Dense::ColsAtCompileTime> jets(
     const Series<Dense>& series) {
@@ -134,7 +134,7 @@ void assign_product(C& c, const A& a, const B& b) {
   }
 }
 
-/// A linear map of numbers, of each order where A has orders.
+/// Applies a linear map to a matrix, order by order where A is one of jets.
 template <class S, class Map>
 Eigen::MatrixX<S> by_orders(const Eigen::MatrixX<S>& A, const Map& map) {
   if constexpr (std::same_as<S, double>) {
@@ -146,7 +146,7 @@ Eigen::MatrixX<S> by_orders(const Eigen::MatrixX<S>& A, const Map& map) {
   }
 }
 
-/// Entry by entry, the other way.
+/// Series of matrices from a matrix of jets.
 template <int Rows, int Columns>
 Series<Eigen::Matrix<double, Rows, Columns>> series(const Eigen::Matrix<Jet, Rows, Columns>& A) {
   Series<Eigen::Matrix<double, Rows, Columns>> result;

@@ -31,9 +31,9 @@ struct ModesWanted {
   int count = 0;     ///< stable ones, the lowest
   int negative = 0;  ///< eigenvalues of K below zero, by its inertia: those are found, all of them
   bool in_pairs = false;  ///< equal values come in pairs: both are found, and none stands alone
-  /// There may be motions without mass: they are no modes. Where fewer modes exist than are looked
-  /// for, those that do are spoilt: not with pairs, and negative ones of large magnitude are not
-  /// sought.
+  /// Whether there may be motions without mass, which are no modes. Where fewer modes exist than
+  /// are sought, such motions spoil those found: not usable with pairs, and negative values of
+  /// large magnitude are not sought.
   bool massless = false;
   double tolerance = 1e-7;
 };
@@ -55,13 +55,13 @@ class BlockKrylov {
   /// `most`: columns of V at the end.
   BlockKrylov(const MatrixXd& start, int most, LinearMap solve, LinearMap mass);
 
-  /// One block more; false where the space is invariant or full.
+  /// Adds a block; false where the space is invariant or full.
   bool extend();
-  /// The next block where the space is invariant: these columns beside it.
+  /// Goes on with these columns as the next block, where the space is invariant.
   void go_on(const MatrixXd& columns);
 
   int columns() const { return columns_; }  ///< of V with their T; the next block is not counted
-  /// Nothing is left out: the space is invariant.
+  /// Whether the space is invariant, so that it contains the whole answer.
   bool invariant() const { return block_ == 0 && (columns_ < most_ || most_ == V_.rows()); }
   auto V() const { return V_.leftCols(columns_); }
   auto MV() const { return MV_.leftCols(columns_); }

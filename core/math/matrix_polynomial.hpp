@@ -11,7 +11,7 @@ namespace flexopt {
 class MatrixPolynomial {
  public:
   MatrixPolynomial() = default;
-  /// Zero. The table must outlive it.
+  /// The zero polynomial. The table must outlive it.
   MatrixPolynomial(const MonomialTable& table, Eigen::Index rows, Eigen::Index cols)
       : table_(&table),
         rows_(rows),
@@ -27,11 +27,11 @@ class MatrixPolynomial {
   const MatrixXd& operator[](int m) const { return coefficients_[static_cast<std::size_t>(m)]; }
 
   MatrixPolynomial transposed() const;
-  /// Some rows and columns of it.
+  /// A block of rows and columns of the polynomial.
   MatrixPolynomial block(Eigen::Index row, Eigen::Index col, Eigen::Index rows,
                          Eigen::Index cols) const;
   void set_block(Eigen::Index row, Eigen::Index col, const MatrixPolynomial& part);
-  /// Square, its constant part regular: the series of the inverse.
+  /// Series of the inverse, for a square matrix whose constant part is regular.
   MatrixPolynomial inverse() const;
 
   MatrixPolynomial& operator+=(const MatrixPolynomial& b);

@@ -11,8 +11,8 @@ MonomialTable::MonomialTable(int variables, int order) : variables_(variables), 
   degree_.reserve(n);
   exponents_.reserve(static_cast<std::size_t>(n) * variables);
 
-  // Within a degree: the successor takes one from the last nonzero exponent before the end and
-  // gives it, with all that stood at the end, to its right neighbour.
+  // Successor within a degree: takes one from the last nonzero exponent before the end and gives
+  // it, with all that stood at the end, to its right neighbour.
   std::vector<std::uint8_t> e(variables);
   for (int d = 0; d <= order; ++d) {
     std::fill(e.begin(), e.end(), 0);

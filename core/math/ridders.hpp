@@ -11,9 +11,10 @@ namespace flexopt {
 
 struct Derivatives {
   std::vector<double> value, error;  ///< of every number, and how well it is known
-  /// From one side each: they differ where the number has a kink.
+  /// One-sided derivatives; they differ where the number has a kink.
   std::vector<double> forward, backward, forward_error, backward_error;
-  /// Where the second derivative may jump: central differences extrapolated in all powers of h.
+  /// Central differences extrapolated in all powers of h, for numbers whose second derivative may
+  /// jump.
   std::vector<double> rough, rough_error;
 };
 
@@ -56,9 +57,10 @@ inline void extrapolate(const std::vector<std::vector<double>>& differences, dou
 
 }  // namespace detail
 
-/// Of every number that f returns, at x, from steps h, h/1.6, h/1.6², … `noise`: standard deviation
-/// of every number by rounding, where it is known; no derivative is then claimed to be better.
-/// `forward_only`: there is nothing below x; all but `forward` is then that.
+/// Derivatives at x of every number that f returns, by Ridders' method with steps h, h/1.6, h/1.6²,
+/// … `noise`: standard deviation of every number by rounding, where it is known; errors are at
+/// least what it causes. `forward_only`: f does not exist below x; all results are then those of
+/// `forward`.
 inline Derivatives ridders(const std::function<std::vector<double>(double)>& f, double x, double h,
                            int rows = 6, std::vector<double> noise = {},
                            bool forward_only = false) {

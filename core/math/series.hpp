@@ -9,7 +9,7 @@ namespace flexopt {
 template <class T>
 using Series = std::array<T, 3>;
 
-/// sum += a b, by the orders; `product(a_i, b_j)` → what is added.
+/// sum += a b, order by order; `product(a_i, b_j)` returns what is added.
 template <class A, class B, class C, class Product>
 void add_product(Series<C>& sum, const Series<A>& a, const Series<B>& b, const Product& product) {
   for (int i = 0; i < 3; ++i)

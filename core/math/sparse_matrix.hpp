@@ -6,7 +6,7 @@
 
 namespace flexopt {
 
-/// One entry of a sparse matrix; entries of the same place add up.
+/// An entry of a sparse matrix; entries at the same place are added.
 struct SparseEntry {
   int row = 0, column = 0;
   double value = 0;
@@ -22,10 +22,10 @@ class SparseMatrix {
   const std::vector<SparseEntry>& entries() const { return entries_; }
 
   void add(int row, int column, double value) { entries_.push_back({row, column, value}); }
-  /// Its upper left part += diag(left) A diag(right); sizes at least that of A.
+  /// Adds diag(left) A diag(right) to the upper left part; its size is at least that of A.
   void add(const BlockMatrix& A, const VectorXd& left, const VectorXd& right);
-  /// Sets rows and columns to those of the identity. Their diagonal has at least one entry after
-  /// it.
+  /// Sets rows and columns to those of the identity. Afterwards their diagonal has at least one
+  /// entry.
   void release(const std::vector<int>& rows);
 
   MatrixXd dense() const;

@@ -18,7 +18,7 @@ using Sparse = Eigen::SparseMatrix<double>;
 // What rounding makes of zero, in columns of length one.
 constexpr double rounding = 1e-14;
 
-// Lengths of the rows.
+// Norms of the rows.
 std::vector<double> lengths_of(int rows, const std::vector<SparseEntry>& entries) {
   std::vector<double> lengths(static_cast<std::size_t>(rows), 0.0);
   for (const SparseEntry& e : entries)
@@ -27,7 +27,7 @@ std::vector<double> lengths_of(int rows, const std::vector<SparseEntry>& entries
   return lengths;
 }
 
-// Aᵀ, each column over its length.
+// Aᵀ, with each column divided by its length.
 Sparse transposed(int columns, const std::vector<SparseEntry>& given,
                   const std::vector<double>& lengths) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -88,7 +88,7 @@ class FrontalQr {
     waiting_[static_cast<std::size_t>(front.first())].push_back(std::move(front));
   }
 
-  // Zeros below the first entry of a block, which Q turns.
+  // Householder reflection that makes zeros below the first entry of a block.
   template <class Block>
   void reflect(Block A) {
     tail_.resize(A.rows() - 1);
@@ -101,7 +101,7 @@ class FrontalQr {
     A.col(0).tail(A.rows() - 1).setZero();
   }
 
-  // The rests of several fronts, one below the other.
+  // Joins the rests of several fronts, one below the other.
   Front gathered(std::vector<Front>& parts) {
     if (parts.size() == 1) return std::move(parts[0]);
     Front all;
@@ -130,7 +130,7 @@ class FrontalQr {
     return all;
   }
 
-  // The same rows turned into as few as their rank.
+  // Replaces the rows of a front by as many as their rank, by a QR decomposition with pivoting.
   void compress(Front& front) {
     const Eigen::ColPivHouseholderQR<RowMajor> qr(front.rest());
     const auto& diagonal = qr.matrixQR().diagonal();
@@ -185,8 +185,8 @@ std::vector<std::vector<std::pair<int, double>>> columns_of(
 
 }  // namespace
 
-// Aᵀ = Q R: of the columns of R, those without a pivot depend on those with one before them, with
-// the factors R1⁻¹ r.
+// Uses Aᵀ = Q R: the columns of R without a pivot depend on earlier ones with a pivot, with the
+// factors R1⁻¹ r.
 DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntry>& entries,
                              double tolerance) {
   DependentRows result;

@@ -10,9 +10,9 @@ namespace flexopt {
 
 struct DependentRows {
   int rank = 0;
-  /// One for each row that is a combination of others: those rows with their factors (row, factor),
-  /// then the row itself with the factor −1. Their sums are zero, and they span all such sums.
-  /// Where rows repeat each other it is the last one.
+  /// One list for each row that is a combination of others: those rows with their factors (row,
+  /// factor), then the row itself with the factor −1. Their sums are zero, and they span all such
+  /// sums. Of rows that repeat each other, the last one counts as dependent.
   std::vector<std::vector<std::pair<int, double>>> sums;
 };
 

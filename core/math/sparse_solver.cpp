@@ -17,7 +17,7 @@ namespace {
 
 using Index = SuiteSparse_long;
 
-// Columns, one after the other, rows ascending.
+// A sparse matrix by columns, rows ascending.
 struct Columns {
   std::vector<Index> begin, row;
   std::vector<double> value;
@@ -25,7 +25,7 @@ struct Columns {
   bool same_pattern(const Columns& other) const { return begin == other.begin && row == other.row; }
 };
 
-// Sorted by counting, twice: by rows, then by columns.
+// Sorts the entries by counting, twice: by rows, then by columns.
 Columns columns_of(const SparseMatrix& A, bool lower_only) {
   const auto n = static_cast<std::size_t>(A.size());
   const std::vector<SparseEntry>& entries = A.entries();
@@ -106,7 +106,7 @@ klu_l_common settings() {
   return common;
 }
 
-/// A factorisation lives on what was found for its pattern.
+/// Symbolic analysis of a pattern, on which a factorisation depends.
 using Symbolic = std::shared_ptr<klu_l_symbolic>;
 
 Symbolic owned(klu_l_symbolic* symbolic) {
@@ -149,7 +149,7 @@ struct LinearSolver::Factor {
   void solve(MatrixXd& X) const {
     klu_l_solve(symbolic.get(), numeric, X.rows(), X.cols(), X.data(), &common);
   }
-  /// B − A X.
+  /// Residual B − A X.
   MatrixXd rest(const Eigen::Ref<const MatrixXd>& B, const MatrixXd& X) const {
     MatrixXd R = B;
     for (Eigen::Index k = 0; k < B.cols(); ++k)

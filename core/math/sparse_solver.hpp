@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// From this many unknowns on the equations of a mechanism are solved sparse. Measured:
+/// Number of unknowns from which the equations of a mechanism are solved sparse. Measured:
 /// `./flexopt bench many_leaves`.
 inline constexpr int sparse_from = 200;
 

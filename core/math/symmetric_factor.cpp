@@ -7,7 +7,8 @@
 
 namespace flexopt {
 
-// The row that becomes the last one of the next pivot: elements of L stay below 1/(1 − alpha).
+// Chooses the row that becomes the last one of the next pivot, so that elements of L stay below
+// 1/(1 − alpha).
 Eigen::Index SymmetricFactor::choose(Eigen::Index k, int& size) const {
   const double alpha = (1 + std::sqrt(17.0)) / 8;
   const Eigen::Index n = L_.rows();
@@ -30,7 +31,7 @@ Eigen::Index SymmetricFactor::choose(Eigen::Index k, int& size) const {
   return r;
 }
 
-// Rows and columns a < b of what is left, and of L so far.
+// Exchanges rows and columns a < b of the remaining matrix and of L so far.
 void SymmetricFactor::exchange(Eigen::Index a, Eigen::Index b) {
   if (a == b) return;
   const Eigen::Index n = L_.rows();

@@ -9,13 +9,13 @@ namespace flexopt {
 
 class SymmetricFactor {
  public:
-  /// Of the lower triangle of A. A pivot that is nothing beside A counts as a very small positive
-  /// one.
+  /// Factorises the lower triangle of A. A pivot that is negligible beside A is replaced by a very
+  /// small positive one.
   void compute(const MatrixXd& A);
 
-  /// Eigenvalues of A below zero.
+  /// Number of eigenvalues of A below zero.
   int negative() const { return negative_; }
-  /// b → A⁻¹ b.
+  /// Replaces b by A⁻¹ b.
   void solve(VectorXd& b) const;
 
  private:

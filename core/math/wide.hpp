@@ -1,5 +1,5 @@
 #pragma once
-// Eight numbers at once, in one register where the processor has it.
+// Eight numbers that are processed at once, in one register where the processor has it.
 #include <cstdint>
 #include <cstring>
 #ifdef __AVX512F__
@@ -11,7 +11,7 @@ namespace flexopt {
 inline constexpr int wide = 8;
 using Wide = double __attribute__((vector_size(8 * wide)));
 
-/// Eight numbers from there on. The compiler's own conversions take five instructions each.
+/// Loads eight numbers. The compiler's own conversions take five instructions each.
 inline Wide load_wide(const double* from) {
   Wide x;
   std::memcpy(&x, from, sizeof x);

@@ -6,12 +6,12 @@
 
 namespace flexopt {
 
-/// Seconds of a clock that only goes forward.
+/// Time of a monotonic clock [s].
 double steady_seconds();
 
 /// What one evaluation may take. Plain data.
 struct WorkLimits {
-  /// By the clock [s]: what is beyond depends on the machine.
+  /// Limit of wall-clock time [s]; what exceeds it depends on the machine.
   std::optional<double> seconds;
   /// Newton iterations, of the mechanism and of the leaves that reduced ones are made from: the
   /// same on every machine.
@@ -30,8 +30,8 @@ class WorkLimitReached : public std::exception {
   std::string text_;
 };
 
-/// While it lives, work of this thread counts against these limits. One within another replaces it
-/// until its end.
+/// Scope in which work of this thread counts against these limits. A nested scope replaces the
+/// outer one until it ends.
 class LimitedWork {
  public:
   explicit LimitedWork(const WorkLimits& limits);
@@ -41,7 +41,7 @@ class LimitedWork {
 
   /// Throws WorkLimitReached.
   void check(int iterations);
-  /// Newton iterations so far.
+  /// Newton iterations counted so far.
   int iterations() const { return iterations_; }
 
  private:
@@ -51,8 +51,8 @@ class LimitedWork {
   LimitedWork* outer_;
 };
 
-/// One Newton iteration more. Throws WorkLimitReached where the limits of this thread are used up;
-/// without limits it does nothing.
+/// Counts one Newton iteration. Throws WorkLimitReached where the limits of this thread are used
+/// up; without limits, it only counts.
 void count_iteration();
 
 /// Looks at the clock alone, in long work that is no Newton iteration. Throws WorkLimitReached.

@@ -31,7 +31,7 @@ struct ArcPoint {
   }
 };
 
-/// At the part s in [0, 1] of an arc of unit length that subtends `angle`.
+/// Point at the share s in [0, 1] of an arc of unit length that subtends `angle`.
 template <class S>
 ArcPoint<S> arc_point(const S& angle, const S& s) {
   using std::cos, std::sin;
@@ -40,8 +40,8 @@ ArcPoint<S> arc_point(const S& angle, const S& s) {
   return {chord * cos(secant), chord * sin(secant), cos(direction), sin(direction)};
 }
 
-/// At the part s of two legs of the length one in all, the first along x up to `fold`, the second
-/// turned by `angle` towards z: a place of the second.
+/// Point of the second leg at the share s of two legs with total length one: the first along x up
+/// to `fold`, the second turned by `angle` towards z.
 template <class S>
 ArcPoint<S> leg_point(const S& fold, const S& angle, const S& s) {
   using std::cos, std::sin;
@@ -49,8 +49,8 @@ ArcPoint<S> leg_point(const S& fold, const S& angle, const S& s) {
   return {fold + way * cosine, way * sine, cosine, sine};
 }
 
-/// The part s of the arc that a place in its plane is above or below, and its height above it, both
-/// over the length. The angle is not zero.
+/// Coordinates of a place in the plane of an arc: the share of the arc below or above it, and its
+/// height above the arc, both over the length. The angle of the arc is not zero.
 template <class S>
 struct ArcCoordinates {
   S along, height;

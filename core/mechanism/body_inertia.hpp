@@ -14,8 +14,9 @@ struct InertiaFault {
   bool of_sum = false;  ///< I3 > I1 + I2 alone, as of those who think in a plane: [0, 0, I]
 };
 
-/// Of an inertia about the centre of mass [kg m²]. That of a real body is symmetric to rounding,
-/// with principal values 0 ≤ I1 ≤ I2 ≤ I3 ≤ I1 + I2.
+/// What is wrong with an inertia about the centre of mass [kg m²]; nothing if it is sound. The
+/// inertia of a real body is symmetric to rounding, with principal values 0 ≤ I1 ≤ I2 ≤ I3 ≤ I1 +
+/// I2.
 std::optional<InertiaFault> inertia_fault(const Matrix3d& inertia);
 
 }  // namespace flexopt

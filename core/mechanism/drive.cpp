@@ -39,7 +39,8 @@ Vector3<S> constant(const Vector3d& a) {
   return a.cast<S>();
 }
 
-// Both bodies, whose places are the first and the second half of 12 coordinates.
+// Offsets in the 12 coordinates of the two bodies: (displacement, spin) of the first, then of the
+// second.
 constexpr int spin = 3, other_at = 6, other_spin = 9;
 
 template <class S>
@@ -102,7 +103,8 @@ S cosine(const Vector3<S>& a, const Vector3<S>& e, const Matrix3<S>& Q) {
   return 0.5 * (a.dot(e) * (Q(0, 0) + Q(1, 1) + Q(2, 2)) - a.dot(times<S>(Q, e)));
 }
 double angle(double sine, double cosine) { return std::atan2(sine, cosine); }
-// The tangent of what comes after the start is its angle up to s².
+// Angle along the path from its sine and cosine: the tangent of the part beyond the start is its
+// angle up to s².
 Jet angle(const Jet& sine, const Jet& cosine) {
   const double y = sine.c[0], x = cosine.c[0];
   return std::atan2(y, x) + (sine * x - cosine * y) / (cosine * x + sine * y);

@@ -45,7 +45,8 @@ template <class S>
 DriveStroke<S> drive_stroke(const Drive& drive, const JointBodyOf<S>& body,
                             const JointBodyOf<S>& other);
 
-/// All that the stroke depends on, or how it moves; of a drive that moves only the axes count.
+/// State on which the stroke depends, or the derivative of that state. Of a drive that moves only
+/// the axes count.
 template <class S>
 struct StrokeState {
   Drive drive;

@@ -100,7 +100,7 @@ void copy_constants(const MaterialT<From>& from, MaterialT<To>& to) {
   to.thermal_expansion = from.thermal_expansion;
 }
 
-/// The material with f(x) in the place of every number x.
+/// A copy of the material with f(x) in place of every number x.
 template <class To, class From, class F>
 MaterialT<To> with_numbers(const MaterialT<From>& from, const F& f) {
   MaterialT<To> to;
@@ -173,7 +173,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
   return to;
 }
 
-/// The mechanism of no change: every number zero.
+/// A mechanism whose numbers are all zero: the derivative of no change.
 inline Mechanism zero_rate(const Mechanism& mechanism) {
   return with_numbers<double>(mechanism, [](double) { return 0.0; });
 }

@@ -17,7 +17,7 @@ S tangent_excess(const S& h) {
   return 1.0 / 3 + square * (2.0 / 15 + square * (17.0 / 315 + square * (62.0 / 2835)));
 }
 
-/// 1 of a mitred corner, 0 of a bent one, by radius over thickness.
+/// Sharpness of a corner: 1 for a mitred one, 0 for a bent one, by radius over thickness.
 template <class S>
 S corner_sharpness(const S& ratio) {
   using std::exp;
@@ -32,8 +32,8 @@ S corner_reach(const S& angle, const S& radius, const S& thickness) {
   return (radius + 0.5 * thickness) * tan(S(0.5 * abs(angle)));
 }
 
-/// By how much the arc of a bent corner is shorter than the way to the line, for each leg; none of
-/// a mitred one.
+/// Difference of the lengths of the way to the line of the fold and of the arc of a bent corner,
+/// for each leg; zero for a mitred corner.
 template <class S>
 S corner_cut(const S& angle, const S& radius, const S& thickness) {
   using std::abs;
@@ -53,8 +53,7 @@ S corner_shortening(const S& angle, const S& radius, const S& thickness) {
   return thickness * h2 * (h * bent + sharp * mitred);
 }
 
-/// What of each leg is not there to be twisted, s_xy of (E14). Negative where it is a mitred
-/// corner.
+/// Length of each leg that does not twist, s_xy of (E14). Negative for a mitred corner.
 template <class S>
 S corner_shortening_of_twist(const S& angle, const S& radius, const S& thickness) {
   using std::abs;

@@ -85,7 +85,7 @@ Geometry<S> geometry(const Joint& joint, const JointBodyOf<S>& body, const Joint
   return g;
 }
 
-// The same of a state that moves.
+// Derivative of the joint's geometry when the state `at` changes by `rate`.
 template <class S>
 Geometry<S> geometry_rate(const JointState<S>& at, const JointState<S>& rate) {
   const Matrix3d e = axes_of(at.joint);

@@ -51,8 +51,8 @@ JointConditions conditions(const Joint& joint, const JointBody& body, const Join
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
                     const Eigen::Ref<const VectorXd>& multipliers);
 
-/// All that the conditions of a joint depend on, or how it moves; of a joint that moves only place
-/// and axis count.
+/// State on which the conditions of a joint depend, or the derivative of that state. Of a joint
+/// that moves, only place and axis count.
 template <class S>
 struct JointState {
   Joint joint;
@@ -79,8 +79,8 @@ std::string described(const Vector3d& axis);
 /// or strokes that joints and the drives before them hold.
 std::optional<std::string> dependent_joints(const Mechanism& mechanism);
 
-/// For every body the one that stands for all that rigid joints tie to it: the ground, the
-/// end-effector, or the first of them.
+/// For every body, the body that represents all bodies which rigid joints tie to it: the ground,
+/// the end-effector, or the first of them.
 std::vector<int> rigid_groups(const Mechanism& mechanism);
 
 }  // namespace flexopt

@@ -13,10 +13,10 @@ struct DeadLoad {
   Vector3d force = Vector3d::Zero();   ///< [N], global axes
   Vector3d moment = Vector3d::Zero();  ///< [N m], global axes
   std::optional<int> body;             ///< on which it acts; nothing: the end-effector
-  /// From the body's reference point to where the force acts, undeflected, global axes [m]. It
-  /// turns with the body, and stays the same where a design parameter moves the reference point.
+  /// Vector from the body's reference point to where the force acts, undeflected, global axes [m].
+  /// It turns with the body, and stays the same where a design parameter moves the reference point.
   Vector3d arm = Vector3d::Zero();
-  /// Instead of the arm: where it acts, undeflected, global axes [m]. The place stays the same
+  /// Point of application in place of the arm, undeflected, global axes [m]. It stays the same
   /// where a design parameter moves the reference point.
   std::optional<Vector3d> place = {};
   std::string name = {};  ///< may be empty
@@ -36,12 +36,12 @@ struct AssemblyError {
   Vector3d turn = Vector3d::Zero();  ///< rotation vector about that middle, global axes [rad]
 };
 
-/// Largest thermal strain that is taken for one of a solid.
+/// Largest thermal strain that is plausible for a solid.
 inline constexpr double largest_expansion = 0.05;
 
 struct LoadCase {
   std::vector<DeadLoad> constant;  ///< applied before the stroke, unchanged along it
-  /// Put on with the constant loads, at most one for each edge.
+  /// Assembly errors, applied with the constant loads; at most one for each edge.
   std::vector<AssemblyError> assembly = {};
   /// How much warmer each leaf is than as built [K]; empty: none. They grow with the constant
   /// loads.
@@ -49,10 +49,10 @@ struct LoadCase {
   /// Thermal strain of each body, the ground last; empty: none. Bodies grow about their reference
   /// points, the ground about the origin, and take along the edges that they hold.
   std::vector<double> body_expansion = {};
-  /// On bodies and leaves [m/s²]; comes with the constant loads.
+  /// Gravity on bodies and leaves [m/s²]; applied with the constant loads.
   Vector3d gravity = Vector3d::Zero();
-  /// Where there are any, nothing is driven: the points of the path are the factors of these loads,
-  /// which come to the constant ones.
+  /// Growing loads, which add to the constant ones. If there are any, nothing is driven: the points
+  /// of the path are the factors of these loads.
   std::vector<DeadLoad> growing;
 
   bool driven() const { return growing.empty(); }
@@ -69,7 +69,7 @@ struct LoadFactors {
   bool operator==(const LoadFactors&) const = default;
 };
 
-/// Where an edge (0 base, 1 tip) goes when the body that holds it has grown [m].
+/// Displacement of an edge (0 base, 1 tip) when the body that holds it has grown by heat [m].
 Vector3d growth_move(const Mechanism& warm, int leaf, int end);
 
 /// The mechanism whose leaves and clamps have the growth of these temperatures: what the evaluation

@@ -89,7 +89,8 @@ class Resistance {
     add(joint.body, g.leftCols(6), joint.other, g.rightCols(6));
   }
 
-  /// By the motions that change its forces, whatever their sign.
+  /// Adds the stiffness of a spring against the motions that change its forces, whatever the sign
+  /// of its force.
   void add_spring(const Spring& spring) {
     Matrix12d tangent = spring_forces(spring, at_rest(spring.body), at_rest(spring.other)).tangent;
     Eigen::Matrix<double, 12, 1> scale;
@@ -123,7 +124,8 @@ std::optional<int> loosest(const MatrixXd& sum, double least) {
   return static_cast<int>(most);
 }
 
-// The same of many bodies. A loose motion dominates the answer to any force.
+// Coordinate of many bodies that moves most in their loosest motion; nothing where none is loose. A
+// loose motion dominates the answer to any force.
 std::optional<int> loosest(const BlockMatrix& sum, double least) {
   const VectorXd one = VectorXd::Ones(sum.size());
   const auto shifted = [&](double shift) {

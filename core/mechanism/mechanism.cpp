@@ -26,8 +26,8 @@ struct Box {
   double sheet;  ///< half its height were it almost without thickness [m]
 };
 
-/// One for a flat leaf or leg; for an arc one for every few degrees, of a profile one for every
-/// piece of it, from base to tip.
+/// Bounding boxes of a leaf from base to tip: one for a flat leaf or leg, one for every few degrees
+/// of an arc, one for every piece of a profile.
 std::vector<Box> boxes_of(const LeafSpring& leaf) {
   constexpr double degrees = 4 * std::numbers::pi / 180;
   if (leaf.fold) {

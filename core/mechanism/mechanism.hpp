@@ -33,14 +33,14 @@ struct MaterialT {
       thermal_expansion;  ///< linear coefficient, the same at all temperatures [1/K]
   /// Rp0.2, Rm, and the amplitude that is endured at mean zero, of the surface as made [Pa].
   std::optional<double> yield_strength, ultimate_strength, endurance_limit;
-  std::optional<SnCurve> s_n_curve;  ///< likewise of the surface as made
+  std::optional<SnCurve> s_n_curve;  ///< S-N curve of the surface as made
 
   Scalar shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poissons_ratio)); }
 };
 
 /// Body index of the fixed world.
 inline constexpr int ground = -1;
-/// In a body's place: nothing holds the tip edge.
+/// Value of LeafSpring::tip where nothing holds the tip edge.
 inline constexpr int free_edge = -2;
 
 /// A material point of a leaf's mid-surface that is a body of its own: the two share their
@@ -56,7 +56,7 @@ struct LeafPointT {
 /// Cross-section of a leaf. Circular: a wire flexure, width = thickness = diameter.
 enum class Section { rectangular, circular };
 
-/// The sharpest fold: both legs must have room [rad].
+/// Largest angle of a fold, so that both legs have room [rad].
 inline constexpr double largest_fold = 175 * std::numbers::pi / 180;
 
 /// A line across a leaf at which it turns when undeformed: two flat legs at a fixed angle.
@@ -82,7 +82,7 @@ struct LeafSpringT {
   Matrix3<Scalar> axes;
   /// [m]; of profiles: what their factors refer to. The length is that of the arc, or of both legs.
   Scalar length{}, width{}, thickness{};
-  /// Of a curved leaf: the angle that its arc subtends, bulging to the normal [rad].
+  /// For a curved leaf, the angle that its arc subtends, bulging towards the normal [rad].
   std::optional<Scalar> curve;
   std::optional<LeafFoldT<Scalar>> fold;
   /// Factors on width and thickness along the leaf: profile.hpp. Empty: uniform.
@@ -90,22 +90,24 @@ struct LeafSpringT {
   MaterialT<Scalar> material;
   Section section = Section::rectangular;
   std::optional<LeafPointT<Scalar>> point;
-  /// Stress-free length, width and thickness over those above, of a leaf that is warmer than the
-  /// bodies. Bodies hold its edges where they are and as wide as they are without it, or as they
-  /// grow themselves.
+  /// Stress-free length, width and thickness over the nominal ones, for a leaf that is warmer than
+  /// the bodies. Bodies hold its edges at the nominal places and widths, or at those of grown
+  /// bodies.
   double growth = 1;
-  /// The same of the bodies that hold the base and the tip, which are warm themselves.
+  /// Stress-free sizes over nominal sizes of the bodies that hold the base and the tip, which may
+  /// be warm too.
   std::array<double, 2> clamp_growth{1, 1};
-  /// Of a rate along errors of assembly (AssemblyError) of the base and the tip: what their move
-  /// [m] and turn [rad] change by. No number of a design: zero there.
+  /// For a derivative along assembly errors (AssemblyError) of the base and the tip: the change of
+  /// their displacement [m] and rotation [rad]. Assembly errors are no parameters of a design, in
+  /// which both are zero.
   std::array<Vector3d, 2> assembly_move{Vector3d::Zero(), Vector3d::Zero()},
       assembly_turn{Vector3d::Zero(), Vector3d::Zero()};
 
-  /// From base to tip [m].
+  /// Distance from base to tip [m].
   Scalar chord() const {
     return curve ? Scalar(length * sine_ratio<Scalar>(0.5 * *curve)) : length;
   }
-  /// From the middle of the base edge to that of the tip edge.
+  /// Vector from the middle of the base edge to that of the tip edge [m].
   Vector3<Scalar> span() const {
     if (!fold) return axes.col(0) * chord();
     const ArcPoint<Scalar> tip = middle(Scalar(1));
@@ -120,7 +122,8 @@ struct LeafSpringT {
       return leg_point<Scalar>(fold->place, fold->angle, s);
     return {s, Scalar(0), Scalar(1), Scalar(0)};
   }
-  /// Of a place in global axes: along the leaf, across it from the middle, and above it [m].
+  /// Coordinates of a place in global axes: along the leaf, across it from the middle, and above it
+  /// [m].
   Vector3<Scalar> coordinates(const Vector3<Scalar>& place) const {
     const Vector3<Scalar> way = place - origin;
     Vector3<Scalar> local(axes.col(0).dot(way), axes.col(1).dot(way), axes.col(2).dot(way));
@@ -205,8 +208,8 @@ struct SpringT {
   Vector3<Scalar> other_place;  ///< end on `other` [m]; not of a bushing
   Scalar stiffness{};           ///< not negative [N/m]; not of a bushing
   Scalar free_length{};         ///< length without force [m]; not of a bushing
-  /// Of a bushing: loads at `place` over displacement and rotation of `body` relative to `other`,
-  /// undeflected, global axes, symmetric and positive semidefinite [N/m, N, N m].
+  /// Stiffness of a bushing: loads at `place` over displacement and rotation of `body` relative to
+  /// `other`, undeflected, global axes, symmetric and positive semidefinite [N/m, N, N m].
   std::optional<Matrix6<Scalar>> matrix;
 };
 
@@ -238,7 +241,7 @@ struct MechanismT {
   std::vector<JointT<Scalar>> joints;
   std::vector<SpringT<Scalar>> springs;
   int end_effector = 0;  ///< its reference point is O
-  /// Up to six; none where nothing is driven.
+  /// Drives, at most six; none where nothing is driven.
   std::vector<DriveT<Scalar>> drives;
 };
 

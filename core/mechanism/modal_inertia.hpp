@@ -1,5 +1,5 @@
 #pragma once
-// A choice in the modal derivatives of vibration modes.
+// Whether modal derivatives of vibration modes take the change of inertia into account.
 
 namespace flexopt {
 

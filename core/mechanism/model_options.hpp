@@ -16,14 +16,14 @@ enum class Reduction {
   mixed_potential,       ///< one tube for the whole leaf
   linear_craig_bampton,  ///< linear superelements in floating frames
   modal_derivatives,     ///< full superelements projected on boundary modes and their derivatives
-  quadratic_manifold,    ///< the same, the derivatives' amplitudes slaved to the boundary's
+  quadratic_manifold,    ///< as modal_derivatives, whose amplitudes follow the boundary's
 };
 
-/// Which fields stand beside the boundary modes.
+/// Which fields are added to the boundary modes.
 enum class ModalDerivativeSet {
   bending,     ///< derivatives of the two bending modes by each other: three
-  all,         ///< of all six deformations by each other
-  third_order  ///< and the third-order fields of the static solution
+  all,         ///< derivatives of all six deformations by each other
+  third_order  ///< all, and the third-order fields of the static solution
 };
 
 /// Kinematics of a leaf: a thin plate, or a beam whose lines across stay straight.
@@ -67,7 +67,8 @@ struct ModelOptions {
   /// shape, so that leaves only move as their edges make them.
   int leaf_modes = 2;
   AtlasUse atlas_use = AtlasUse::off;
-  /// Of the leaves' mesh; none: every leaf is built. Whoever reads the job opens it.
+  /// Look-up table for leaves of this mesh; null: every leaf model is built. The reader of the job
+  /// opens the file.
   std::shared_ptr<const TubeAtlas> atlas = {};
 };
 

@@ -25,8 +25,9 @@ struct ProfileWeights {
   int first = 0, count = 0;
   std::array<double, 2 * profile_points> weight{};
 };
-/// Of a derivative of the profile at s ∈ [0, 1]: order 0 the value, 1 d/ds, 2 d²/ds² … Where two
-/// pieces meet, the mean of both sides. A profile without numbers has no weights.
+/// Weights of a derivative of the profile at s ∈ [0, 1]: order 0 is the value, 1 d/ds, 2 d²/ds² …
+/// Where two pieces meet, the derivative is the mean of both sides. A profile without numbers has
+/// no weights.
 ProfileWeights profile_weights(std::size_t numbers, double s, int order = 0);
 
 /// The value at s, or a derivative of it.

@@ -6,7 +6,7 @@
 namespace flexopt {
 namespace {
 
-// A straight piece: log10 cycles = at + slope (log10 amplitude − of).
+// A straight piece of the curve: log10 cycles = at + slope (log10 amplitude − of).
 struct Piece {
   double at = 0, of = 0, slope = 0;
 
@@ -27,8 +27,8 @@ std::size_t piece_count(const SnCurve& curve) {
   return curve.basquin ? 1 : curve.points.size() - 1;
 }
 
-// The one that holds so many cycles; the first or the last one outside of all. At a point the one
-// before it.
+// Piece of the curve that contains this number of cycles, or the first or last piece outside of
+// all. At a point of the curve, the piece before it.
 std::size_t piece_of(const SnCurve& curve, double cycles) {
   std::size_t i = 0;
   while (i + 1 < piece_count(curve) && cycles > curve.points[i + 1].cycles) ++i;

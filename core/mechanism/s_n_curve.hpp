@@ -24,7 +24,7 @@ struct SnCurve {
       survival;  ///< probability of survival that the curve is for; for the report
 };
 
-/// Where on its curve a life is.
+/// Position of a life on its S-N curve.
 enum class LifeRange {
   within,
   short_of_curve,  ///< fewer cycles than the first point, or than one

@@ -45,7 +45,7 @@ V3<T> transposed_times(const M3<T>& A, const V3<T>& b) {
   return b[0] * A[0] + b[1] * A[1] + b[2] * A[2];
 }
 
-// A number and its rate.
+// A number and its derivative.
 template <class S>
 struct Rate {
   S value{}, rate{};
@@ -104,7 +104,7 @@ struct Mixed {
   }
 };
 
-// A body with numbers of any kind.
+// A body whose numbers are of any kind.
 template <class T>
 struct Place {
   V3<T> position, reference;
@@ -225,10 +225,10 @@ Answers<T> point_spring(const SpringNumbers<T>& s, const Ends<T>& e) {
   return r;
 }
 
-// Of a bushing whose places are d apart and whose body is turned by Q, seen from `other`. The
-// rotation vector is φ = 2ⁿ⁺¹ atan(t)/t v/w, t = |v|/w, with (w, v) the quaternion of Q after n
-// halvings of the turn; the first of them is the turn of the axes. Only arithmetic and roots, so
-// that every kind of number will do.
+// Energy of a bushing whose places are d apart and whose body is turned by Q, seen from `other`.
+// The rotation vector is φ = 2ⁿ⁺¹ atan(t)/t v/w, t = |v|/w, with (w, v) the quaternion of Q after n
+// halvings of the rotation; the first of these is the rotation of the axes. Only arithmetic and
+// roots are used, so that T may be any kind of number.
 template <class T>
 T bushing_energy(const std::array<std::array<T, 6>, 6>& K, const V3<T>& d, const M3<T>& Q) {
   using std::sqrt;
@@ -257,7 +257,8 @@ T bushing_energy(const std::array<std::array<T, 6>, 6>& K, const V3<T>& d, const
   return energy;
 }
 
-// Its derivatives by (displacement of the place, spin) of `body`, in global axes.
+// Derivatives of the relative displacement and rotation with respect to (displacement of the place,
+// spin) of `body`, in global axes.
 template <class T>
 struct RelativeAnswers {
   T energy{};

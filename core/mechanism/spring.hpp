@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// Over (displacement, spin) of `body` and of `other`, ground included.
+/// Energy of a spring or bushing, with derivatives by (displacement, spin) of `body` and `other`.
 ///
 /// A spring whose ends are d apart has the energy ½ k (|d| − l₀)².
 ///
@@ -30,13 +30,13 @@ template <class S>
 SpringForcesOf<S> spring_forces(const Spring& spring, const JointBodyOf<S>& body,
                                 const JointBodyOf<S>& other);
 
-/// All that the forces of a spring depend on, or how it moves.
+/// State on which the forces of a spring depend, or the derivative of that state.
 template <class S>
 struct SpringState {
   const Spring* spring;
   JointBodyOf<S> body, other;
 };
-/// Derivatives of the above while the state moves at `rate`.
+/// Derivatives of spring_forces() while the state moves at `rate`.
 template <class S>
 SpringForcesOf<S> spring_rates(const SpringState<S>& state, const SpringState<S>& rate);
 

@@ -8,10 +8,10 @@ namespace flexopt {
 enum class ErrorKind {
   none,  ///< not estimated
   load,
-  stiffness,  ///< and compliance
+  stiffness,  ///< stiffness and compliance
   motion,     ///< of the end-effector: displacement, rotation
   frequency,
-  stress  ///< and safeties against it
+  stress  ///< stress and safeties against it
 };
 
 /// Distance from the limit of ever finer full leaves, and of that from solids: equations (S26) to
@@ -21,8 +21,8 @@ struct EstimatedError {
   std::string pointer;  ///< to the value, from the result's path point: "/displacement/0"
   ErrorKind kind = ErrorKind::none;
   double value = 0;  ///< the number itself, SI
-  /// What too few elements along the leaves, too few across, the reduction and, where leaves have
-  /// steep profiles, the theory of beams and plates do, ≥ 0, SI.
+  /// Errors by too few elements along the leaves, too few across, the reduction and, where leaves
+  /// have steep profiles, the theory of beams and plates, ≥ 0, SI.
   double along = 0, across = 0, reduction = 0, theory = 0;
   /// What it is relative to, SI: |value|, at least a thousandth of the largest of the path. Of
   /// motions the largest component of the path, at least a thousandth of what the other kind of

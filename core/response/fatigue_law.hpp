@@ -12,8 +12,8 @@ namespace flexopt {
 std::string missing_for_fatigue(const Material& material, const FatigueRule& rule);
 std::string missing_for_life(const Material& material, const FatigueRule& rule);
 
-/// Of cycles with an effective amplitude ≥ 0 and an effective mean [Pa]. A mean below zero, of
-/// compression, counts as none.
+/// Fatigue law for cycles with an effective amplitude ≥ 0 and an effective mean stress [Pa]. A
+/// negative (compressive) mean counts as zero.
 class FatigueLaw {
  public:
   /// `material` must outlive it, and have what is asked for.
@@ -29,7 +29,7 @@ class FatigueLaw {
   std::optional<Answer> reversed(double amplitude, double mean) const;
   /// The amplitude that is endured at mean zero, where the material has one [Pa].
   const std::optional<double>& endured_amplitude() const { return endured_; }
-  /// The mean that breaks the material alone [Pa].
+  /// Mean stress that breaks the material without any amplitude [Pa].
   double limit() const { return *limit_; }
   const SnCurve& curve() const { return *material_->s_n_curve; }
 

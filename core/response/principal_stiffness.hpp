@@ -20,12 +20,13 @@ struct PrincipalStiffness {
 /// Nothing where no translation is left. The point must have converged.
 std::optional<PrincipalStiffness> principal_stiffness(const PathPoint& point);
 
-/// All of them, ascending: of translations, or of rotations [N m/rad] about the moved O, each block
-/// of the drive-locked compliance by itself. Directions that drive and guides prescribe are none.
+/// All principal stiffnesses, ascending: of translations [N/m], or of rotations about the moved O
+/// [N m/rad], from either block of the drive-locked compliance. Directions that drive and guides
+/// prescribe are left out.
 std::vector<PrincipalStiffness> principal_stiffnesses(const PathPoint& point, bool rotations);
 
-/// Its derivative along the parameters [N/m per SI]; nothing where `gradients` has none of the
-/// compliance. Of equal eigenvalues (within 1e-6) that of one branch.
+/// Derivative of a principal stiffness along the parameters [N/m per SI]; nothing where `gradients`
+/// has no derivative of the compliance. For equal eigenvalues (within 1e-6), that of one branch.
 std::optional<VectorXd> principal_stiffness_gradient(const PathPoint& point,
                                                      const PointGradients& gradients);
 

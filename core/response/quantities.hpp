@@ -27,7 +27,7 @@ struct DriveList {
   std::array<bool, 6> prescribed{};  ///< directions of the end-effector
 
   DriveList() = default;
-  /// One drive of the end-effector along a global axis.
+  /// List of the only drive, of the end-effector along a global axis.
   DriveList(Direction drive);
   explicit DriveList(const Mechanism& mechanism);
 
@@ -61,7 +61,7 @@ struct QuantityRow {
   Outputs needs;        ///< of an evaluation
   /// SI unit of a component.
   std::string (*unit)(Direction drive, int component) = nullptr;
-  /// Of a converged point; nothing where the point has no such number.
+  /// Value at a converged point; nothing where the point has no such number.
   std::optional<double> (*value)(const PathPoint&, int component) = nullptr;
   /// Derivative of the value along the parameters; nothing where there is none.
   std::optional<VectorXd> (*gradient)(const PathPoint&, const PointGradients&,
@@ -92,20 +92,20 @@ struct Quantity {
   const QuantityRow* row = nullptr;
   int component = 0;
 
-  /// Nothing if the point has none: not converged (the screening frequency needs no convergence),
-  /// not asked for, or no such number.
+  /// Value and derivatives at a point; nothing if the point has no such number: not converged (the
+  /// screening frequency needs no convergence), not asked for, or not defined.
   std::optional<double> value(const PathPoint& point) const;
   std::optional<VectorXd> gradient(const PathPoint& point, const PointGradients& gradients) const;
 };
 
-/// The same of one of its numbers.
+/// Whether an evaluation by this request has the quantity.
 bool is_answered(const Quantity& quantity, const StrokeRequest& request);
 
 /// Every quantity of the table for these drives, in its order.
 std::vector<Quantity> quantities(const DriveList& drives);
 
-/// The same by name ("drive_load.x" of a drive with a name: the point knows which one that is).
-/// Throw std::invalid_argument for a name that the table does not have.
+/// Value and derivatives by name ("drive_load.x" for a drive with a name: the point knows its
+/// drives). Throw std::invalid_argument for a name that the table does not have.
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name);

@@ -1,4 +1,4 @@
-// The rows of the table of quantities, by what they are about.
+// The rows of the table of quantities, by topic.
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
 
@@ -49,7 +49,7 @@ std::vector<std::string> ranks() {
   return names;
 }
 
-// Of drive k; the first one's stand alone too.
+// Value of drive k. The value of the first drive is also stored on its own, as `first`.
 std::optional<double> of_drive(double first, const std::vector<double>& all, int k) {
   return k == 0 ? std::optional(first) : entry(all, k);
 }

@@ -32,11 +32,11 @@ enum class Output {
   stiffness,              ///< compliance at O and what follows from it
   stress,                 ///< largest von Mises stress
   frequencies_free,       ///< natural frequencies and modes, drive free
-  frequencies_locked,     ///< the same, drive held
+  frequencies_locked,     ///< natural frequencies and modes, drive held
   parasitic_frequency,    ///< from the list that `ParasiticRule::drive` names
   frequency_derivatives,  ///< along the stroke, from the undeflected state alone
   envelope,               ///< box, cylinder and mass of the leaves, undeflected
-  moving_envelope,        ///< the same box and cylinder over the stroke
+  moving_envelope,        ///< box and cylinder that hold the mechanism over the stroke
   clearance,              ///< smallest distance between parts
   buckling,               ///< critical factors of the load that the request names
   dynamics,               ///< bandwidth and transmissibility, by the rule of the request
@@ -51,7 +51,7 @@ class Outputs {
   Outputs(std::initializer_list<Output> list = {}) {
     for (const Output o : list) set_.set(static_cast<std::size_t>(o));
   }
-  /// Everything that is a number: all but the shapes.
+  /// All outputs that are numbers: everything but the shapes.
   static Outputs numbers() {
     Outputs all;
     all.set_.set();
@@ -91,7 +91,7 @@ class Outputs {
 
 /// How exact the values of a path point are.
 enum class PathValues {
-  /// Those of the leaves that ModelOptions chooses; frequencies are Ritz values, up to some 1e-5
+  /// Values of the leaves that ModelOptions chooses; frequencies are Ritz values, up to some 1e-5
   /// above those of the whole mechanism.
   as_modelled,
   /// What exact derivatives belong to. Points of the mixed potential are finished on full leaves,
@@ -105,8 +105,8 @@ enum class DriveState { free, locked };
 
 enum class ModeKind { drive, end_effector, intermediate_body, leaf };
 
-/// Which frequency is the parasitic one: the lowest of a list that is neither the drive's nor of a
-/// kind that is left out.
+/// Rule for the parasitic frequency: the lowest of a list that is neither the drive's nor of a kind
+/// that is left out.
 struct ParasiticRule {
   DriveState drive = DriveState::locked;  ///< the list
   std::vector<ModeKind> skipped;          ///< kinds left out beside the drive's
@@ -121,7 +121,7 @@ enum class MeanStress {
   soderberg  ///< σa/σe + σm/σy = 1
 };
 
-/// The cycles that fatigue is about.
+/// The stress cycles for which fatigue is assessed.
 struct FatigueRule {
   /// Smallest over largest stress, in [−1, 1), of cycles that reach the stress of each point;
   /// nothing: the cycles between the points of the path, with the signs of stress at each place.
@@ -137,7 +137,7 @@ struct StressRules {
   /// Whether safeties are wanted; all leaves' materials then have the numbers.
   bool yield = false, fatigue = false;
   FatigueRule fatigue_rule;
-  bool life = false;  ///< whether lives are wanted, likewise
+  bool life = false;  ///< whether lives are wanted
 
   /// Whether the stresses of all points are to be kept until the path has ended.
   bool need_history() const { return (fatigue || life) && !fatigue_rule.stress_ratio; }
@@ -156,7 +156,7 @@ struct DynamicsRule {
   std::optional<TransmissibilityRule> transmissibility;
 };
 
-/// Which linear model is wanted.
+/// Settings of a linear state-space model.
 struct StateSpaceRequest {
   int modes = 8;                      ///< that are kept, drive free; fewer where there are fewer
   std::vector<double> damping{0.01};  ///< ratio of all modes, or one of each mode that is kept
@@ -169,16 +169,16 @@ struct StateSpaceRequest {
 struct CapacityRule {
   std::array<bool, 12> directions{};
   std::optional<double> stress;  ///< limit of all leaves [Pa]; nothing: their yield strengths
-  /// Of the support stiffness without the load; 0: it is not looked at.
+  /// Least share of the unloaded support stiffness that must remain. Skipped when zero.
   double stiffness_share = 0;
   std::array<bool, 6> supports{true, true, true, true, true, true};  ///< whose stiffness counts
-  /// Beyond these the search ends [N, N m].
+  /// The search ends beyond these loads [N, N m].
   std::optional<double> largest_force, largest_moment;
 
   bool any() const { return std::ranges::find(directions, true) != directions.end(); }
 };
 
-/// Where branches of equilibria meet.
+/// Branch that is followed where branches of equilibria meet.
 enum class BranchChoice {
   primary,  ///< the one that the path comes along, stable or not
   stable    ///< the one that is stable, where the bodies can be led to it
@@ -188,13 +188,14 @@ struct StrokeRequest {
   /// Stroke of the drive, in the order wanted [m or rad]; factors of the growing loads where the
   /// load case has some.
   std::vector<double> points{0.0};
-  /// Of several drives: the strokes of all of them, point by point; `points` are the first ones'.
+  /// For several drives, the strokes of all of them, point by point; `points` holds those of the
+  /// first drive.
   std::vector<VectorXd> strokes;
   /// The way to a point, once the constant loads act, is straight from rest, so that its answer
   /// does not depend on the other points; or it leads from point to point as they are listed.
   bool in_order = false;
   LoadCase loads;
-  /// Which of the constant loads grows until the tangent is singular: its name; empty for none.
+  /// Name of the constant load that grows until the tangent is singular; empty for none.
   std::string buckling_load;
   /// What is wanted. Other numbers of a path point may come along where they cost nothing.
   Outputs outputs = Outputs::numbers();
@@ -206,7 +207,7 @@ struct StrokeRequest {
   std::optional<StateSpaceRequest> state_space;
   CapacityRule capacity;
   BranchChoice branch = BranchChoice::primary;
-  /// Of differentiable points, how many places of large stress: PathPoint::stress_peaks.
+  /// How many places of large stress a differentiable point lists: PathPoint::stress_peaks.
   int stress_peaks = 0;
   std::vector<Probe> probes;
   NewtonOptions newton;

@@ -29,9 +29,9 @@ struct Mode {
   /// Motion of the bodies in their own axes and of stations of the leaves, times the root of their
   /// mass: for telling which mode is which at another stroke.
   VectorXd motion;
-  /// For drawing, where shapes are asked for: displacement of the reference point and spin of each
-  /// body, and motion of the points of each LeafShape (x, y, z of one after the other; empty where
-  /// the leaf's model does not tell). Global axes, in one common scale.
+  /// Motion for drawing, where shapes are asked for: displacement of the reference point and spin
+  /// of each body, and motion of the points of each LeafShape (x, y, z of one after the other;
+  /// empty where the leaf's model does not tell). Global axes, in one common scale.
   VectorXd body_motion;
   std::vector<VectorXd> leaf_motion;
 };
@@ -48,7 +48,7 @@ struct FrequencyDerivatives {
   std::optional<double> omega2_valid_to, compliance_valid_to;
 };
 
-/// The same of several drives along a straight way from rest to points of the path.
+/// Frequency derivatives of several drives along a straight way from rest to points of the path.
 struct FrequencyWay {
   VectorXd strokes;  ///< of the furthest of the points: there the way's own number is 1
   /// Derivatives and valid_to by that number: parts of the way; `drive` means nothing.
@@ -90,17 +90,18 @@ struct Clearance {
   std::array<std::string, 2> names;                                    ///< of leaves or bodies
 };
 
-/// Where a dead load that grows, all else kept, makes the tangent singular.
+/// Factor of a dead load at which the tangent becomes singular, when this load alone grows.
 struct CriticalLoad {
-  /// Of the load, along the branch of equilibria; below zero where only the reversed load does so.
+  /// Factor of the load on the branch of equilibria; negative where only the reversed load does so.
   std::optional<double> factor;
-  /// The same foretold from the state of the point, as if its tangent went on changing as it does.
+  /// Factor that the state of the point predicts if its tangent goes on changing as it does there.
   std::optional<double> linearised;
   bool fold = false;  ///< the load is the largest of the branch there; else branches meet
   /// The branch was followed to its bound on both sides, and its tangent is not singular.
   bool none = false;
   std::string reason;  ///< why there is no factor
-  /// Of every body, over the largest unknown of bodies and leaves, lengths over the longest leaf.
+  /// Motion of every body in the buckling mode, relative to the largest unknown of bodies and
+  /// leaves, with lengths over the longest leaf.
   std::vector<BodyMotion> mode;
 };
 struct Buckling {
@@ -122,16 +123,16 @@ struct LoadCapacity {
   bool fold = false;                 ///< of an instability: the load is the largest of its branch
   std::optional<StressPeak> stress;  ///< of a stress
   std::optional<Direction> support;  ///< of a stiffness: which one
-  double stiffness = 0;              ///< and its value there [N/m or N m/rad]
+  double stiffness = 0;              ///< of a stiffness: its value there [N/m or N m/rad]
 };
 
 /// What a factor or a safety counts as in goals where there is none.
 inline constexpr double no_critical_factor = 1e6;
 
-/// The same of lives: decimal logarithm of cycles.
+/// Life that counts in goals where there is none: decimal logarithm of the number of cycles.
 inline constexpr double longest_life = 30;
 
-/// Strength over stress, of the leaf where it is the least.
+/// Strength over stress, for the leaf with the least ratio.
 struct StressSafety {
   double value = 0;
   StressPeak stress;
@@ -192,20 +193,20 @@ struct PathPoint {
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;
   std::optional<double> parasitic_frequency;  ///< [Hz]
-  /// The same foretold from the undeflected state: README.md (S5) [Hz].
+  /// Parasitic frequency predicted from the undeflected state: README.md (S5) [Hz].
   std::optional<double> parasitic_frequency_screening;
   std::optional<StressPeak> max_stress;
   std::optional<StressPeak> notch_stress;  ///< with the factors of the fillets at clamped edges
-  /// Nothing above no_critical_factor.
+  /// Least safety against yield; nothing above no_critical_factor.
   std::optional<StressSafety> yield_safety;
-  std::optional<FatigueCycle> fatigue_safety;  ///< likewise
+  std::optional<FatigueCycle> fatigue_safety;  ///< nothing above no_critical_factor
   std::optional<FatigueCycle> fatigue_life;    ///< nothing above longest_life
   std::string fatigue_fault;                   ///< why there is no safety or life
   /// σ11 along the leaf, σ22, σ12 [Pa], fillet in, at the one place of the path's least safety (or
   /// least life); where the history of stress is looked at.
   std::optional<Vector3d> fatigue_stress;
-  /// Of every leaf a SectionStress for each of StrokeResponse::stress_places, in columns, until the
-  /// path has ended; empty in what is returned.
+  /// For every leaf, a SectionStress for each of StrokeResponse::stress_places, in columns. Kept
+  /// until the path has ended; empty in the result.
   std::vector<MatrixXd> sections;
   /// Why a fillet has no factor; notch_stress, yield_safety and what is of fatigue are then
   /// missing.
@@ -219,14 +220,14 @@ struct PathPoint {
   std::optional<Extents> extents;   ///< of this point
   std::optional<Clearance> clearance;
   std::optional<Buckling> buckling;  ///< by the load that the request names
-  /// Of each drive, the others held [Hz]; nothing where its mass line does not end.
+  /// Bandwidth of each drive, the others held [Hz]; nothing where its mass line does not end.
   std::vector<std::optional<double>> bandwidths;
   std::optional<Transmissibility> transmissibility;
   std::optional<StateSpace> state_space;
-  /// By direction: CapacityRule.
+  /// Load capacities by direction: CapacityRule.
   std::array<std::optional<LoadCapacity>, 12> load_capacity;
   bool other_branch = false;  ///< the path has left the branch that it came along
-  /// The way from rest has lost or regained stability.
+  /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;
   bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
   int negative_pivots = 0;  ///< inertia of that tangent
@@ -246,7 +247,7 @@ struct StrokeResponse {
   std::vector<PathPoint> path;  ///< one for each requested point, in that order
   std::vector<FrequencyDerivatives> frequency_derivatives;
   std::vector<FrequencyWay> frequency_ways;  ///< to every point of several drives but rest
-  /// Of every leaf, where the history of stress is kept, as long as PathPoint::sections.
+  /// For every leaf, the places whose stress history is kept, as long as PathPoint::sections are.
   std::vector<std::vector<StressPlace>> stress_places;
   double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };

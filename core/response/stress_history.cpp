@@ -18,7 +18,7 @@ double von_mises_square(const Vector3d& s) {
   return s[0] * s[0] - s[0] * s[1] + s[1] * s[1] + 3 * s[2] * s[2];
 }
 
-/// One side of a place of a leaf.
+/// One side of the leaf at a place.
 struct Spot {
   std::size_t leaf = 0;
   Eigen::Index place = 0;
@@ -213,7 +213,7 @@ class Points {
           life.slope / (found.measure * std::numbers::ln10) * chain(*reversed, rates(found, k));
   }
 
-  /// Of every point the stress at the place of the path's least safety, or least life.
+  /// Adds, to every point, the stress at the place of the path's least safety or least life.
   void add_stress() {
     const std::optional<Spot>& spot = by_safety_.spot ? by_safety_.spot : by_life_.spot;
     if (!spot) return;

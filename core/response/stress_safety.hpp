@@ -21,8 +21,8 @@ bool knows_life(const Mechanism& mechanism, const FatigueRule& rule);
 /// have one.
 std::string fillet_fault(const Mechanism& mechanism, double radius);
 
-/// Of the edges of a leaf that a body holds; and along a direction in which the leaf changes at
-/// this rate, of one edge.
+/// clamp_factors(): notch factors of the edges of a leaf that bodies hold. clamp_factor_rates():
+/// their derivatives for one edge, along a direction in which the leaf changes by `rate`.
 ClampFactors clamp_factors(const LeafSpring& leaf, double fillet);
 NotchFactors clamp_factor_rates(const LeafSpring& leaf, const LeafSpring& rate, int end,
                                 double fillet);
@@ -43,7 +43,7 @@ VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,
 
 /// Derivative of a safety from that of the stress behind it; the strengths are constants.
 VectorXd safety_rates(const StressSafety& safety, const VectorXd& stress_rates);
-/// The same of safety and life by a stress ratio.
+/// Derivatives of a fatigue safety and of a life by a stress ratio from those of the stress.
 VectorXd ratio_safety_rates(const FatigueCycle& safety, const VectorXd& stress_rates);
 VectorXd ratio_life_rates(const FatigueCycle& life, const Material& material,
                           const FatigueRule& rule, const VectorXd& stress_rates);

@@ -28,8 +28,8 @@ struct PointGradients {
   MatrixXd drive_loads, drive_stiffnesses;  ///< drives × parameters
   MatrixXd displacement, rotation;          ///< 3 × parameters
   std::array<std::optional<VectorXd>, 6> support_stiffness;
-  /// Of the translations' block of `PathPoint::compliance_locked`, for each parameter; zero rows
-  /// and columns where the block has them.
+  /// Derivatives of the translational block of `PathPoint::compliance_locked`, one for each
+  /// parameter; zero rows and columns where the block has them.
   std::vector<Matrix3d> translation_compliance;
   /// Row k: of `PathPoint::frequencies_free[k]`, and locked [Hz per SI]. A member of a cluster has
   /// the row of its branch: diagonal of the block in a basis that makes the blocks as diagonal as
@@ -38,9 +38,9 @@ struct PointGradients {
   std::vector<FrequencyCluster> clusters_free, clusters_locked;
   std::optional<VectorXd> parasitic_frequency, parasitic_frequency_screening;
   std::optional<VectorXd> max_stress;  ///< the place of the peak held in the leaf's own coordinates
-  std::optional<VectorXd> notch_stress, yield_safety, fatigue_safety, fatigue_life;  ///< likewise
-  std::vector<MatrixXd> section_rates;  ///< of `PathPoint::sections`, likewise: LeafFields
-  MatrixXd stress_peaks;                ///< row k: of `PathPoint::stress_peaks[k]`, likewise
+  std::optional<VectorXd> notch_stress, yield_safety, fatigue_safety, fatigue_life;  ///< place held
+  std::vector<MatrixXd> section_rates;  ///< derivatives of `PathPoint::sections`, see LeafFields
+  MatrixXd stress_peaks;                ///< row k: of `PathPoint::stress_peaks[k]`
   MatrixXd envelope, moving_envelope;   ///< x, y, z, cylinder × parameters
   MatrixXd extents;                     ///< in the order of `Extents::at` × parameters
   std::optional<VectorXd> clearance, leaf_mass;
@@ -60,7 +60,7 @@ struct StrokeGradients {
   std::vector<std::string> parameters;  ///< names of the columns
   std::vector<PointGradients> path;     ///< one for each point of the response
   std::vector<FrequencyDerivativeGradients> frequency_derivatives;        ///< as the response's
-  std::vector<std::vector<FrequencyDerivativeGradients>> frequency_ways;  ///< likewise
+  std::vector<std::vector<FrequencyDerivativeGradients>> frequency_ways;  ///< as the response's
 };
 
 /// A response and its derivatives. There are none where the response has no equilibrium, or where
@@ -78,8 +78,8 @@ struct MechanismDirection {
   Mechanism rate;
 };
 
-/// Along errors of assembly: `rate` is what the one of its edge, in StrokeRequest::loads or none,
-/// changes by [m, rad].
+/// Direction of an assembly error: `rate` is the change [m, rad] of the error at its edge, whether
+/// StrokeRequest::loads has one there or not.
 MechanismDirection assembly_direction(std::string parameter, const Mechanism& mechanism,
                                       const AssemblyError& rate);
 

@@ -272,7 +272,7 @@ json read_list(const Shape& shape, const json& value, const Pointer& at, FaultLi
   return result;
 }
 
-/// The same as read_value, but a value that is wrong as a whole is thrown.
+/// Reads a value as read_value does, but throws if the value is wrong as a whole.
 json read_or_throw(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
   if (!fits_type(shape, value)) throw wrong(shape, value, at);
   switch (shape.kind) {

@@ -37,7 +37,7 @@ struct Shape {
   bool open_min = false, open_max = false;
   std::vector<std::string> choices;        ///< of a text; empty: any
   std::size_t min_size = 0, max_size = 0;  ///< of a list; letters of a text
-  /// Of a list or a map: what each of its items may be; of one_of: the alternatives.
+  /// For a list or a map: what each of its items may be. For one_of: the alternatives.
   std::vector<Shape> inner;
   std::vector<Field> fields;  ///< of a record
 };
@@ -78,7 +78,7 @@ Field with_default(std::string name, Shape shape, const nlohmann::json& value, s
 /// is wrong where one of them is.
 nlohmann::json read_value(const Shape& shape, const nlohmann::json& value, const JsonPointer& at,
                           FaultList& faults);
-/// The same, throwing SpecError with all faults.
+/// Reads a value and throws SpecError with all faults.
 nlohmann::json read_value(const Shape& shape, const nlohmann::json& value, const JsonPointer& at);
 nlohmann::json read_value(const Shape& shape, const nlohmann::json& value);
 
@@ -91,7 +91,7 @@ std::string describe(const Shape& shape);
 /// The range alone: "0 < value <= 20", empty where there is none. `unit` is appended.
 std::string describe_range(const Shape& shape, const std::string& unit = "");
 
-/// JSON Schema (draft 2020-12) of the same description.
+/// JSON Schema (draft 2020-12) of a shape.
 nlohmann::json json_schema(const Shape& shape);
 
 }  // namespace flexopt

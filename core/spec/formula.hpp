@@ -52,13 +52,13 @@ class Formula {
 
   const std::string& text() const { return text_; }
   const std::string& pointer() const { return pointer_; }
-  /// The slots that it uses, ascending.
+  /// Slots that the formula uses, ascending.
   const std::vector<int>& slots() const { return slots_; }
-  /// Their names, and the SI units of these as a text writes them behind a number (" [m]"), in the
-  /// same order.
+  /// Names of the slots, and the SI units as a text writes them behind a number (" [m]"), in the
+  /// order of slots().
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<std::string>& units() const { return units_; }
-  /// Nothing where the value is a bare number.
+  /// Dimension of the value; nothing where the value is a bare number.
   const std::optional<Dimension>& dimension() const { return dimension_; }
   /// Whether it fits a place of any dimension, because a number in it may be a quantity in SI.
   bool fits_anywhere() const { return fits_anywhere_; }
@@ -68,7 +68,7 @@ class Formula {
   /// dimension.
   void check_unit(const std::string& unit) const;
 
-  /// Nothing where the value is not finite (1/0, sqrt(-1)). Thread-safe.
+  /// The value; nothing where it is not finite (1/0, sqrt(-1)). Thread-safe.
   std::optional<double> value(std::span<const double> numbers) const;
   /// The value, and its exact derivatives along `slots()`; at a kink those of the branch that gives
   /// the value. Nothing where one of them is not finite. Thread-safe.

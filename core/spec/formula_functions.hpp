@@ -16,7 +16,7 @@ struct ListFunction {
   std::size_t most;  ///< arguments
 };
 
-/// Null where there is none of this name.
+/// The function of this name; null where there is none.
 const FormulaFunction* find_function(std::string_view name);
 const ListFunction* find_list_function(std::string_view name);
 

@@ -1,5 +1,6 @@
 #pragma once
-// From the text of a formula to its steps. Private to formula.cpp and formula_parser.cpp.
+// Parser that turns the text of a formula into its steps. Private to formula.cpp and
+// formula_parser.cpp.
 #include <string_view>
 
 #include "core/spec/formula.hpp"

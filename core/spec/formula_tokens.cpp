@@ -13,7 +13,7 @@ namespace {
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-/// Of unit symbols: µ, ° and Ω in UTF-8 as well.
+/// Whether c may be part of a unit symbol; bytes of µ, ° and Ω in UTF-8 may.
 bool is_unit_letter(char c) { return is_letter(c) || c == '%' || static_cast<signed char>(c) < 0; }
 
 constexpr std::string_view two_letter_signs[] = {"<=", ">=", "==", "!=", "&&", "||"};

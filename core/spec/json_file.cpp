@@ -41,7 +41,7 @@ struct Place {
   int line = 0, column = 0;  ///< from 1, columns in letters
 };
 
-/// Goes through a JSON text from token to token, in step with the parser.
+/// Moves through a JSON text from token to token, in step with the parser.
 class Cursor {
  public:
   explicit Cursor(const std::string& text) : text_(text) {
@@ -116,7 +116,7 @@ class Watch {
 
   explicit Watch(const JsonText& text) : origin_(text.origin), cursor_(text.text) {}
 
-  /// Places wanted and, after parsing, found.
+  /// Places whose positions are wanted and, after parsing, these positions.
   std::map<std::string, std::optional<Found>> wanted;
   std::vector<Fault> repeated;
 

@@ -21,7 +21,7 @@ JsonText read_text(const std::string& file);
 /// and column, for what is no JSON.
 nlohmann::json parse_json(const JsonText& text, std::vector<Fault>& faults);
 
-/// The same with keys that stand twice thrown too.
+/// Parses JSON text; keys that occur twice are thrown as SpecError, too.
 nlohmann::json parse_json(const std::string& text, const std::string& origin);
 
 /// Reads and parses a file. Throws SpecError.

@@ -32,7 +32,7 @@ class RecordTable {
   using Read = std::function<void(const nlohmann::json&, Record&)>;
   using Write = std::function<nlohmann::json(const Record&)>;
 
-  /// A key that must be there.
+  /// Adds a row for a key that must be present.
   template <class Where>
   RecordTable& required(std::string name, Shape shape, Where where, std::string meaning) {
     return row(shape::required(std::move(name), std::move(shape), std::move(meaning)), where);
@@ -54,7 +54,7 @@ class RecordTable {
     return row(shape::optional(std::move(name), std::move(shape), std::move(meaning)), where);
   }
 
-  /// One of an enum's names; the default is what a new Record holds.
+  /// Adds a row for the names of an enumeration; the default is the value in a new Record.
   template <class Enum, class Where>
   RecordTable& choice(std::string name, const EnumNames<Enum>& names, Where where,
                       std::string meaning) {
@@ -65,7 +65,7 @@ class RecordTable {
         names, where);
   }
 
-  /// The same, and the key may be left out.
+  /// Adds a row for the names of an enumeration whose key may be left out.
   template <class Enum, class Where>
   RecordTable& optional_choice(std::string name, const EnumNames<Enum>& names, Where where,
                                std::string meaning) {
@@ -74,7 +74,8 @@ class RecordTable {
   }
   // NOLINTEND(performance-unnecessary-value-param)
 
-  /// A key with its own way to go into a record and back. `write` gives null for nothing.
+  /// Adds a row for a key with its own conversions into a record and back. `write` gives null for
+  /// nothing.
   RecordTable& row(Field field, Read read, Write write) {
     fields_.push_back(std::move(field));
     reads_.push_back(std::move(read));
@@ -102,7 +103,7 @@ class RecordTable {
   const std::vector<Field>& fields() const { return fields_; }
   Shape shape() const { return shape::record(fields_); }
 
-  /// Fills in the members whose keys are there. `section` has passed the shape.
+  /// Fills in the members whose keys are present. `section` has passed the schema.
   void read(const nlohmann::json& section, Record& record) const {
     for (std::size_t i = 0; i < fields_.size(); ++i)
       if (const auto item = section.find(fields_[i].name); item != section.end())
@@ -115,7 +116,7 @@ class RecordTable {
     return record;
   }
 
-  /// All members under their keys, as reading takes them.
+  /// All members under their keys, in the form that reading accepts.
   nlohmann::json write(const Record& record) const {
     nlohmann::json section = nlohmann::json::object();
     for (std::size_t i = 0; i < fields_.size(); ++i)

@@ -28,7 +28,7 @@ class SpecError : public std::runtime_error {
   explicit SpecError(std::vector<Fault> faults);
 
   const std::vector<Fault>& faults() const { return faults_; }
-  /// Of the first fault.
+  /// Pointer and value of the first fault.
   const std::string& pointer() const { return faults_.front().pointer; }
   const std::string& value() const { return faults_.front().value; }
   const std::string& rule() const { return faults_.front().rule; }

@@ -44,7 +44,7 @@ ComparedPoint compared_point(const std::vector<ComparedQuantity>& quantities, co
   return c;
 }
 
-/// What a number is rounded to at rest without loads, where it is nothing else [m, rad, N, N m,
+/// Size of rounding of a number at rest without loads, where it should be zero [m, rad, N, N m,
 /// Pa].
 double rounding_of(const QuantityRow& row) {
   if (row.error == ErrorKind::motion) return 1e-15;
@@ -107,7 +107,7 @@ class TwoPaths {
   std::vector<std::size_t> both_;
 };
 
-/// Linear between the sorted values, as most statistics programs have it.
+/// Percentile, linear between the sorted values, as in most statistics programs.
 double percentile(const std::vector<double>& sorted, double fraction) {
   const double place = fraction * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(place);

@@ -16,9 +16,9 @@ struct ComparedPoint {
   bool converged = false;
   bool stable = true;     ///< with the drive held
   bool fallback = false;  ///< a leaf was evaluated at full accuracy instead of its own model
-  /// Of each of the job's compared quantities its numbers, in their order.
+  /// For each compared quantity of the job, its numbers, in order.
   std::vector<std::vector<std::optional<double>>> numbers;
-  /// Likewise why there is no number, where that is said.
+  /// For each compared quantity of the job, why its numbers are missing, where that is known.
   std::vector<std::vector<std::string>> reasons;
 };
 
@@ -43,7 +43,7 @@ struct EvaluationSeconds {
 
 ComparedPath compared_path(int design, int model, const std::vector<ComparedQuantity>& quantities,
                            const StrokeResponse& response);
-/// Where not even a mechanism could be made.
+/// Path of a design for which no mechanism could be made.
 ComparedPath failed_path(int design, int model, std::string message);
 
 /// One number's relative error, ≥ 0.
@@ -54,7 +54,7 @@ struct PointError {
   double value = 0;
 };
 
-/// A number that only one of the two has.
+/// A number that only one of the two models has.
 struct MissingNumber {
   int quantity = 0, part = -1;
   int design = 0, point = 0;
@@ -81,7 +81,7 @@ struct ErrorFigures {
   int worst_design = 0, worst_point = 0;
 };
 
-/// Of the errors of one quantity, of one part where it is given; nothing where there are none.
+/// Figures of the errors of one quantity, or of one part of it; nothing where there are no errors.
 std::optional<ErrorFigures> error_figures(const std::vector<PointError>& errors, int quantity,
                                           std::optional<int> part = {});
 
@@ -109,7 +109,7 @@ struct ComparedDesign {
   bool failed = false;  ///< full accuracy did not reach every point
   std::string message;
   int points = 0, unstable_points = 0;  ///< reached at full accuracy
-  /// Of the leaf with the largest width²/(length thickness).
+  /// Slenderness of the leaf with the largest width²/(length thickness).
   double length_over_width = 0, thickness_over_length = 0, width2_over_length_thickness = 0;
 };
 
@@ -121,8 +121,8 @@ struct Comparison {
   std::vector<ModelComparison> models;
 };
 
-/// From the paths known (all, or those of an interrupted run) and their seconds, both by
-/// design × (models + 1) + model.
+/// Makes the comparison from the known paths (all, or those of an interrupted run) and their times
+/// [s], both indexed by design × (models + 1) + model.
 Comparison make_comparison(const Job& job, const std::vector<std::optional<ComparedPath>>& paths,
                            const std::vector<std::optional<EvaluationSeconds>>& seconds);
 

@@ -11,7 +11,8 @@ struct Sample {
   ParameterValues parameters;  ///< all of the family's; only the sampled ones where `refused`
   ParameterValues symbols;     ///< sampled numbers that only formulas use
   std::vector<double> stroke;  ///< [m or rad]; of several load cases one after the other
-  /// Of several drives: all of them, point by point; `stroke` is the first one's.
+  /// For several drives, the strokes of all of them, point by point; `stroke` holds those of the
+  /// first.
   std::vector<VectorXd> strokes;
   std::string refused;  ///< why there is no such design; empty otherwise
 };

@@ -33,7 +33,7 @@ std::vector<std::string> comparable_quantities();
 /// fillet, fatigue and the strengths of its materials).
 std::vector<ComparedQuantity> compared_quantities(const Job& job);
 
-/// What an evaluation must answer for them.
+/// Outputs that an evaluation needs for these quantities.
 Outputs needs_of(const std::vector<ComparedQuantity>& quantities);
 
 /// Why an evaluation by the request has no such quantity; empty if it has.

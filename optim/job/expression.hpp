@@ -23,7 +23,8 @@ class Expression {
   const Formula& formula() const { return formula_; }
   /// The parameters that the formula uses.
   const std::vector<std::string>& names() const { return names_; }
-  /// Nothing where the formula is not finite (1/0, sqrt(-1)). `values` must hold every used name.
+  /// The value; nothing where the formula is not finite (1/0, sqrt(-1)). `values` must hold every
+  /// used name.
   std::optional<double> value(const ParameterValues& values) const;
   /// Exact derivatives with respect to `names()`, in their order. Nothing where the value or a
   /// derivative is not finite.

@@ -175,7 +175,7 @@ class JobReader {
   const CaseNames& cases_;
   FaultList& faults_;
   std::shared_ptr<const Family> source_;
-  const Family* family_;  ///< the same
+  const Family* family_;  ///< the family of source_
   json read_;
   Job job_;
 };
@@ -317,7 +317,7 @@ void add_override_faults(const SpecError& error, std::vector<Fault>& faults) {
 
 namespace {
 
-/// Of one design, under one load case or several.
+/// Reads a document of one design, under one load case or several.
 Job read_design_document(const json& document, const std::string& folder, FaultList& faults) {
   if (!lists_cases(document)) return JobReader(document, folder, {}, faults).read();
   return read_cases(document, faults, [&](const json& one, const CaseNames& cases, FaultList& own) {
@@ -325,7 +325,7 @@ Job read_design_document(const json& document, const std::string& folder, FaultL
   });
 }
 
-/// Of one design or of several.
+/// Reads a document of one design or of several.
 Job read_document(const json& document, const std::string& folder, FaultList& faults) {
   if (!lists_designs(document)) return read_design_document(document, folder, faults);
   return read_listed_designs(document, faults, [&](const json& one, FaultList& own) {
@@ -405,7 +405,8 @@ const json& document_of(const Job& job) {
   return job.as_read ? *job.as_read : nothing;
 }
 
-// Of a design whose drives are not known here: strokes of one drive, or by the names of several.
+// Schema of the stroke of a design whose drives are not known here: strokes of one drive, or of
+// several by name.
 static json any_stroke(const json& of_one) {
   const json number{{"anyOf", json::array({{{"type", "number"}}, {{"type", "string"}}})}};
   const json point{{"type", "object"}, {"additionalProperties", number}};

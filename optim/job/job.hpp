@@ -37,7 +37,7 @@ struct ToleranceMargin {
   double deviations = 0;  ///< of that kind
 
   explicit operator bool() const { return kind != Kind::none; }
-  /// As a job says it: "worst", "mean + 2 sigma".
+  /// The statistic as a job names it: "worst", "mean + 2 sigma".
   std::string text() const;
   /// What ends the label of such a goal: ", mean + 2 sigma".
   std::string suffix() const;
@@ -75,13 +75,13 @@ struct Algorithm {
 /// How the starts but the first lie in their box.
 enum class Spread { sobol, latin_hypercube };
 
-/// Where the starts are from.
+/// Where the starts of an optimisation come from.
 enum class SearchKind {
   starts,  ///< the job's own design and points of the spread
   global   ///< the best of the clusters that a screening of the whole box finds
 };
 
-/// A second objective, traded against the first.
+/// Second objective of a job, traded against the first.
 struct ParetoSpec {
   std::string quantity, expression;  ///< one of the two is empty
   OverStroke over_stroke = OverStroke::max;
@@ -93,7 +93,7 @@ struct ParetoSpec {
   bool misassembled = false;  ///< its worst in the box of errors of assembly counts
 };
 
-/// The optimum is to be that of full accuracy.
+/// Settings to correct the optimum to full accuracy.
 struct VerifySpec {
   double tolerance = 0.002;  ///< largest difference of what steers the search, relative
   int max_full_evaluations = 6;
@@ -118,7 +118,7 @@ struct OptimiseSpec {
   double constraint_tolerance = 1e-4;  ///< relative to the bound
 };
 
-/// Quantities over two parameters.
+/// Map of quantities over two parameters.
 struct MapSpec {
   std::array<Variable, 2> parameters;  ///< name and range alone
   std::array<int, 2> points{21, 21};
@@ -174,7 +174,7 @@ struct CompareSpec {
   SamplesSpec samples;
   ModelChoice full;                 ///< the reference: the job's model at full accuracy
   std::vector<ModelChoice> models;  ///< what is compared with it
-  /// By their names; empty: those of compared_quantities.
+  /// Names of the compared quantities; empty: those of compared_quantities.
   std::vector<std::string> quantities;
 };
 
@@ -191,7 +191,7 @@ struct DesignSpec {
   std::map<std::string, std::string> expressions;
   FamilyChoices choices;  ///< of every option of the family
   Material material;
-  /// The family and its formulas, compiled; of a design that was read.
+  /// The family with its formulas, compiled; only for a design that was read.
   std::shared_ptr<const ParametricDesign> resolved;
 };
 
@@ -217,7 +217,7 @@ struct Tolerance {
   std::string name;
   ToleranceSpread spread = ToleranceSpread::uniform;
   std::vector<ToleranceTerm> terms;
-  /// Of z: 1/√3 of a uniform one, 1/3 of a normal one.
+  /// Standard deviation of z: 1/√3 for a uniform spread, 1/3 for a normal one.
   double standard_deviation() const;
 };
 
@@ -238,7 +238,8 @@ struct EdgeTolerance {
 /// A box of errors of assembly about those of the load case.
 struct AssemblyTolerances {
   std::vector<EdgeTolerance> edges;
-  /// Whose worst value is looked for: the least, the largest, the largest in size over the stroke.
+  /// Quantities whose worst value is sought: the least, the largest, or the largest absolute value
+  /// over the stroke.
   std::vector<Constraint> quantities;
   /// A size of the box is critical where a support keeps such a share of its stiffness, the drive
   /// load changes by so much of its largest value, or the mechanism becomes unstable.
@@ -260,8 +261,8 @@ struct Job;
 
 /// One of several designs, as a job of its own.
 struct ListedDesign {
-  std::string label;   ///< its own among them
-  std::string folder;  ///< of its results, in the run's
+  std::string label;   ///< unique among the listed designs
+  std::string folder;  ///< folder of its results within the run's folder
   std::shared_ptr<const Job> job;
 };
 
@@ -271,12 +272,12 @@ struct Job {
   DesignSpec design;
   EndEffector end_effector;
   StrokeRequest request;  ///< of several load cases that of the first
-  /// Of a job that has several, in the order of their names.
+  /// Load cases of a job that has several, in the order of their names.
   std::vector<JobCase> cases;
   ModelOptions model;
   AccuracySpec accuracy;
-  /// Of a run that chose `model` by estimated errors: leaves that are looked up in place of it
-  /// while an optimisation searches. What it finds is corrected on full leaves of `model`.
+  /// For a run that chose `model` by estimated errors: the model with looked-up leaves that an
+  /// optimisation searches with. The optimum is then corrected on full leaves of `model`.
   std::optional<ModelOptions> search_model;
   std::optional<OptimiseSpec> optimise;
   std::optional<CompareSpec> compare;
@@ -285,7 +286,7 @@ struct Job {
   std::vector<MapSpec> maps;
   /// Objective and constraints that maps are drawn with: those of "optimise", whatever the job.
   std::optional<OptimiseSpec> map_goals;
-  /// Of a job that lists several; all else is then that of the first one.
+  /// Designs of a job that lists several; all other members are then those of the first design.
   std::vector<ListedDesign> designs;
   std::vector<Expectation> expect;
   std::vector<std::string> notes;  ///< what the reader found odd but allowed; for the user's eyes
@@ -296,7 +297,7 @@ struct Job {
 /// Reads and checks a job. `overrides` are --set /pointer=value texts. Throws SpecError with all
 /// that is wrong, in the order of the file, each with its line and column.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
-/// The same from a parsed document. Throws SpecError with all that is wrong.
+/// Reads and checks a job from a parsed document. Throws SpecError with all that is wrong.
 Job parse_job(const nlohmann::json& document);
 
 /// The load cases of a job: its own, or the one without a name.
@@ -308,8 +309,8 @@ const nlohmann::json& document_of(const Job& job);
 /// The JSON Schema of a job, made from the same descriptions that drive reading.
 nlohmann::json job_schema();
 
-/// These values with every parameter that is a formula computed anew from the others; numbers of
-/// material and end-effector (job_numbers) may stand among them. Throws SpecError out of range.
+/// Parameters with every formula among them computed anew from the others; numbers of material and
+/// end-effector (job_numbers) may be among them. Throws SpecError out of range.
 ParameterValues complete_parameters(const DesignSpec& design, ParameterValues parameters);
 
 /// The mechanism of a job with other parameter values (those of an optimiser, say); formulas are

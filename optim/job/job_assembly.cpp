@@ -19,7 +19,7 @@ using Pointer = json::json_pointer;
 
 namespace {
 
-/// One value over the stroke has no worse side of its own.
+/// Ways to take the worst value over the stroke; a single value has no worse side of its own.
 const EnumNames<OverStroke> worse_names{
     {"min", OverStroke::min}, {"max", OverStroke::max}, {"max_abs", OverStroke::max_abs}};
 

@@ -22,7 +22,7 @@ bool names_the_box(const nlohmann::json& job);
 AssemblyTolerances read_assembly_tolerances(nlohmann::json& read, const Mechanism& mechanism,
                                             bool in_goals, const GoalContext& context);
 
-/// Their worst values are looked for as those of `quantities` are.
+/// Lets the worst values of the goals be sought as those of `quantities` are.
 void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec);
 
 }  // namespace flexopt

@@ -13,7 +13,7 @@ std::string find_atlas(ModelOptions& model);
 /// What is odd about the atlas of a model, for the user's eyes; empty if nothing is.
 std::string note_on_atlas(ModelOptions model);
 
-/// The same model on reduced leaves, looked up where it allows that and there is an atlas.
+/// The model with reduced leaves, looked up where it allows that and there is a look-up table.
 ModelOptions on_reduced_leaves(ModelOptions model);
 
 }  // namespace flexopt

@@ -24,7 +24,7 @@ struct CapacitySpec {
   std::optional<double> stress, stiffness_share, largest_force, largest_moment;
 };
 
-/// Of a name with or without its sign: CapacityRule.
+/// Index in CapacityRule::directions of a name with or without a sign.
 std::size_t index_of(const std::string& name) {
   const bool against = name.starts_with('-');
   const auto found = std::ranges::find(direction_names, std::string_view(name).substr(against));

@@ -77,7 +77,7 @@ std::string key_of(const std::string& pointer) {
   return pointer.empty() ? "" : pointer.substr(1, pointer.find('/', 1) - 1);
 }
 
-/// Where the document has what stands at a place of the document of one case.
+/// Pointer in the document of the job for a pointer in the document of one load case.
 std::string place_in_cases(const std::string& pointer, const std::string& name, const json& own) {
   return own.contains(key_of(pointer)) ? at_case(name).to_string() + pointer : pointer;
 }
@@ -166,7 +166,7 @@ Job read_cases(const json& document, FaultList& faults,
     found[name] = of_case.faults();
   }
   add_faults(cases, std::move(found), faults);
-  // what no case takes is checked all the same
+  // Items that no case uses are checked, too.
   std::vector<std::string> unused;
   for (const std::string& key : case_keys())
     if (document.contains(key) && !is_inherited(cases, key)) unused.push_back(key);

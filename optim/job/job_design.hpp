@@ -24,7 +24,7 @@ nlohmann::json with_width_of_wire(nlohmann::json document);
 /// Whether nothing is wrong with what makes the geometry.
 bool is_geometry_sound(const Family& family, const FaultList& faults);
 
-/// Without a family the material alone.
+/// Reads the design of a job. Without a family, the material alone.
 DesignSpec read_design(nlohmann::json& read, const nlohmann::json& written,
                        const std::shared_ptr<const Family>& family, FaultList& faults,
                        std::vector<std::string>& notes);

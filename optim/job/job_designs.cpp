@@ -23,7 +23,7 @@ constexpr const char* own_keys[] = {"name", "variables"};
 
 std::string at_design(std::size_t k) { return fmt::format("/designs/{}", k); }
 
-/// What an entry is called: by its name, else by where its design comes from.
+/// Label of an entry: its name, else the origin of its design.
 std::string label_of(const json& entry) {
   const auto text = [](const json& record, const char* key) {
     return record.is_object() && record.contains(key) && record[key].is_string()
@@ -72,7 +72,7 @@ json document_of_design(const json& document, std::size_t k, const std::string& 
   return one;
 }
 
-/// Where the document has what stands at a place of the document of one design.
+/// Pointer in the document of the job for a pointer in the document of one design.
 std::string place_in_list(const std::string& pointer, std::size_t k, bool shared_material) {
   const auto moved = [&](const std::string& from, const std::string& to) -> std::string {
     if (pointer != from && !pointer.starts_with(from + "/")) return "";
@@ -104,7 +104,7 @@ void add_faults(std::vector<PlacedFault> found, const std::vector<std::string>& 
   }
 }
 
-/// What stands around the designs is wrong in itself.
+/// Checks the items around the list of designs.
 void check_list(const json& document, FaultList& faults) {
   const json& list = document["designs"];
   if (!list.is_array() || list.empty() || list.size() > most_listed)

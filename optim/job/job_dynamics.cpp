@@ -86,7 +86,8 @@ const RecordTable<StateSpaceRequest>& state_space_table() {
   return table;
 }
 
-// Both need the mass of leaves that move by themselves, deflected as they are.
+// Checks that the leaves' models have masses. Both sections need the mass of leaves that move by
+// themselves, in their deflected state.
 void check_mass(const ModelOptions& model, const json& read, const char* section,
                 FaultList& faults) {
   if (model.leaf_modes == 0)

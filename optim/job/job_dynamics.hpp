@@ -9,10 +9,10 @@
 
 namespace flexopt {
 
-/// The two keys.
+/// The keys "dynamics" and "export" of a job.
 std::vector<Field> dynamics_fields();
 
-/// Reads them against the mechanism and the stroke points, which `request` has.
+/// Reads the two keys against the mechanism and the stroke points, which `request` has.
 void read_dynamics(const nlohmann::json& read, const Mechanism& mechanism,
                    const ModelOptions& model, FaultList& faults, StrokeRequest& request);
 

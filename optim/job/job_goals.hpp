@@ -13,7 +13,7 @@
 
 namespace flexopt {
 
-/// What a job has that its goals may bear.
+/// What the job defines that its goals may take into account.
 struct Borne {
   bool tolerances = false, assembly_tolerances = false;
 };

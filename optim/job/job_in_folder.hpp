@@ -5,7 +5,7 @@
 
 namespace flexopt {
 
-/// As parse_job; files that the job names are relative to `folder`.
+/// Parses a job as parse_job does; files that the job names are relative to `folder`.
 Job parse_job_in(const std::string& folder, const nlohmann::json& document);
 
 }  // namespace flexopt

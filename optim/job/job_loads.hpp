@@ -16,7 +16,7 @@ EndEffector read_end_effector(const nlohmann::json& read, FaultList& faults,
 void read_request(nlohmann::json& read, const nlohmann::json& as_written, const Family* family,
                   FaultList& faults, StrokeRequest& request);
 
-/// Where O is a material point of a leaf, nothing rigid hangs on it.
+/// Checks that nothing rigid is attached to O where O is a material point of a leaf.
 void check_material_point(const Job& job, FaultList& faults);
 
 /// The bodies that loads name, once these are known; `loads` are those of the job that were sound.

@@ -14,7 +14,7 @@ namespace flexopt {
 /// follows), `.density`; `end_effector.mass`, `.center_of_mass.x` …, `.inertia.xx`, `.inertia.xy` …
 const std::vector<Parameter>& job_numbers();
 
-/// The number of that name, or null.
+/// The number of this name, or null.
 const Parameter* find_job_number(const std::string& name);
 /// The family's parameter or the number of the job of that name, or null.
 const Parameter* find_parameter(const Family& family, const std::string& name);
@@ -29,7 +29,7 @@ std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters)
 std::optional<std::string> without_number(const Family& family, const FamilyChoices& choices,
                                           const std::string& name);
 
-/// All numbers as they stand.
+/// All numbers with their present values.
 ParameterValues numbers_of(const Material& material, const EndEffector& end_effector);
 
 void set_number(Material& material, EndEffector& end_effector, const std::string& name,

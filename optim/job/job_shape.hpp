@@ -13,7 +13,7 @@ namespace flexopt {
 /// The job of a family: its parameters, and the unit of its stroke. Without a family: what any job
 /// may hold, for the schema and for jobs whose family is not readable.
 Shape job_shape(const Family* family);
-/// The same of a job with "accuracy": "auto", whose model.tolerance is one of estimated errors.
+/// Schema of a job with "accuracy": "auto", whose model.tolerance bounds the estimated errors.
 Shape with_error_tolerance(Shape job);
 /// Whether a job's document asks for that.
 bool chooses_accuracy(const nlohmann::json& document);

@@ -9,11 +9,11 @@
 
 namespace flexopt {
 
-/// The two keys.
+/// The keys "fillet" and "fatigue" of a job.
 std::vector<Field> stress_fields();
 
-/// Reads them against the leaves and their materials into the rules of a request whose path is
-/// read.
+/// Reads the two keys against the leaves and their materials into the rules of a request whose path
+/// is read.
 void read_stress_rules(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
                        StrokeRequest& request);
 

@@ -53,7 +53,7 @@ std::vector<double> read_one(json& read, const json& as_written, Direction drive
   return evenly(*spec.from, *spec.to, *spec.points);
 }
 
-/// Of drives with names.
+/// Schema of the strokes of drives with names.
 Shape named_shape(const DriveList& drives) {
   std::vector<Field> point, axes;
   for (const DriveList::Item& drive : drives.items) {

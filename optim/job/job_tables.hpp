@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// Larger forces, masses, stiffnesses are slips of the pen [SI].
+/// Larger forces, masses and stiffnesses are taken for typing errors [SI].
 inline constexpr double largest_number = 1e12;
 
 /// Three numbers of this unit, each at most `largest`.
@@ -43,7 +43,7 @@ struct AssemblySpec {
   Vector3d move = Vector3d::Zero(), turn = Vector3d::Zero();  ///< [m], [rad]
 };
 
-/// By which load the mechanism is to buckle.
+/// The load under which the mechanism may buckle, by name.
 struct BucklingSpec {
   std::string load;
 };
@@ -57,9 +57,10 @@ struct ProbeSpec {
 const RecordTable<Job>& head_table();
 const RecordTable<Material>& material_table();
 const RecordTable<EndEffector>& end_effector_table();
-/// One stroke of such a drive.
+/// Schema of one stroke of a drive in this direction.
 Shape stroke_place(Direction direction);
-/// Of one drive without a name. Without a direction the unit of the stroke is not known.
+/// Table of the stroke of one drive without a name. Without a direction, the unit of the stroke is
+/// not known.
 RecordTable<StrokeSpec> stroke_table(std::optional<Direction> drive);
 const RecordTable<LoadSpec>& load_table();
 const RecordTable<LoadSpec>& load_path_table();

@@ -12,12 +12,12 @@ namespace flexopt {
 Field tolerances_field();
 Field tolerance_samples_field();
 
-/// How a goal says that tolerances count in it, or errors of assembly.
+/// The key of a goal that makes tolerances or assembly errors count in it.
 Field under_field();
 Field margin_field();
 
-/// Reads these two of a goal, and completes what was read. `tolerances`: the job has some. Throws
-/// SpecError.
+/// Reads from a goal how tolerances count, and completes what was read. `tolerances`: the job has
+/// some. Throws SpecError.
 ToleranceMargin read_margin(nlohmann::json& goal, bool tolerances,
                             const nlohmann::json::json_pointer& at);
 

@@ -71,7 +71,7 @@ Mapped evaluate(const DesignProblem& problem, const Variables& variables, std::s
   return mapped;
 }
 
-/// What tells the maps of a job and of its designs apart.
+/// Text that distinguishes the maps of a job and of its designs.
 std::string loop_of(const MapSpec& map, const ParameterValues& parameters) {
   OrderedJson says{parameters, map.points};
   for (const Variable& p : map.parameters) says.push_back({p.parameter, p.min, p.max});

@@ -16,7 +16,7 @@ using MapValues = std::vector<std::optional<double>>;
 
 struct ResponseMap {
   std::array<std::vector<double>, 2> parameters;  ///< their values, ascending [SI]
-  /// Of each quantity of the map: value (i, j) of the two parameters at i · (size of the second) +
+  /// For each quantity of the map, value (i, j) of the two parameters at i · (size of the second) +
   /// j.
   std::vector<MapValues> quantities;
   /// Distance to the nearest bound of the job's constraints, relative, negative where one is
@@ -28,9 +28,9 @@ struct ResponseMap {
   std::string first_failure;  ///< with its design
 };
 
-/// Of the job's design with these parameters (formulas computed), on reduced leaves. Does not
-/// depend on the number of threads. `progress` is told of every design. `shared`: with whom they
-/// are shared; values are empty where this process does not learn them all.
+/// Map of the job's design with these parameters (formulas computed), on reduced leaves. The result
+/// does not depend on the number of threads. `progress` is called after every design. `shared`: the
+/// processes that share the designs; values are empty where this process does not learn them all.
 ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValues& parameters,
                          int threads, const StrokeEvaluator& evaluator = evaluate_stroke,
                          const LoopProgress& progress = {}, SharedUnits* shared = nullptr);

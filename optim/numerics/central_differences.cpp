@@ -54,7 +54,7 @@ class Neighbours {
         pairs_(columns_.size()) {}
   using Pair = std::array<Neighbour, 2>;
 
-  /// The two of each variable that its place in the box allows, all at once.
+  /// Finds the two neighbours of each variable that its place in the box allows, all at once.
   void find();
   /// A second round: the next but one where a neighbour has no values.
   void find_lost();
@@ -111,8 +111,8 @@ void Neighbours::find_lost() {
   }
 }
 
-/// By Newton's divided differences through the three points, differentiated at the middle one; by
-/// one side where only that has values, nothing where none has.
+/// Derivative at the middle of three points, by Newton's divided differences; by one side where
+/// only that side has values, nothing where neither has.
 // NOLINTNEXTLINE(performance-unnecessary-value-param): both may change places
 std::optional<VectorXd> difference(Neighbours::Pair pair, const VectorXd& center,
                                    const DifferenceOptions& options) {

@@ -12,13 +12,13 @@ namespace flexopt {
 /// Values of a design at scaled variables in [0, 1]ⁿ; nothing where they cannot be computed.
 using ValuesAt = std::function<std::optional<VectorXd>(const VectorXd& x)>;
 
-/// Many designs at once; the answers in the order of the questions.
+/// Values at many designs at once, in the order of the designs.
 using ValuesAtMany =
     std::function<std::vector<std::optional<VectorXd>>(const std::vector<VectorXd>& x)>;
 
 struct DifferenceOptions {
-  /// Of the variable's range. Truncation is of order step²: 3e-7 of a curvature of order one, and
-  /// the noise of a path converged to 1e-9 gives 1e-6.
+  /// Step as a share of the variable's range. Truncation is of order step²: 3e-7 of a curvature of
+  /// order one, and the noise of a path converged to 1e-9 gives 1e-6.
   double step = 5e-4;
   /// Runs of this many values are sorted branches (frequencies): {first entry, count}. Across the
   /// step they are followed as curves that cross, not as ranks.

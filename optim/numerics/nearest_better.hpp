@@ -6,7 +6,7 @@
 
 namespace flexopt {
 
-/// Of points that are sorted from the best to the worst, each one's nearest better point.
+/// For points sorted from the best to the worst, the nearest better point of each.
 struct NearestBetter {
   std::vector<int> point;        ///< its place in the list; of the very best its own
   std::vector<double> distance;  ///< of the very best: ∞
@@ -21,9 +21,10 @@ struct PointCluster {
   int size = 0;
 };
 
-/// Each point belongs with its nearest better one, unless that is further away than `distance`:
-/// there another basin begins. In the order of their best points. Twice the mean is what the
-/// source takes.   [M. Preuss, Niching the CMA-ES via nearest-better clustering, GECCO 2010]
+/// Clusters of points, in the order of their best points. Each point belongs to the cluster of its
+/// nearest better point, unless that is further away than `distance`: then it begins a basin of its
+/// own. The source takes twice the mean distance.   [M. Preuss, Niching the CMA-ES via
+/// nearest-better clustering, GECCO 2010]
 std::vector<PointCluster> clusters_beyond(double distance, const NearestBetter& better);
 
 }  // namespace flexopt

@@ -29,7 +29,7 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work) 
   if (together <= 1) {
     for (int i = 0; i < count; ++i) guarded(i);
   } else {
-    // As many threads as asked for, also beyond the processor's: that is for the caller to say.
+    // Allows as many threads as asked for, also beyond the processor's number: the caller decides.
     static const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 1024);
     // An arena of its own: a thread that waits here takes up no work of a loop around this one.
     tbb::task_arena arena(together);

@@ -15,10 +15,11 @@ struct Interrupted : std::exception {
 /// out.
 void parallel_for(int count, int threads, const std::function<void(int)>& work);
 
-/// Told how many of all are done, one at a time, from any thread.
+/// Called with the number of finished units, one call at a time, from any thread.
 using LoopProgress = std::function<void(int done, int total)>;
 
-/// The same loop, telling `progress` after each; what that throws counts as thrown by the work.
+/// Parallel loop that calls `progress` after each unit of work; exceptions of `progress` count as
+/// exceptions of the work.
 void parallel_for(int count, int threads, const std::function<void(int)>& work,
                   const LoopProgress& progress);
 

@@ -28,8 +28,9 @@ std::vector<double> rounding_of(const Evaluate& numbers) {
   return squares;
 }
 
-/// The same from designs that differ by so little that a parabola is all there is besides: third
-/// differences, of variance 20. Equal designs may round alike, these do not.
+/// Standard deviation of the rounding, from designs so close together that the numbers are a
+/// parabola but for rounding: third differences, of variance 20. Equal designs may round alike;
+/// these do not.
 template <class Evaluate>
 std::vector<double> rounding_beside(const Evaluate& numbers) {
   constexpr int samples = 6;

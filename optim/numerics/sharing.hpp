@@ -30,7 +30,7 @@ struct CrewDismissed : std::exception {
   const char* what() const noexcept override { return "dismissed"; }
 };
 
-/// Another member cannot go on, and says why.
+/// Thrown when another member cannot go on; tells why.
 struct CrewBroken : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -44,26 +44,26 @@ class Crew {
  public:
   virtual ~Crew() = default;
   virtual bool leads() const = 0;
-  /// How many there are, the leader among them.
+  /// Number of members, including the leader.
   virtual int members() const = 0;
 
   /// Leader, from any thread: the answer of whoever is free first, another member or this process
   /// by `here`. Throws what `here` throws, and CrewBroken.
   virtual std::string ask(const std::string& question, const Answerer& here) = 0;
-  /// Leader: the others come back from `answer`.
+  /// Leader: ends the stage, so that the others return from `answer`.
   virtual void end_stage() = 0;
   /// The others: answers until the leader ends the stage. Throws CrewDismissed where it ended all.
   virtual void answer(const Answerer& here) = 0;
 
-  /// Leader: a text for all others.
+  /// Leader: sends a text to all others.
   virtual void tell(const std::string& text) = 0;
-  /// The others: the next of these. Throws CrewDismissed.
+  /// Other members: the next text of tell(). Throws CrewDismissed.
   virtual std::string hear() = 0;
-  /// The others: tell the leader that this member cannot go on, and why.
+  /// Other members: tell the leader that this member cannot go on, and why.
   virtual void fail(const std::string& why) = 0;
 };
 
-/// How many units of a loop were to be done here.
+/// Number of units of a loop that were to be done here.
 struct SharedLoop {
   std::string what;
   int here = 0, all = 0;
@@ -72,20 +72,20 @@ struct SharedLoop {
 /// How a run shares its units.
 class Sharing {
  public:
-  /// With nobody.
+  /// Shares with no other process.
   Sharing() = default;
   explicit Sharing(const Shard& shard) : shard_(shard) {}
   explicit Sharing(Crew& crew) : crew_(&crew) {}
 
   const std::optional<Shard>& shard() const { return shard_; }
   Crew* crew() const { return crew_; }
-  /// This process answers what a leader asks.
+  /// Whether this process answers what a leader asks.
   bool follows() const { return crew_ && !crew_->leads(); }
-  /// What a loop yields is all known here, once it has ended.
+  /// Whether all that a loop yields is known here once it has ended.
   bool complete() const { return !shard_ && !follows(); }
-  /// Threads that keep a crew busy, or those that there are.
+  /// Number of threads that keep a crew busy, or of those that there are.
   int threads(int of_this_process) const;
-  /// Those of the units 0, …, count − 1 that this process does by itself or has done for it.
+  /// The units among 0, …, count − 1 that this process does itself or has done for it.
   std::vector<int> own(const std::string& what, int count);
 
   /// `work` on these units: what it yields goes, in the process that keeps the run's files, to
@@ -95,7 +95,7 @@ class Sharing {
            const std::function<std::string(int unit)>& work,
            const std::function<void(int unit, const std::string& yield)>& keep) const;
 
-  /// Of all loops so far.
+  /// All loops shared so far.
   const std::vector<SharedLoop>& loops() const { return loops_; }
 
  private:

@@ -13,11 +13,11 @@ class AssemblyBox {
 
   /// How many errors may differ from zero.
   int size() const { return static_cast<int>(entries_.size()); }
-  /// One for each edge that has some.
+  /// Assembly errors at z: one for each edge that has some.
   std::vector<AssemblyError> errors(const VectorXd& z) const;
-  /// The request with these errors beside its own.
+  /// The request with the errors at z in addition to its own.
   StrokeRequest misassembled(StrokeRequest request, const VectorXd& z) const;
-  /// Along every coordinate, for derivatives.
+  /// Directions along every coordinate of the box, for derivatives.
   std::vector<MechanismDirection> directions(const Mechanism& mechanism) const;
 
  private:

@@ -53,7 +53,7 @@ Job prepared(Job job) {
   return job;
 }
 
-/// Those of the parameters that change when a variable does, or with a tolerance if that counts.
+/// Names of the parameters that change when a variable does, or with a tolerance if `robust`.
 std::vector<std::string> moving_parameters(const Job& job, bool robust) {
   const ParametricDesign& design = *job.design.resolved;
   const auto varies = [&](const std::string& name) {
@@ -86,7 +86,7 @@ Evaluators::Evaluators() : Evaluators(evaluate_stroke, stroke_sensitivity) {}
 Evaluators::Evaluators(StrokeEvaluator of_values, StrokeGradientEvaluator of_gradients)
     : values(std::move(of_values)), gradients(std::move(of_gradients)) {}
 
-// Of each value of a goal that counts errors of assembly.
+// How many places of the box are kept for each value of a goal that counts assembly errors.
 constexpr int places_in_box = 3;
 
 DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
@@ -147,7 +147,7 @@ VectorXd DesignProblem::scaled(const Variables& variables) const {
     x[j] =
         std::clamp((variables[static_cast<std::size_t>(j)] - of.min) / (of.max - of.min), 0.0, 1.0);
   }
-  // To the same bits and back: rounding is off by a few units of x at most.
+  // Adjusts x so that it leads back to the same bits; rounding is off by a few units of x at most.
   for (int j = 0; j < size(); ++j) {
     const double wanted = variables[static_cast<std::size_t>(j)];
     for (int i = 0; i < 8 && back(j) != wanted; ++i)

@@ -18,13 +18,13 @@ namespace flexopt {
 using StrokeEvaluator =
     std::function<StrokeResponse(const Mechanism&, const ModelOptions&, const StrokeRequest&)>;
 
-/// The same with derivatives with respect to the named parameters of the design (`job.design` at
+/// Evaluates a design with derivatives with respect to its named parameters (`job.design` at
 /// `parameters`), where it has them.
 using StrokeGradientEvaluator = std::function<StrokeSensitivity(
     const Job& job, const ParameterValues& parameters, const std::vector<std::string>& names,
     const ModelOptions&, const StrokeRequest&)>;
 
-/// In the place of exact derivatives: gradients are then central differences.
+/// Stands for no exact derivatives: gradients are then central differences.
 inline const StrokeGradientEvaluator by_differences{};
 
 /// What designs are evaluated by: the mechanics with their exact derivatives, or a pair given.
@@ -43,7 +43,7 @@ using Variables = std::vector<double>;
 struct DesignValues {
   bool ok = false;
   std::string message;            ///< why not, with the figures
-  std::string reason;             ///< the same in a few words without figures
+  std::string reason;             ///< why not, in a few words without figures
   std::optional<double> reached;  ///< stroke_reached, when not ok
   std::vector<GoalValues> goals;  ///< objective, then constraints; empty when not ok
   /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where
@@ -69,7 +69,7 @@ class DesignProblem {
   /// The job; the second objective of a front stands among its constraints, without bounds, and
   /// what varies of material and end-effector, or stands in formulas, among its parameters.
   const Job& job() const { return job_; }
-  /// The constraints that are some.
+  /// Number of constraints of the job itself.
   std::size_t own_constraints() const {
     return spec().constraints.size() - (spec().pareto ? 1 : 0);
   }
@@ -93,9 +93,9 @@ class DesignProblem {
   ParameterValues parameters(const Variables& variables) const;
   Mechanism mechanism(const Variables& variables) const;
 
-  /// Some goals count tolerances.
+  /// Whether some goals take tolerances into account.
   bool robust() const;
-  /// Some goals count the worst errors of assembly.
+  /// Whether some goals count the worst errors of assembly.
   bool misassembled() const { return misassembled_.has_value(); }
   /// Whether `evaluate` can give exact derivatives of all goals.
   bool differentiable() const { return !needs_mechanics_ || evaluators_.gradients != nullptr; }
@@ -133,9 +133,9 @@ class DesignProblem {
   std::vector<double> constraints(const DesignValues& values) const;
   /// Largest relative violation, 0 when feasible.
   double violation(const DesignValues& values, const Scales& scales) const;
-  /// The same from the values of the constraints.
+  /// Largest relative violation from the values of the constraints, 0 when feasible.
   double violation(const std::vector<double>& constraints, const Scales& scales) const;
-  /// Whose violation that is; nothing where no constraint has bounds.
+  /// The constraint with the largest relative violation; nothing where no constraint has bounds.
   std::optional<WorstConstraint> worst_constraint(const std::vector<double>& constraints,
                                                   const Scales& scales) const;
 
@@ -160,13 +160,13 @@ class DesignProblem {
   /// A goal that counts errors of assembly, without them: as many values as with them.
   GoalReading read_assembled(std::size_t goal, const std::vector<StrokeSensitivity>& found,
                              const std::vector<StrokeRequest>& requests) const;
-  /// Those of the job that count errors of assembly. `reduced`: whether some of their values are
-  /// had from reduced leaves, which are differentiated.
+  /// Numbers of the job's goals that count assembly errors. `reduced`: whether some of their values
+  /// come from reduced leaves, which are differentiated.
   MisassembledGoals::Found look_in_box(const ParameterValues& parameters, bool gradient,
                                        const ModelOptions& model, bool& reduced) const;
   GoalSlopes look(const ParameterValues& parameters, bool gradient,
                   const ModelOptions& model) const;
-  /// By the variables instead of the parameters.
+  /// Derivatives with respect to the variables instead of the parameters.
   DesignValues chained(GoalSlopes goals, const ParameterValues& parameters) const;
   /// The value of a goal with a formula, with its margin.
   std::optional<double> formula_value(const Goal& goal, const ParameterValues& parameters) const;
@@ -181,7 +181,7 @@ class DesignProblem {
   bool needs_mechanics_ = false;
 };
 
-/// By how much a value misses the bounds, relative to `scale`; negative inside them.
+/// Amount by which a value misses the bounds, relative to `scale`; negative inside them.
 double excess(double value, const std::optional<double>& min, const std::optional<double>& max,
               double scale);
 

@@ -49,12 +49,12 @@ class EvaluationBook {
         start_(start),
         eager_(eager && problem.differentiable()) {}
 
-  /// What the other one knows costs nothing here.
+  /// Takes over the evaluations of another book, which then cost nothing here.
   void adopt(const EvaluationBook& other);
-  /// Violations recorded so far are computed anew.
+  /// Sets the scales and computes the violations recorded so far anew.
   void set_scales(Scales scales);
   void set_threads(int threads) { threads_ = threads; }
-  /// Designs are evaluated by whoever of the crew is free; null: here.
+  /// Members of the crew that are free evaluate designs; null: this process does.
   void set_crew(Crew* crew) { crew_ = crew; }
   const Scales& scales() const { return scales_; }
 

@@ -18,7 +18,8 @@ struct LoggedEvaluation {
   bool gradient_asked = false;  ///< although there may be none
 };
 
-/// As the log and history.csv write it. `stage_named` throws std::runtime_error for other names.
+/// Name of a stage in the log and in history.csv. `stage_named` throws std::runtime_error for other
+/// names.
 std::string name_of(Stage stage);
 Stage stage_named(const std::string& name);
 
@@ -29,15 +30,15 @@ nlohmann::json log_identity(const Job& job, const std::string& version);
 
 class EvaluationLog {
  public:
-  /// Without a file nothing is kept on disk.
+  /// A log that keeps nothing on disk.
   explicit EvaluationLog(const Job& job) : job_(job) {}
 
   /// Opens or creates the file and reads what it holds; refuses others' as LineLog does.
   EvaluationLog(const Job& job, const std::filesystem::path& path, const std::string& version,
                 bool overwrite);
 
-  /// The evaluation of these exact variables by an earlier run, or null; asked for its gradient or
-  /// not, as this one: values with and without may differ in their last digits.
+  /// The evaluation of these exact variables by an earlier run, or null. Evaluations with and
+  /// without gradient are kept apart: their values may differ in the last digits.
   const LoggedEvaluation* find(const Variables& variables, bool full, bool gradient) const;
   int loaded() const { return static_cast<int>(loaded_.size()); }
 

@@ -13,15 +13,15 @@ using MaybeNumbers = std::vector<std::optional<double>>;
 /// Members of a run of frequencies that may meet: places in the list of all numbers, at one point.
 using FrequencyGroup = std::vector<std::size_t>;
 
-/// Those of the quantities `names`, whose numbers stand from `first` on, that may meet within a
-/// step by so much of a parameter; `slopes` along it.
+/// Groups of those quantities among `names` (numbers from `first` on) that may meet within a step
+/// of a parameter; `slopes`: derivatives along it.
 std::vector<FrequencyGroup> groups_of(const std::vector<Quantity>& names, const MaybeNumbers& here,
                                       const MaybeNumbers& slopes, std::size_t first, double step);
 
-/// Each member becomes the root of the mean of their squares, which is smooth.
+/// Replaces each member of a group by the root of the mean of their squares, which is smooth.
 void average_values(const std::vector<FrequencyGroup>& groups, std::vector<double>& values);
 
-/// And its slope the derivative of that.
+/// Replaces the slope of each member of a group by the derivative of the group's average.
 void average_slopes(const std::vector<FrequencyGroup>& groups, const MaybeNumbers& here,
                     MaybeNumbers& slopes);
 

@@ -18,7 +18,7 @@ constexpr int most_branches = 3;  // two modes cross at a point of the path; the
 
 constexpr double clearance_without_pairs = 1;  // [m]: more than any bound asks for
 
-constexpr double endless_bandwidth = 1e6;  // [Hz]: likewise
+constexpr double endless_bandwidth = 1e6;  // [Hz]: more than any bound asks for
 
 // What a quantity counts as where there is nothing that it could be: no mode that the drive feels
 // beside its own, no pair that can touch, no load, but for a reversed one, at which the tangent is
@@ -102,7 +102,7 @@ std::vector<std::size_t> branch_ranks(const PathPoint& point, const StrokeReques
   return ranks;
 }
 
-/// One more row of the derivatives; false where it is missing.
+/// Adds a row of derivatives; false where it is missing.
 bool add_row(const std::optional<VectorXd>& gradient, GoalReading& reading) {
   if (!gradient) return false;
   reading.gradient.conservativeResize(reading.gradient.rows() + 1, gradient->size());
@@ -314,7 +314,7 @@ GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
 
 namespace {
 
-/// Of the values first, first + 1, …, last − 1.
+/// Extreme among the values first, first + 1, …, last − 1.
 Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t first,
                        std::size_t last) {
   const auto stride = static_cast<std::size_t>(goal.branches);

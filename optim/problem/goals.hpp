@@ -1,6 +1,6 @@
 #pragma once
-// From a stroke's response to the numbers that an optimisation weighs: one goal for the objective
-// and one for each constraint.
+// Goals of an optimisation: the numbers of a stroke's response that it weighs, one goal for the
+// objective and one for each constraint.
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,8 +27,8 @@ struct Goal {
   /// one, so that a gradient method sees the modes on both sides of a crossing; descending: the
   /// places of largest stress, for the same reason. 1 for all others.
   int branches = 1;
-  /// Of a quantity: the load cases whose values stand one after the other. None: one part of any
-  /// size.
+  /// For a quantity, the load cases whose values are stored one after the other. Empty: one part of
+  /// any size.
   std::vector<GoalPart> parts;
   bool least = false;         ///< the least number is the worst, of several load cases too
   ToleranceMargin margin;     ///< to the worse side
@@ -46,9 +46,9 @@ std::vector<Goal> make_goals(const Job& job);
 /// Largest stresses get several candidates a point: for exact evaluations, which know them.
 void add_stress_branches(std::vector<Goal>& goals, StrokeRequest& request);
 
-/// So many of the request's frequencies tell these goals: all, or the candidates alone where the
-/// parasitic frequency is the lowest one with the drive held. For exact modes, which do not depend
-/// on their number.
+/// Number of frequencies of the request that these goals need: all, or the candidates alone where
+/// the parasitic frequency is the lowest one with the drive held. For exact modes, which do not
+/// depend on their number.
 int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& request);
 
 /// The request of one of the job's load cases with only what the goals need of it.
@@ -61,15 +61,15 @@ using GoalValues = std::vector<double>;
 struct GoalReading {
   bool ok = false;
   std::string message;  ///< why not, with the figures
-  std::string reason;   ///< the same in a few words without figures
+  std::string reason;   ///< why not, in a few words without figures
   GoalValues values;
   MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
 };
 
-/// Of a goal with a quantity, one load case; with derivatives where they are given.
+/// Reads a goal with a quantity for one load case, with derivatives where gradients are given.
 GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
                       const StrokeRequest& request, const StrokeGradients* gradients = nullptr);
-/// Of a goal with a formula; its derivatives are had from the formula itself.
+/// Reads a goal with a formula, whose derivatives follow from the formula itself.
 GoalReading read_goal(const Goal& goal, const ParameterValues& parameters);
 
 /// Which of the goal's values is the one over the stroke, and with which sign it enters (−1 for a
@@ -79,18 +79,18 @@ struct Extreme {
   double sign = 1;
 };
 Extreme extreme(const Goal& goal, const GoalValues& values);
-/// The same within one part alone.
+/// Extreme within one part alone.
 Extreme extreme(const Goal& goal, const GoalValues& values, std::size_t part);
 
 /// Where a value of a goal is from.
 struct GoalPlace {
   std::size_t load_case = 0, point = 0;
 };
-/// Of a goal with a quantity.
+/// Where an entry of a goal with a quantity is from.
 GoalPlace place_of(const Goal& goal, std::size_t entry);
 
-/// Of a path with a point that has no equilibrium: the stroke nearest to the first such point that
-/// was reached. Nothing where there is no such point, or nothing was reached.
+/// For a path with a point without equilibrium, the stroke nearest to the first such point that was
+/// reached. Nothing where every point has an equilibrium, or nothing was reached.
 std::optional<double> stroke_reached(const StrokeResponse& response);
 
 /// The goal's one number.

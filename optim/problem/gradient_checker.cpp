@@ -17,7 +17,7 @@
 namespace flexopt {
 namespace {
 
-// The job with one of its numbers changed, to where no real body may have it.
+// The job with one of its numbers changed, possibly to a value that no real body has.
 Job moved(const Job& job, const std::string& name, double value) {
   Job other = job;
   if (find_job_number(name))
@@ -70,8 +70,8 @@ constexpr std::array finer_steps{1e-2, 1e-4};
 
 constexpr const char* screening = "parasitic_frequency_screening";
 
-// At each point the mode that the screening frequency is of; nothing where an equal one is beside
-// it.
+// At each point, the mode to which the screening frequency belongs; nothing where another mode has
+// an equal frequency.
 std::vector<std::optional<std::size_t>> screening_modes(const StrokeResponse& response,
                                                         const StrokeRequest& request) {
   std::vector<std::optional<std::size_t>> modes;
@@ -243,7 +243,8 @@ MaybeNumbers GradientChecker::slopes_along(std::size_t parameter,
   return slopes;
 }
 
-// Their members get the slope of their mean; what has kinks or is beyond the list has none.
+// Groups of quantities that may meet within `step`. The slope of each member becomes the slope of
+// their mean; what has kinks or is beyond the list gets no slope.
 std::vector<FrequencyGroup> GradientChecker::groups_along(double step, MaybeNumbers& slopes) const {
   std::vector<FrequencyGroup> groups;
   for (std::size_t first = 0; first < here_.size(); first += names_.size())
@@ -323,7 +324,8 @@ GradientCheck GradientChecker::compare(std::size_t i, const std::string& paramet
 
 namespace {
 
-// Which of several points is told: wrong ones first, then those without a derivative.
+// Order in which checks of several points are reported: wrong ones first, then those without a
+// derivative.
 int weight(const GradientCheck& c) {
   return c.quantity.empty() ? 0 : !c.agrees ? 3 : c.equal_stiffnesses ? 2 : 1;
 }

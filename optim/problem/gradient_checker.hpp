@@ -21,7 +21,8 @@ class GradientChecker {
     std::vector<std::string> parameters, all;
     std::vector<VectorXd> chain;  ///< of each parameter: derivatives of the formulas
 
-    /// Along parameter p, the formulas following, from the derivatives along all columns.
+    /// Derivative along parameter p, with the formulas that follow it, from the derivatives along
+    /// all columns.
     double total(const VectorXd& gradient, std::size_t p) const {
       return gradient[static_cast<Eigen::Index>(p)] + chain[p].dot(gradient.tail(chain[p].size()));
     }
@@ -35,7 +36,8 @@ class GradientChecker {
   std::optional<std::string> prepare();
   /// Quantities that have values but no exact derivatives.
   std::vector<std::string> without_exact() const;
-  /// Along a parameter: the worst of each quantity over the points, no name where there is none.
+  /// Checks along a parameter: the worst error of each quantity over the points; no name where
+  /// there is none.
   std::vector<GradientCheck> check(std::size_t parameter) const;
 
  private:

@@ -21,7 +21,7 @@ std::string member(char bracket, std::string_view sum) {
   return bracket == '}' ? fmt::format(R"(,"crc32":"{}")", sum) : fmt::format(R"(,"crc32:{}")", sum);
 }
 
-// The line before it had its checksum; nothing where it has none that fits.
+// The line without its checksum; nothing where it has none that fits.
 std::optional<std::string> without_checksum(std::string_view line) {
   if (line.empty()) return std::nullopt;
   const char bracket = line.back();

@@ -19,7 +19,7 @@ class CheckedLines {
 
   /// Throws SpecError with file and number of a line that is not as it was written.
   std::string next(std::string_view line);
-  /// Of the last line, from 1.
+  /// Number of the last line, counted from 1.
   int number() const { return number_; }
 
  private:

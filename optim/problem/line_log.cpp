@@ -23,7 +23,7 @@ std::string content_of(const std::filesystem::path& path) {
   return in ? std::string(std::istreambuf_iterator<char>(in), {}) : std::string();
 }
 
-// As it stands in the file, of a line with its line break.
+// A line with its line break as it stands in the file, with checksum.
 std::string written(std::string_view line) {
   return with_checksum(line.substr(0, line.size() - 1)) + "\n";
 }

@@ -19,7 +19,7 @@ std::string log_line(const nlohmann::ordered_json& value);
 /// owner's. In the file each has its checksum (line_checksum.hpp), which its owner does not see.
 class LineLog {
  public:
-  /// Nothing is kept on disk.
+  /// A log that keeps nothing on disk.
   LineLog() = default;
 
   /// Opens or creates the file and gives each whole line after the heading to `read`, which throws
@@ -30,7 +30,7 @@ class LineLog {
           const std::function<void(const std::string&)>& read) {
     open(path, identity, overwrite, read);
   }
-  /// The same for one that keeps nothing so far.
+  /// Opens the log of an object that has none so far; arguments as of the constructor.
   void open(const std::filesystem::path& path, const nlohmann::json& identity, bool overwrite,
             const std::function<void(const std::string&)>& read);
 

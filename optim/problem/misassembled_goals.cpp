@@ -13,7 +13,7 @@
 namespace flexopt {
 namespace {
 
-/// A value as it is the worse the larger it is.
+/// A value with the sign with which it is worse the larger it is.
 double side_of(const Goal& goal, double value) {
   const double sign = goal.over_stroke == OverStroke::max_abs && value < 0 ? -1 : 1;
   return goal.least ? -sign : sign;

@@ -22,7 +22,7 @@ class MisassembledGoals {
 
   /// What the goals ask of a load case of the job; no outputs where they ask nothing.
   StrokeRequest request(const Job& job, std::size_t load_case) const;
-  /// The goal of that number as it is without errors, or with given ones.
+  /// The goal to which a number belongs, as it is without errors or with given ones.
   const Goal& plain(std::size_t goal) const { return plain_[goal]; }
 
   /// Values of the design, with derivatives by its parameters where these are asked for.
@@ -47,9 +47,9 @@ class MisassembledGoals {
   struct Number {
     std::size_t goal = 0, load_case = 0, point = 0;
   };
-  /// Goal by goal, load case by load case.
+  /// All numbers, goal by goal, load case by load case.
   std::vector<Number> numbers() const;
-  /// At one place of the box in all load cases that the goals ask for.
+  /// Paths at one place of the box, for all load cases that the goals ask for.
   std::vector<StrokeSensitivity> paths_at(
       const Design& design, const VectorXd& z,
       const std::function<StrokeSensitivity(const StrokeRequest&)>& evaluate) const;
@@ -59,7 +59,7 @@ class MisassembledGoals {
                     const std::vector<Number>& numbers, const VectorXd& z) const;
   /// Why a goal has no value, with the load case where there are several.
   std::string said(const std::string& message, std::size_t load_case) const;
-  /// The candidates of a point, the worst first.
+  /// Adds the candidates of a point, the worst first.
   void add_candidates(std::size_t goal, const std::vector<const GoalReading*>& readings,
                       std::size_t point, GoalReading& whole) const;
 

@@ -11,7 +11,8 @@
 namespace flexopt {
 namespace {
 
-/// Of the box. Four steps cross it; a linearised stress or load tells little beyond.
+/// Largest step as a share of the box. Four such steps cross it; a linearised stress or load tells
+/// little beyond.
 constexpr double move_limit = 0.2;
 
 }  // namespace

@@ -38,7 +38,7 @@ struct Pose {
   std::optional<Correction> correction;
 };
 
-/// The job's own.
+/// Pose of the job itself.
 Pose job_pose(const DesignProblem& problem);
 
 /// A design as a pose sees it.
@@ -58,7 +58,7 @@ class Posing {
   Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
          Aim aim = Aim::objective, double violation = 1);
 
-  /// Refers to this object.
+  /// The problem for an optimiser; refers to this object.
   Problem problem();
   /// Free variables of x, with the slack that makes its rows tight if there is a slack.
   VectorXd start(const Candidate& from) const;
@@ -82,8 +82,8 @@ class Posing {
                ? std::optional(free_[static_cast<std::size_t>(j)])
                : std::nullopt;
   }
-  /// From now on a design is enough that is better than all before and whose objective is beyond
-  /// 30 times its scale, or below a thirtieth of it: `outgrown` then.
+  /// From now on, sets outgrown() at a design that is better than all before and whose objective is
+  /// beyond 30 times its scale, or below a thirtieth of it; such a design then is enough.
   void watch_scale() { watches_ = true; }
   bool outgrown() const { return outgrown_; }
 

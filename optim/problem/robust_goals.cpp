@@ -77,7 +77,7 @@ void sort_branches(const Goal& goal, GoalValues& values, Eigen::Ref<MatrixXd> ro
   }
 }
 
-// Of a tolerance, small enough that the parameters change by a thousandth at most.
+// Step of a tolerance, small enough that the parameters change by a thousandth at most.
 double step_along(const Tolerance& entry, const ParameterValues& parameters) {
   double largest = 0;
   for (const ToleranceTerm& term : entry.terms)

@@ -18,7 +18,7 @@ namespace flexopt {
 struct GoalSlopes {
   bool ok = false;
   std::string message;            ///< why not, with the figures
-  std::string reason;             ///< the same in a few words without figures
+  std::string reason;             ///< why not, in a few words without figures
   std::optional<double> reached;  ///< stroke_reached, when not ok
   std::vector<GoalValues> goals;  ///< empty when not ok
   MatrixXd by_parameter;          ///< all goals' values one after the other × names, or empty

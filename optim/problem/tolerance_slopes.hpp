@@ -22,7 +22,7 @@ MatrixXd tolerance_changes(const std::vector<Tolerance>& entries,
 /// Σ |s_e|: how far the number gets within the limits.
 double farthest(const ToleranceSlopes& slopes);
 double standard_deviation(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes);
-/// Of each entry in the variance; all 0 where the number does not depend on any.
+/// Share of each entry in the variance; all zero where the number depends on none of them.
 VectorXd variance_shares(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes);
 
 }  // namespace flexopt

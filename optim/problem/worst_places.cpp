@@ -19,7 +19,7 @@ constexpr int few_sides = 4;
 constexpr double flat = 1e-8;
 // What a place inside the box is brought to.
 constexpr double as_flat_as = 1e-10;
-// Nearer than that are no two places.
+// Places that are nearer than this count as one.
 constexpr double same_place = 1e-3;
 
 class Places {
@@ -34,7 +34,8 @@ class Places {
     VectorXd z;
     BoxLook look;
   };
-  /// Looks there, once; nothing where there are no numbers, after which the search is over.
+  /// Evaluates the place z, once; nothing where there are no numbers, after which the search is
+  /// over.
   const Seen* at(const VectorXd& z);
   bool look_around();
   std::size_t best(Eigen::Index number) const;
@@ -180,7 +181,8 @@ bool Places::finish_inside(Eigen::Index number) {
       if (!above.ok || !below.ok) return true;
       H.col(j) = (above.rates.row(number) - below.rates.row(number)).transpose()(free) / (2 * h);
     }
-    // along the ways that have a top; those that are flat but for rounding have none to go to
+    // Steps only along directions with a maximum; directions that are flat but for rounding have
+    // none.
     const SymmetricEigen bent(-0.5 * (H + H.transpose()));
     VectorXd way = VectorXd::Zero(m);
     for (Eigen::Index j = 0; j < m; ++j)

@@ -1,6 +1,6 @@
 #pragma once
-// Where in the box [−1, 1]ⁿ each of many numbers is largest. They are had together, and share what
-// is looked at.
+// Places in the box [−1, 1]ⁿ at which each of many numbers is largest. The numbers are evaluated
+// together, and share the places that are visited.
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,7 +13,7 @@ namespace flexopt {
 struct BoxLook {
   bool ok = false;
   std::string message;  ///< why not, with the figures
-  std::string reason;   ///< the same in a few words without figures
+  std::string reason;   ///< why not, in a few words without figures
   VectorXd values;
   MatrixXd rates;  ///< numbers × n
 };
@@ -29,17 +29,18 @@ struct BoxSearch {
 struct WorstPlaces {
   bool ok = false;
   std::string message, reason;  ///< of the first place without numbers
-  /// Of each number: the place where it is largest, then other local maxima that were met, the
-  /// larger ones first; one at least, `BoxSearch::places` at most.
+  /// For each number, the place where it is largest, then other local maxima that were found, in
+  /// descending order; at least one, at most `BoxSearch::places`.
   std::vector<std::vector<VectorXd>> places;
   int looks = 0;
 };
 
-/// From the starts and the corners that the rates there point to (of a box of up to four sides all
-/// corners); where the best of these is no local maximum, SLSQP from there, from its end with
-/// single sides at their bounds if that is worse, and Newton steps where it ends inside. Local: no
-/// promise of the global one. `kinds`: of each number; those of one kind are compared with the
-/// largest of them, where it is said that a slope is none.
+/// Searches the worst places from the starts and from the corners to which the derivatives there
+/// point (of a box of up to four sides, all corners). Where the best of these is no local maximum:
+/// SLSQP from there, from its end with single sides at their bounds if that is worse, and Newton
+/// steps where it ends inside. The maxima are local; the global one is not guaranteed. `kinds`: of
+/// each number; numbers of one kind are compared with the largest of them to decide whether a slope
+/// counts as zero.
 WorstPlaces worst_places(const BoxSearch& search, const std::vector<std::size_t>& kinds,
                          const LookInBox& look);
 

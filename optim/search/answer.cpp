@@ -11,7 +11,7 @@
 namespace flexopt {
 namespace {
 
-/// Where the number of a goal is from; nothing of a formula.
+/// Load case and point of the number of a goal; nothing for a formula.
 std::optional<GoalPlace> place(const Goal& goal, const GoalValues& values) {
   if (goal.expression) return std::nullopt;
   return place_of(goal, extreme(goal, values).entry);

@@ -35,7 +35,7 @@ std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const
 void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Chosen& answer,
                      Optimum& optimum);
 
-/// The same path with shapes, for drawing.
+/// Request for the same path with shapes, for drawing.
 StrokeRequest drawn(StrokeRequest request);
 
 /// The optimum's path by the job's model, drawn, and the verification; `own`: its values there.

@@ -13,7 +13,7 @@
 namespace flexopt {
 namespace {
 
-// A gain of the objective by less than this is no other design.
+// A gain of the objective by less than this does not count as another design.
 constexpr double noticed = 1e-4;
 
 class Confirming {
@@ -31,13 +31,13 @@ class Confirming {
  private:
   /// The best end, of equally good ones one that converged; −1 where there is none.
   int best_end() const;
-  /// All ends in the scales of this one.
+  /// Weighs the ends of all starts in the scales of `best`.
   void weigh_all(const Start& best);
   /// A start goes on from a design that was evaluated and is better than its end, if there is one.
   bool take_passed_by();
   /// The best end with exact derivatives for a method that has none: whether it is an optimum.
   bool balances(Start& start, Confirmation& answer);
-  /// A fresh search; whether the answer moved.
+  /// Searches afresh; returns whether the answer moved.
   bool search_afresh(Start& start, Confirmation& answer);
   void go_on(Start& start, const VectorXd& from, bool warm);
   int left(const Start& start) const {

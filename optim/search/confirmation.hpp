@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// One start from begin to end.
+/// A start of an optimisation, from its begin to its end.
 struct Start {
   std::unique_ptr<EvaluationBook> book;
   VectorXd from;

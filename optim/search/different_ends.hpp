@@ -1,5 +1,5 @@
 #pragma once
-// Which searches ended at the same optimum.
+// Finds out which searches ended at the same optimum.
 #include <vector>
 
 #include "optim/problem/posing.hpp"

@@ -39,7 +39,7 @@ StartSummary summarise(const DesignProblem& problem, const Start& start, int ind
   return s;
 }
 
-/// Starts whose feasible ends are as good as the best one.
+/// Marks the starts whose feasible ends are as good as the best one, and returns their number.
 int mark_agreeing(std::vector<StartSummary>& starts, const StartSummary& best) {
   int count = 0;
   for (StartSummary& s : starts) {
@@ -104,28 +104,28 @@ class Optimisation {
   /// Scaled variables of the starts; of a global search after its screening.
   std::vector<VectorXd> points();
   void search_from_starts();
-  /// The starts of a shard, which ends with them.
+  /// Searches from the starts of a shard, which ends with them.
   [[noreturn]] void search_own_starts(Sharing& sharing);
   SearchResult search_from(Start& start, int threads);
-  /// Of a global search: its different ends at full accuracy, and the one that is best there.
+  /// Compares the different ends of a global search at full accuracy and returns the best of them.
   int compare_optima(int best);
   /// The best start's end is the answer so far; nothing where no design could be evaluated.
   std::optional<Chosen> best_end();
-  /// What is to be said of this start's end, where it is feasible.
+  /// Status of a start's end, where it is feasible.
   OptimumStatus verdict(int best);
   void follow_front(const Start& start);
-  /// The best design of stock sizes becomes the answer.
+  /// Replaces the answer by the best design of stock sizes.
   void take_stock_sizes(const Start& start, Chosen& answer);
-  /// The answer moves to the optimum of full accuracy.
+  /// Moves the answer to the optimum of full accuracy.
   std::optional<VerificationLoop> correct(const VerifySpec& rules, const Start& start,
                                           Chosen& answer);
-  /// From the best end on.
+  /// Completes the answer from the best end.
   void finish(Start& start, Chosen answer);
   void tell_gradients();
   void close_log();
 
   bool feasible() const { return optimum_.status != OptimumStatus::infeasible; }
-  /// The status so far where this holds.
+  /// The present status if this holds.
   OptimumStatus kept_if(bool holds) const {
     return holds ? optimum_.status : OptimumStatus::feasible;
   }

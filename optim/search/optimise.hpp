@@ -14,7 +14,7 @@ struct OptimiseOptions {
   std::string version;         ///< of the program; a log of another version is refused
   int threads = 1;             ///< the result does not depend on it
   ProgressCallback progress;   ///< after each evaluation, one at a time, from any thread
-  /// The same of the screening of a global search, which comes first.
+  /// Called during the screening of a global search, which comes first; otherwise as `progress`.
   std::function<void(const ScreeningProgress&)> screening_progress;
   Sharing* sharing = nullptr;  ///< with whom designs or starts are shared; null: nobody
   Evaluators evaluators;       ///< the mechanics with exact derivatives, unless another is given

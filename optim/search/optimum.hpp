@@ -159,9 +159,11 @@ struct Optimum {
   /// Values and exact derivatives of the searches were, at least at some designs, those of reduced
   /// leaves, not of full ones.
   bool of_reduced_leaves = false;
-  /// Why there were no exact ones: of which goal, and at which design first. Empty where all were.
+  /// Why there were no exact gradients: for which goal, and at which design first. Empty where all
+  /// were exact.
   std::string gradients_message;
-  /// All of the family's, and what varies of material and end-effector or stands in formulas.
+  /// Values of all parameters of the family, and of the numbers of material and end-effector that
+  /// vary or occur in formulas.
   ParameterValues parameters;
   /// Objective and constraints are those of full accuracy: the verification was asked to correct.
   bool at_full_accuracy = false;
@@ -175,8 +177,8 @@ struct Optimum {
   std::vector<FoundOptimum> optima;          ///< of a global search: different ends, best first
   std::optional<StockSearch> stock;
   std::optional<ParetoFront> pareto;
-  /// At the optimum, by the model that objective and constraints are of: the job's own, or that at
-  /// full accuracy.
+  /// Response at the optimum, by the model that gives objective and constraints: the job's own, or
+  /// that at full accuracy.
   StrokeResponse response;            ///< of several load cases that of the first
   std::vector<StrokeResponse> cases;  ///< of all of them, where there are several
   std::optional<Verification> verified;

@@ -44,7 +44,7 @@ ParetoPoint report_of(const DesignProblem& problem, const Place& place) {
   return p;
 }
 
-/// From the objective's optimum to the second objective's own.
+/// The front from the objective's optimum to that of the second objective.
 class Front {
  public:
   Front(const Campaign& campaign, const EvaluationBook& known, const SearchResult& optimum)
@@ -57,12 +57,12 @@ class Front {
   ParetoOutcome follow();
 
  private:
-  /// The best second objective there is.
+  /// Search for the best second objective.
   SearchResult other_end();
   bool is_one_design(const SearchResult& end, double begin_value, double end_value) const;
-  /// Bound by bound, each from the design before.
+  /// Goes from bound to bound; each search begins at the previous design.
   void advance(const SearchResult& end, double begin_value, double end_value);
-  /// A design for a harder bound keeps the easier one too.
+  /// Replaces designs of easier bounds by better ones of harder bounds, which also satisfy them.
   void improve_backwards();
   void add_multipliers(SearchResult& result, const Pose& pose) {
     if (result.best && result.multipliers.empty() && gradients_)

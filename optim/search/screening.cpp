@@ -86,7 +86,7 @@ class Screen {
   /// Whether all are known then.
   bool evaluate_all();
   Screened evaluate(int number, const Scales& scales) const;
-  /// Violations of all designs that have values.
+  /// Computes the violations of all designs that have values.
   void weigh();
   ScreeningReport report() const;
   /// Places of the designs with values from the best to the worst.
@@ -195,7 +195,7 @@ void Screen::weigh() {
     if (d.ok) d.violation = problem_.violation(d.constraints, scales);
 }
 
-/// Most first; equal ones by their names.
+/// Counts in descending order; equal ones by their names.
 std::vector<ScreeningCount> sorted(const std::map<std::string, int>& counts) {
   std::vector<ScreeningCount> list;
   for (const auto& [what, designs] : counts) list.push_back({what, designs});
@@ -255,7 +255,7 @@ std::vector<PointCluster> spread_choice(std::vector<PointCluster> clusters, std:
   return chosen;
 }
 
-/// The same of points from the best to the worst; of smaller groups where there are too few.
+/// Clusters of points sorted from the best to the worst; of smaller groups where there are too few.
 std::vector<PointCluster> chosen_clusters(const std::vector<VectorXd>& good, std::size_t count,
                                           int& clusters) {
   constexpr double factor = 2;

@@ -72,13 +72,14 @@ class Search {
   bool rescale();
   void take(const Posing& posing, const OptimiserSummary& summary);
   OptimiserSummary run(Posing& posing, const OptimiserOptions& how);
-  /// Towards the bounds, in violations of the order of what is left of them.
+  /// Runs the optimiser towards the bounds, in violations of the order of what is left of them.
   OptimiserSummary least_violation();
-  /// The optimiser on the objective, and again from designs that it passed by.
+  /// Runs the optimiser on the objective, and again from better designs that it passed by.
   void lead(OptimiserOptions how);
-  /// The same in the scales of the best design, until they are those where it ends.
+  /// Runs lead() in the scales of the best design, until these are the scales of the design at the
+  /// end.
   void improve(OptimiserOptions how);
-  /// Towards the bounds where they are violated, then towards the best objective.
+  /// Goes towards the bounds where they are violated, then towards the best objective.
   void approach();
   /// Multipliers and the residual of optimality, of the best design itself in its own scales, and
   /// whether it is an optimum by these.

@@ -28,7 +28,7 @@ struct SearchOptions {
 };
 
 struct SearchResult {
-  /// Of the last run of the optimiser; its words where there was none.
+  /// Summary of the last run of the optimiser; its message where there was no run.
   OptimiserSummary summary;
   std::optional<Candidate> best;  ///< nothing where not one design could be evaluated
   /// dObjective/dBound of the goals 1, 2, … at `best`, where they are known.
@@ -36,9 +36,9 @@ struct SearchResult {
   int evaluations = 0;
 };
 
-/// From `from` (or the first design on the way to the middle of the pose's box that can be
-/// evaluated): where bounds are violated, first towards a design that keeps them, by the least
-/// violation; then towards the best objective. Global algorithms do both at once.
+/// Searches from `from` (or from the first design on the way to the middle of the pose's box that
+/// can be evaluated). Where bounds are violated, first towards a design that keeps them, by the
+/// least violation; then towards the best objective. Global algorithms do both at once.
 SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
                     const VectorXd& from, const SearchOptions& options);
 
@@ -47,7 +47,8 @@ struct Balance {
   double residual = 0, gap = 0;     ///< of `Multipliers`
   std::vector<double> multipliers;  ///< of the goals 1, 2, …, SI
 };
-/// Nothing where the derivatives are not known, or nothing varies.
+/// Balance of the first-order conditions at a design; nothing where the derivatives are not known,
+/// or nothing varies.
 std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& book,
                                   const Pose& pose, const Candidate& at);
 
@@ -56,12 +57,12 @@ struct Conflict {
   std::vector<std::size_t> goals;       ///< 1, 2, …: whose bounds
   std::vector<Eigen::Index> variables;  ///< which are at the end of the box
 };
-/// Those with a multiplier in the first-order conditions of the least violation. Nothing where
-/// these do not hold at the design, or its derivatives are not known.
+/// Constraints with a multiplier in the first-order conditions of the least violation. Nothing
+/// where these conditions do not hold at the design, or its derivatives are not known.
 std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
                                     const Pose& pose, const Candidate& at);
 
-/// The multipliers alone; empty where there is no such balance.
+/// Multipliers alone; empty where balance_at() returns nothing.
 std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
                                    const Pose& pose, const Candidate& at);
 

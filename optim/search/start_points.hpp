@@ -1,5 +1,5 @@
 #pragma once
-// Where the starts of an optimisation begin.
+// Start points of an optimisation.
 #include <vector>
 
 #include "optim/problem/design_problem.hpp"

@@ -32,7 +32,7 @@ std::vector<double> next_sizes(const DesignProblem& problem, std::size_t variabl
   return {scaled(*(above - 1)), scaled(*above)};
 }
 
-/// All combinations, the nearest ones first.
+/// All combinations of available sizes, the nearest ones first.
 std::vector<Neighbour> neighbours(const DesignProblem& problem, const VectorXd& x) {
   std::vector<Neighbour> all{{x, 0, {}}};
   const std::vector<Variable>& variables = problem.spec().variables;
@@ -116,7 +116,7 @@ bool has_stock(const OptimiseSpec& spec) {
 
 namespace {
 
-/// From combination to combination of sizes, until none beside is better.
+/// Search from combination to combination of sizes, until none of the neighbours is better.
 class Sizes {
  public:
   Sizes(const Campaign& campaign, const EvaluationBook& known, const Pose& pose)
@@ -134,8 +134,9 @@ class Sizes {
   /// Designs that were not tried whose sizes differ from this one's by at most one step each, with
   /// its other variables.
   std::vector<Neighbour> beside(const Candidate& at);
-  /// With one size further and further away and the other sizes of any value: where that is better
-  /// than the best, the combinations round it are tried. Whether one of them is better.
+  /// Moves one size further and further away, with any values of the other sizes. Where that is
+  /// better than the best, the combinations round it are tried. Returns whether one of them is
+  /// better.
   bool look_further();
   bool spent(std::size_t more) const {
     return static_cast<int>(book_.evaluations().size() + more) > spec_.max_evaluations;

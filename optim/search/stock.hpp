@@ -1,5 +1,5 @@
 #pragma once
-// From the optimum of any size to the best design of sizes that there are.
+// Search from the optimum with continuous sizes to the best design with available sizes.
 #include "optim/search/optimum.hpp"
 #include "optim/search/search.hpp"
 

@@ -36,7 +36,7 @@ class Loop {
   VerificationOutcome run(const Candidate& optimum);
 
  private:
-  /// The optimum itself at full accuracy; whether there is any.
+  /// Evaluates the optimum itself at full accuracy; returns whether that succeeded.
   bool begin(const Candidate& optimum);
   /// One corrected search in the trust region and its judgement; whether to go on.
   bool improve();

@@ -7,7 +7,7 @@ namespace flexopt {
 
 struct VerificationOutcome {
   VerificationLoop report;
-  /// Best design at full accuracy, its values those; nothing where full accuracy has none.
+  /// Best design with its values at full accuracy; nothing where full accuracy has none.
   std::optional<Candidate> best;
   Pose pose;                        ///< with the correction that holds there
   std::vector<double> multipliers;  ///< of the goals 1, 2, …, from the corrected search

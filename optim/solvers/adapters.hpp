@@ -24,7 +24,7 @@ struct AlgorithmInfo {
 /// NLopt's algorithms that this build offers, by NLopt's names.
 const std::vector<AlgorithmInfo>& nlopt_algorithms();
 
-/// Both start from trials' best point, which must exist.
+/// Optimisers that start from the best point of `trials`, which must exist.
 OptimiserSummary minimise_nlopt(Trials& trials);
 OptimiserSummary minimise_ipopt(Trials& trials);
 

@@ -65,12 +65,12 @@ class Run {
     local_ = entry_of(local.empty() ? entry.info.locals.front() : local).id;
   }
 
-  /// Towards the problem's own optimum.
+  /// Runs the algorithm on the problem itself.
   nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper,
                       double step) {
     return start(x0, lower, upper, step, trials_.options().tolerance);
   }
-  /// The same through an augmented Lagrangian.
+  /// Runs the algorithm on an augmented Lagrangian.
   nlopt::result start_augmented(double step);
 
  private:
@@ -91,7 +91,7 @@ class Run {
     return entry_.info.constraining == Constraining::augmented && trials_.problem().constraints > 0;
   }
   bool marks_failures() const { return entry_.id == nlopt::LN_COBYLA; }
-  /// Beyond the move limit: SLSQP halves a step to a point of infinite f.
+  /// Whether x is beyond the move limit: SLSQP halves a step to a point of infinite f.
   bool is_too_far(const VectorXd& x) const {
     return entry_.id == nlopt::LD_SLSQP && trials_.is_far(x);
   }

@@ -24,14 +24,14 @@ constexpr int few_sides = 4;
 // Places of the box that far apart are two, and two values that near are the same.
 constexpr double same_place = 1e-2, as_bad_as = 1e-7;
 
-// Of the search for a critical scale: where the pattern is looked for anew, and how near it is
-// found.
+// Search for a critical scale: the number of rounds that look for the pattern anew, the relative
+// difference of scales that count as equal, and the accuracy of the scale.
 constexpr int most_rounds = 4;
 constexpr double same_scale = 1e-3, scale_accuracy = 1e-7;
 // Far beyond a bifurcation Newton's method may find a branch that is stable again.
 constexpr double growth = 1.2;
 
-/// A number that is the worse the larger it is.
+/// A number that is worse the larger it is.
 struct Reading {
   bool ok = false;
   bool unstable = false;  ///< or without equilibrium: beyond everything
@@ -39,7 +39,7 @@ struct Reading {
   GoalPlace place;
   std::string what;  ///< which number it is, of several
 };
-/// Of all load cases; empty those that were not asked for.
+/// Paths of all load cases; empty for those that were not asked for.
 using Paths = std::vector<StrokeResponse>;
 struct Read {
   std::function<Reading(const Paths&)> of;
@@ -53,14 +53,15 @@ class Box {
   int size() const { return box_.size(); }
   int evaluations() const { return evaluations_; }
   std::vector<AssemblyError> errors(const VectorXd& z) const { return box_.errors(z); }
-  /// Every load case.
+  /// Indices of all load cases.
   std::vector<std::size_t> all_cases() const;
-  /// The one that a quantity names, or every.
+  /// Index of the load case that a quantity names, or of all cases.
   std::vector<std::size_t> cases_of(const Constraint& quantity) const;
   Paths evaluate(const VectorXd& z, const std::vector<std::size_t>& cases);
-  /// At errors z, −1 … 1, of the box times a scale.
+  /// Reading at the errors z, each −1 … 1, of the box times `scale`.
   Reading read(const VectorXd& z, double scale, const Read& of);
-  /// Along z, by central differences; nothing where these meet what has no value.
+  /// Derivatives of the reading along z, by central differences; nothing where one of these has no
+  /// value.
   std::optional<VectorXd> gradient(const VectorXd& z, const Reading& here, double scale,
                                    const Read& of);
   /// The largest value that is found, from the gradients' corner and the starts; with `corner`, of

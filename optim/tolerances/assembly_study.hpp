@@ -38,8 +38,8 @@ struct AssemblyReport {
   std::optional<CriticalAssembly> critical;
 };
 
-/// Of the job's design with these parameters, by this model, the worst of its load cases;
-/// derivatives along the errors are central differences.
+/// Study of the assembly errors of the job's design with these parameters, by this model, over the
+/// worst of its load cases. Derivatives along the errors are central differences.
 AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
                               const ModelOptions& model);
 

@@ -7,7 +7,7 @@
 
 namespace flexopt {
 
-/// The first order of a goal: that of each of its values, of which it takes the worst.
+/// First-order model of a goal: of each of its values, of which the goal takes the worst.
 struct LinearGoal {
   double value = 0;
   double low = 0, high = 0;  ///< of the goal's one number, each value at its own worst

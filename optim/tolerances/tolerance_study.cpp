@@ -66,7 +66,7 @@ class Study {
   ToleranceReport run(int threads, const LoopProgress& progress, SharedUnits* shared);
 
  private:
-  /// First order of all numbers, and their values.
+  /// Adds the values and first-order deviations of all numbers.
   void linearise(ToleranceReport& report) const;
   void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
   void sample(int threads, const LoopProgress& progress, SharedUnits* shared,
@@ -235,7 +235,7 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
   return values;
 }
 
-/// Why there is no such design; empty where there is.
+/// Why there is no design with these values; empty where there is one.
 std::string Study::refusal(const ParameterValues& values) const {
   for (const std::string& name : names_) {
     const Parameter& p = *find_parameter(resolve(job_.design)->family(), name);

@@ -55,10 +55,11 @@ struct ToleranceReport {
   std::optional<double> yield;  ///< share of the samples that keep every constraint
 };
 
-/// Of the job's design with these parameters (formulas computed), and by this model. A deviation
-/// moves its own parameters alone: others that are formulas of them stay. Results do not depend on
-/// the number of threads. `progress` is told of every sampled design. `shared`: with whom they are
-/// shared; the report has nothing of them where this process does not learn them all.
+/// Study of the tolerances of the job's design with these parameters (formulas computed), by this
+/// model. A deviation moves its own parameters alone: others that are formulas of them stay.
+/// Results do not depend on the number of threads. `progress` is called after every sampled design.
+/// `shared`: the processes that share the samples; the report lacks them where this process does
+/// not learn them all.
 ToleranceReport study_tolerances(const Job& job, const ParameterValues& parameters,
                                  const ModelOptions& model, int threads,
                                  const LoopProgress& progress = {}, SharedUnits* shared = nullptr);

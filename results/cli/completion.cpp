@@ -14,7 +14,7 @@ namespace flexopt {
 
 namespace {
 
-/// What a value of this type may be; none: no list has it.
+/// Values that an argument of this type may have; empty where no list has them.
 std::vector<std::string> values_of(const CommandArgument& argument) {
   if (!argument.values.empty()) return argument.values;
   std::vector<std::string> values;
@@ -62,7 +62,8 @@ _flexopt() {
   [[ ${COMP_WORDS[at]} == = && $at -gt 1 ]] && at=$((at - 1))
 )~";
 
-/// For text between single quotes of zsh: the first line, without what _arguments reads otherwise.
+/// First line of a help text for use between single quotes in zsh, without characters that
+/// _arguments reads otherwise.
 std::string zsh_help(const std::string& help) {
   std::string text;
   for (const char c : help.substr(0, help.find('\n'))) {

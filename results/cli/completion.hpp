@@ -6,7 +6,7 @@ namespace flexopt {
 
 /// Functions for bash, to be sourced (source <(flexopt completion bash)).
 std::string bash_completion();
-/// For zsh: sourced, or as the file _flexopt in a folder of $fpath.
+/// Completion for zsh: to be sourced, or as the file _flexopt in a folder of $fpath.
 std::string zsh_completion();
 
 }  // namespace flexopt

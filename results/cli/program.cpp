@@ -62,7 +62,8 @@ void print_faults(const SpecError& error) {
     put(stderr, fmt::format("flexopt: {} faults in the input; nothing was run\n", faults.size()));
 }
 
-/// For people on stderr, with --json for programs on stdout.
+/// Carries out a command and reports errors: for people on stderr, with --json for programs on
+/// stdout.
 int reported(const CommandLine& line) try {
   return carry_out(line);
 } catch (const SpecError& error) {

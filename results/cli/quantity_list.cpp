@@ -29,7 +29,7 @@ std::string cost_of(const QuantityRow& row) {
   return row.needs.has(Output::equilibrium) ? "equilibrium" : "the design";
 }
 
-/// How its errors are estimated.
+/// How the errors of a quantity are estimated.
 const char* estimate_of(const QuantityRow& row) {
   switch (row.error) {
     case ErrorKind::none:

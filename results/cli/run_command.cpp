@@ -128,7 +128,7 @@ void check_own_job(const CommandLine& line) {
                     "expected another folder: the run's job.json would replace the job itself");
 }
 
-/// Nothing is printed beside what the leader prints.
+/// Listener that prints nothing, for processes other than the leader.
 class Silent : public RunListener {
   void say(const std::string&) override {}
   void step(const RunStep&) override {}

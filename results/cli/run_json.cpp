@@ -14,7 +14,7 @@ namespace {
 
 using Json = OrderedJson;
 
-/// These members of an object, null where it has none.
+/// An object with these members of another, null where it has none.
 Json picked(const Json& from, std::initializer_list<const char*> keys) {
   Json some = Json::object();
   for (const char* key : keys) some[key] = from.contains(key) ? from.at(key) : Json();
@@ -110,7 +110,7 @@ Json failure_json(const std::string& status, const std::string& message) {
           {"error", {{"pointer", ""}, {"value", ""}, {"rule", ""}, {"message", message}}}};
 }
 
-/// As one line.
+/// Prints a document on one line.
 void print(Json document) {
   remove_non_finite(document);
   fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));

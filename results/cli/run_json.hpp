@@ -14,14 +14,15 @@ namespace flexopt {
 /// else null.
 void print_run(const WrittenRun& written, const std::string& folder, const RunRecord* record);
 
-/// Of a shard: {"flexopt", "status": "shard", "usable": true, "folder", "shard", "of", "loops"}.
+/// Prints the outcome of a shard: {"flexopt", "status": "shard", "usable": true, "folder", "shard",
+/// "of", "loops"}.
 void print_shard(const Shard& shard, const std::vector<SharedLoop>& loops,
                  const std::string& folder);
 
 /// {"flexopt", "status": "wrong_input", "usable": false, "error": {"pointer", "value", "rule",
 /// "message"}, "errors"}: the first fault, and all of them.
 void print_wrong_input(const SpecError& error);
-/// The same without a place and a list: a wrong command line, a bug.
+/// Prints an error that has no place in a job and no list of faults: a wrong command line, a bug.
 void print_failure(const std::string& status, const std::string& message);
 
 }  // namespace flexopt

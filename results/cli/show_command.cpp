@@ -19,7 +19,7 @@ namespace flexopt {
 
 namespace {
 
-/// False where there is no xdg-open, or it knows no program.
+/// Opens a file with xdg-open; false where there is none, or it knows no program.
 bool opened(const std::string& file) {
   const pid_t child = ::fork();
   if (child == 0) {

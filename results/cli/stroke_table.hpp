@@ -24,8 +24,8 @@ struct StrokeRow {
   std::vector<StrokeCell> cells;  ///< a point each
 };
 
-/// At the first, the unmoved and the last converged point, each once; strokes (or the load factor)
-/// come first. No rows where no point converged.
+/// Rows at the first, the unmoved and the last converged point, each once; strokes (or the load
+/// factor) come first. No rows where no point converged.
 std::vector<StrokeRow> stroke_table(const StrokeResponse& response, const DriveList& drives,
                                     const StrokeRequest& request);
 

@@ -35,8 +35,8 @@ std::string shown(const std::optional<double>& value, const std::string& unit) {
                      unit == "1" ? "" : unit);
 }
 
-/// Rounding noise is shown as zero: beside the largest value of its kind, and where a mechanism at
-/// rest has nothing else.
+/// Shows rounding noise as zero: relative to the largest value of its kind, and where a mechanism
+/// at rest has nothing else.
 double without_noise(double value, double largest, const std::string& unit) {
   const double nothing = unit == "N" || unit == "N m" ? 1e-12 : unit == "Pa" ? 1e-2 : 0;
   return std::abs(value) <= std::max(1e-9 * largest, nothing) ? 0 : value;

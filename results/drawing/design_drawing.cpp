@@ -14,7 +14,7 @@ namespace {
 constexpr double plan_width = 520, plan_height = 500, largest_slanting = 290, between_views = 36,
                  narrowest = 620, row = 17;  // px
 
-/// So that the plan views fit side by side and below each other.
+/// Scale at which the plan views fit side by side and below each other.
 double scale_of(const PlacedDesign& design, const MeasuredDesign& measured) {
   Point2 room = room_of(design, plan_views()[0]);
   for (const MeasuredView& one : measured.views) {
@@ -126,7 +126,7 @@ Picture table_of(const Family& family, const ParameterValues& values, const Fami
   return table;
 }
 
-/// Where the parameter moves most, in the front view, is what it is about.
+/// Adds a note in the front view, at the place that the parameter moves most.
 void add_note(const PlacedDesign& design, std::size_t parameter, Cell& front, double scale) {
   const auto most = std::ranges::max_element(
       design.points, {}, [&](const DrawnPoint& p) { return p.rates[parameter].norm(); });

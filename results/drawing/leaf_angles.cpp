@@ -12,7 +12,7 @@ constexpr double smallest = 0.5 * degree;     ///< that anybody could see
 constexpr double by_tangents = 100 * degree;  ///< an arc beyond has its tangents meet far away
 constexpr double in_plane = 1e-9;
 
-/// Two directions that enclose it, and how it is drawn.
+/// An angle between two directions, and how it is drawn.
 struct LegAngle {
   const DrawnLeg *first = nullptr, *second = nullptr;
   double sign = 1;  ///< −1: the angle of an arc, between the directions of going on
@@ -25,8 +25,8 @@ double angle_between(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// Of the angle [per unit of the parameter]: unit vectors, which change at right angles to
-/// themselves.
+/// Derivative of the angle between two legs [rad per unit of the parameter]. The tangents are unit
+/// vectors, so they change at right angles to themselves.
 double rate_of(const LegAngle& angle, std::size_t parameter) {
   const Vector3d a = angle.first->along, b = angle.sign * angle.second->along,
                  da = angle.first->rates[parameter],
@@ -35,7 +35,7 @@ double rate_of(const LegAngle& angle, std::size_t parameter) {
   return -cosine_rate / std::sin(angle.value);  // d cos v = −sin v dv
 }
 
-/// Between the tangents where they meet, or at the centre of the circle.
+/// Angle of an arc between its end tangents, drawn where they meet or at the centre of the circle.
 LegAngle of_arc(const DrawnLeg& base, const DrawnLeg& tip) {
   LegAngle arc{.first = &base, .second = &tip, .sign = -1};
   const Vector3d chord = tip.at - base.at, onwards = -tip.along;
@@ -91,7 +91,7 @@ bool shows(const DrawnView& view, const LegAngle& angle, double size) {
          std::abs(view.toward().dot(angle.to - angle.vertex)) < in_plane * size;
 }
 
-/// Along the width of its leaves.
+/// View along the width of the leaves that enclose the angle.
 DrawnView own_view(const Mechanism& mechanism, const LegAngle& angle) {
   const int a = angle.first->leaf, b = angle.second->leaf;
   const auto name = [&](int leaf) { return mechanism.leaves[static_cast<std::size_t>(leaf)].name; };

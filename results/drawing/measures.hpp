@@ -1,5 +1,5 @@
 #pragma once
-// Which distance or angle of a design a parameter is, and in which view that is seen.
+// Finds the distance or angle of a design that a parameter is, and a view that shows it.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -21,8 +21,8 @@ struct DrawnView {
   Eigen::Vector2d operator()(const Vector3d& v) const { return {right.dot(v), up.dot(v)}; }
 };
 
-/// From the front (x to the right, y up), from below and from the right, as third-angle projection
-/// arranges them.
+/// The three plan views: from the front (x to the right, y up), from below and from the right,
+/// arranged in third-angle projection.
 const std::vector<DrawnView>& plan_views();
 
 /// A dimension: the distance of two places as a view shows it, or the angle at `from` between a

@@ -11,7 +11,7 @@ namespace flexopt {
 
 namespace {
 
-/// Of leaves: below, they are seen on edge [cosine of the angle to the normal].
+/// Leaves are seen on edge below this cosine of the angle between view and normal.
 constexpr double on_edge = 0.02;
 constexpr double hatch = 5, shortest_wall = 18;  // px
 
@@ -42,7 +42,7 @@ std::vector<Point2> flat_hull(std::vector<Point2> points) {
   return hull;
 }
 
-/// There and back along a leaf, between two of its long borders.
+/// Outline there and back along a leaf, between two of its long borders.
 template <class One, class Other>
 std::vector<Point2> between(const LeafSurface& surface, const One& one, const Other& other) {
   std::vector<Point2> area;

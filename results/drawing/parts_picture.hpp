@@ -20,7 +20,7 @@ struct Projection {
 /// Hulls of bodies, leaves at their true thickness, the ground hatched.
 void add_parts(const Mechanism& mechanism, const Projection& on, Picture& picture);
 
-/// The same with what is far behind what is near.
+/// Draws the parts with correct occlusion: what is far lies behind what is near.
 void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& picture);
 
 }  // namespace flexopt

@@ -63,7 +63,7 @@ std::string escaped(const std::string& text) {
   return safe;
 }
 
-/// Without a sign of zero, so that same drawings have the same bytes.
+/// Text of a coordinate, without the sign of a zero, so that equal drawings have equal bytes.
 std::string number(double x) {
   const std::string text = fmt::format("{:.3f}", x);
   return text == "-0.000" ? "0.000" : text;

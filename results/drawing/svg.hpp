@@ -1,5 +1,5 @@
 #pragma once
-// Pictures as SVG.
+// Writes pictures as SVG.
 #include <string>
 
 #include "results/drawing/picture.hpp"

@@ -36,7 +36,7 @@ void add_caption(const std::string& words, Picture& picture) {
       label_at(words, {box.low[0] + 46, box.high[1] - size_of_text(words, 11)[1]}, 11, "quiet"));
 }
 
-/// Straight or round, at the reference point of what is driven.
+/// Adds arrows, straight or round, at the reference points of what is driven.
 void add_drives(const PlacedDesign& design, const Projection& on, DimensionLines& lines,
                 Picture& picture) {
   for (const Drive& drive : design.mechanism.drives) {
@@ -88,7 +88,7 @@ void add_guide(const ShownMeasure& measure, const Projection& on, Picture& pictu
   if (!line.empty()) picture.line("extension", std::move(line));
 }
 
-/// Short ones first: they stand nearest.
+/// Adds the dimensions, short ones first: they stand nearest.
 void add_measures(const PlacedDesign& design, const MeasuredView& view, const Projection& on,
                   DimensionLines& lines, Picture& picture) {
   std::vector<ShownMeasure> measures = view.measures;
@@ -117,7 +117,7 @@ void add_measures(const PlacedDesign& design, const MeasuredView& view, const Pr
   }
 }
 
-/// From the upper right in front, so that no leaf is seen on edge.
+/// View direction from the upper right in front, chosen so that no leaf is seen on edge.
 Vector3d slant(const Mechanism& mechanism) {
   Vector3d best = Vector3d::Zero();
   double most = -1;

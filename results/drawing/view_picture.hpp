@@ -9,10 +9,10 @@ namespace flexopt {
 /// pixels a metre; the origin of the mechanism at (0, 0).
 Picture view_picture(const PlacedDesign& design, const MeasuredView& view, double scale);
 
-/// From the upper right in front, without measures, at most so many pixels large.
+/// Picture from the upper right in front, without measures, at most `largest` pixels large.
 Picture slanting_picture(const PlacedDesign& design, double largest);
 
-/// Without drives, notes and measures: how much room a view takes [m].
+/// Room that a view takes without drives, notes and measures [m].
 Point2 room_of(const PlacedDesign& design, const DrawnView& view);
 
 }  // namespace flexopt

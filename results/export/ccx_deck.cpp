@@ -25,7 +25,7 @@ void write_nodes(const CcxModel& model, CcxLines& deck) {
     deck.line("{}, {:.12g}, {:.12g}, {:.12g}", ++number, p[0], p[1], p[2]);
 }
 
-/// Numbers of the elements so far.
+/// Writes the leaves; returns the number of elements so far.
 int write_leaves(const CcxModel& model, CcxLines& deck) {
   const std::vector<LeafSpring>& leaves = model.mechanism().leaves;
   int number = 0;
@@ -300,7 +300,7 @@ class Writer {
         const Vector3d force = d < 3 ? Vector3d(sign * size * unit) : Vector3d(Vector3d::Zero()),
                        moment = d < 3 ? Vector3d(Vector3d::Zero())
                                       : Vector3d(sign * size * (J.transpose() * unit));
-        // how it turns besides, for the moments that act already
+        // Rotation that the moments which act already add.
         const Vector3d spin = sign * size * point_->compliance_locked.block<3, 1>(3, d);
         const Vector3d turned =
             point_->rotation + rotation_left_tangent_inverse(point_->rotation) * spin;
@@ -317,7 +317,7 @@ class Writer {
     }
   }
 
-  /// About the state at the stroke, the drive held.
+  /// Frequencies about the state at the stroke, with the drive held.
   void write_frequency_step() {
     const std::vector<double>& found = point_->frequencies_locked;
     if (found.empty()) return;

@@ -158,7 +158,7 @@ class Near {
     return rotation(drive.other).cross(axis).norm() < 0.1 * far_turned &&
            rotation(drive.body).cross(axis).norm() < 0.1 * far_turned;
   }
-  /// Of a body that turns about the axis alone the stroke is a component of the rotation vector.
+  /// The stroke of a body that turns about the axis alone is a component of its rotation vector.
   void check_tilt(const Drive& drive, Refusals& refusals) const {
     const Vector3d axis = drive.axes.col(index(drive.direction) % 3);
     const double tilt = rotation(drive.body).cross(axis).norm();
@@ -194,7 +194,7 @@ class Near {
            a.cross(b).norm() <= far_turned * (a - b).norm();
   }
 
-  /// Of the end-effector it is known how it turns by small loads.
+  /// For the end-effector, the rotation under small loads is known.
   void check(const DeadLoad& load, Refusals& refusals) const {
     const int body = load.body.value_or(mechanism_->end_effector);
     const std::vector<int> groups = rigid_groups(*mechanism_);

@@ -7,8 +7,8 @@ namespace flexopt {
 /// Throws SpecError that names every such item of the mechanism and of its loads.
 void check_carried_by_ccx(const Exported& exported);
 
-/// The same for what a deck carries about axes that stay where they are, while those of flexopt
-/// turn with bodies: refused where at this point of the stroke that matters.
+/// Checks what a deck carries about axes that stay fixed, while those of flexopt turn with bodies.
+/// Throws SpecError where this matters at this point of the stroke.
 void check_near_in_ccx(const Exported& exported, const PathPoint& point);
 
 }  // namespace flexopt

@@ -33,7 +33,7 @@ class CcxLines {
   std::string text_;
 };
 
-/// Of names that stand in comments.
+/// Text of a name on one line, for use in comments.
 std::string one_line(std::string text);
 
 /// One term of an equation: factor times a degree of freedom of a node.

@@ -68,12 +68,13 @@ class CcxModel {
   std::pair<int, int> freedom(int body, Direction direction) const;
   /// A node of the end-effector at O beside the reference node, for loads.
   int at_O() const { return at_O_; }
-  /// Of each dead load of the case, growing ones after constant ones: where it acts.
+  /// For each dead load of the case, growing ones after constant ones: the node on which it acts.
   const std::vector<int>& load_nodes() const { return load_nodes_; }
-  /// Of each drive what its body is seen from, of the body that it stands on: a node where the
-  /// reference point is undeflected, of a rotation that of the rotation vector; 0: the ground.
+  /// For each drive, the node of the body `other` from which the stroke is measured: where the
+  /// reference point is undeflected, or for a rotation the node of the rotation vector; 0: the
+  /// ground.
   const std::vector<int>& drive_nodes() const { return drive_nodes_; }
-  /// Of each assembly error the rigid body of its edge.
+  /// For each assembly error, the rigid body of its edge.
   const std::vector<int>& placed_edges() const { return placed_edges_; }
 
  private:

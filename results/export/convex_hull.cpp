@@ -3,7 +3,7 @@
 
 #include "results/export/triangles.hpp"
 
-// Its macros are why this file is compiled alone.
+// This file is compiled alone because of the macros of qhull.
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
 }

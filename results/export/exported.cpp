@@ -22,7 +22,7 @@ std::string unit_of_stroke(const Exported& of, std::size_t k) {
   return is_rotation(of.mechanism.drives[k].direction) ? "rad" : "m";
 }
 
-/// " m"; nothing of plain numbers.
+/// Unit text of a stroke, such as " m"; empty for plain numbers.
 std::string shown_unit(const Exported& of, std::size_t k) {
   return of.request.loads.driven() ? " " + unit_of_stroke(of, k) : "";
 }
@@ -50,7 +50,7 @@ std::string list_of_strokes(const Exported& of) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// Within the strokes of the job, rest included.
+/// Checks that a stroke is within the strokes of the job, rest included.
 void check_in_path(const Exported& of, std::size_t k, double value, const std::string& text) {
   double low = 0, high = 0;
   for (const VectorXd& strokes : of.path()) {

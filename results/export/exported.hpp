@@ -9,12 +9,12 @@
 
 namespace flexopt {
 
-/// Which design of a job, and where it stands.
+/// The design of a job that is exported, and its stroke.
 struct ExportPlace {
   /// Texts of --at: one quantity for the only drive ("20 deg"), or "name=quantity" for each named
   /// one (those that are not named stay at rest). None: undeflected and unloaded, as drawn.
   std::vector<std::string> at;
-  /// Of a finished optimisation of the job: its optimum instead of the job's own design.
+  /// Folder of a finished optimisation of the job: its optimum replaces the job's own design.
   std::optional<std::filesystem::path> result;
   std::string load_case;  ///< of a job with several; empty: the first
 };
@@ -25,27 +25,27 @@ struct Exported {
   StrokeRequest request;  ///< of its load case
   ModelOptions model;
   bool undeflected = true;
-  /// Of each drive [m or rad], or the factor of the growing loads; zeros where undeflected.
+  /// Stroke of each drive [m or rad], or the factor of the growing loads; zeros where undeflected.
   VectorXd strokes;
 
-  /// The same mechanism at other strokes; `outputs` besides equilibria and shapes. Throws
-  /// NoEquilibrium.
+  /// Equilibria of this mechanism at other strokes; `outputs` in addition to equilibria and shapes.
+  /// Throws NoEquilibrium.
   std::vector<PathPoint> equilibria(const std::vector<VectorXd>& at, const ModelOptions& by,
                                     const Outputs& outputs = {}) const;
   std::vector<PathPoint> equilibria(const std::vector<VectorXd>& at) const {
     return equilibria(at, model);
   }
-  /// Where it stands; undeflected: at rest without any load, where the same equations hold.
+  /// The exported state. Undeflected: at rest without any load, where the same equations hold.
   PathPoint standing(const Outputs& outputs = {}) const;
   /// Strokes of the job's path, in its order.
   std::vector<VectorXd> path() const;
   /// The point of the path that is farthest from rest.
   VectorXd largest_strokes() const;
-  /// "uy = 0.02 m", "x = 0.001 m, y = 0 m".
+  /// Text of strokes: "uy = 0.02 m", "x = 0.001 m, y = 0 m".
   std::string stroke_text(const VectorXd& at) const;
 };
 
-/// No equilibrium was found where one is to be exported: no fault of the input.
+/// Thrown where no equilibrium was found that is to be exported: no fault of the input.
 class NoEquilibrium : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };

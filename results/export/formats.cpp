@@ -26,7 +26,7 @@ struct ExportedFile {
   std::string name, content;
 };
 
-/// `notes`: what was left out of them.
+/// `notes`: receives what was left out of the files.
 using MakeFiles = std::vector<ExportedFile> (*)(const Exported&, const ExportOptions&,
                                                 std::vector<std::string>& notes);
 using Notes = std::vector<std::string>;

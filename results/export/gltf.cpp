@@ -20,7 +20,7 @@ using Json = OrderedJson;
 constexpr int of_floats = 5126, of_indices = 5125, vertices = 34962, triangles = 34963;
 constexpr double seconds_there = 3;  ///< and as many back
 
-/// The one buffer and its accessors.
+/// The only buffer of the file, with its accessors.
 class Buffer {
  public:
   /// Rows of so many numbers. `bounds`: positions must tell theirs.
@@ -145,7 +145,7 @@ class Writer3d {
     return made;
   }
 
-  /// Two chunks: the document filled up with spaces, the buffer with zeros.
+  /// Binary file of two chunks: the document filled up with spaces, the buffer with zeros.
   static std::string packed(std::string json, std::string bytes) {
     json.resize((json.size() + 3) / 4 * 4, ' ');
     bytes.resize((bytes.size() + 3) / 4 * 4, '\0');
@@ -172,7 +172,8 @@ class Writer3d {
                          {"target", {{"node", nodes_.size() - 1}, {"path", path}}}});
   }
 
-  /// The same interpolation of all shapes, so that their points correspond.
+  /// Mesh of leaf i at a point of the path, or undeflected. All shapes are interpolated alike, so
+  /// that their points correspond.
   TriangleMesh bent(std::size_t i, const PathPoint* point) const {
     if (point) return closed_leaf(drawn_surface(*mechanism_, point, i));
     if (frames_.empty()) return closed_leaf(undeflected_surface(mechanism_->leaves[i]));

@@ -122,7 +122,7 @@ class SurfaceBuilder {
     middle_.push_back(std::move(middle));
     normal_.push_back(std::move(normal));
   }
-  /// The last section is a fold, behind which the normals are these.
+  /// Marks the last section as a fold, behind which the normals are these.
   void add_fold(const Row& behind) {
     surface_.folds.push_back(static_cast<int>(normal_.size()) - 1);
     for (std::size_t j = 0; j < behind.size(); ++j)
@@ -137,7 +137,7 @@ class SurfaceBuilder {
     surface_.half.push_back(radius * along.cross(side));
   }
 
-  /// With the points along first.
+  /// The finished surface; points along run first.
   LeafSurface surface() && {
     surface_.along = static_cast<int>(surface_.places.size());
     surface_.across = middle_.empty() ? 1 : static_cast<int>(middle_.front().size());

@@ -13,7 +13,8 @@ struct LeafSurface {
   int along = 0, across = 0;     ///< points; of a wire one across, its centre line
   std::vector<double> places;    ///< of the points along: part of the length
   std::vector<Vector3d> middle;  ///< points along first [m]
-  /// From the middle to the face on the side of the normal [m]. At a fold it leans along the mitre.
+  /// Vectors from the middle to the face on the side of the normal [m]. At a fold they lean along
+  /// the mitre.
   std::vector<Vector3d> half;
   std::vector<Vector3d> side;  ///< of a wire: from the centre line across, its radius long [m]
   /// Points along at which the surface has an edge: those of a fold.
@@ -27,8 +28,8 @@ struct LeafSurface {
 /// enough that chords leave out less than 1e-4 of what they cut.
 LeafSurface undeflected_surface(const LeafSpring& leaf);
 
-/// Between the mesh points of a shape, cubics along and across, some `finer` points to each
-/// interval of the mesh along. `places`: the shape's undeflected or deflected points.
+/// Surface between the mesh points of a shape, by cubics along and across, with `finer` points for
+/// each interval of the mesh along. `places`: the shape's undeflected or deflected points.
 LeafSurface surface_of_shape(const LeafSpring& leaf, const LeafShape& shape,
                              const std::vector<Vector3d>& places, int finer = 4);
 

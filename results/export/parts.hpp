@@ -15,7 +15,7 @@ double drawn_size(const Mechanism& mechanism);
 /// with a small ball around it, as the report draws it. Empty where it holds nothing.
 TriangleMesh body_solid(const Mechanism& mechanism, int body);
 
-/// Where a body is at a point of a path.
+/// Pose of a body at a point of a path.
 struct BodyPose {
   Vector3d reference = Vector3d::Zero();  ///< undeflected [m]
   Vector3d displacement = Vector3d::Zero();
@@ -30,7 +30,7 @@ BodyPose body_pose(const Mechanism& mechanism, const PathPoint* point, int body)
 /// All leaves, then all bodies that have a shape, undeflected (null) or at a point with shapes.
 std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoint* point);
 
-/// The surface of a leaf there.
+/// The surface of a leaf at a point of the path.
 LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf);
 
 }  // namespace flexopt

@@ -21,8 +21,8 @@ std::vector<double> graded(int count, double grading, double begin, double end) 
   return places;
 }
 
-/// Where a section of the leaf is: its middle, its axes across and through the thickness. At a fold
-/// the latter leans along the mitre and is longer than one.
+/// A section of the leaf: its middle, its axes across and through the thickness. At a fold the
+/// latter leans along the mitre and is longer than one.
 struct Station {
   Vector3d middle, across, through;
   double width = 0, thickness = 0;
@@ -37,7 +37,8 @@ Station station(const LeafSpring& leaf, double s) {
           leaf.thickness * profile_at(leaf.thickness_profile, s)};
 }
 
-/// Two for each element and one more; those of a fold lean towards its mitre.
+/// Stations along a leaf, two for each element and one more; those of a fold lean towards its
+/// mitre.
 std::vector<Station> stations(const LeafSpring& leaf, const SolidMeshSize& size) {
   std::vector<Station> all;
   const double fold = leaf.fold ? leaf.fold->place : 1;

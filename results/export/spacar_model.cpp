@@ -20,7 +20,7 @@ std::string triple(const Vector3d& v) {
   return fmt::format("[{:.12g} {:.12g} {:.12g}]", v[0], v[1], v[2]);
 }
 
-/// Along no axis other than a global one, and the direction of that.
+/// Whether a drive acts along a global axis, in its positive direction.
 bool is_global(const Drive& drive) {
   return drive.axes.col(index(drive.direction) % 3)[index(drive.direction) % 3] > 1 - 1e-12;
 }

@@ -30,7 +30,7 @@ class SpacarModel {
   const std::vector<Vector3d>& nodes() const { return nodes_; }
   const std::vector<std::array<int, 2>>& elements() const { return elements_; }
   const std::vector<SpacarSet>& sets() const { return sets_; }
-  /// By node: lines such as "fix = true", in their order.
+  /// Properties by node: lines such as "fix = true", in their order.
   const std::map<int, std::vector<std::string>>& properties() const { return properties_; }
   /// The node of a body's reference point.
   int reference_of(int body) const;

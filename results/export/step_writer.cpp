@@ -107,7 +107,8 @@ TopoDS_Shape solid_of(BRepBuilderAPI_Sewing& faces, const std::string& name) {
   return solid;
 }
 
-/// Both faces of a sheet, its rims and its ends; a fold ends one surface and begins the next.
+/// Solid of a sheet: both faces, its rims and its ends. A fold ends one surface and begins the
+/// next.
 TopoDS_Shape made(const Sheet& sheet, const std::string& name) {
   BRepBuilderAPI_Sewing faces(sewing);
   const auto add = [&](const Handle(Geom_Surface) & face) {
@@ -194,7 +195,7 @@ class Writer {
       throw std::runtime_error("Open CASCADE does not write " + name);
   }
 
-  /// Without the time of writing: the same job has the same file.
+  /// Text of the file without the time of writing, so that equal jobs have equal files.
   std::string text(const Document& document) {
     APIHeaderSection_MakeHeader header(writer_.Model());
     const auto word = [](const std::string& text) {

@@ -11,7 +11,7 @@ namespace flexopt::step {
 
 using Point = std::array<double, 3>;  ///< [mm]; a direction has length 1
 
-/// Between two faces that are splines through a grid of points, those along first.
+/// Body between two faces that are splines through a grid of points, those along first.
 struct Sheet {
   int along = 0, across = 0;
   std::vector<double> places;  ///< of the points along: part of the length
@@ -24,7 +24,7 @@ struct Cylinder {
   double radius = 0, length = 0;
 };
 
-/// Through circles, one after the other.
+/// Body through circles, one after the other.
 struct Pipe {
   struct Circle {
     Point centre, normal, side;

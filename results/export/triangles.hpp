@@ -14,15 +14,15 @@ struct TriangleMesh {
   std::vector<Vector3d> points;               ///< [m]
   std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
 
-  /// Enclosed by the triangles [m³].
+  /// Volume that the triangles enclose [m³].
   double volume() const;
 };
 
-/// Both faces and all rims of a leaf. A wire has as many sides as `around`, and the area of the
+/// Closed mesh of both faces and all rims of a leaf. A wire has `around` sides, and the area of the
 /// circle. The number and the order of points and triangles follow from the size of the grid alone.
 TriangleMesh closed_leaf(const LeafSurface& surface, int around = 32);
 
-/// Twelve triangles.
+/// A box of twelve triangles.
 TriangleMesh closed_box(const BodyBoxT<double>& box);
 
 /// The smallest convex body around the points; nothing where they lie in a plane.

@@ -11,7 +11,7 @@ namespace flexopt {
 /// Estimated errors of a point in the places of its numbers; null where a quantity has none.
 OrderedJson point_errors_json(const std::vector<EstimatedError>& errors);
 
-/// How exact the run is, by its own estimate, and what was chosen for that.
+/// Estimated accuracy of the run, and the model that was chosen for it.
 OrderedJson accuracy_json(const RunRecord& record);
 
 }  // namespace flexopt

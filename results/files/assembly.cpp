@@ -20,7 +20,7 @@ Json errors_json(const std::vector<AssemblyError>& errors, const Mechanism& mech
   return list;
 }
 
-/// The stroke there, and which load case it is of, where there are several.
+/// Adds the stroke of a place, and its load case, where there are several.
 void add_place(const GoalPlace& place, const Job& job, Json& json) {
   const JobCase one = cases_of(job)[place.load_case];
   if (!one.name.empty()) json["case"] = one.name;

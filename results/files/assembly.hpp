@@ -5,7 +5,7 @@
 
 namespace flexopt {
 
-/// Of a record that has them.
+/// Writes the study of assembly errors of a record that has one.
 OrderedJson make_assembly(const RunRecord& record);
 
 }  // namespace flexopt

@@ -65,7 +65,8 @@ Json errors_json(const ModelComparison& model, const Comparison& comparison,
   return errors;
 }
 
-/// One column each, one entry a design and stroke point: the largest error of each quantity there.
+/// Columns with one entry for each design and stroke point: the largest error of each quantity
+/// there.
 Json points_json(const ModelComparison& model, const Comparison& comparison,
                  const std::vector<Drive>& drives) {
   const std::vector<ComparedDesign>& designs = comparison.designs;

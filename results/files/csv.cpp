@@ -228,7 +228,7 @@ std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const
   for (std::size_t k = 0; k < responses.size(); ++k)
     columns.push_back(path_columns(*responses[k], drives, cases[k].request,
                                    k < errors.size() ? &errors[k] : nullptr));
-  for (const bool strokes : {true, false})  // those of all cases first
+  for (const bool strokes : {true, false})  // strokes of all cases come first
     for (const std::vector<Column>& of_case : columns)
       for (const Column& column : of_case)
         if (column.header.starts_with("stroke") == strokes &&

@@ -8,25 +8,27 @@
 
 namespace flexopt {
 
-/// One row a stroke point; a cell without value is empty. `errors`: of the response, or null.
+/// One row for each stroke point; a cell without value is empty. `errors`: those of the response,
+/// or null.
 std::string path_csv(const StrokeResponse& response, const DriveList& drives,
                      const StrokeRequest& request, const StrokeErrors* errors = nullptr);
 
-/// The same of several load cases, one after the other, with the column "case" first. A cell is
+/// The paths of several load cases, one after the other, with the column "case" first. A cell is
 /// empty where its case has no such column.
 std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const DriveList& drives,
                       const std::vector<JobCase>& cases,
                       const std::vector<StrokeErrors>& errors = {});
 
-/// One row an evaluated design, in the order start, number; `best` is the objective of the best
-/// feasible design up to and including this row, `difference` marks neighbours for derivatives.
+/// One row for each evaluated design, in the order start, number; `best` is the objective of the
+/// best feasible design up to and including this row, `difference` marks neighbours for
+/// derivatives.
 std::string history_csv(const Job& job, const Optimum& optimum, const DriveList& drives);
 
-/// A row a design of the front of two objectives.
+/// One row for each design of the front of two objectives.
 std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList& drives);
 
-/// One row a design and model: parameters and symbols, ratios of the widest leaf, points reached,
-/// and the worst error of each quantity.
+/// One row for each design and model: parameters and symbols, ratios of the widest leaf, points
+/// reached, and the worst error of each quantity.
 std::string comparison_csv(const Job& job, const Comparison& comparison, const DriveList& drives);
 
 void write_path_csv(const std::filesystem::path& folder, const RunRecord& record);

@@ -28,7 +28,7 @@ fs::path nearest_existing(fs::path path) {
   return path;
 }
 
-/// Without a trailing separator, so that parent_path goes up at once.
+/// Absolute path without a trailing separator, so that parent_path is the folder above.
 fs::path absolute_folder(const fs::path& folder) {
   fs::path path = fs::absolute(folder).lexically_normal();
   return path.has_filename() ? path : path.parent_path();

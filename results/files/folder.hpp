@@ -10,8 +10,8 @@ namespace flexopt {
 /// this.
 void check_writable(const std::filesystem::path& folder);
 
-/// As write_whole (core/files/draft.hpp). Throws SpecError (pointer --out) if that fails; the old
-/// file then stands untouched.
+/// Writes a file as write_whole (core/files/draft.hpp) does. Throws SpecError (pointer --out) if
+/// that fails; the old file then stays untouched.
 void write_file(const std::filesystem::path& file, std::string_view content);
 
 /// The content of a file. Throws SpecError if it cannot be read.

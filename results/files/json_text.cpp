@@ -20,8 +20,8 @@ bool all_primitive(const OrderedJson& value) {
   return std::all_of(value.begin(), value.end(), [](const auto& v) { return v.is_primitive(); });
 }
 
-// Of values without members of their own, written at once: one by one they cost several times as
-// much. Blanks follow the separators outside of strings.
+// Text on one line of values without members of their own. Written at once, since one by one they
+// cost several times as much. Blanks follow the separators outside of strings.
 std::string one_line(const OrderedJson& value) {
   std::string text;
   bool in_string = false, escaped = false;

@@ -13,8 +13,8 @@ using OrderedJson = nlohmann::ordered_json;
 /// Numbers in the shortest form that reads back to the same double. Ends with a newline.
 std::string json_text(const OrderedJson& document);
 
-/// The same without any blanks. Strings that are not UTF-8 (a file name, say) are repaired instead
-/// of thrown over.
+/// JSON text without any blanks. Strings that are not UTF-8 (a file name, say) are repaired instead
+/// of causing an exception.
 std::string compact_text(const OrderedJson& value);
 
 /// The number, or null.

@@ -10,7 +10,7 @@ namespace flexopt {
 
 OrderedJson make_maps(const RunRecord& record);
 
-/// A row for each design of each map and each of its quantities.
+/// One row for each design of each map and each of its quantities.
 std::string maps_csv(const RunRecord& record);
 
 /// Writes maps.csv, or removes that of an earlier run where the record has no maps.

@@ -31,7 +31,7 @@ Json nearest_bound(const ConstraintState& state) {
   return state.value - *state.min < *state.max - state.value ? *state.min : *state.max;
 }
 
-/// Which load case and point a number is from; nothing to be said of a job with one case.
+/// Adds the load case and point that decided a number; nothing for a job with one case.
 void add_decisive(const Job& job, const Mechanism& mechanism,
                   const std::optional<GoalPlace>& decisive, Json& json) {
   if (job.cases.empty()) return;
@@ -278,8 +278,8 @@ Json sensitivities_json(const OptimiseSpec& spec, const Optimum& optimum, const 
   return sensitivities;
 }
 
-/// One column each: the convergence history of the starts without designs and without the
-/// neighbours for differences; history.csv has all.
+/// Convergence history as columns: the starts without designs and without the neighbours for
+/// differences; history.csv has all.
 Json history_json(const Optimum& optimum) {
   Json start = Json::array(), number = Json::array(), objective = Json::array(),
        violation = Json::array();

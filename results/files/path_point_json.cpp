@@ -43,7 +43,8 @@ Json mode_json(const Mode& mode, const char* drive) {
             {"leaf", mode.leaf}}}};
 }
 
-/// Drive locked first: the first of them that counts is the parasitic frequency.
+/// Modes with the drive locked come first: the first of these that counts is the parasitic
+/// frequency.
 Json modes_json(const PathPoint& point) {
   Json modes = Json::array();
   for (const Mode& mode : point.modes_locked) modes.push_back(mode_json(mode, "locked"));
@@ -62,7 +63,7 @@ Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& m
           {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}};
 }
 
-/// The same with the stress there, and the factors of the fillet that it has in it.
+/// Place of a stress peak with the stress there and the notch factors that it contains.
 Json notch_place_json(const StressPeak& peak, const Mechanism& mechanism) {
   Json json = stress_place_json(peak, mechanism);
   json["stress"] = peak.value;
@@ -70,7 +71,7 @@ Json notch_place_json(const StressPeak& peak, const Mechanism& mechanism) {
   return json;
 }
 
-/// Where the worst cycle is, what it is made of, and the point of the path at its other end.
+/// Place of the worst cycle, its amplitude and mean, and the point of the path at its other end.
 Json cycle_place_json(const FatigueCycle& cycle, const Mechanism& mechanism) {
   Json json = notch_place_json(cycle.stress, mechanism);
   if (cycle.other) json.erase("position");
@@ -80,7 +81,7 @@ Json cycle_place_json(const FatigueCycle& cycle, const Mechanism& mechanism) {
   return json;
 }
 
-/// The same with the line that the safety counts to.
+/// Place of the least fatigue safety, with the line to which the safety counts.
 Json safety_place_json(const FatigueCycle& safety, const Mechanism& mechanism,
                        const FatigueRule& rule) {
   constexpr std::array names{"goodman", "gerber", "soderberg"};

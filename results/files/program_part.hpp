@@ -14,7 +14,7 @@ struct PartFunction {
   std::string missing;  ///< why there is none
 };
 
-/// Loaded at the first call, and kept.
+/// A function of a library, which is loaded at the first call and kept.
 PartFunction part_function(const std::string& library, const std::string& function,
                            PartNames names = PartNames::own);
 

@@ -22,7 +22,7 @@ struct Standing {
   Json worst = nullptr;  ///< the constraint with the least margin
 };
 
-/// By how much a constraint is missed, relative to its bound; negative inside it.
+/// Violation of a constraint relative to its bound; negative inside it.
 double violation_of(const Json& constraint) {
   if (!constraint["margin"].is_number()) return 0;
   const double bound =

@@ -17,10 +17,10 @@ namespace flexopt {
 /// each with name, folder, status, message, and its whole "result".
 OrderedJson make_listed_result(const Job& job, const std::vector<OrderedJson>& results);
 
-/// A row a design, in the order of the ranking.
+/// One row for each design, in the order of the ranking.
 std::string ranking_csv(const OrderedJson& result);
 
-/// For stdout: a line a design.
+/// Summary for stdout, one line for each design.
 std::string listed_summary(const OrderedJson& result);
 
 }  // namespace flexopt

@@ -232,7 +232,7 @@ const char* name_of(MeanStress rule) {
   }
 }
 
-/// Which cycles fatigue is about, and what is made of them.
+/// Describes the cycles for which fatigue is assessed, and how.
 std::string cycles_text(const StressRules& rules) {
   const FatigueRule& rule = rules.fatigue_rule;
   const std::string cycles =

@@ -130,7 +130,7 @@ const StrokeErrors* errors_of_case(const RunRecord& record, std::size_t k) {
   return k < record.errors.size() ? &record.errors[k] : nullptr;
 }
 
-/// Each load case with the keys that a result of one has.
+/// Results of all load cases, each with the keys of the result of a single one.
 Json cases_json(const RunRecord& record) {
   Json cases = Json::object();
   const auto responses = responses_of(record);
@@ -225,7 +225,7 @@ OrderedJson make_result(const RunRecord& record) {
     result["comparison"] = make_comparison_json(*record.comparison, record.mechanism);
   result["shapes"] = shapes_json(response, record.mechanism);
   if (!record.job.cases.empty() && !responses_of(record).empty()) {
-    result["case"] = record.job.cases.front().name;  // that of path
+    result["case"] = record.job.cases.front().name;  // the case of "path"
     result["extremes"] = extremes_json(record);
     result["cases"] = cases_json(record);
   }

@@ -14,7 +14,7 @@ std::string plural(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
-/// Of points that have an equilibrium: how many are unstable. Empty: none.
+/// Tells how many of the points with an equilibrium are unstable; empty if none is.
 std::string unstable_text(const std::vector<PathPoint>& path) {
   const auto count = static_cast<std::size_t>(std::ranges::count_if(
       path, [](const PathPoint& p) { return p.status == PointStatus::converged && !p.stable; }));
@@ -28,7 +28,8 @@ std::string unstable_text(const std::vector<PathPoint>& path) {
          bifurcation;
 }
 
-/// Of reduced accuracy with derivatives: exact ones are those of full leaves, or of looked-up ones.
+/// Note for a run of reduced accuracy with derivatives: exact derivatives are those of full leaves
+/// or of looked-up leaves.
 std::string full_leaves_text(const std::vector<PathPoint>& path) {
   if (path.empty()) return "";
   const std::vector<LeafReport>& leaves = path.back().leaves;

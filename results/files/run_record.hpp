@@ -29,11 +29,12 @@ struct RunRecord {
   Job job;
   Mechanism mechanism;                ///< the evaluated one: of the job, or of the optimum
   StrokeResponse response;            ///< job evaluate; of several load cases the first
-  std::vector<StrokeResponse> cases;  ///< the same of all of them, where there are several
-  /// Of every path of responses_of, where they were asked for; where they cannot be had, why.
+  std::vector<StrokeResponse> cases;  ///< job evaluate: of all load cases, where there are several
+  /// Gradients of every path of responses_of, where they were asked for, or the reason why there
+  /// are none.
   std::vector<StrokeGradients> gradients;
   std::string no_gradients;
-  /// Of every path of responses_of, where the job asks for them.
+  /// Estimated errors of every path of responses_of, where the job asks for them.
   std::vector<StrokeErrors> errors;
   std::optional<ChosenModel> chosen;     ///< of "accuracy": "auto"; then also the model of `job`
   std::optional<Optimum> optimum;        ///< job optimise; its response stands for `response`

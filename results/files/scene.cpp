@@ -123,7 +123,8 @@ Json loads_json(const LoadCase& loads, const Mechanism& mechanism) {
   return list;
 }
 
-/// As many of the places as may be, evenly, with the first, the last and the unmoved one.
+/// A selection of at most `most` places, evenly spaced, with the first, the last and the unmoved
+/// one.
 std::vector<std::size_t> thinned(const std::vector<std::size_t>& places,
                                  const std::vector<PathPoint>& path, std::size_t most) {
   most = std::max<std::size_t>(most, 3);
@@ -165,7 +166,7 @@ void add_equilibria(const Mechanism& mechanism, const std::vector<PathPoint>& pa
   design["motion"] = packed_floats(motion, {frames.size(), mechanism.bodies.size(), 6});
 }
 
-/// Nothing where no point of the path has shapes.
+/// Scene of a design; nothing where no point of the path has shapes.
 std::optional<Json> design_json(const std::string& label, const std::string& kind,
                                 const ParameterValues& parameters, const Mechanism& mechanism,
                                 const StrokeResponse& response, const LoadCase& loads,

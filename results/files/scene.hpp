@@ -27,9 +27,9 @@ namespace flexopt {
 /// No designs where the run has no shapes.
 OrderedJson make_scene(const RunRecord& record);
 
-/// The scene of a job that lists designs, of theirs: the first one whole, of the others the
-/// equilibria. `order`: places in `scenes`, best first. What does not fit into the report is left
-/// out, and its labels are listed under "left_out".
+/// The scene of a job that lists designs, merged from their scenes: the first one whole, the
+/// equilibria of the others. `order`: places in `scenes`, best first. What does not fit into the
+/// report is left out, and its labels are listed under "left_out".
 OrderedJson merged_scene(const std::vector<OrderedJson>& scenes,
                          const std::vector<std::string>& labels,
                          const std::vector<std::size_t>& order);

@@ -12,7 +12,7 @@ namespace flexopt {
 OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>& path,
                        const std::vector<std::size_t>& frames, std::size_t points);
 
-/// Of the mesh lines of a leaf: share of the length from base to tip.
+/// Positions of the mesh lines of a leaf, as shares of its length from base to tip.
 std::vector<double> places_along(const LeafShape& shape);
 
 /// Motion of the points of a leaf whose edges follow their bodies: cubic along the leaf, as a

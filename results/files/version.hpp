@@ -3,13 +3,14 @@
 
 namespace flexopt {
 
-/// Of the two formats, docs/versions.md: raised where files of before mean something else.
+/// Versions of the two file formats (docs/versions.md). They are raised when existing files change
+/// their meaning.
 inline constexpr int job_format = 1;     ///< "flexopt" of a job
 inline constexpr int result_format = 1;  ///< "format" of result.json
 
 std::string version();  ///< of the project: "0.1.0"
 std::string commit();   ///< that was built, with "-dirty-…" if files were changed; or "unknown"
-/// Both: logs of another build are refused.
+/// Version and commit of the build. Logs of another build are refused.
 std::string build_id();
 
 }  // namespace flexopt

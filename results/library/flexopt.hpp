@@ -46,11 +46,11 @@ inline
 
 /// Version of the library that is linked, "0.1.0".
 FLEXOPT_EXPORTED std::string version();
-/// Version control's name of its sources, or "unknown".
+/// Version-control identifier of the library's sources, or "unknown".
 FLEXOPT_EXPORTED std::string commit();
-/// The `"flexopt"` of the jobs that it reads.
+/// The `"flexopt"` of the jobs that the library reads.
 FLEXOPT_EXPORTED int job_format();
-/// The `"format"` of the results that it writes.
+/// The `"format"` of the results that the library writes.
 FLEXOPT_EXPORTED int result_format();
 
 // --------------------------------------------------------------------------------------- Errors
@@ -104,16 +104,17 @@ using Values = std::map<std::string, Value>;
 /// A mechanism with its dimensions. Its numbers are checked when it becomes a job.
 class FLEXOPT_EXPORTED Design {
  public:
-  /// Of a family (`flexopt designs`). `values`: parameters, options of the family, and "material",
-  /// the name of one. Throws JobError where there is no such family.
+  /// A design of a family (`flexopt designs`). `values`: parameters, options of the family, and
+  /// "material", the name of one. Throws JobError where there is no such family.
   static Design of_family(const std::string& name, const Values& values = {});
-  /// A design file; `values` as above. Throws JobError where it cannot be read.
+  /// A design from a design file; `values` as in of_family(). Throws JobError where it cannot be
+  /// read.
   static Design of_file(const std::filesystem::path& file, const Values& values = {});
   /// The part "design" of a job as JSON, or the content of a design file. Throws JobError for what
   /// is no JSON object.
   static Design of_json(std::string_view text);
 
-  /// The same with these values in the place of its own.
+  /// A copy of the design in which these values replace its own.
   Design with(const Values& values) const;
   /// The part "design" of a job.
   const std::string& json() const { return json_; }
@@ -130,7 +131,7 @@ class FLEXOPT_EXPORTED Job {
   /// that is wrong.
   static Job of_file(const std::filesystem::path& file,
                      const std::vector<std::string>& overrides = {});
-  /// The same from its JSON text. Throws JobError.
+  /// A job from its JSON text. Throws JobError with all that is wrong.
   static Job of_json(std::string_view text);
   /// An evaluation of a design, unless `keys` say another "job": the other parts of it as a JSON
   /// object, at least "stroke". Throws JobError.
@@ -138,7 +139,7 @@ class FLEXOPT_EXPORTED Job {
 
   std::string name() const;  ///< of the job
   std::string kind() const;  ///< "evaluate", "optimise" or "compare"
-  /// Of its design, SI.
+  /// Parameters of the job's design by name, SI.
   std::map<std::string, double> parameters() const;
   /// What results can be differentiated by: parameters that are no formulas, "material.…",
   /// "end_effector.…".
@@ -164,7 +165,7 @@ struct Table {
   std::size_t columns = 0;      ///< numbers in a row
   std::vector<double> numbers;  ///< rows × columns
 
-  /// Row i, column j.
+  /// Number in row i, column j.
   double operator()(std::size_t i, std::size_t j) const { return numbers[i * columns + j]; }
 };
 
@@ -205,7 +206,7 @@ class FLEXOPT_EXPORTED Path {
   Table gradient(const std::string& quantity) const;
 
   struct Impl;  ///< of the library
-  /// Of the library.
+  /// For the library only.
   explicit Path(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 
  private:
@@ -226,7 +227,7 @@ class FLEXOPT_EXPORTED Result {
   std::string html() const;
 
   struct Impl;  ///< of the library
-  /// Of the library.
+  /// For the library only.
   explicit Result(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
   const std::shared_ptr<const Impl>& impl() const { return impl_; }  ///< of the library
 
@@ -240,11 +241,11 @@ class FLEXOPT_EXPORTED Result {
 class FLEXOPT_EXPORTED Evaluation : public Result {
  public:
   using Result::Result;
-  /// One for each load case of the job; none where an optimisation found no design.
+  /// Paths of all load cases of the job; none where an optimisation found no design.
   std::vector<Path> paths() const;
-  /// The first one. Throws std::out_of_range where there is none.
+  /// The path of the first load case. Throws std::out_of_range where there is none.
   Path path() const;
-  /// What gradients are by: their columns.
+  /// Names of the parameters that gradients are by, one for each column of their tables.
   std::vector<std::string> gradients_by() const;
 };
 
@@ -264,7 +265,7 @@ struct ConstraintAtOptimum {
 class FLEXOPT_EXPORTED Optimum : public Evaluation {
  public:
   using Evaluation::Evaluation;
-  /// SI; nothing where no design could be evaluated.
+  /// The objective, SI; nothing where no design could be evaluated.
   std::optional<double> objective() const;
   /// Every parameter of the optimum, SI; empty where no design could be evaluated.
   std::map<std::string, double> parameters() const;
@@ -283,14 +284,15 @@ struct Progress {
 
 /// How to run a job.
 struct Options {
-  /// Where the files of `flexopt run` go; empty: none are written. With a folder, a run that was
+  /// Folder for the files of `flexopt run`; empty: none are written. With a folder, a run that was
   /// interrupted goes on where it stopped.
   std::filesystem::path folder;
   int threads = 0;  ///< 0: as many as the machine has; no number depends on it
   /// Told how far the run is, one call at a time, from any thread; false ends the run with Stopped.
   std::function<bool(const Progress&)> progress;
-  /// Of an evaluation: names of Job::differentiable by which results are differentiated. All
-  /// numbers are then by full leaves, or by looked-up ones, and the message says so.
+  /// Evaluations only: names of Job::differentiable with respect to which results are
+  /// differentiated. All numbers then come from full leaves or from looked-up ones, and the message
+  /// says so.
   std::vector<std::string> gradients;
 };
 

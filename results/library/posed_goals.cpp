@@ -26,7 +26,7 @@ Job differentiated(Job job) {
   return job;
 }
 
-/// Of a scale that is one of nothing.
+/// The scale, or 1 where it is zero, negative or not finite.
 double of_order_one(double scale) { return scale > 0 && std::isfinite(scale) ? scale : 1; }
 
 /// Whether a limit of the goal is one of each of its entries.

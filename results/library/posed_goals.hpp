@@ -14,14 +14,14 @@
 
 namespace flexopt {
 
-/// No values at a design: an optimiser does best to try one that is nearer.
+/// Thrown where a design has no values; an optimiser should try a design that is nearer.
 struct NotConverged : std::runtime_error {
   NotConverged(const std::string& message, std::optional<double> stroke)
       : std::runtime_error(message), reached(stroke) {}
   std::optional<double> reached;  ///< stroke
 };
 
-/// Derivatives were asked for, and cannot be had.
+/// Thrown where derivatives were asked for, but are not available.
 struct NoGradient : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -65,7 +65,7 @@ class PosedGoals {
     std::string name;
   };
   void add_constraint(std::size_t number, bool pointwise);
-  /// One for each entry of the goal, or for the worst one.
+  /// Adds a row for each entry of the goal, or one for the worst entry.
   void add_rows(std::size_t goal, bool each, double lower, double upper, double slack);
   VectorXd with_slack(VectorXd x, double t) const;
   Variables variables(const VectorXd& x) const;

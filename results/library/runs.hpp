@@ -10,7 +10,7 @@
 
 namespace flexopt {
 
-/// What a run left in memory, and in its folder if it had one.
+/// Results of a run in memory; its files are in its folder, if it had one.
 struct FinishedRun {
   std::shared_ptr<const RunRecord> record;
   std::shared_ptr<const ThroughFormulas> through;  ///< of the derivatives that were asked for
@@ -23,7 +23,7 @@ struct RunOptions {
   std::vector<std::string> along;  ///< of an evaluation: parameters of exact derivatives
 };
 
-/// The job as one of this kind. Throws SpecError where it lacks what that needs.
+/// The job as one of this kind. Throws SpecError where it lacks what the kind needs.
 Job as_kind(const Job& job, JobKind kind);
 
 /// Runs a job of one design by its kind. An interrupted run leaves its evaluations in the folder.

@@ -22,7 +22,7 @@ struct Result::Impl {
   std::vector<std::string> gradients;  ///< names
 };
 
-/// As flexopt.hpp has it.
+/// Throws the exception of flexopt.hpp that corresponds to the error.
 [[noreturn]] void raise(const SpecError& error);
 
 /// What `work` returns; its SpecError becomes a JobError.

@@ -124,7 +124,7 @@ class Leader : public Crew {
     std::condition_variable news;
   };
 
-  /// In this process, which does one at a time.
+  /// Does the work in this process, one unit at a time.
   std::string work(const std::string& text, const Answerer& here,
                    std::unique_lock<std::mutex>& lock) {
     working_ = true;
@@ -197,7 +197,7 @@ class Leader : public Crew {
   std::thread postman_;
 };
 
-/// The other ranks.
+/// Crew member on the other ranks.
 class Follower : public Crew {
  public:
   explicit Follower(int members) : members_(members) {}

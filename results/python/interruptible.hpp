@@ -14,15 +14,14 @@ namespace flexopt {
 /// 0.
 class PythonListener : public RunListener {
  public:
-  /// None: nobody is told.
+  /// `callback`: None if nobody is to be told.
   explicit PythonListener(pybind11::object callback) : callback_(std::move(callback)) {}
   void say(const std::string& text) override { tell(0, 0, text); }
   void step(const RunStep& step) override {
     tell(step.done, step.total, step.text.empty() ? step.what : step.text);
   }
 
-  /// From now on whatever is told throws Interrupted. With the error that Python sees; with the
-  /// GIL.
+  /// From now on, every call throws Interrupted, with the error that Python sees. Needs the GIL.
   void stop(pybind11::error_already_set error);
   bool stopped() const { return stopped_; }
   /// Throws the error that stopped it, if one did. With the GIL.
@@ -40,16 +39,16 @@ class PythonListener : public RunListener {
 /// waits for all of them before it ends: a thread that came back later would end the process.
 class Computation {
  public:
-  /// With the GIL. Throws SystemExit, which ends a thread without a word, where Python ends
-  /// already.
+  /// Begins a computation; needs the GIL. Throws SystemExit, which ends a thread silently, where
+  /// Python is ending already.
   Computation();
   ~Computation();
   Computation(const Computation&) = delete;
   Computation& operator=(const Computation&) = delete;
 };
 
-/// For when Python ends: runs end at their next step, and all computations are waited for. Ctrl-C
-/// ends the waiting.
+/// Called when Python ends: runs end at their next step, and all computations are waited for.
+/// Ctrl-C ends the waiting.
 void end_computations();
 
 /// Runs `work` on a thread of its own, without the GIL, and looks for signals meanwhile. Throws

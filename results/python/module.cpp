@@ -36,7 +36,7 @@ JobKind kind_of(const std::string& name) {
   throw SpecError("/job", name, "expected \"evaluate\", \"optimise\" or \"compare\"");
 }
 
-/// As Python has it: an exception of flexopt._errors with these arguments.
+/// Raises a Python exception of flexopt._errors with these arguments.
 void raise(const char* type, const py::args& arguments) {
   const py::object error = py::module_::import("flexopt._errors").attr(type);
   PyErr_SetObject(error.ptr(), error(*arguments).ptr());
@@ -108,7 +108,8 @@ std::string report_of(const RunRecord& record) {
   return make_report(make_result(record), make_scene(record));
 }
 
-/// Of its load cases; none where the job has one only, or no design could be evaluated.
+/// Names of the load cases of a run; none where the job has a single case or no design could be
+/// evaluated.
 std::vector<std::string> case_names(const FinishedRun& run) {
   std::vector<std::string> names;
   if (!responses_of(*run.record).empty())

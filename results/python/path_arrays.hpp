@@ -27,18 +27,18 @@ class PathArrays {
   using Masked = std::pair<pybind11::array, pybind11::object>;
 
   std::size_t size() const { return response_.path.size(); }
-  /// [m or rad]
+  /// Strokes [m or rad].
   pybind11::array stroke(pybind11::handle owner) const;
   /// n × 3 [m], n × 3 rotation vectors [rad], n × 6 × 6; missing where there is no equilibrium.
   Masked displacement(pybind11::handle owner);
   Masked rotation(pybind11::handle owner);
   Masked compliance(pybind11::handle owner, bool locked);
-  /// Of drives with names: n strokes [m or rad] of each by its name, in the order of the drives.
-  /// Empty for one without, and on a load path.
+  /// Drives with names: n strokes [m or rad] of each by its name, in the order of the drives. Empty
+  /// for a drive without a name, and on a load path.
   pybind11::dict strokes() const;
-  /// n × as many as the point with most has [Hz]
+  /// Frequencies [Hz]: n × as many as the point with most has.
   Masked frequencies(pybind11::handle owner, bool locked);
-  /// bool
+  /// Whether each point has converged (bool).
   pybind11::array converged() const;
   std::vector<std::string> messages() const;
 
@@ -47,7 +47,7 @@ class PathArrays {
   std::map<std::string, std::string> units() const;
   /// n numbers. Throws KeyError for a name that is no quantity, or one without any number here.
   Masked values(pybind11::handle owner, const std::string& name);
-  /// n × parameters.
+  /// Gradient of a quantity: n × parameters.
   Masked gradient(pybind11::handle owner, const std::string& name);
   bool has_gradients() const { return gradients_ != nullptr; }
 
@@ -62,7 +62,7 @@ class PathArrays {
     std::size_t width = 1;
     std::size_t count_missing() const;
   };
-  /// With the mask of the points that have no equilibrium.
+  /// The numbers with the mask of the points that have no equilibrium.
   Masked where_converged(pybind11::array numbers, pybind11::handle owner);
   Block& block(const std::string& key, std::size_t width, const auto& fill);
   Masked arrays(pybind11::handle owner, const Block& block, bool as_rows) const;

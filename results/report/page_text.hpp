@@ -12,7 +12,7 @@ namespace flexopt {
 std::string filled(std::string_view page,
                    const std::function<std::string(const std::string& name)>& filling);
 
-/// For text between tags.
+/// Text escaped for use between tags of HTML.
 std::string html_escaped(std::string_view text);
 
 /// JSON inside a script element: there `<` may only occur in strings, where \u003c means the same;

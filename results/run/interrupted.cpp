@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Nothing of the heading.
+/// Evaluation of a line of the log; nothing for the heading.
 std::optional<EvaluationRecord> record_of(const std::string& line) {
   const auto json = OrderedJson::parse(line, nullptr, false);
   if (!json.is_object() || !json.contains("variables")) return std::nullopt;

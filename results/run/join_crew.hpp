@@ -1,5 +1,5 @@
 #pragma once
-// The processes that mpirun has started, as a crew.
+// Joins the processes that mpirun has started to a crew.
 #include <filesystem>
 #include <memory>
 

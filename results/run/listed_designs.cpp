@@ -55,7 +55,7 @@ OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threa
 
 namespace {
 
-/// Of the designs in the order of the result: its ranking, or as they are listed.
+/// Scene of the designs in the order of the result: ranked, or as they are listed.
 OrderedJson scene_of(const fs::path& folder, const Job& job, const OrderedJson& result) {
   std::vector<OrderedJson> scenes;
   std::vector<std::string> labels;

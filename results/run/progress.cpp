@@ -19,7 +19,7 @@ std::size_t columns(std::FILE* stream) {
   return 80;
 }
 
-/// No more than this many letters of UTF-8: a longer line would wrap and stay.
+/// The text, cut to this many characters of UTF-8: a longer line would wrap and stay.
 std::string_view clipped(std::string_view text, std::size_t letters) {
   std::size_t end = 0;
   for (; end < text.size(); ++end) {
@@ -29,7 +29,7 @@ std::string_view clipped(std::string_view text, std::size_t letters) {
   return text.substr(0, end);
 }
 
-/// 3725 s: "1:02:05".
+/// Text of a duration: 3725 s become "1:02:05".
 std::string clock_text(double seconds) {
   const auto s = static_cast<long>(seconds + 0.5);
   if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);

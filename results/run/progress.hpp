@@ -23,7 +23,7 @@ struct RunStep {
 class RunListener {
  public:
   virtual ~RunListener() = default;
-  /// A line of its own.
+  /// Prints a line of its own.
   virtual void say(const std::string& text) = 0;
   virtual void step(const RunStep& step) = 0;
 };
@@ -53,7 +53,7 @@ class ProgressDisplay : public RunListener {
   /// A plain line comes at most every two seconds, and at both ends; the live line is rewritten at
   /// most ten times a second.
   void step(const RunStep& step) override;
-  /// Wipes the live line: something else is going to be printed.
+  /// Wipes the live line, before something else is printed.
   void clear();
 
  private:

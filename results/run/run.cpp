@@ -28,14 +28,15 @@ StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism,
   return evaluate_stroke(mechanism, job.model, drawn(request));
 }
 
-/// The same for all load cases of a job; none where it has one only.
+/// Responses with shapes for all load cases of a job; none where it has a single case.
 std::vector<StrokeResponse> drawn_cases(const Job& job, const Mechanism& mechanism) {
   std::vector<StrokeResponse> cases;
   for (const JobCase& one : job.cases) cases.push_back(drawn_response(job, mechanism, one.request));
   return cases;
 }
 
-/// The same with derivatives, of each path of the job; where one has none, of none.
+/// Evaluates every path of the job with shapes and with derivatives along these names. Where one
+/// path has no derivatives, none are kept.
 void differentiate(const std::vector<std::string>& along, RunRecord& record) {
   for (JobCase& one : cases_of(record.job)) {
     one.request.outputs.add(Output::shapes);
@@ -72,16 +73,16 @@ bool tells_one_design(const Job& job) {
          !job.assembly_tolerances;
 }
 
-/// Where the model that was chosen is not that of the job, and the leaves of that can be looked up,
-/// the search goes on with these.
+/// Sets the model that the search goes on with, where the chosen model is not that of the job and
+/// leaves of the job's model can be looked up.
 void choose_search_model(const ModelOptions& asked, RunRecord& record) {
   const ModelOptions& chosen = record.job.model;
   const bool other = chosen.mesh != asked.mesh || chosen.accuracy != asked.accuracy;
   if (other && asked.atlas && tells_one_design(record.job)) record.job.search_model = asked;
 }
 
-/// Of the paths that the run is about, evaluated by this model. The full paths of the choice are
-/// those of an evaluated design; an optimum is another one.
+/// Adds the estimated errors, by this model, of the paths that the run is about. Full paths of the
+/// model's choice belong to an evaluated design; an optimum is another design.
 void add_errors(const ModelOptions& model, RunListener& listener, RunRecord& record) {
   if (!record.job.accuracy.wants_estimates()) return;
   listener.say("estimating errors");
@@ -113,7 +114,7 @@ void draw_beside(RunRecord& record, const std::string& label, const std::string&
   if (other.response.status == Status::ok) record.others.push_back(std::move(other));
 }
 
-/// The start of an optimisation and the points of its front.
+/// Draws the start of an optimisation and the points of its front.
 void draw_others(RunRecord& record) {
   const Optimum& optimum = *record.optimum;
   if (!optimum.starts.empty()) {
@@ -134,7 +135,7 @@ void add_timings(RunRecord& record) {
   }
 }
 
-/// Of the design with these parameters, where the job has tolerances.
+/// Studies the tolerances of the design with these parameters, where the job has some.
 void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& model, int threads,
                         RunListener& listener, SharedUnits* shared, RunRecord& record) {
   if (!record.job.tolerances) return;
@@ -143,7 +144,8 @@ void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& m
                                        counted(listener, "sampled designs"), shared);
 }
 
-/// Of the design with these parameters, where the job has a box of errors of assembly.
+/// Studies the assembly errors of the design with these parameters, where the job has a box of
+/// them.
 void look_at_assembly(const ParameterValues& parameters, const ModelOptions& model,
                       RunListener& listener, RunRecord& record) {
   if (!record.job.assembly_tolerances) return;
@@ -151,7 +153,7 @@ void look_at_assembly(const ParameterValues& parameters, const ModelOptions& mod
   record.assembly = study_assembly(record.job, parameters, model);
 }
 
-/// Of the design with these parameters.
+/// Evaluates the response maps of the design with these parameters.
 void draw_maps(const ParameterValues& parameters, int threads, RunListener& listener,
                SharedUnits* shared, RunRecord& record) {
   const std::size_t count = record.job.maps.size();
@@ -166,7 +168,7 @@ void draw_maps(const ParameterValues& parameters, int threads, RunListener& list
   }
 }
 
-/// At designs beside the one with these parameters: tolerances, errors of assembly, maps.
+/// Evaluates designs beside the one with these parameters: tolerances, assembly errors, maps.
 void look_around(const ParameterValues& parameters, const ModelOptions& model,
                  const std::filesystem::path& folder, int threads, RunListener& listener,
                  Sharing* sharing, RunRecord& record) {
@@ -181,7 +183,7 @@ void look_around(const ParameterValues& parameters, const ModelOptions& model,
 bool leads(const Sharing* sharing) { return sharing && sharing->crew() && !sharing->follows(); }
 bool follows(const Sharing* sharing) { return sharing && sharing->follows(); }
 
-/// What those that follow have to know to look around: at which design, by which model, or at none.
+/// Tells the processes that follow the design and the model of the studies, or that there is none.
 void tell_design(bool ok, const ParameterValues& parameters, const ModelOptions& model,
                  const Sharing& sharing) {
   using nlohmann::json;
@@ -189,7 +191,7 @@ void tell_design(bool ok, const ParameterValues& parameters, const ModelOptions&
   sharing.crew()->tell((ok ? design : json()).dump());
 }
 
-/// Of a process that follows: looks around where the leader does.
+/// Runs a process that follows: it evaluates the studies of the design that the leader tells it.
 void follow(int threads, RunListener& listener, Sharing* sharing, RunRecord& record) {
   const auto told = nlohmann::json::parse(sharing->crew()->hear());
   if (told.is_null()) return;
@@ -215,7 +217,7 @@ bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
   return true;
 }
 
-/// Where there is a folder, it is this job's from here on: its log goes on, or begins.
+/// If there is a folder, it belongs to this job from here on: its log goes on, or begins.
 void keep_log(const Job& job, const std::filesystem::path& folder, auto& options) {
   if (folder.empty()) return;
   options.log = folder / "evaluations.jsonl";

@@ -1,5 +1,5 @@
 #pragma once
-// From a checked job to the record of its run.
+// Runs a checked job and returns the record of its run.
 #include <filesystem>
 
 #include "optim/numerics/sharing.hpp"
@@ -22,7 +22,7 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, in
 RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
                            RunListener& listener, Sharing* sharing = nullptr);
 
-/// The same for a comparison with full accuracy.
+/// Runs a comparison with full accuracy; arguments and errors as of run_optimisation().
 RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
                          RunListener& listener, Sharing* sharing = nullptr);
 

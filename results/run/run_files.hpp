@@ -39,10 +39,10 @@ struct ShownRun {
 /// tell so far. Throws SpecError where the folder holds no run.
 ShownRun read_run(const std::filesystem::path& folder);
 class GrowingLog;
-/// The same of a run that is looked at again and again: what was read of its log is kept.
+/// Reads a run that is shown again and again: what was read of its log is kept in `log`.
 ShownRun read_run(const std::filesystem::path& folder, GrowingLog& log);
 
-/// The result alone.
+/// Reads the result alone.
 OrderedJson read_result(const std::filesystem::path& folder);
 
 }  // namespace flexopt

@@ -28,7 +28,7 @@ constexpr const char* logs[] = {"evaluations.jsonl", "evaluations.seconds.jsonl"
                                 "evaluations.screening.jsonl", "units.jsonl"};
 constexpr int most_shards = 100000;
 
-/// What shard.json says; null where there is none.
+/// Content of shard.json; null where there is none.
 json shard_json(const fs::path& folder) {
   const fs::path file = folder / "shard.json";
   if (!fs::exists(file)) return {};
@@ -38,7 +38,7 @@ json shard_json(const fs::path& folder) {
   return said;
 }
 
-/// What a line is about, and what it says of it; nothing of what the clock says.
+/// What a line is about, and its result; nothing of its times.
 std::pair<std::string, json> about(const std::string& line) {
   const json j = json::parse(line);
   if (j.is_array() && j.at(0).is_number()) return {j.at(0).dump(), j};  // a screened design

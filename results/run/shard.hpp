@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// "3/16". Throws SpecError (pointer --shard).
+/// Shard from a text such as "3/16". Throws SpecError (pointer --shard).
 Shard read_shard(const std::string& text);
 
 /// Throws SpecError (pointer --shard) where a job has no work that shards can have parts of.
@@ -20,7 +20,7 @@ void check_shardable(const Job& job);
 /// relative to.
 void begin_shard(const std::filesystem::path& folder, const std::filesystem::path& job_folder,
                  const Shard& shard);
-/// After `begin_shard`.
+/// Ends a shard that `begin_shard` began.
 void end_shard(const std::filesystem::path& folder, const Sharing& sharing);
 
 /// What was found in the folders of shards.
@@ -40,7 +40,7 @@ FoundShards find_shards(const std::vector<std::filesystem::path>& folders);
 void merge_logs(const FoundShards& found, const std::vector<std::filesystem::path>& folders,
                 const std::filesystem::path& out);
 
-/// {1, 2, 3, 7} as "1-3,7": an --array of Slurm.
+/// Text of numbers for an --array of Slurm: {1, 2, 3, 7} become "1-3,7".
 std::string array_text(const std::vector<int>& numbers);
 
 }  // namespace flexopt

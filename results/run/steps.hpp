@@ -30,13 +30,13 @@ class BestSoFar {
   std::optional<EvaluationRecord> best_;
 };
 
-/// Of an optimisation, which ends after `total` evaluations of its starts at the latest.
+/// Step of an optimisation, which ends after `total` evaluations of its starts at the latest.
 RunStep step_of(const Progress& progress, int total, const BestSoFar& best);
-/// Of the screening before it, which has taken so long.
+/// Step of the screening before an optimisation, which has taken `seconds` so far [s].
 RunStep step_of(const ScreeningProgress& progress, double seconds);
 RunStep step_of(const CompareProgress& progress);
 
-/// Tells the listener of every one; nothing of it in plain lines.
+/// Progress that tells the listener of every unit; plain lines show nothing of it.
 LoopProgress counted(RunListener& listener, const std::string& what);
 
 }  // namespace flexopt

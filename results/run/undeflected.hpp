@@ -10,7 +10,8 @@ namespace flexopt {
 /// looked for. Throws SpecError for a job that lists designs.
 RunRecord undeflected(const Job& job);
 
-/// What its page is told: the status is "undeflected" and there is no path.
+/// Result for the page of an undeflected mechanism: the status is "undeflected" and there is no
+/// path.
 OrderedJson undeflected_result(const RunRecord& record);
 
 }  // namespace flexopt

@@ -189,7 +189,7 @@ bool Connections::send_to(Client& client) {
       return false;
   }
   if (client.phase == Phase::answered) return false;
-  // One that still sends would not see the refusal if the socket were closed at once.
+  // A client that still sends would not see the refusal if the socket were closed at once.
   ::shutdown(client.socket, SHUT_WR);
   client = {client.socket, Clock::now() + time_to_leave, Phase::leaving};
   return true;

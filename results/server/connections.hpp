@@ -19,7 +19,7 @@ struct Listener {
   int port = 0;
 };
 
-/// On this port, or on a free one for 0. Throws SpecError (pointer --port).
+/// Listens on this port, or on a free one for 0. Throws SpecError (pointer --port).
 Listener listen_on_loopback(int port);
 
 class Connections {
@@ -55,7 +55,7 @@ class Connections {
   };
 
   void accept_all();
-  /// These are false when the client is done with.
+  /// Serve a client; return false when the client is finished.
   bool attend(Client& client, short ready);
   bool read_from(Client& client);
   bool send_to(Client& client);

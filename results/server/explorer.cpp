@@ -17,7 +17,7 @@ namespace flexopt {
 
 namespace {
 
-/// Nobody is told how far one evaluation is.
+/// Listener that prints nothing: one evaluation has no progress to show.
 class Silent : public RunListener {
   void say(const std::string&) override {}
   void step(const RunStep&) override {}
@@ -72,7 +72,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
   return goals;
 }
 
-/// The same job as one that evaluates its design and no more.
+/// The job as one that only evaluates its design.
 Job evaluation_of(Job job) {
   job.kind = JobKind::evaluate;
   job.optimise.reset();

@@ -24,13 +24,13 @@ class LocalServer {
   LocalServer(const LocalServer&) = delete;
   LocalServer& operator=(const LocalServer&) = delete;
 
-  /// The page, at "/". `nonce` is what its scripts must carry.
+  /// Serves the page at "/". `nonce`: value that its scripts must carry.
   void page(std::function<std::string(const std::string& nonce)> make);
-  /// What a POST of a body to this path answers; the path is letters after "/". May run in several
-  /// threads at once. A SpecError that it throws is answered by 400 and its text.
+  /// Sets the answer to a POST of a body to this path; the path is letters after "/". May run in
+  /// several threads at once. A SpecError that it throws is answered by 400 and its text.
   void post(const std::string& path, std::function<ServerAnswer(const std::string& body)> answer);
 
-  /// http://127.0.0.1:PORT/?token=…
+  /// Address of the page: http://127.0.0.1:PORT/?token=…
   std::string address() const;
   /// Serves until SIGINT or SIGTERM. An answer that is then under way for some seconds more is
   /// given up, and with it the process, with exit code 0: it would be nothing but a text.

@@ -11,7 +11,7 @@ namespace flexopt {
 
 class NewestMove {
  public:
-  /// Calls `work` when nothing else runs; nothing where somebody newer came before that.
+  /// Calls `work` when nothing else runs; returns nothing where a newer caller came before that.
   template <class Work>
   auto run(Work&& work) -> std::optional<decltype(work())> {
     if (!begin()) return std::nullopt;

@@ -40,7 +40,7 @@ struct Header {
   std::string_view value;
 };
 
-/// Nothing where a line is no header.
+/// Headers of a request; nothing where a line is no header.
 std::optional<std::vector<Header>> headers_of(std::string_view lines) {
   std::vector<Header> headers;
   while (!lines.empty()) {

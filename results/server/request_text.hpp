@@ -14,7 +14,7 @@ struct RequestText {
   enum class State { incomplete, whole, refused } state = State::incomplete;
   int status = 0;      ///< of a refused one
   std::string reason;  ///< of a refused one, a few words
-  /// Of a whole one: request line, the headers that the server looks at, and the body.
+  /// A whole request: request line, the headers that the server looks at, and the body.
   std::string text;
 };
 

@@ -73,7 +73,7 @@ std::vector<Slider> of_variables(const Job& job) {
   return sliders;
 }
 
-/// Where a number stands in the document of a job.
+/// Pointer to a number in the document of a job.
 Pointer place_of(const std::string& name) {
   if (!find_job_number(name)) return Pointer("/design/parameters") / name;
   const std::size_t dot = name.find('.');

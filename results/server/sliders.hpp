@@ -1,5 +1,5 @@
 #pragma once
-// Which numbers of a job may be moved, how far, and the job with other numbers in their places.
+// The numbers of a job that may be moved, their ranges, and the job with other values for them.
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -16,11 +16,11 @@ struct Slider {
   bool whole = false;  ///< a number of things
 };
 
-/// Of an optimisation its variables with their bounds. Of an evaluation every parameter of the
-/// design that is a number, from half to twice its value, as far as the design allows it; one that
-/// is zero to both sides as far as half the largest parameter of its unit, or, where all of these
-/// are zero, through its whole range. Throws SpecError for a job that has no single design to look
-/// at, or nothing to move.
+/// Sliders of a job: the variables of an optimisation with their bounds, or every parameter of an
+/// evaluated design that is a number, from half to twice its value, as far as the design allows it.
+/// A parameter that is zero goes to both sides as far as half the largest parameter of its unit,
+/// or, where all of these are zero, through its whole range. Throws SpecError for a job that has no
+/// single design to show, or nothing to move.
 std::vector<Slider> sliders_of(const Job& job);
 
 /// {"parameters": {"length": 0.04, …}}, SI; those that are not named keep the job's value. Throws

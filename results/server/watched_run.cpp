@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 
 constexpr int deepest = 2;  // folders of listed designs below that of the run
 
-/// Files whose change is news: of the run, and of those of its designs.
+/// Files whose change is news: those of the run and of its designs.
 struct Traces {
   std::string version;
   fs::file_time_type written = fs::file_time_type::min();

@@ -58,7 +58,8 @@ bool is_sound(const StartDesign& start, const ParameterValues& values) {
   }
 }
 
-// At every corner of the ranges; of many variables, at those of the first ten.
+// Whether the design is sound at every corner of the ranges; of many variables, at the corners of
+// the first ten.
 bool is_sound_everywhere(const StartDesign& start, const std::vector<Parameter>& variables,
                          const std::vector<Range>& ranges) {
   constexpr std::size_t most = 10;

@@ -37,7 +37,7 @@ StrokeResponse moved(const StartDesign& start, ModelOptions model,
   return evaluate_stroke(start.mechanism, model, request);
 }
 
-// Nothing where the point was not reached.
+// Largest stress at a point [Pa]; nothing where the point was not reached.
 std::optional<double> stress_at(const PathPoint& point) {
   if (point.status != PointStatus::converged || !point.stable || !point.max_stress)
     return std::nullopt;

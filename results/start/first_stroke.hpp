@@ -1,5 +1,5 @@
 #pragma once
-// How far a design is moved in its first job.
+// Stroke of a design in its first job.
 #include "results/start/start_design.hpp"
 
 namespace flexopt {

@@ -36,7 +36,7 @@ OrderedJson payload_for(const StartDesign& start) {
   return payload;
 }
 
-// Where the leaves are wires, or too thick for thin plates, as notches are at their ends.
+// Whether the leaves are wires, or too thick for thin plates, as notches are at their ends.
 bool wants_beams(const StartDesign& start) {
   constexpr double thin = 5;  // length over the largest thickness
   return start.family->is_of_wires(start.choices) ||
@@ -51,7 +51,7 @@ bool is_stubby(const LeafSpring& leaf) {
   return leaf.section != Section::circular && leaf.length < 20 * leaf.thickness;
 }
 
-// Such leaves may be looked up.
+// Whether a leaf is a flat plate, which may be looked up.
 bool is_flat_plate(const LeafSpring& leaf) {
   return leaf.section != Section::circular && !leaf.curve && !leaf.fold && !leaf.has_profile();
 }

@@ -22,7 +22,7 @@ struct StartDesign {
   }
 };
 
-/// As new_job; throws likewise.
+/// Design to start from, read and checked as new_job does; throws as new_job does.
 StartDesign start_design(const nlohmann::json& design, const std::string& folder);
 
 /// 1, 2 or 5 times a power of ten: the largest that is not above the value, which is above zero.

@@ -25,12 +25,12 @@ class CondensedInterior {
     Vector3d missing;                            ///< u − c
     Vector3d force;                              ///< λ so far
   };
-  /// After condense().
+  /// Holds a material point; call condense() first.
   void hold(const BlockTridiagonal& K, Point point);
 
   const Vector12d& force() const { return force_; }
   const Matrix12d& tangent() const { return tangent_; }
-  /// Twice the energy that the interior still gives away: of the step to come.
+  /// Twice the energy that the interior still releases in the step to come.
   double correction() const { return correction_; }
   int negative_pivots() const { return negative_; }
   bool has_point() const { return point_.has_value(); }

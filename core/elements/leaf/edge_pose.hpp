@@ -1,5 +1,5 @@
 #pragma once
-// Where the edges of a leaf are.
+// Poses of the edges of a leaf.
 #include <array>
 
 #include "core/math/types.hpp"

@@ -10,7 +10,7 @@ constexpr double shoulder = 2;                               // h/t
 constexpr double share = 2 * shoulder / (1 + 2 * shoulder);  // 2h/D
 constexpr double border = 2;                                 // h/r where the ranges meet
 
-/// a, b, c of C1 … C4.
+/// Constants a, b, c of C1 … C4.
 using Constants = double[4][3];
 constexpr Constants tension_blunt = {{1.007, 1.000, -0.031},
                                      {-0.114, -0.585, 0.314},
@@ -29,7 +29,7 @@ constexpr Constants bending_sharp = {{1.042, 0.982, -0.036},
                                      {6.084, -5.607, 1.158},
                                      {-2.527, 3.006, -0.691}};
 
-/// Σ x^n (an + bn √u + cn u), and its derivative by u.
+/// A factor Σ x^n (an + bn √u + cn u), and its derivative by u.
 struct Factor {
   double value = 0, slope = 0;
 };

@@ -19,7 +19,7 @@ inline constexpr double least_fillet = 0.1, largest_fillet = 2;
 ///
 /// `radius`: r/t in [least_fillet, largest_fillet].
 NotchFactors fillet_factors(double radius);
-/// Their derivatives by r/t; where the two ranges meet that of the smaller radius.
+/// Derivatives of the notch factors by r/t. Where the two ranges meet, those of the smaller radius.
 NotchFactors fillet_factor_slopes(double radius);
 
 }  // namespace flexopt

@@ -138,7 +138,7 @@ void LeafChain::restore(const LeafState& state) {
   condensed_ = false;
 }
 
-// In the order of shape(), over (inner lines, modes of the segments, edges).
+// Rows in the order of shape(), columns over (inner lines, modes of the segments, edges).
 MatrixXd LeafChain::shape_motion(const std::vector<LeafDynamics>& parts, const MatrixXd& lines) {
   const auto points = [](const LeafDynamics& part) { return part.shape_motion.rows() / 3; };
   if (points(parts.front()) == 0) return MatrixXd(0, lines.cols());

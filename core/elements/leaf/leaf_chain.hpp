@@ -23,7 +23,7 @@ class LeafChain final : public LeafElement {
   using FullModel = std::function<std::unique_ptr<LeafElement>(
       LeafElement& chain, const EdgePoses& edges, const std::string& reason)>;
 
-  /// Two segments at least, in order along the leaf, made for its `leaf_segment`s at rest.
+  /// `segments`: at least two, in order along the leaf, made for its `leaf_segment`s at rest.
   LeafChain(const LeafSpring& leaf, std::vector<std::unique_ptr<LeafElement>> segments,
             FullModel full_model);
 

@@ -22,7 +22,8 @@ struct LeafEvaluation {
   double energy = 0;                      ///< [J]
   Vector12d force = Vector12d::Zero();    ///< ∂energy/∂q [N, N m]
   Matrix12d tangent = Matrix12d::Zero();  ///< ∂force/∂q, rotation varied as exp(hat δ) R
-  /// Of the displacement u of the leaf's material point, where it has one (LeafSpring::point).
+  /// Force and derivatives with respect to the displacement u of the leaf's material point. Only
+  /// for leaves that have such a point (LeafSpring::point).
   struct Point {
     Vector3d force = Vector3d::Zero();      ///< ∂energy/∂u [N]
     Matrix3d tangent = Matrix3d::Zero();    ///< ∂force/∂u
@@ -95,16 +96,16 @@ class LeafElement {
   /// that have one.
   virtual void displace_point(const Vector3d& /*displacement*/, const Vector3d& /*du*/) {}
 
-  /// From now on this acts inside the leaf; at first nothing does. Only full leaves know of it:
-  /// acts_inside() of core/mechanism/load_case.hpp says which leaves have to be.
+  /// From now on this load acts inside the leaf; at first no load does. Only full leaves support
+  /// it: acts_inside() of core/mechanism/load_case.hpp says which leaves have to.
   virtual void act(const LeafLoad& /*load*/) {}
 
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
   virtual const LeafEvaluation& evaluate() = 0;
-  /// The last one.
+  /// Result of the latest evaluate().
   virtual const LeafEvaluation& evaluation() const = 0;
 
-  /// This leaf as one whose model holds in part of its states; null where it holds in all.
+  /// This leaf as one whose model is valid in part of its states; null where it is valid in all.
   virtual LimitedRange* limited_range() { return nullptr; }
   /// Whether this is the leaf at full accuracy.
   virtual bool is_full() const { return false; }
@@ -112,11 +113,11 @@ class LeafElement {
   /// where a reduced model does not lead on. `reason`: for its report. Of a full leaf a copy, its
   /// report unchanged. After evaluate().
   virtual std::unique_ptr<LeafElement> full_model(const std::string& reason) = 0;
-  /// The leaf about its present state with all interior unknowns; the leaf must outlive it and keep
-  /// its state. After evaluate(). None unless the model has such unknowns.
+  /// Linearisation about the present state with all interior unknowns; after evaluate(). The leaf
+  /// must outlive it and keep its state. None unless the model has such unknowns.
   virtual Answer<LeafLinear> linearise();
   /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
-  /// empty where it has.
+  /// empty where it has one.
   virtual std::string interior_gap(InteriorUse use);
   /// Why the full leaf that a reduced one rebuilt at its present state, for frequencies or stress,
   /// is not to be believed; empty where it is, or where none was rebuilt.
@@ -139,15 +140,15 @@ class LeafElement {
   /// The largest stress along each edge that has factors, these multiplied in; corners left out as
   /// by max_stress().
   virtual std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) = 0;
-  /// Places that keep their share of the leaf whatever its state, corners left out as by
-  /// max_stress(): where the history of stress over a stroke is kept.
+  /// Places at which the history of stress over a stroke is kept. They keep their share of the leaf
+  /// whatever its state; corners are left out as by max_stress().
   virtual std::vector<StressPlace> stress_places() = 0;
   /// A SectionStress in each column, at any places of the leaf.
   virtual MatrixXd section_stresses(const std::vector<StressPlace>& places) = 0;
   virtual LeafShape shape() = 0;
   /// Present place of a point of the mid-surface, given by its place in [0, 1]².
   virtual Vector3d material_point(double along, double across) = 0;
-  /// Of several (along, across).
+  /// Present places of several points (along, across) of the mid-surface, each in [0, 1]².
   virtual std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places);
   virtual LeafReport report() const = 0;
 };

@@ -7,26 +7,26 @@
 
 namespace flexopt {
 
-/// Of one leaf whose state moves along each of several parameters.
+/// Derivatives of the fields of one leaf, whose state moves along each of several parameters.
 class LeafFields {
  public:
   virtual ~LeafFields() = default;
 
-  /// Of the place over L of the point (along, across) of the mid-surface, seen from the leaf's
-  /// axes, these and L held: 3 × parameters.
+  /// Derivatives of the place over L of the point (along, across) of the mid-surface, seen from the
+  /// leaf's axes, with these axes and L held constant: 3 × parameters.
   virtual MatrixXd place_rates(double along, double across) const = 0;
-  /// Derivative of that place with `along`: what a point takes with it that moves along the leaf,
-  /// as the line of a fold does. None unless the leaf is a full plate.
+  /// Derivative of the place of the point with `along`, for a point that moves along the leaf, as
+  /// the line of a fold does. None unless the leaf is a full plate.
   virtual std::optional<Vector3d> place_slope(double /*along*/, double /*across*/) const {
     return std::nullopt;
   }
-  /// Of the stress at a peak of this leaf [Pa], one for each parameter: the peak keeps its place
-  /// (along, across) unless it stands at the border of a corner zone.
-  /// `modulus`: Young's modulus; `modulus_rates`: its derivatives.
+  /// Derivatives of the stress at a peak of this leaf [Pa], one for each parameter. The peak keeps
+  /// its place (along, across) unless it lies at the border of a corner zone. `modulus`: Young's
+  /// modulus; `modulus_rates`: its derivatives.
   virtual VectorXd stress_rates(const StressPeak& peak, double modulus,
                                 const VectorXd& modulus_rates) const = 0;
-  /// Of the section_stresses() at places of this leaf, which keep theirs likewise: those of one
-  /// place after the other, each a SectionStress, × parameters [Pa].
+  /// Derivatives of the section_stresses() at places of this leaf, which keep (along, across): rows
+  /// are the SectionStress of one place after the other, columns the parameters [Pa].
   virtual MatrixXd section_rates(const std::vector<StressPlace>& places, double modulus,
                                  const VectorXd& modulus_rates) const = 0;
 };

@@ -8,7 +8,7 @@ auto LeafGradient<S>::rates(const LeafQuadratic<S>& q, const Matrix& Y,
                             const std::vector<LeafVariation<S>>& variations) const -> Matrix {
   const auto columns = q.shape.cols(), parameters = q.shape.rows(),
              count = static_cast<Eigen::Index>(variations.size());
-  // shape, then these
+  // Rows: the shape, then the numbers that begin at these offsets.
   constexpr Eigen::Index point = 0, weight = 2, turn = 5, length = 14, edges = 15, per_edge = 15,
                          fixed = edges + 2 * per_edge;
   Matrix numbers(parameters + fixed, count), covectors(parameters + fixed, columns);

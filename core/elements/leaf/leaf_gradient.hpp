@@ -29,8 +29,8 @@ struct LeafVariation {
     Matrix3<S> rotation = Matrix3<S>::Zero();  ///< of the body's rotation seen in leaf axes
     Vector3d arm = Vector3d::Zero();           ///< from reference point to edge, undeflected
   };
-  /// Where the edge is grounded zero, but for the edges of an arc. Rotation and arm are those of
-  /// the edge's axes.
+  /// Motion of each edge with its body: zero where the edge is grounded, except for the edges of an
+  /// arc. Rotation and arm refer to the axes of the edge.
   std::array<Edge, 2> edge;
 };
 
@@ -73,12 +73,13 @@ class LeafGradient {
 
   int size() const { return rows_.size(); }
   double width() const { return width_; }  ///< w/L
-  /// Residual of every row.
+  /// Residual, one entry for each row.
   const Vector& force() const { return force_; }
-  /// Its derivatives along the variations, scales apart: size × variations.
+  /// Derivatives of the residual along the variations, at constant scales: size × variations.
   virtual Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const = 0;
   virtual LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const = 0;
-  /// Along every variation, the state moving by a column of `rows` each. None of series.
+  /// Derivatives of the fields along every variation; for each variation the state moves by one
+  /// column of `rows`. None for series.
   virtual std::unique_ptr<LeafFields> fields(
       const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const = 0;
   /// Derivatives of q of every column along every variation, scales apart: columns × variations.
@@ -89,7 +90,8 @@ class LeafGradient {
   /// `width`: w/L.
   LeafGradient(const LeafRows& rows, double width) : rows_(rows), width_(width) {}
 
-  /// Of the weight along a variation: it is that of the mass in global axes.
+  /// Derivative of the scaled weight along a variation. The weight of the mass stays constant in
+  /// global axes.
   Vector3d weight_rate(const LeafVariation<S>& v) const {
     return v.turn * weight_ + (v.mass - v.length - v.energy) * weight_;
   }

@@ -36,10 +36,10 @@ class LeafLinear {
   virtual MatrixXd static_shapes(const std::vector<int>& columns) const = 0;
   /// M V for rates V of the unknowns and the edges (+ 12 rows).
   virtual MatrixXd mass_times(const MatrixXd& V) const = 0;
-  /// None of a leaf with many unknowns.
+  /// Internal motions of the leaf; nothing for a leaf with many unknowns.
   virtual std::optional<InternalMotions> internal_motions() const { return std::nullopt; }
-  /// Below it every mode between held edges is one of the unknowns [Hz]. None: they tell all that
-  /// the leaf has.
+  /// Frequency below which every mode between held edges is one of the unknowns [Hz]. Nothing: the
+  /// unknowns contain all modes of the leaf.
   virtual std::optional<double> highest_mode() const { return std::nullopt; }
   /// Motion of stations for such rates, times the root of their mass: LeafDynamics::stations.
   virtual MatrixXd station_motion(const MatrixXd& V) const = 0;

@@ -42,7 +42,8 @@ class ProfileDirections {
   /// `directions`: derivative of every number of the mechanism along each parameter.
   ProfileDirections(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
 
-  /// Those of leaves that have these profiles but for rounding: they share what is made of a shape.
+  /// Derivatives for leaves that have these profiles up to rounding; such leaves share what is
+  /// derived from a shape.
   const std::vector<ProfileRate>& of(const ProfileRate& profiles) const;
   /// Coordinates of a leaf's change along one of the parameters: 1 for its direction.
   VectorXd coordinates(const LeafSpring& leaf, const LeafSpring& direction) const;
@@ -52,7 +53,7 @@ class ProfileDirections {
     ProfileRate profiles;
     std::vector<ProfileRate> directions;
   };
-  /// Place among them; behind the last where there are none.
+  /// Index of these profiles in leaves_; its size where they are not listed.
   std::size_t find(const ProfileRate& profiles) const;
   std::vector<Leaves> leaves_;
 };
@@ -65,7 +66,7 @@ class LeafRates {
   explicit LeafRates(ProfileDirections profiles) : profiles_(std::move(profiles)) {}
   const ProfileDirections& profiles() const { return profiles_; }
 
-  /// The T of `data`. Where there is none yet, `make()` makes it, as a T.
+  /// The T that belongs to `data`. Where there is none yet, `make()` makes it.
   template <class T, class Make>
   std::shared_ptr<const T> of(const std::shared_ptr<const void>& data, const Make& make) {
     std::shared_ptr<const void>& kept = kept_[{data, typeid(T)}];

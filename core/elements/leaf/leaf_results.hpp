@@ -14,7 +14,8 @@ namespace flexopt {
 struct NotchFactors {
   double membrane = 1, bending = 1;
 };
-/// Of the base edge and of the tip edge; nothing where the edge has no notch or is free.
+/// Notch factors of the base edge and of the tip edge; nothing where the edge has no notch or is
+/// free.
 using ClampFactors = std::array<std::optional<NotchFactors>, 2>;
 
 struct StressPeak {
@@ -66,10 +67,11 @@ struct LeafReport {
   std::string model;   ///< "tube", "linear_craig_bampton", "full"
   std::string reason;  ///< why not the default; empty otherwise
   double check = 0;    ///< relative correction of the condensed full leaf; 0 if not made
-  /// Where the coefficients of a tube come from: "built" or "atlas"; of other models empty.
+  /// Source of the coefficients of a tube: "built" or "atlas"; empty for other models.
   std::string source = {};
   int degree = 0;  ///< of the potential of a tube; of other models 0
-  /// Evaluated at full accuracy, or its frequencies, because its own model was not believed.
+  /// The leaf, or its frequencies, was evaluated at full accuracy, because its own model was not
+  /// accurate enough.
   bool replaced = false;
 };
 

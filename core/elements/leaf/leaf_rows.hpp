@@ -13,7 +13,8 @@ namespace flexopt {
 struct LeafRows {
   int unknowns = 0;
   int point = 0;  ///< 3 with a material point
-  /// From the reference point of the body to the middle of its edge, present; zero where grounded.
+  /// Present vector from the reference point of each body to the middle of its edge; zero where
+  /// grounded.
   std::array<Vector3d, 2> lever{Vector3d::Zero(), Vector3d::Zero()};
 
   int internal() const { return unknowns + point; }
@@ -21,7 +22,7 @@ struct LeafRows {
   int point_body() const { return internal() + 12; }
   int size() const { return internal() + 12 + point; }
 
-  /// (unknowns, increments of the edges), as PlateLeaf has them.
+  /// Rows (unknowns, increments of the edges), as PlateLeaf has them, from rows of the bodies.
   MatrixXd edge_rows(const MatrixXd& Y) const {
     MatrixXd T(unknowns + 12, Y.cols());
     T << Y.topRows(unknowns), Y.middleRows(internal(), 12);
@@ -29,7 +30,7 @@ struct LeafRows {
       T.middleRows(unknowns + 6 * e, 3) -= hat(lever[e]) * Y.middleRows(body(e) + 3, 3);
     return T;
   }
-  /// Forces the other way.
+  /// Rows of forces on the bodies from forces T on the edges.
   MatrixXd body_rows(const MatrixXd& T) const {
     MatrixXd Y = MatrixXd::Zero(size(), T.cols());
     Y.topRows(unknowns) = T.topRows(unknowns);

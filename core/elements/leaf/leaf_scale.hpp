@@ -1,5 +1,6 @@
 #pragma once
-// Between a leaf in SI units and global axes, and the same leaf in its own axes, lengths over L.
+// Conversion between a leaf in SI units and global axes and the same leaf in its own axes with
+// lengths over L.
 #include "core/elements/leaf/leaf_element.hpp"
 
 namespace flexopt {
@@ -8,7 +9,7 @@ namespace flexopt {
 struct LeafScale {
   Vector3d origin;  ///< middle of the base edge, undeflected [m]
   Matrix3d axes;    ///< leaf axes, undeflected
-  // Of a warm leaf all by its stress-free sizes, its mass kept.
+  // The scales of a warm leaf use its stress-free sizes; its mass does not change.
   double length = 1;  ///< L [m]
   double energy = 1;  ///< D = E t³ / 12(1 − ν²), of a beam E t³ / 12 [J]
   double mass = 1;    ///< ρ t L⁴: kinetic energy of unit scaled velocity [kg m²]

@@ -27,7 +27,7 @@ class LeafSeries {
 
   virtual const LeafRows& rows() const = 0;
   int size() const { return rows().size(); }
-  /// Where the path starts: internal unknowns, and the force at the material point.
+  /// State at the start of the path: internal unknowns, and the force at the material point.
   virtual VectorXd unknowns() const = 0;
   virtual Vector3d point_force() const = 0;
 

@@ -18,8 +18,8 @@ struct EdgeSurroundings {
   Eigen::Matrix<double, 12, Eigen::Dynamic> strokes;
   /// d load / d stroke of the drives; symmetric.
   MatrixXd drive_stiffness;
-  /// Of each drive the sum over all leaves, without signs, of what they add to its load and to its
-  /// own stiffness.
+  /// For each drive, the sum over all leaves of the absolute values of what they add to its load
+  /// and to its own stiffness.
   VectorXd parts_of_load, parts_of_stiffness;
   VectorXd drive_loads;
 };

@@ -122,7 +122,8 @@ ParityT<S> rectangular_section(const MeasuresT<S>& m, const S& w, const S& t, co
           1.5 * (1 - f * f) * G * shear_k * m[shear], half * (m[across] + y * m[warping]),
           2.0 * G * half * m[twist] * torsion};
 }
-// The same of two opposite places of an outline.
+// Normal and shear stress over E of a circular section at a fraction of its radius, split into the
+// parts that two opposite points of the outline share and those of opposite sign.
 template <class S>
 ParityT<S> circular_section(const MeasuresT<S>& m, const S& t, const S& nu, double f) {
   return {m[stretch], shear_ratio(nu) * (0.5 * t) * m[twist],
@@ -191,7 +192,7 @@ class SectionStress {
   }
 
  private:
-  // equal values but for rounding: the first one is kept
+  // Values that are equal up to rounding; the first one is kept.
   static void keep(Place& best, const Place& p) {
     if (p.value > best.value * (1 + 1e-9)) best = p;
   }
@@ -216,7 +217,7 @@ class SectionStress {
   std::array<double, stations_across> fraction_, factor_;
 };
 
-// That of every place along: one where the leaf is uniform.
+// Section stresses of every place along the leaf; a uniform leaf needs one section.
 class SectionStresses {
  public:
   explicit SectionStresses(const PlateShape& shape) : shape_(&shape), uniform_(shape, 0) {}
@@ -407,8 +408,8 @@ std::vector<StressPlace> beam_stress_places(const PlateShape& shape) {
 
 namespace {
 
-// At places that stand section by section: measures and what else the section needs are made once
-// for those that follow each other at one place along.
+// Calls `at_section` for places that are sorted by section. Measures and other section data are
+// made once for places that follow each other at one position along.
 template <class S, class AtSection>
 void each_place(const PlateShape& shape, const std::vector<StressPlace>& places,
                 const AtSection& at, const std::function<void(std::size_t, ParityT<S>)>& take) {

@@ -47,13 +47,14 @@ double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& noda
                         const StressPeak& peak, double youngs_modulus, const StressRate& rate,
                         BeamStrain strain = BeamStrain::finite);
 
-/// As plate_stress_places: all stations of the section formulas; of a wire 64 around its outline.
+/// Places of all stations of the section formulas, as plate_stress_places has them; of a wire, 64
+/// around its outline.
 std::vector<StressPlace> beam_stress_places(const PlateShape& shape);
 /// A SectionStress in each column.
 MatrixXd beam_section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                double youngs_modulus, const std::vector<StressPlace>& places,
                                BeamStrain strain = BeamStrain::finite);
-/// Their derivatives, one place after the other.
+/// Derivatives of the section stresses, one place after the other.
 VectorXd beam_section_rates(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const std::vector<StressPlace>& places, double youngs_modulus,
                             const StressRate& rate, BeamStrain strain = BeamStrain::finite);

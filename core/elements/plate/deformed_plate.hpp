@@ -18,7 +18,7 @@ LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd
 /// Deflected place of the point (along, across) in [0, 1]² of the mid-surface.
 Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                               const LeafScale& scale, double along, double across);
-/// Of several (along, across).
+/// Deflected places of several points (along, across) in [0, 1]² of the mid-surface.
 std::vector<Vector3d> plate_material_points(const PlateMesh& mesh,
                                             const std::vector<MatrixXd>& nodal,
                                             const LeafScale& scale,

@@ -29,7 +29,8 @@ void add_square(Matrix16& A, const Dual1& w, const Row<Dual1>& a) {
   A.noalias() += value * half.transpose();
 }
 
-// Of a plate at a point. The sum comes first, so that rigid motions cancel to the last digits.
+// Adds the bending operator of a plate at a point, with the weight w. The sum of the curvatures
+// comes first, so that rigid motions cancel to the last digits.
 void add_bending(Matrix16& A, double w, double nu, const MappedDerivatives<Row<double>>& N) {
   const Row<double> laplace = N.xx + N.yy;
   A += w * ((1 - nu) *
@@ -187,7 +188,8 @@ auto ElementNumbers<S>::corner_bend(const Corner& corner, int j, double across, 
   return N.xx + mesh_.poissons_ratio * N.yy;
 }
 
-// Of the undeflected leaf, n = (−t_z, t_x); b n of the middle is r,xx − Γ r,x there.
+// Slope along the undeflected leaf of the natural curvature field, with the normal n = (−t_z, t_x).
+// In the middle of the element b n is r,xx − Γ r,x.
 template <class S>
 auto ElementNumbers<S>::slope_of_natural(int i, const std::array<S, 4>& weight, const Row& along,
                                          const Row& bend) const -> Row {

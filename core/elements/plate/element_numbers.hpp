@@ -40,7 +40,8 @@ class ElementNumbers {
   using Derivatives = MappedDerivatives<Row>;
   PlateMesh::Element plate_element(int i, int j) const;
   PlateMesh::Element beam_element(int i) const;
-  /// Of the functions at a place in element (i, j); `place`: y0.
+  /// Derivatives of the shape functions at a place in element (i, j); `place`: coordinate y0
+  /// across.
   Derivatives derivatives(int i, double along, const S& place, const HermiteValuesT<S>& X,
                           const HermiteValuesT<S>& Y) const;
   /// r,xx + ν r,yy where the corner of a fold is, at `across` of element j across.
@@ -58,9 +59,9 @@ class ElementNumbers {
   void add_shear(PlateMesh::Element& element, const PlateShear<S>& shear) const;
   /// Equation (E2) over D, on the part of the layers of both free edges that lies in the element.
   void add_free_edges(PlateMesh::Element& element, CurvatureRows<S>& natural, int i, int j) const;
-  /// By how much the bending energy makes the second moment of the section in the plane of the leaf
-  /// too large where the leaf is `at_thickness` thick, over L, and `width_factor` times as wide;
-  /// over t w³: equation (E9). t/w counts up to 1/2.
+  /// Excess of the second moment of the section in the plane of the leaf that the bending energy
+  /// causes where the leaf is `at_thickness` thick, over L, and `width_factor` times as wide; over
+  /// t w³: equation (E9). t/w counts up to 1/2.
   S excess_of_bending_in_plane(const S& at_thickness, const S& width_factor) const;
   /// What takes back by how much that energy makes the shear in the plane too stiff: ε_s of (E16).
   S excess_of_shear_in_plane(const S& at_thickness, const S& width_factor) const;
@@ -70,7 +71,7 @@ class ElementNumbers {
   const MeshNumbers<S>& mesh_;
 };
 
-/// By what r,xx of the deflected surface differs from that of its sections, at the share `along` of
+/// Difference of r,xx of the deflected surface from that of its sections, at the share `along` of
 /// element (i, j) with the nodal values U: equation (E11).
 Vector3d section_turn(const PlateMesh& mesh, int i, int j, const Eigen::Matrix<double, 16, 3>& U,
                       double along);

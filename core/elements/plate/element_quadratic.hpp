@@ -14,7 +14,7 @@ inline bool changes(const PlateMesh::Membrane& rate) {
   return rate.A11 != 0 || rate.A12 != 0 || rate.A33 != 0;
 }
 
-/// An undeflected element, and what it has become.
+/// An undeflected element with its present strains and stresses.
 template <class S>
 struct DeflectedElement {
   int index = 0;
@@ -104,7 +104,8 @@ Stress<S> ElementQuadratic<S, Side>::stress_rate(const PlateMeshRate::Shape& by,
   return n;
 }
 
-// Of the gradients, and of the stresses by the shape, the strains being constant.
+// Sets, for every direction of the shape, the changes of the gradient operators and of the stresses
+// at constant strains.
 template <class S, int Side>
 void ElementQuadratic<S, Side>::set_along(const DeflectedElement<S>& e, const ElementBlock& U0,
                                           const Block& U1, const Block* U2) {
@@ -203,7 +204,7 @@ void ElementQuadratic<S, Side>::add_curvature_rates(const DeflectedElement<S>& e
   }
 }
 
-// Of bending stiffness and mass.
+// Adds the terms from the derivatives of the bending stiffness and the mass of an element.
 template <class S, int Side>
 void ElementQuadratic<S, Side>::add_operator_rates(const DeflectedElement<S>& e,
                                                    const ElementBlock& U0, const Block& U1,

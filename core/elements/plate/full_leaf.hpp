@@ -29,7 +29,7 @@ class FullLeaf final : public LeafElement {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   void displace_point(const Vector3d& displacement, const Vector3d& du) override;
-  /// The energy is then that of the weight, too, undeflected zero.
+  /// With a load that acts inside, the energy contains that of the weight, zero when undeflected.
   void act(const LeafLoad& load) override;
   const LeafEvaluation& evaluate() override;
   const LeafEvaluation& evaluation() const override { return evaluation_; }
@@ -51,7 +51,7 @@ class FullLeaf final : public LeafElement {
   Answer<LeafLinear> linearise() override;
   std::string interior_gap(InteriorUse) override { return {}; }
 
-  /// To be changed: no longer shared with other leaves.
+  /// The plate for changes: from now on it is not shared with other leaves.
   PlateLeaf& plate();
   const PlateLeaf& plate() const { return *plate_; }
   /// PlateLeaf::invert_pivots(), for all leaves that share the plate.

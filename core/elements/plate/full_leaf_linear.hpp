@@ -7,7 +7,7 @@
 
 namespace flexopt {
 
-/// Of an assembled full leaf, which must outlive it.
+/// Linearisation of an assembled full leaf. The leaf must outlive it.
 class FullLeafLinear final : public LeafLinear {
  public:
   explicit FullLeafLinear(FullLeaf& leaf) : leaf_(&leaf) { leaf.invert_pivots(); }

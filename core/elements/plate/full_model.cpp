@@ -114,9 +114,9 @@ bool settles(FullLeaf& leaf, const LeafHold& hold, int pivots) {
   return false;
 }
 
-// From the rigidly moved leaf to `hold`: the tip turns steadily and moves along the arc that a leaf
-// bends to without stretch; what is left of its way along the leaf comes with the square of the
-// way across.
+// Path from the rigidly moved leaf to `hold`. The tip turns steadily and moves along the arc to
+// which a leaf bends without stretch; what remains of its displacement along the leaf grows with
+// the square of the displacement across.
 class WayFromRest {
  public:
   WayFromRest(const FullLeaf& full, const LeafHold& hold) : scale_(&full.scale()) {

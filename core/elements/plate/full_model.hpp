@@ -1,5 +1,5 @@
 #pragma once
-// The leaf at full accuracy in the place of another model of it.
+// Makes the leaf at full accuracy that replaces another model of it.
 #include <memory>
 #include <string>
 
@@ -10,7 +10,7 @@ namespace flexopt {
 /// What holds a leaf, global axes [m, N].
 struct LeafHold {
   EdgePoses edges;  ///< that of a free tip is not used
-  /// Of the material point, where the leaf has one.
+  /// Displacement and force of the material point, for a leaf that has one.
   Vector3d point_displacement = Vector3d::Zero(), point_force = Vector3d::Zero();
 };
 

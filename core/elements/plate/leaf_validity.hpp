@@ -11,10 +11,10 @@ struct LeafValidity {
   double aspect = 0;          ///< L/w
   double flatness = 0;        ///< w²/(L t): how soon bending flattens the section
   double warping_length = 0;  ///< √(E C_w / G J) [m]: how far a clamped end stiffens torsion
-  /// Estimated relative errors of the support stiffness (largest over a large stroke) …
+  /// Estimated relative errors of the support stiffness of a beam (largest over a large stroke).
   double beam_free_warping = 0, beam = 0;
-  /// … of the plate: its bending in the plane, equation (E9). Nothing where there is no plate: a
-  /// wire, or a Poisson's ratio above a half.
+  /// Estimated relative error of the plate: its bending in the plane, equation (E9). Nothing where
+  /// there is no plate: a wire, or a Poisson's ratio above a half.
   std::optional<double> plate;
   double beam_drive = 0;  ///< of the drive stiffness of a beam: the anticlastic bending it lacks
   std::string needed;  ///< "beam", "beam_with_warping" or "plate": the cheapest within `accepted`

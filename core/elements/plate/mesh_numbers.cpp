@@ -29,7 +29,7 @@ LeafFoldT<S> fold_of(const PlateShape& shape, const ShapeRate& rate) {
           number<S>(fold.radius, rate.fold.radius)};
 }
 
-// At a place that may move.
+// Factor of a profile at a place that may move.
 template <class S>
 S profile(const std::vector<double>& numbers, const std::vector<double>& rates, const S& place,
           int order) {
@@ -48,8 +48,8 @@ constexpr double grading = 0.7;
 
 /// How far from the fold line the corner counts, over what it takes: the shares below add up to 1.
 constexpr double corner_zone = 160.0 / 133;
-/// The share of it that lies within u of this length, and its moment: 19/20 of what is there,
-/// and less towards its end, 19/20 (1 − u⁷).
+/// Share of the corner's flexibility that lies within u of this length, and its moment. Its density
+/// is 19/20, and less towards the end of the zone, 19/20 (1 − u⁷).
 template <class S>
 S corner_share(const S& u) {
   if (value_of(u) >= 1) return S(1);
@@ -151,7 +151,7 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
   const auto graded = [n](const S& from, const S& length, const S& g) {
     std::vector<S> lines(n + 1, from);
     lines[n] += length;
-    for (int i = 1; 2 * i <= n; ++i) {  // the same from both ends, to rounding
+    for (int i = 1; 2 * i <= n; ++i) {  // symmetric: equal from both ends, to rounding
       const S place = length * graded_place(S(static_cast<double>(i) / n), g);
       lines[i] += place;
       if (2 * i < n) lines[n - i] = lines[n] - place;

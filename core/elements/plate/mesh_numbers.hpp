@@ -30,7 +30,7 @@ MappedDerivatives<V> mapped(const WidthMap<S>& map, const S& y0, const V& x, con
           V(per * (xy - map.slope * y + g * yy)), V(squared * yy)};
 }
 
-/// What of a number is stored: itself, or its derivative.
+/// The stored part of a number: its value, or its derivative.
 inline double part_of(double x) { return x; }
 inline double part_of(const Dual1& x) { return x.derivatives[0]; }
 
@@ -39,7 +39,7 @@ class MeshNumbers {
  public:
   /// `rate`: of the shape, read where S = Dual1. Both must outlive this.
   explicit MeshNumbers(const PlateShape& shape, const ShapeRate& rate = constant());
-  /// Of a mesh that has its lines along already.
+  /// Numbers of a mesh whose lines along the leaf are given.
   MeshNumbers(const PlateShape& shape, const std::vector<S>& lines);
 
   S width, thickness, poissons_ratio, curve;
@@ -51,7 +51,7 @@ class MeshNumbers {
   };
   std::vector<LineWidth> line_width;  ///< PlateMesh::line_width
 
-  /// Of the undeflected leaf on every line: straight, or an arc seen from its chord.
+  /// Mid-line of the undeflected leaf at every line: straight, or an arc seen from its chord.
   std::vector<ArcPoint<S>> middle;
 
   const PlateShape& shape() const { return *shape_; }
@@ -60,9 +60,9 @@ class MeshNumbers {
   bool folded() const { return shape_->fold.has_value(); }
   S width_factor(const S& x, int order = 0) const;
   S thickness_factor(const S& x) const;
-  /// In element i along, at s of it.
+  /// Width map in element i along, at its share s.
   WidthMap<S> map(int i, double s) const;
-  /// Of the corner of a fold in element i along: (E14), (E15).
+  /// Properties of the corner of a fold in element i along: (E14), (E15).
   struct Corner {
     S place = S(0.5);    ///< where flexibility along is missing, a share of the element
     S stiffness = S(0);  ///< what is added for it there
@@ -71,15 +71,17 @@ class MeshNumbers {
   };
   Corner corner(int i) const;
 
-  /// Of the undeflected leaf in element i along, at s of it: r,xx = along r,x + normal n.
+  /// Geometry of the undeflected leaf in element i along, at its share s: r,xx = along r,x + normal
+  /// n.
   struct Rest {
     S metric = S(1);  ///< |r,x|²
     S along = S(0), normal = S(0);
   };
   Rest rest(int i, double s) const;
-  /// Its curvature there, of fibres on the side of the normal: −r,xx · n / |n|.
+  /// Curvature of the undeflected leaf in element i at s, with the sign for fibres on the side of
+  /// the normal: −r,xx · n / |n|.
   S rest_curvature(int i, double s) const;
-  /// r,x there, along the chord and normal to it.
+  /// Tangent r,x of the undeflected leaf in element i at s, along the chord and normal to it.
   std::array<S, 2> rest_tangent(int i, double s) const;
   /// Nodal values (r, r,x, r,y, r,xy) of a node of the undeflected leaf, from the middle of the
   /// line and in its axes; and from the base, in the axes of the chord.

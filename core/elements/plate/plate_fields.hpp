@@ -8,7 +8,8 @@
 
 namespace flexopt {
 
-/// Of a full leaf's nodes, whichever model moves them.
+/// Derivatives of the fields of a leaf from the nodal values of its full mesh, whichever model
+/// moves the nodes.
 class PlateFields final : public LeafFields {
  public:
   /// `nodal`: functions × 3 of every line, leaf axes; `rates`: functions × (3 components of each
@@ -24,7 +25,7 @@ class PlateFields final : public LeafFields {
                          const VectorXd& modulus_rates) const override;
 
  private:
-  /// Of the leaf along parameter p.
+  /// Derivatives of the strains and sizes of the leaf along parameter p.
   StressRate along(int p, const VectorXd& modulus_rates) const;
 
   const PlateMesh* mesh_;

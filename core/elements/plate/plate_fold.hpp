@@ -1,7 +1,7 @@
 #pragma once
-// What the two legs of a folded leaf share at a node of the fold line: equation (E8) of
-// core/elements/README.md. The second leg's derivatives of r are polynomials of the first one's and
-// of four numbers of its own.
+// Relation of the two legs of a folded leaf at a node of the fold line: equation (E8) of
+// core/elements/README.md. The second leg's derivatives of r are polynomials of the first leg's
+// derivatives and of four unknowns of its own.
 #include <array>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 
 namespace flexopt {
 
-/// A node's unknowns, or an increment of them.
+/// Unknowns of a node of the fold line, or an increment of them.
 template <class S>
 struct FoldNode {
   Vector3<S> along, across, both;              ///< r,x, r,y and r,xy of the first leg
@@ -28,8 +28,8 @@ struct FoldNode {
     (k < 9 ? (*vectors[k / 3])[k % 3] : *own_numbers[k - 9]) = S(1);
     return node;
   }
-  /// Node j of the block `x` of a fold line: the nodal values of the first leg, component by
-  /// component, then the second one's own numbers. An increment.
+  /// Node j, as an increment, of the block `x` of a fold line: the nodal values of the first leg,
+  /// component by component, then the four unknowns of the second leg.
   template <class Column>
   static FoldNode of(const Column& x, int functions, int j) {
     FoldNode node;
@@ -45,7 +45,7 @@ struct FoldNode {
     node.shear_rate = x[first + 3];
     return node;
   }
-  /// The same of a state.
+  /// Node j of the block `x` of a fold line as a state: the stretch is then 1 + its increment.
   template <class Column>
   static FoldNode state(const Column& x, int functions, int j) {
     FoldNode node = of(x, functions, j);
@@ -65,7 +65,7 @@ class FoldMap {
   using Pair = std::array<Vector3<S>, 2>;
   using Node = FoldNode<S>;
 
-  /// Of a fold by this angle.
+  /// Map of a fold by this angle [rad].
   static FoldMap of(double angle) { return {std::cos(angle), std::sin(angle), 1}; }
   /// Derivative of the map with the angle.
   static FoldMap rate(double angle) { return {-std::sin(angle), std::cos(angle), 0}; }
@@ -76,7 +76,7 @@ class FoldMap {
     add(sum, factor(u), cubic(u, u, u));
     return sum;
   }
-  /// Along y.
+  /// First derivative of the map along y.
   Pair first(const Node& u, const Node& y) const {
     Pair sum = quadratic(u, y);
     add(sum, S(1), quadratic(y, u));
@@ -84,7 +84,7 @@ class FoldMap {
     add(sum, factor(u, y), cubic(u, u, u));
     return sum;
   }
-  /// Along y and z.
+  /// Second derivative of the map along y and z.
   Pair second(const Node& u, const Node& y, const Node& z) const {
     Pair sum = quadratic(y, z);
     add(sum, S(1), quadratic(z, y));
@@ -94,7 +94,7 @@ class FoldMap {
     add(sum, factor(y, z), cubic(u, u, u));
     return sum;
   }
-  /// Along x, y and z.
+  /// Third derivative of the map along x, y and z.
   Pair third(const Node& u, const Node& x, const Node& y, const Node& z) const {
     Pair sum = zero();
     add(sum, factor(u), cubic_second(x, y, z));
@@ -118,8 +118,8 @@ class FoldMap {
   static Vector3<S> cross(const Vector3<S>& a, const Vector3<S>& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   }
-  /// 1/|r,y| to the order of the strain of the line, and its derivatives: the first one along y,
-  /// and the second one along both, whatever the state is.
+  /// 1/|r,y| to the order of the line's strain, and its derivatives along y and along y and z; the
+  /// second derivative does not depend on the state.
   static S factor(const Node& u) { return 1.5 - 0.5 * u.across.dot(u.across); }
   static S factor(const Node& u, const Node& y) { return -u.across.dot(y.across); }
 

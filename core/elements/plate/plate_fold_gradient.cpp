@@ -6,7 +6,7 @@
 namespace flexopt {
 
 namespace {
-// Of the forces on the r,x and r,xy of node j, column k.
+// Product of the forces on the r,x and r,xy of node j, column k, with `moved`.
 template <class S>
 S fold_product(const Eigen::MatrixX<S>& force, int j, int k,
                const std::array<Vector3<S>, 2>& moved) {

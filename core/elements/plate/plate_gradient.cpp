@@ -213,7 +213,7 @@ void PlateGradient<S>::add_to_rows(int line, const Matrix& nodal, Matrix& rows) 
     }
 }
 
-// N0′ of the edges' nodes: functions × (3 components of each variation).
+// Derivatives N0′ of the edges' nodes: functions × (3 components of each variation).
 template <class S>
 auto PlateGradient<S>::edge_nodal_rates(const std::vector<LeafVariation<S>>& variations) const
     -> std::array<Matrix, 2> {
@@ -362,7 +362,7 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
   for (int line = 0; line <= nx; ++line) add_to_rows(line, F[line], rows);
   add_point_rates(N, variations, rows);
   add_fold_force_rates(variations, rows);
-  // the edges' axes and arms turn and grow
+  // The axes and arms of the edges turn and grow.
   const auto& slopes = mesh_->edge_slopes();
   for (int e = 0; e < 2; ++e) {
     if (!rigid_[e]) continue;

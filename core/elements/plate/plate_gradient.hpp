@@ -11,7 +11,7 @@
 
 namespace flexopt {
 
-/// Where a leaf is, as PlateLeaf has it.
+/// State of a leaf, as PlateLeaf stores it.
 template <class S>
 struct PlateGradientState {
   std::array<Matrix3<S>, 2> axes;  ///< of the edges
@@ -50,7 +50,7 @@ class PlateGradient final : public LeafGradient<S> {
   NodalQuadratic nodal_quadratic(const std::vector<Matrix>& N1,
                                  const std::vector<Matrix>& N2) const;
   const std::vector<Matrix>& nodal_force() const { return nodal_force_; }  ///< per line, n × 3
-  /// Derivatives of it along the directions of the mesh rate, w/L, t/L and ν first.
+  /// Derivatives of the nodal force along the directions of the mesh rate, w/L, t/L and ν first.
   const std::vector<Matrix>& shape_force(int p) const { return shape_force_[p]; }
 
  private:
@@ -65,13 +65,14 @@ class PlateGradient final : public LeafGradient<S> {
   int edge_at(int line) const;
   /// Rates of the nodal values behind a fold that opens: functions × (3 components of each).
   Matrix fold_nodal_rates(const std::vector<LeafVariation<S>>& variations) const;
-  /// Of the angle of the fold.
+  /// Derivative of the angle of the fold along a variation.
   double fold_rate(const LeafVariation<S>& v) const;
   /// The block of a fold, of some vector.
   auto fold_block(const Vector& x) const {
     return x.segment(plate_->block_offset(mesh_->fold_line()), plate_->fold_unknowns());
   }
-  /// Of the line behind the fold: rows += Jᵀ nodal, and N's r,x and r,xy of states moving by Y.
+  /// Terms of the line behind the fold. add_fold_rows(): rows += Jᵀ nodal. set_fold_rates(): the
+  /// r,x and r,xy of N for states that move by Y.
   void add_fold_rows(const Matrix& nodal, Matrix& rows) const;
   void set_fold_rates(const Matrix& Y, Matrix& N) const;
   void add_fold_force_rates(const std::vector<LeafVariation<S>>& variations, Matrix& rows) const;
@@ -115,7 +116,7 @@ class PlateGradient final : public LeafGradient<S> {
   std::vector<Matrix> nodal_force_;  ///< per line, n × 3
   std::vector<std::vector<NodalWeight>> point_rates_;  ///< of PlateSupport::point, by direction
   std::vector<std::vector<Matrix>> shape_force_;       ///< derivative of it along every direction
-  /// Of a leaf with weight: of PlateMesh::mass_moment along every direction.
+  /// For a leaf with weight: derivatives of PlateMesh::mass_moment along every direction.
   std::vector<std::vector<VectorXd>> moment_rates_;
 };
 

@@ -64,7 +64,7 @@ auto PlateGradient<S>::second_nodes(int e, const Matrix& Y) const -> Matrix {
   return second;
 }
 
-// The edges: N0 = p + v, N1 = u̇ + ω×v + Σ ȧ d, N2 as above.
+// Adds the quadratic terms of an edge: N0 = p + v, N1 = u̇ + ω×v + Σ ȧ d, and N2.
 template <class S>
 void PlateGradient<S>::add_edge_quadratic(int e, const Matrix& Y, const Matrix& n0,
                                           const Matrix& n1, LeafQuadratic<S>& q) const {
@@ -109,7 +109,7 @@ void PlateGradient<S>::add_edge_quadratic(int e, const Matrix& Y, const Matrix& 
   }
 }
 
-// Of − Σ m w·N2 with the weight w.
+// Adds the quadratic terms of the weight w, − Σ m w·N2.
 template <class S>
 void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>& N2,
                                             LeafQuadratic<S>& q) const {

@@ -16,9 +16,9 @@ namespace flexopt {
 struct PlateSupport {
   bool free_tip = false;           ///< else the tip edge is rigid, at its pose
   std::vector<NodalWeight> point;  ///< of a material point with a prescribed displacement; or empty
-  /// Derivatives of them along and across; empty where they cannot move.
+  /// Derivatives of the weights along and across; empty where the point cannot move.
   std::array<std::vector<NodalWeight>, 2> point_slopes;
-  /// Its place: {along, across}, or the mean of the tip edge.
+  /// Place of the material point: {along, across}, or the mean of the tip edge.
   std::array<double, 2> place{1, 0.5};
   bool spread_over_tip = false;
 };
@@ -36,7 +36,7 @@ class PlateLeaf {
   const std::shared_ptr<const PlateMesh>& shared_mesh() const { return mesh_; }
   const PlateSupport& support() const { return support_; }
   int unknowns() const { return K_.size(); }
-  /// First unknown of a line; the lines of a fold have the same.
+  /// First unknown of a line; both lines of a fold have the same.
   int block_offset(int line) const { return K_.offset[block(line)]; }
   /// Whether the line is where the second leg of a folded leaf begins.
   bool is_second_of_fold(int line) const { return line > 0 && line - 1 == mesh_->fold_line(); }
@@ -65,22 +65,23 @@ class PlateLeaf {
 
   /// Assembles and factorises at the present state. After it the results below hold.
   void assemble();
-  /// The first half of it: energy, residual(), edge_force() and the tangent's parts hold then
-  /// (tangent_times(), coupling(), edge_tangent()), but nothing condensed.
+  /// First half of assemble(): computes energy, residual(), edge_force() and the parts of the
+  /// tangent (tangent_times(), coupling(), edge_tangent()); condenses nothing.
   void linearise();
-  /// The second half.
+  /// Second half of assemble(): condenses the unknowns; after linearise().
   void eliminate();
   /// K_ff V; after linearise(), before eliminate().
   MatrixXd tangent_times(const MatrixXd& V) const;
   /// How the nodal values of a rigid edge depend on (its slopes, its displacement and spin); after
   /// linearise().
   const MatrixXd& edge_jacobian(int edge) const { return edge_jacobian_[edge]; }
-  /// Second derivatives of that map times the nodal forces f: only the lower triangle is filled.
+  /// Second derivatives of the map of edge_jacobian() times the nodal forces f; only the lower
+  /// triangle is filled.
   MatrixXd edge_curvature(int edge, const VectorXd& f) const;
   /// Static shapes of the interior lines: their unknowns per unit nodal value of the base line,
   /// then of the tip line (both rigid); after linearise(), before eliminate().
   MatrixXd line_shapes() const;
-  /// The factor of the interior lines' tangent that they come from.
+  /// Factor of the interior lines' tangent from which line_shapes() come.
   BlockTridiagonal line_factor() const;
   /// Nodal values (functions_per_line × 3) of an edge (0 base, 1 tip) with these slopes.
   static MatrixXd edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& pose,
@@ -92,13 +93,13 @@ class PlateLeaf {
   double energy() const { return energy_; }
   double correction() const { return std::sqrt(interior_.correction()); }
   int negative_pivots() const { return interior_.negative_pivots(); }
-  /// Largest membrane strain |e11|, |e22| met at the last assembly.
+  /// Largest membrane strain |e11|, |e22| in the latest assembly.
   double strain() const { return strain_; }
 
   /// Condensed force and tangent at the edges (12), to first order in the internal residual.
   const Vector12d& force() const { return interior_.force(); }
   const Matrix12d& tangent() const { return interior_.tangent(); }
-  /// Force at the edges with the internal unknowns as they are.
+  /// Force at the edges at the present internal unknowns.
   const Vector12d& edge_force() const { return edge_force_; }
 
   /// Internal step for an edge increment: −K_ff⁻¹ (g_f + K_fb dq).
@@ -106,7 +107,8 @@ class PlateLeaf {
     Vector3d df;
     return interior_.step(K_, dq, Vector3d::Zero(), df);
   }
-  /// The same beside an increment du of the material point; the change of its force goes to `df`.
+  /// Step of the interior for an increment dq of the edges and an increment du of the material
+  /// point; the change of the point's force goes to `df`.
   VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const {
     return interior_.step(K_, dq, du, df);
   }
@@ -119,7 +121,7 @@ class PlateLeaf {
   /// Moves to `state`, wherever it is; the increments are linearised ones that led there.
   void step_to(const State& state, const VectorXd& dx, const Vector12d& dq);
   bool has_point() const { return !support_.point.empty(); }
-  /// Of the undeflected leaf.
+  /// Place of the material point in the undeflected leaf.
   const Vector3d& point_place() const { return point_place_; }
   /// Force at the material point and its derivatives, condensed.
   const LeafEvaluation::Point& point() const { return *interior_.point(); }
@@ -155,8 +157,9 @@ class PlateLeaf {
   /// M V for rates V of the unknowns alone or with 12 rows of the edges; rows as those of V.
   MatrixXd mass_times(const MatrixXd& V) const;
 
-  /// For the columns of T (unknowns, then edge increments): displacement of the middle of every
-  /// interior line and half the width times that of r,y; 6 rows a line. Tells motions apart.
+  /// Station motions for the columns of T (unknowns, then edge increments): displacement of the
+  /// middle of every interior line and half the width times that of r,y; 6 rows a line. They tell
+  /// motions apart.
   MatrixXd station_rates(const MatrixXd& T) const;
 
   struct Mode {
@@ -191,8 +194,8 @@ class PlateLeaf {
   Vector3d weight_ = Vector3d::Zero();
   std::vector<MatrixXd> nodal_;
   std::vector<VectorXd> nodal_force_;  ///< per line, 3 functions_per_line
-  /// At the membrane points of an element: r,x and r,y of the last assembly, and the stresses
-  /// (n11, n22, n12, times the weights) that the geometric stiffness takes.
+  /// State of the membrane points of an element: r,x and r,y of the last assembly, and the stresses
+  /// (n11, n22, n12, times the weights) that the geometric stiffness uses.
   struct PointState {
     Eigen::Matrix<double, 16, 3> gradient;
     Eigen::Array<double, PlateMesh::points, 3> stress;
@@ -204,8 +207,8 @@ class PlateLeaf {
   BlockTridiagonal K_;
   MatrixXd edge_diagonal_[2], edge_below_[2];
   MatrixXd edge_jacobian_[2];
-  /// Of the lines at a fold: K of the elements before and behind, and how the nodal values of the
-  /// second leg depend on the unknowns.
+  /// Blocks of the lines at a fold: K of the elements before and behind it, and how the nodal
+  /// values of the second leg depend on the unknowns.
   MatrixXd fold_diagonal_[2], fold_below_[2], fold_gap_, fold_jacobian_;
   VectorXd g_;         ///< residual
   MatrixXd coupling_;  ///< K_fb

@@ -14,7 +14,7 @@ constexpr int points = PlateMesh::points;
 using Gradient = Eigen::Matrix<double, 16, 3>;
 using PointArray = Eigen::Array<double, points, 1>;
 
-// Second derivatives of the cubic energy, between two components of the nodal values.
+// Second derivatives of the cubic part of the energy, between two components of the nodal values.
 struct CurvatureTangent {
   const PlateMesh::Element* element = nullptr;
   MatrixXd field;
@@ -203,7 +203,7 @@ void PlateLeaf::assemble_elements() {
   stress_is_linearised_ = false;
 }
 
-// Its potential is linear in the nodal values.
+// Adds the weight, whose potential is linear in the nodal values.
 void PlateLeaf::add_weight() {
   if (weight_.isZero(0)) return;
   const int n = mesh_->functions_per_line();

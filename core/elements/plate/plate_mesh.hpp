@@ -34,7 +34,8 @@ struct PlateShape {
   std::optional<double> curve{};  ///< angle of the arc [rad]; none: flat
   /// Place and radius of the fold over L, and its angle; `mesh` is then that of each leg.
   std::optional<LeafFoldT<double>> fold{};
-  /// Of superelements, through which constant strains must pass exactly: (E9) takes nothing back.
+  /// Mesh for a superelement, which must represent constant strains exactly: (E9) takes nothing
+  /// back.
   bool linear = false;
   bool transverse_shear = true;  ///< (E10)
 
@@ -42,7 +43,7 @@ struct PlateShape {
   bool has_profile() const { return !width_profile.empty() || !thickness_profile.empty(); }
   double width_at(double x) const;      ///< over L, at x in [0, 1]
   double thickness_at(double x) const;  ///< over L
-  /// Over L, means of the values that a profile is made of.
+  /// Mean width and thickness over L: means of the values that a profile is made of.
   double mean_width() const;
   double mean_thickness() const;
   auto operator<=>(const PlateShape&) const = default;
@@ -54,7 +55,7 @@ bool alike(const PlateShape& a, PlateShape b);
 /// How a shape changes along one direction.
 struct ShapeRate {
   Vector3d size = Vector3d::Zero();  ///< of w/L, t/L, ν
-  /// Of the factors of the profiles; empty where none of them changes.
+  /// Derivatives of the factors of the profiles; empty where none of them changes.
   std::vector<double> width_profile{}, thickness_profile{};
   double curve = 0;  ///< of the angle of the arc
   LeafFold fold;     ///< of its place, angle and radius
@@ -69,7 +70,7 @@ std::vector<double> graded_points(double a, double b, int intervals, double g);
 struct GaussRule {
   std::vector<double> point, weight;  ///< on [0, 1]
 };
-/// Of 2 or 4 points.
+/// Gauss rule of 2 or 4 points.
 GaussRule gauss_rule(int points);
 
 template <class S>
@@ -126,10 +127,10 @@ class PlateMesh {
     Matrix16 bending;  ///< of one displacement component, free-edge term included
     Matrix16 mass;     ///< ∫ N Nᵀ dA
     Eigen::Array<double, points, 1> metric;  ///< |r,x|² of the undeflected leaf at the points
-    /// Of a curved leaf: the operators of plate_curvature.hpp and their factors c; else empty.
+    /// For a curved leaf, the operators of plate_curvature.hpp and their factors c; else empty.
     MatrixXd curvature;
     Eigen::ArrayXd curvature_weight;
-    /// Of a curved leaf: what makes its undeflected energy zero.
+    /// For a curved leaf, the energy that makes its undeflected state one of zero energy.
     double rest_energy = 0;
     /// How the transverse force along turns the sections: (E11). Of nodal values the force, and the
     /// compliance over the second moment of the element.
@@ -153,8 +154,8 @@ class PlateMesh {
   explicit PlateMesh(const PlateShape& shape);
 
   const PlateShape& shape() const { return shape_; }
-  /// Of a folded leaf, one of the length zero between the lines fold_line() and fold_line() + 1 at
-  /// the ends of the legs, all its operators zero.
+  /// A folded leaf has one element of length zero between the lines fold_line() and fold_line() +
+  /// 1, the ends of its legs. All operators of this element are zero.
   int elements_along() const { return shape_.fold ? 2 * shape_.mesh[0] + 1 : shape_.mesh[0]; }
   int fold_line() const { return shape_.fold ? shape_.mesh[0] : -1; }
   int elements_across() const { return shape_.mesh[1]; }
@@ -215,11 +216,11 @@ struct NodalWeight {
   int line, function;
   double weight;
 };
-/// At the place (along, across) in [0, 1]². `derivative`: the weights of a derivative with respect
-/// to along, across or both.
+/// Weights of the nodal values for the place (along, across) in [0, 1]². `derivative`: order of the
+/// derivative with respect to along and across.
 std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across,
                                        std::array<int, 2> derivative = {0, 0});
-/// Mean over the tip edge.
+/// Weights of the mean over the tip edge.
 std::vector<NodalWeight> tip_mean_weights(const PlateMesh& mesh);
 /// ∂weight/∂(w/L) of either at a constant place: functions of slopes across grow with the width.
 inline double width_slope(const PlateMesh& mesh, const NodalWeight& w) {
@@ -230,7 +231,7 @@ inline double width_slope(const PlateMesh& mesh, const NodalWeight& w) {
 /// not zero.
 std::vector<NodalWeight> point_weight_rates(const PlateMesh& mesh, const ShapeRate& rate,
                                             double along, double across);
-/// The same of tip_mean_weights.
+/// Derivatives of tip_mean_weights along a direction of the shape: those that are not zero.
 std::vector<NodalWeight> tip_mean_weight_rates(const PlateMesh& mesh, const ShapeRate& rate);
 
 }  // namespace flexopt

@@ -11,16 +11,18 @@ namespace flexopt {
 
 struct PlateMeshRate {
   struct Shape {
-    /// Of every element; left empty where a direction changes none of them, but for the bending.
+    /// Derivatives of the operators of every element. All but `bending` are left empty where a
+    /// direction changes none of them.
     std::vector<PlateMesh::Matrix16> gradient, bending, mass;
     std::vector<PlateMesh::Weights> weight;
     std::vector<Eigen::Array<double, PlateMesh::points, 1>> metric;
-    /// Of the operators and factors of PlateMesh::Element::curvature.
+    /// Derivatives of the operators and factors of PlateMesh::Element::curvature.
     std::vector<MatrixXd> curvature;
     std::vector<Eigen::ArrayXd> curvature_weight;
     PlateMesh::Membrane membrane;
-    /// Of the undeflected nodal values, functions × 3 of every line, in its own axes
-    /// (PlateMesh::reference_node) and in those of the chord; empty where constant.
+    /// Derivatives of the undeflected nodal values, functions × 3 for every line, in the axes of
+    /// the line (PlateMesh::reference_node) and in those of the chord; empty where these are
+    /// constant.
     std::vector<MatrixXd> reference, undeflected;
   };
   std::vector<ShapeRate> direction;  ///< of every ShapeParameter
@@ -30,11 +32,11 @@ struct PlateMeshRate {
   explicit PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRate>& profiles = {});
 
   int directions() const { return static_cast<int>(shape.size()); }
-  /// The direction with these coordinates.
+  /// Change of the shape along the direction with these coordinates.
   ShapeRate along(const VectorXd& shape) const;
 };
 
-/// Those of a mesh that leaves share, made when first asked for.
+/// Derivatives of a mesh that leaves share, made when first asked for.
 std::shared_ptr<const PlateMeshRate> shared_mesh_rate(LeafRates& rates,
                                                       const std::shared_ptr<const PlateMesh>& mesh);
 

@@ -43,7 +43,7 @@ Stress<S> weighted(const Stress<S>& n, const PlateMesh::Weights& w) {
   return result;
 }
 
-// Σ n_ab r,b: what stands against r,a.
+// Σ n_ab r,b: the force conjugate to r,a.
 template <class S, class A>
 Gradient<S> stress_times(const Stress<S>& n, const A& a) {
   Gradient<S> s;

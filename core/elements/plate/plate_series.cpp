@@ -51,7 +51,7 @@ Stress membrane_stress(const PlateMesh::Membrane& A, const Stress& e, const Plat
   return n;
 }
 
-// Σ n_ab r,b: what stands against r,a.
+// Σ n_ab r,b: the force conjugate to r,a.
 Gradient stress_times(const Stress& n, const Gradient& a) {
   const auto a1 = a.topRows<points>().array(), a2 = a.bottomRows<points>().array();
   Gradient s;

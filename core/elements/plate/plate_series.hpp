@@ -14,7 +14,7 @@
 
 namespace flexopt {
 
-/// Of a plate that must outlive it and keep its state.
+/// Taylor series of a plate, which must outlive it and keep its state.
 class PlateSeries final : public LeafSeries {
  public:
   explicit PlateSeries(const PlateLeaf& plate);
@@ -31,7 +31,7 @@ class PlateSeries final : public LeafSeries {
                                               const LeafRows& rows) const override;
 
  private:
-  /// The expanded path.
+  /// State along the expanded path.
   PlateGradientState<Jet> path() const;
   /// K(s) Y up to s^(orders − 1).
   template <int orders>
@@ -45,8 +45,8 @@ class PlateSeries final : public LeafSeries {
   void expand_fold(const Series<VectorXd>& x);
   void expand_fold_curvature(const Series<VectorXd>& x);
   void expand_elements();
-  /// Whose nodal values are a function of the unknowns that is not linear: an edge, 2 behind a
-  /// fold, or −1.
+  /// Index of the nonlinear map from the unknowns to the nodal values of a line: the number of an
+  /// edge, 2 behind a fold; −1 where the map is linear.
   int map_of(int line) const {
     if (plate_->is_second_of_fold(line)) return fold;
     return is_rigid_edge(line) ? edge_of(line) : -1;
@@ -66,13 +66,15 @@ class PlateSeries final : public LeafSeries {
   Series<VectorXd> x_;
   Vector3d point_place_;  ///< of the undeflected leaf
   PointSeries point_;
-  /// Of an edge over (its unknowns, 6 of its body), of the line behind a fold over the fold's
-  /// unknowns: dr = J dY and the second derivatives of the map times the force.
+  /// Derivatives J of the nodal values, dr = J dY, and second derivatives H of the map times the
+  /// force. Edges: over (unknowns of the edge, 6 of its body); the line behind a fold: over the
+  /// unknowns of the fold.
   static constexpr int fold = 2;
   std::array<Series<MatrixXd>, 3> J_, H_;
   std::array<Series<std::vector<Vector3d>>, 2> arm_;  ///< v = r − p of each nodal vector
   std::array<Series<Matrix3d>, 2> axes_;
-  /// At the membrane points: r,x above r,y, and the stresses (n11, n22, n12) times weight.
+  /// State of the membrane points: r,x above r,y, and the stresses (n11, n22, n12) times the
+  /// weights.
   struct Point {
     Series<Eigen::Matrix<double, 16, 3>> gradient;
     Series<Eigen::Array<double, PlateMesh::points, 3>> stress;

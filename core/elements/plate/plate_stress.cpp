@@ -10,7 +10,7 @@
 namespace flexopt {
 namespace {
 
-// Of strains e11, e22 and 2 e12: numbers, or arrays of them.
+// Square of the von Mises stress from strains e11, e22 and 2 e12, which are numbers or arrays.
 template <class S, class A>
 A von_mises_square(const A& e11, const A& e22, const A& twice_e12, const S& nu, const S& modulus) {
   const S k = modulus / (1.0 - nu * nu);
@@ -51,7 +51,7 @@ SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double y
 
 namespace {
 
-// Stations from a to b with the ends, and those at the border of the corner zones.
+// Stations from a to b, with both ends and the borders of the corner zones.
 std::vector<double> stations(double a, double b, int intervals, double zone) {
   std::vector<double> s = graded_points(a, b, intervals, 0.5);
   s.push_back(a + zone);
@@ -60,7 +60,7 @@ std::vector<double> stations(double a, double b, int intervals, double zone) {
   return s;
 }
 
-/// Stations of a plate's stress, and what is not to be read there.
+/// Stations of a plate's stress, and those that are not to be read.
 struct Stations {
   std::vector<double> x, y;           // over L
   double width, margin, margin_side;  // of the squares at the corners: along, across
@@ -103,7 +103,7 @@ std::vector<StressPlace> plate_stress_places(const PlateShape& shape) {
 
 namespace {
 
-/// On both sides of all stations, along × across; −1 where it is not to be read.
+/// Stresses on both sides of all stations, along × across; −1 where a station is not to be read.
 struct StationStress {
   MatrixXd positive, negative;
 
@@ -233,7 +233,7 @@ std::vector<StressPeak> plate_clamp_stresses(const PlateMesh& mesh,
   return peaks;
 }
 
-// By dual numbers, only at the four stations around the place.
+// Section whose strains move, as dual numbers, only at the four stations around the place.
 MovingSection moving_section(const PlateShape& shape, const std::vector<Dual1>& xs,
                              const std::vector<double>& ys,
                              const std::function<StrainRate(int, int)>& strains_at, double along,

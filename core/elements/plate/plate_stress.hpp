@@ -16,11 +16,11 @@ struct LeafScale;
 struct SurfaceStress {
   double positive = 0, negative = 0;
 };
-/// Where the leaf is as thick as at the place `along` in [0, 1].
+/// Surface stress where the leaf has the thickness of the place `along` in [0, 1].
 SurfaceStress surface_stress(const PlateShape& shape, const Strains& e, double youngs_modulus,
                              double along = 0);
 
-/// Of many places: strains a row for each, thickness over L.
+/// Surface stresses at many places: one row of strains for each; thickness over L.
 struct SurfaceStresses {
   Eigen::ArrayXd positive, negative;
 };
@@ -51,7 +51,7 @@ std::vector<StressPeak> stress_peaks(const StrainField& field, const PlateShape&
 StressPeak plate_max_stress(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const LeafSpring& leaf, const LeafScale& scale, int index);
 
-/// stress_peaks() of a leaf. The largest of them is that of plate_max_stress.
+/// stress_peaks() of a leaf. The largest of these peaks is plate_max_stress.
 std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
                                            const std::vector<MatrixXd>& nodal,
                                            const LeafSpring& leaf, int index);
@@ -64,7 +64,7 @@ std::vector<StressPeak> plate_stress_peaks(const PlateMesh& mesh,
 std::vector<StressPeak> clamp_stresses(const StrainField& field, const PlateShape& shape,
                                        double youngs_modulus, int index,
                                        const ClampFactors& factors);
-/// The same of a leaf, with positions.
+/// Largest stresses at the clamped edges of a leaf, with positions.
 std::vector<StressPeak> plate_clamp_stresses(const PlateMesh& mesh,
                                              const std::vector<MatrixXd>& nodal,
                                              const LeafSpring& leaf, const LeafScale& scale,
@@ -76,13 +76,13 @@ std::vector<StressPeak> plate_clamp_stresses(const PlateMesh& mesh,
 double plate_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                          const StressPeak& peak, double youngs_modulus, const StressRate& rate);
 
-/// The same in any strain field: its stations and, at a pair of them, the strains and their rates.
-/// The stations across move with the width.
+/// Derivative of the stress at a peak for any strain field: stations x and y, and the strains with
+/// their derivatives at a pair of stations. The stations across move with the width.
 double stress_rate(const PlateShape& shape, const std::vector<Dual1>& x,
                    const std::vector<double>& y, const std::function<StrainRate(int, int)>& strains,
                    const StressPeak& peak, double youngs_modulus, const StressRate& rate);
 
-/// Strains at a place, and half the thickness there over L, as they move.
+/// Strains at a place, and half the thickness there over L, with their derivatives.
 struct MovingSection {
   StrainsT<Dual1> strains;
   Dual1 half;

@@ -7,7 +7,7 @@
 
 namespace flexopt {
 
-/// Where a plate or a beam of this shape is read.
+/// Places where the section stresses of a plate or a beam of this shape are read.
 std::vector<StressPlace> section_places(const PlateShape& shape);
 
 /// A SectionStress in each column, of a plate's strains:
@@ -15,11 +15,12 @@ std::vector<StressPlace> section_places(const PlateShape& shape);
 ///     σ11 = E/(1 − ν²) (ε11 + ν ε22),  σ22 likewise,  σ12 = G 2ε12;   ε = e, then t/2 κ
 MatrixXd section_stresses(const StrainField& field, const PlateShape& shape, double youngs_modulus,
                           const std::vector<StressPlace>& places);
-/// Of a plate or a beam.
+/// Section stresses at places of a plate or a beam, from the nodal values of its mesh.
 MatrixXd section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                           double youngs_modulus, const std::vector<StressPlace>& places);
 
-/// Their derivatives, one place after the other: of a plate whose stations move, and of a leaf.
+/// Derivatives of the section stresses, one place after the other: for a plate whose stations move,
+/// and for a leaf.
 VectorXd section_rates(const PlateShape& shape, const MovingStations& stations,
                        const std::vector<StressPlace>& places, double youngs_modulus,
                        const StressRate& rate);

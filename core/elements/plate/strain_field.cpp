@@ -105,8 +105,8 @@ std::pair<int, double> station_interval(const std::vector<double>& points, doubl
   return {i, (s - points[i]) / (points[i + 1] - points[i])};
 }
 
-// Those of a cubic are superconvergent there. (Second derivatives jump from element to element;
-// read anywhere else they are a saw-tooth.)
+// Second derivatives of a cubic are superconvergent at the Gauss stations. (They jump from element
+// to element; read anywhere else, they are a saw-tooth.)
 StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
   std::vector<Strains> values;
   const MeshNumbers<double> numbers(mesh.shape(), mesh.x());

@@ -21,14 +21,14 @@ template <class S>
 using StrainsT = Eigen::Matrix<S, 6, 1>;
 using Strains = StrainsT<double>;
 
-/// Of a folded leaf: how many stations along stand before the fold, and its place. Nothing is
-/// interpolated across it; it belongs to the first leg.
+/// Split of the stations of a folded leaf: how many stations along lie before the fold, and the
+/// place of the fold. Strains are not interpolated across the fold, which belongs to the first leg.
 struct FoldSplit {
   int stations = 0;
   double place = 0;
 };
 FoldSplit fold_split(const PlateShape& shape);
-/// The nearest place that is read in the second leg.
+/// The nearest place behind the fold, read in the second leg.
 inline double behind_fold(double fold) { return fold + 1e-9; }
 
 /// Interval of the stations (the first or last one beyond them) and the place in it.
@@ -45,7 +45,7 @@ class StrainField {
   /// `values`: a row for each station, stations along run fastest.
   StrainField(std::vector<double> x, std::vector<double> y, MatrixXd values, FoldSplit split = {});
   Strains at(double x, double y) const;
-  /// At all places of a grid: a row for each, those along run fastest.
+  /// Strains at all places of a grid, one row for each; places along run fastest.
   MatrixXd on(const std::vector<double>& x, const std::vector<double>& y) const;
   const MatrixXd& values() const { return values_; }
 
@@ -68,7 +68,8 @@ struct StressRate {
 struct StrainRate {
   Strains value, rate;
 };
-/// Stations along with how they move, those across, and what is there; these move with the width.
+/// Stations along with their motion, stations across, which move with the width, and the strains at
+/// both.
 struct MovingStations {
   std::vector<Dual1> x;
   std::vector<double> y;

@@ -40,8 +40,8 @@ VectorXd station_numbers(const std::vector<DynamicsNode>& nodes) {
 }
 
 RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho) {
-  // A leaf whose ray is so near to one of the atlas takes that one: half the look-up, and the model
-  // does not change with a design that turns its rays by next to nothing.
+  // A leaf whose ray is this near to one of the atlas uses that ray: half the look-up, and the
+  // model does not change with a design that turns its rays by next to nothing.
   constexpr double near_ray = 1e-3;
   RayNeighbours ray;
   while (ray.left + 2 < static_cast<int>(rays.size()) && rho >= rays[ray.left + 1]) ++ray.left;

@@ -11,7 +11,7 @@ namespace flexopt {
 VectorXd table_numbers(const std::vector<DynamicsNode>& nodes);
 VectorXd station_numbers(const std::vector<DynamicsNode>& nodes);
 
-/// Between which rays of an atlas a ray lies. On one of them the other is not wanted.
+/// The rays of an atlas between which a ray lies. Where it is one of them, the other is not needed.
 struct RayNeighbours {
   int left = 0;
   double a = 0, b = 0, rho = 0;

@@ -25,8 +25,8 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// The file: this, the settings as JSON, the numbers of the potentials, the compressed tables one
-// after the other, the block of the stress atlas; each part at a multiple of 64.
+// Head of the file. The settings as JSON, the numbers of the potentials, the compressed tables one
+// after the other and the block of the stress atlas follow, each part at a multiple of 64 bytes.
 struct Head {
   char magic[16];
   std::uint64_t byte_order;
@@ -36,7 +36,7 @@ struct Head {
 constexpr char magic[16] = "flexopt atlas 5";
 constexpr std::uint64_t byte_order = 0x0102030405060708;
 
-// Of whole 32-byte blocks; four sums that need not wait for each other.
+// Hash of whole 32-byte blocks, by four sums that do not depend on one another.
 std::uint64_t hash(const char* data, std::uint64_t size) {
   constexpr std::uint64_t factor = 0xD6E8FEB86659FD93;
   const auto add = [&](std::uint64_t& h, std::uint64_t word) {
@@ -150,7 +150,7 @@ json directory(const std::vector<CompressedTable>& tables) {
   return all;
 }
 
-// The next tables of a file; false where they are not whole.
+// Reads the next tables of a file; false where they are incomplete.
 bool read_tables(const json& entries, PartReader& reader, std::vector<CompressedTable>& tables) {
   for (const json& entry : entries) {
     CompressedTable& t = tables.emplace_back();
@@ -176,7 +176,7 @@ void each_potential_part(const AtlasSettings& s, Numbers& numbers, const Part& p
   part(numbers.units, static_cast<std::uint64_t>(highest) * rays);
 }
 
-// Those of a file; false where they are not whole.
+// Reads the potentials of a file; false where they are incomplete.
 bool read_potentials(const AtlasSettings& settings, PartReader& reader,
                      TubeAtlas::Numbers& numbers) {
   bool whole = true;

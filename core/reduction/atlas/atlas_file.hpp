@@ -8,14 +8,15 @@
 
 namespace flexopt {
 
-/// Where the atlas of a mesh is kept: the file that FLEXOPT_ATLAS names, else tubes-12x5.atlas (of
-/// that mesh) in the user's cache, $XDG_CACHE_HOME/flexopt or ~/.cache/flexopt.
+/// File of the atlas for a mesh: the one that FLEXOPT_ATLAS names, else tubes-12x5.atlas (for that
+/// mesh) in the user's cache, $XDG_CACHE_HOME/flexopt or ~/.cache/flexopt.
 std::filesystem::path default_atlas_file(const std::array<int, 2>& mesh);
 
 /// Why `file` cannot be written; empty if it can. Makes its folder, and removes drafts of it that
 /// killed processes left there.
 std::string obstacle(const std::filesystem::path& file);
-/// Writes beside `file` and renames; makes its folder. Returns what went wrong; empty if nothing.
+/// Writes the atlas to a draft beside `file` and renames it; makes the folder. Returns what went
+/// wrong; empty if nothing did.
 std::string write_atlas(const TubeAtlas& atlas, const std::filesystem::path& file);
 
 struct OpenedAtlas {

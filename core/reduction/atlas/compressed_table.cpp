@@ -120,8 +120,8 @@ std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd&
 
 namespace {
 
-// Of the columns `columns` of `values`: directions that leave no number of a column of the share 1
-// with a rest above `tolerance`, and their coordinates.
+// Directions that represent the columns of `values`, and the columns' coordinates in them. What is
+// left of any number, times the share of its column, is at most `tolerance`.
 struct Directions {
   MatrixXd basis, coordinates;
 };

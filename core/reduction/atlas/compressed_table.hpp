@@ -17,7 +17,8 @@ namespace flexopt {
 struct ShapeGrid {
   std::vector<double> log_width, log_thickness, poissons_ratios;
 
-  /// Ratio by ratio; within it ascending width, then ascending thickness.
+  /// Number of shapes. They are ordered by Poisson's ratio, then by ascending width, then by
+  /// ascending thickness.
   int size() const {
     return static_cast<int>(log_width.size() * log_thickness.size() * poissons_ratios.size());
   }
@@ -28,7 +29,7 @@ struct ShapeGrid {
 /// Which derivatives of a number by a shape are wanted: none, those by the sizes, or those by ν,
 /// too.
 enum class ShapeSlopes { none, sizes, all };
-/// So many.
+/// Number of the wanted derivatives.
 constexpr int slope_count(ShapeSlopes slopes) {
   return slopes == ShapeSlopes::none ? 0 : slopes == ShapeSlopes::sizes ? 2 : 3;
 }
@@ -65,20 +66,20 @@ struct CompressedTable {
   const std::uint16_t* places = nullptr;   ///< of each number among all, ascending
   const std::int8_t* exponents = nullptr;  ///< (2 p, 2 q) of each number
   const float* sizes = nullptr;            ///< s of each number
-  /// numbers × directions: `block` numbers after the other, of each block direction by direction,
-  /// as it is read; the last one is filled up with zeros.
+  /// numbers × directions, in blocks of `block` numbers; each block is stored direction by
+  /// direction, in the order of reading, and the last one is filled up with zeros.
   const std::int16_t* basis = nullptr;
   ShapeCoordinates coordinates;
 
   static constexpr int block = direction_block;
-  /// So many whole blocks have room for these numbers.
+  /// Number of whole blocks that hold this many numbers.
   static int blocks(int numbers) { return (numbers + block - 1) / block; }
 
   /// The first `first` of all numbers, then their slopes that the weights have, a column each.
   MatrixXd look_up(const ShapeWeights& weights, int first) const;
 };
 
-/// The unit in which a row of numbers becomes whole ones of 16 or 8 bits.
+/// Unit in which a row of numbers becomes integers of 16 or 8 bits.
 template <class Whole, class Row>
 double whole_unit(const Row& row) {
   const double most = row.size() > 0 ? row.cwiseAbs().maxCoeff() : 0;

@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// So many numbers stand together, direction by direction, as they are read.
+/// Numbers in a block. A block is stored direction by direction, in the order of reading.
 inline constexpr int direction_block = 64;
 
 namespace detail {

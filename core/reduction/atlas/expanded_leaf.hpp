@@ -1,5 +1,5 @@
 #pragma once
-// All that an atlas holds of one leaf: expansions and tables about its bent states.
+// Expansions and tables of one leaf about its bent states: all that an atlas holds of it.
 #include <vector>
 
 #include "core/reduction/tube/tube_dynamics.hpp"

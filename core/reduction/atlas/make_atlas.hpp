@@ -10,12 +10,12 @@ namespace flexopt {
 
 /// Runs work(0) … work(count − 1), in any order, and returns when all are done.
 using WorkLoop = std::function<void(int count, const std::function<void(int)>& work)>;
-/// One after the other.
+/// Work loop that runs one unit after the other.
 void run_in_order(int count, const std::function<void(int)>& work);
 
 struct AtlasOptions {
   WorkLoop loop = run_in_order;
-  /// So many of all leaves are done; called from any thread.
+  /// Called after each finished leaf with the number of finished leaves, from any thread.
   std::function<void(int done, int total)> progress;
   std::array<int, 2> check_cells{6, 4};  ///< along log w/L and log t/L; 0: no check
   /// Rays that are checked: S, C and some between those of the atlas.
@@ -28,11 +28,11 @@ struct MadeAtlas {
 };
 MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options = {});
 
-/// Two potentials of one leaf, the second one being the truth.
+/// Errors of a potential against another one of the same leaf, `truth`.
 AtlasCheck::Errors difference(const TubePotential& found, const TubePotential& truth,
                               const PlateShape& shape);
 
-/// The potential that TubeModel makes of bent states.
+/// The potential that TubeModel makes from bent states.
 TubePotential tube_potential(const PlateShape& shape, const Eigen::Matrix2d& directions,
                              std::vector<TubeNode> nodes);
 

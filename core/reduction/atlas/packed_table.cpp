@@ -24,7 +24,7 @@ MatrixXd PackedTable::look_up(const ShapeWeights& weights) const {
 
 namespace {
 
-// Of the columns of `values`: V of the directions, values ≈ values V Vᵀ.
+// Directions V that represent the rows of `values` within `tolerance`: values ≈ values V Vᵀ.
 MatrixXd directions_of(const MatrixXd& values, double tolerance) {
   const MatrixXd V = SymmetricEigen(values.transpose() * values).eigenvectors().rowwise().reverse();
   MatrixXd rest = values;

@@ -14,7 +14,7 @@ namespace flexopt {
 class ShortNumber {
  public:
   ShortNumber() = default;
-  /// The next one that is not smaller.
+  /// The next ShortNumber that is not smaller than x.
   explicit ShortNumber(double x)
       : bits_(static_cast<std::uint16_t>(
             (std::bit_cast<std::uint32_t>(static_cast<float>(x)) + 0xFFFFU) >> 16U)) {}
@@ -36,7 +36,7 @@ struct PackedTable {
   const std::uint16_t* places = nullptr;  ///< of each number among all, ascending
   const ShortNumber* sizes = nullptr;     ///< s of each number, then s′ of each
   const std::int16_t* coarse = nullptr;   ///< U, in blocks as of direction_sums()
-  const std::int8_t* fine = nullptr;      ///< U′, likewise
+  const std::int8_t* fine = nullptr;      ///< U′, in blocks as of direction_sums()
   ShapeCoordinates coordinates;
 
   int coarse_directions() const { return directions < most_coarse ? directions : most_coarse; }

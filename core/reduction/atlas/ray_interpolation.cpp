@@ -18,9 +18,9 @@ std::array<int, 6> exponents(int m) {
   return e;
 }
 
-// Where the neighbours of a monomial stand that a turn of the ray mixes with it; −1: nowhere.
+// Indices of the neighbours that a turn of the ray mixes with a monomial; −1: none.
 struct Neighbours {
-  int sigma = 0, tau = 0;  ///< its own exponents
+  int sigma = 0, tau = 0;  ///< exponents of the monomial
   int more_sigma = -1;     ///< σ^(i+1) τ^a
   int more_tau = -1;       ///< σ^i τ^(a+1)
   int to_sigma = -1;       ///< σ^(i+1) τ^(a−1)

@@ -28,20 +28,20 @@ std::vector<double> between_rays(const std::vector<double>& W_a, double a,
                                  const std::vector<double>& W_b, double b, double sigma,
                                  double rho);
 
-/// The same for tables, of which many share a ray. A turn mixes (σ, τ) alone: the coefficients of
-/// the monomials of (σ, τ) to a degree, times any other ones, on the ray ρ are
-/// a · (those on the ray a) + b · (those on the ray b), in the order of polynomial.hpp. By that
-/// degree.
+/// Interpolation between rays for tables, of which many share a ray. A change of the ray mixes σ
+/// and τ alone: the coefficients of the monomials of (σ, τ) to a degree, times any other ones, on
+/// the ray ρ are a · (those on the ray a) + b · (those on the ray b), in the order of
+/// polynomial.hpp. Index: the degree.
 struct RayBlend {
   std::array<MatrixXd, 4> a, b;
 };
 RayBlend blend_between_rays(double a, double b, double sigma, double rho);
-/// The table on that ray from those about the same σ on both: to degree 2, and one of stress to
-/// degree 3 in (σ, τ) alone.
+/// The table on the ray of `blend`, from those about the same σ on both rays: to degree 2, and for
+/// stress to degree 3 in (σ, τ) alone.
 StateTable blended(const StateTable& a, const StateTable& b, const RayBlend& blend);
 
-/// The same leaf seen from its other end: the expansion about the ray (ρ, 1), D = ±[0, 1; 1, 0]
-/// [1, −ρ; ρ, 1], of a leaf with the expansion W about (1, ρ). `same_sign`: the sign of D.
+/// Expansion of a leaf seen from its other end: about the ray (ρ, 1), D = ±[0, 1; 1, 0] [1, −ρ; ρ,
+/// 1], for a leaf with the expansion W about (1, ρ). `same_sign`: the sign of D.
 std::vector<double> from_other_end(const std::vector<double>& W, bool same_sign);
 
 /// What `W` of a ray ρ = ±1 becomes when the leaf is turned end for end, which the ray survives:

@@ -19,8 +19,7 @@ constexpr Eigen::Index even_columns = StateTable::even_of_stress,
 
 constexpr double least_bending = 0.015;  // [rad], of a state near the flat leaf
 
-// One for each monomial, the even ones first: how large it is where states lie as far from a bent
-// state as they usually do.
+// Size of each monomial, the even ones first, where states lie as far from a bent state as usual.
 VectorXd monomial_sizes(double sigma) {
   const double along = 0.3 * std::max(sigma, least_bending) + 0.01;
   const std::array<double, 5> far{0.02 + 0.1 * sigma, 0.01, 4, 2, 2};  // τ, φ, N, M1, M2
@@ -40,10 +39,10 @@ VectorXd monomial_sizes(double sigma) {
   return sizes;
 }
 
-// Of strains over the thickness: what of the largest stress they make.
+// Factor from strains divided by the thickness to their share of the largest stress at this σ.
 double per_stress(double sigma) { return 1 / (2 * std::max(sigma, least_bending)); }
 
-// Both parts side by side, and apart again.
+// Joins the even and odd parts of a table side by side, and splits them again.
 MatrixXd columns_of(const StateTable& t) {
   MatrixXd all(t.even.rows(), even_columns + odd_columns);
   all << t.even, t.odd;
@@ -65,7 +64,7 @@ MatrixXd leading(const MatrixXd& gram, Eigen::Index count) {
       std::min(count, gram.rows()));
 }
 
-// Rows of folded() and, as most, patterns of a family.
+// Number of rows of folded(), and largest number of patterns, of a family.
 std::array<int, 2> pattern_counts(const StressAtlasSettings& settings, const StressPlaces& places,
                                   int family) {
   if (family == StrainPatterns::places_family) {
@@ -131,7 +130,8 @@ StrainPatterns find_patterns(const StressAtlasSettings& settings) {
 
 // ---------------------------------------------------------------------------- look-up
 
-// Of the bent state n: what `look_up(table)` says of the coefficients of a ray.
+// Table of coefficients of the bent state n on the ray ρ. `look_up(table)` returns the numbers of a
+// stored table.
 template <class LookUp>
 StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& look_up) const {
   const std::vector<double>& rays = settings_.rays;

@@ -44,12 +44,12 @@ class StressAtlas {
   /// Coefficients of the patterns about the first `nodes` bent states of a leaf in the box on the
   /// ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;
-  /// Of the same leaf; this must outlive it.
+  /// Source of the derivatives of the coefficients for the same leaf. The atlas must outlive it.
   StressRateSource rates(const PlateShape& shape, double rho,
                          ShapeSlopes slopes = ShapeSlopes::all) const;
 
-  /// As one block of numbers for a file, and from it. `data` is aligned to 64 bytes and kept by
-  /// `owner`; null where the block is not one of these settings.
+  /// Packs the tables into one block of numbers for a file, and unpacks such a block. `data` is
+  /// aligned to 64 bytes and kept by `owner`; null where the block does not match these settings.
   std::string pack() const;
   static std::shared_ptr<const StressAtlas> unpack(const StressAtlasSettings& settings,
                                                    const char* data, std::size_t size,
@@ -70,11 +70,11 @@ class StressAtlasMaker {
  public:
   explicit StressAtlasMaker(const StressAtlasSettings& settings);
 
-  /// Those of shape k of the grid on the present ray; each k once, by any thread.
+  /// Adds the tables of shape k of the grid on the present ray; each k once, from any thread.
   void put(int k, const std::vector<StateTable>& nodes);
-  /// All shapes of the ray are there.
+  /// Call when all shapes of a ray have been added.
   void end_ray();
-  /// All rays are.
+  /// Call when all rays have ended.
   std::shared_ptr<const StressAtlas> finish();
 
  private:

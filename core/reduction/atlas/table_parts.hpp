@@ -21,7 +21,7 @@ void append_part(std::string& block, const T* data, std::uint64_t count) {
   std::memcpy(block.data() + at, data, count * sizeof(T));
 }
 
-/// Takes the parts of a block one after the other.
+/// Reads the parts of a block one after the other.
 struct PartReader {
   const char* data;
   std::uint64_t size, at = 0;

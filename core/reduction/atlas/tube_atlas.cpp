@@ -18,7 +18,7 @@ namespace {
 
 constexpr double rounding = 1e-9;  // of a box
 
-// ρ in [−1, 1] of a ray (1, ρ), or of one seen from the other end.
+// ρ in [−1, 1] of a ray (1, ρ), or of a ray that is seen from the other end of the leaf.
 struct RayPlace {
   double rho = 0;
   bool other_end = false;
@@ -264,7 +264,8 @@ std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray, const W
   return W;
 }
 
-// The same between rays and from the other end.
+// Expansions on any ray: interpolated between the stored rays, and seen from the other end of the
+// leaf where that is needed.
 std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2d& ray,
                                                  int nodes) const {
   assert(ray.cwiseAbs().maxCoeff() == 1 && (ray[0] > 0 || (ray[0] == 0 && ray[1] != 0)));

@@ -46,11 +46,12 @@ struct AtlasTerm {
   int node = 0, monomial = 0;
 };
 std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas);
-/// Those of the highest degree, which add least, are whole numbers of 16 bits.
+/// Whether a term is of the highest degree. These terms add least and are stored as integers of 16
+/// bits.
 bool is_highest(const AtlasTerm& term);
 /// How many of the terms are not of the highest degree, and how many are.
 std::array<int, 2> term_counts(const std::vector<AtlasTerm>& terms);
-/// Of its tables of stress: they have every other ray.
+/// Settings of the stress tables of an atlas, which have every other ray.
 StressAtlasSettings stress_settings(const AtlasSettings& settings);
 
 /// How well an atlas agrees with tubes of the same bent states that were built anew, over random
@@ -59,7 +60,7 @@ struct AtlasCheck {
   struct Errors {
     double drive = 0;  ///< relative, of the moment along the ray
     double on_ray = 0;  ///< relative, of the worst stiffness or compliance of the leaf: |L⁻¹ΔKL⁻ᵀ|
-    double off_ray = 0;  ///< the same at bending off the ray, twist, axial force, moments in plane
+    double off_ray = 0;    ///< as on_ray, at bending off the ray, twist, axial force, plane moments
     double frequency = 0;  ///< relative, of the six lowest internal ones on the ray and off it
     double stress = 0;     ///< relative, of the largest stress, at both; 0 without tables of it
   };
@@ -80,17 +81,17 @@ struct AtlasCheck {
 /// Read-only; shared by threads.
 class TubeAtlas {
  public:
-  /// Where the numbers are. `exponents`: two half-integers, doubled, for each ray and term: (p, q)
-  /// of (A1). `values`: of each Poisson's ratio and ray a matrix of `stride` × shapes, rows the
-  /// terms below the highest degree, padded; shapes with ascending width, then ascending thickness.
-  /// `highest`: the same of the terms of the highest degree, over `units`, one for each ray and
-  /// term.
+  /// Numbers of the atlas in memory. `exponents`: two half-integers, doubled, for each ray and
+  /// term: (p, q) of (A1). `values`: for each Poisson's ratio and ray a matrix of `stride` ×
+  /// shapes, rows the terms below the highest degree, padded; shapes with ascending width, then
+  /// ascending thickness. `highest`: the terms of the highest degree in the same layout, over
+  /// `units`, one for each ray and term.
   struct Numbers {
     const std::int8_t* exponents = nullptr;
     const float* values = nullptr;
     const std::int16_t* highest = nullptr;
     const float* units = nullptr;
-    /// Of each ray, for the shapes of shape_grid(); none without dynamics.
+    /// Tables for each ray over the shapes of shape_grid(); none without dynamics.
     std::vector<CompressedTable> dynamics, stations;
     std::shared_ptr<const void> owner;  ///< keeps both alive
   };
@@ -103,15 +104,15 @@ class TubeAtlas {
   const AtlasCheck& check() const { return check_; }
   const std::vector<AtlasTerm>& terms() const { return terms_; }
   const std::shared_ptr<const StressAtlas>& stress() const { return stress_; }
-  /// Tells contents apart; of an atlas from a file.
+  /// Fingerprint that tells contents apart; only for an atlas from a file.
   const std::string& fingerprint() const { return fingerprint_; }
-  /// Terms, padded so that every shape starts on a cache line.
+  /// Number of terms, padded so that every shape starts on a cache line.
   static int stride(int terms) { return (terms + 15) / 16 * 16; }
 
   /// Why there are no coefficients for leaves of this shape that bend so; empty where there are.
   std::string gap(const PlateShape& shape, const TubeRange& range) const;
 
-  /// So many of the first bent states reach sigma, at least two.
+  /// Number of bent states, from the first on, that reach sigma; at least two.
   int nodes_to(double sigma) const;
 
   /// Tables of the dynamics about the first bent states, so many as reach sigma (at least two).
@@ -128,15 +129,15 @@ class TubeAtlas {
     Eigen::Matrix2d directions;  ///< D; its first column is the ray
     std::vector<TubeNode> nodes;
   };
-  /// Where there is no gap(). `ray`: as of TubeRange, ray[0] ≥ 0; within 1e-3 of a ray of the atlas
-  /// that one. `nodes`: so many of the first bent states; 0: all.
+  /// Looks up a leaf for which gap() is empty. `ray`: as in TubeRange, ray[0] ≥ 0; within 1e-3 of a
+  /// ray of the atlas, that ray is used. `nodes`: number of bent states from the first on; 0: all.
   Tube look_up(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes = 0) const;
 
   /// Tables of stress about the same bent states, which see the leaf as view() says. Needs
   /// stress().
   std::vector<StateTable> look_up_stress(const PlateShape& shape, const Eigen::Vector2d& ray,
                                          int nodes = 0) const;
-  /// Of the same tables; for one thread. This must outlive it.
+  /// Source of the derivatives of the stress tables, for one thread. The atlas must outlive it.
   StressRateSource stress_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
                                 ShapeSlopes slopes = ShapeSlopes::all) const;
   static TubeView view(const Eigen::Vector2d& ray);

@@ -47,7 +47,7 @@ MatrixXd nodal_mass_times(const PlateMesh& mesh, const MatrixXd& V) {
 
 // ---------------------------------------------------------------------------- loads
 
-// A function on [0, 1] with its slope.
+// Value and slope of a function on [0, 1].
 struct Sample {
   double value, slope;
 };
@@ -127,8 +127,8 @@ namespace {
 // (turns about the base 3, per x 6, per load P).
 constexpr int motions = 9 + P;
 struct Motions {
-  MatrixXd nodal;  ///< of all 28 monomials
-  MatrixXd stiff;  ///< of the stiff deformations, likewise; rows (u, θ1z, θ2z)
+  MatrixXd nodal;  ///< motions of the nodes for all 28 monomials
+  MatrixXd stiff;  ///< stiff deformations (u, θ1z, θ2z) in rows, for all 28 monomials
 };
 
 MatrixXd turned(const PlateMesh& mesh, const VectorXd& r, int axis) {
@@ -205,7 +205,7 @@ MatrixPolynomial mass_of(const PlateMesh& mesh, const MatrixXd& nodal) {
   return M;
 }
 
-// A few rows of the motions.
+// Matrix polynomial of some rows of the motions.
 MatrixPolynomial rows_of(const MatrixXd& rows) {
   const MonomialTable& table = monomials<6, 2>();
   MatrixPolynomial R(table, rows.rows(), motions);

@@ -7,7 +7,7 @@
 namespace flexopt {
 
 LoadParity load_parity();
-/// Of a flat leaf of uniform width and thickness.
+/// Internal loads of a flat leaf of uniform width and thickness.
 InternalLoads internal_loads(const PlateMesh& mesh);
 
 /// Taylor coefficients to degree 2 in x = (σ, τ, φ, N, M1, M2), forces over their scale, all in the

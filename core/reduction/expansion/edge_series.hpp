@@ -15,7 +15,7 @@ struct EdgeSeries {
   using P = Polynomial<NV, ORDER, S>;
 
   EdgeSeries() = default;
-  /// Turned by exp(hat v).
+  /// Series of an edge that is turned by exp(hat v).
   explicit EdgeSeries(const std::array<P, 3>& v) {
     const P q = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     // Taylor coefficients at q0 of Σ (−q)^k/(2k + m)!, m = 1, 2, 3

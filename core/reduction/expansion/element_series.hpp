@@ -88,7 +88,7 @@ class ElementSeries {
     }
   }
 
-  /// `weight` times the energy, by the lanes of its coefficients.
+  /// Adds `weight` times the energy to the lanes of its coefficients.
   void add_energy(const std::vector<Matrix>& nodal, int i, int j, double weight,
                   std::vector<Lanes>& sum) {
     const int degree = field_degree(i), m = table_.count(degree);
@@ -224,7 +224,7 @@ class ElementSeries {
     return bent;
   }
 
-  // Component c of a × b, to a degree.
+  // Adds component c of a × b, to a degree.
   void add_cross(std::vector<Lanes>& sum, const std::array<std::vector<Lanes>, 3>& a,
                  const std::array<std::vector<Lanes>, 3>& b, int c, int d0, int d1,
                  int degree) const {
@@ -257,7 +257,7 @@ class ElementSeries {
     F += element.curvature.leftCols(functions).transpose() * moments;
   }
 
-  // And the energy itself, with what makes it zero at rest.
+  // Adds the energy of the natural curvature, including what makes it zero at rest.
   void add_natural_energy(const PlateMesh::Element& element, int degree, double weight,
                           std::vector<Lanes>& sum) {
     const int m = table_.count(degree), full = std::min(ORDER, 2 * degree);
@@ -289,7 +289,7 @@ class ElementSeries {
       }
   }
 
-  /// Of e11, e22 and 2 e12.
+  /// Area weights of e11, e22 and 2 e12 at the membrane points of element (i, j).
   std::array<Lanes, 3> weights(int i, int j) const {
     const auto& element = operators_.element(i, j);
     std::array<Lanes, 3> w;

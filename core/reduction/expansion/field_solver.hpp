@@ -11,7 +11,7 @@ class FieldSolver {
  public:
   explicit FieldSolver(const ChordLeaf& leaf);
 
-  /// −K⁻¹ R, rows as ChordLeaf::unknowns.
+  /// Solution −K⁻¹ R, rows as in ChordLeaf::unknowns.
   MatrixXd operator()(const MatrixXd& R) const;
 
  private:

@@ -14,7 +14,7 @@ constexpr int load_order = 2;
 using Number = Dual<field_loads>;
 using Numbers = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic>;
 
-// Values, then derivative after derivative, side by side.
+// Matrix of the values, then of one derivative after the other, side by side.
 MatrixXd parts_of(const Numbers& A, int first, int parts) {
   MatrixXd all(A.rows(), parts * A.cols());
   for (Eigen::Index c = 0; c < A.cols(); ++c)
@@ -25,7 +25,7 @@ MatrixXd parts_of(const Numbers& A, int first, int parts) {
     }
   return all;
 }
-// The first `columns` of each part.
+// Numbers with derivatives from the first `columns` of each part.
 Numbers numbers_of(const MatrixXd& all, Eigen::Index columns) {
   constexpr int parts = 1 + field_loads;
   const Eigen::Index part = all.cols() / parts;
@@ -38,7 +38,7 @@ Numbers numbers_of(const MatrixXd& all, Eigen::Index columns) {
   return A;
 }
 
-// An operator of the mesh, which no load changes.
+// An operator of the mesh, which does not depend on loads.
 struct Operator {
   const PlateMesh::Matrix16* matrix;
 };
@@ -50,7 +50,7 @@ Numbers transposed_times(const Operator& A, Eigen::Index rows, const Numbers& B)
                     B.cols());
 }
 
-// The mesh for a series of numbers with derivatives.
+// A mesh whose numbers carry derivatives along loads.
 class LoadedMesh {
  public:
   struct Element {

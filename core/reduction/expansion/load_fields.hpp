@@ -5,7 +5,7 @@
 
 namespace flexopt {
 
-/// So many loads at once.
+/// Number of loads that are expanded together.
 inline constexpr int field_loads = 10;
 
 /// Amplitudes of a leaf's internal motion: a = Lᵀ r of fixed loads L on its nodes, in the chord

@@ -9,7 +9,7 @@ namespace flexopt {
 /// A number at the eight membrane points of an element.
 using Lanes8 = double __attribute__((vector_size(64)));
 
-/// And one with derivatives.
+/// A number at the eight membrane points of an element, with its derivatives.
 template <int n>
 struct DualLanes8 {
   Lanes8 value;

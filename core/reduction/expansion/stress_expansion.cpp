@@ -101,7 +101,8 @@ class StrainExpansion {
     for (int k = 0; k < ORDER; ++k) taylor[k + 1] = -taylor[k] * (k + 0.5) / ((k + 1) * q[0]);
     return compose<NV, ORDER, double>(std::span<const double>(taylor), q);
   }
-  // As strains() of strain_field.cpp, in polynomials; a row for each component, so many rows apart.
+  // Strains as in strains() of strain_field.cpp, as polynomials: one row for each component,
+  // `apart` rows from one to the next.
   static void put_strains(const Vector& a1, const Vector& a2, const Vector& r11, const Vector& r22,
                           const Vector& r12, int row, int apart, MatrixXd& rows) {
     Vector n;

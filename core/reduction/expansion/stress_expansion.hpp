@@ -5,9 +5,9 @@
 
 namespace flexopt {
 
-/// Where the strains and the places of a flat leaf of uniform width and thickness are tabulated:
-/// on one half of its width, y ≤ 0, of which the other one is the mirror image. All places keep
-/// their share of length and width whatever the shape.
+/// Places at which the strains and positions of a flat leaf of uniform width and thickness are
+/// tabulated: on one half of its width, y ≤ 0, of which the other half is the mirror image. All
+/// places keep their share of length and width whatever the shape.
 struct StressPlaces {
   std::vector<double> x, y;          ///< of the strains, over L, on the whole leaf: Gauss stations
   std::vector<double> lines, nodes;  ///< of the mesh, over L

@@ -21,10 +21,10 @@ class ChordLeaf {
  public:
   explicit ChordLeaf(std::shared_ptr<const PlateMesh> mesh);
 
-  /// Back to the undeflected leaf.
+  /// Moves back to the undeflected leaf.
   void reset();
 
-  /// To a state that is known: soft deformations, forces and unknowns() of an equilibrium.
+  /// Moves to a known state: soft deformations, forces and unknowns() of an equilibrium.
   void stand_at(const Vector3d& s, const Vector3d& f, const VectorXd& unknowns);
 
   struct Solution {
@@ -32,7 +32,7 @@ class ChordLeaf {
     int iterations = 0;
     double correction = 0;
   };
-  /// Newton from the present state to (s, f).
+  /// Newton's method from the present state to (s, f).
   Solution solve(const Vector3d& s, const Vector3d& f, int max_iterations = 25);
 
   PlateLeaf& plate() { return plate_; }
@@ -59,7 +59,7 @@ class ChordLeaf {
   Vector3d s_ = Vector3d::Zero(), c_ = Vector3d::Zero(), f_ = Vector3d::Zero();
 };
 
-/// One expansion.
+/// Expansion about one bent state.
 struct TubeExpansion {
   double sigma = 0;
   std::vector<double> W;  ///< Taylor coefficients to degree 2 order + 1

@@ -194,7 +194,7 @@ class TubeSeries {
   }
 
  private:
-  // In the mirror across the width.
+  // Whether the state is symmetric in the mirror across the width.
   bool symmetric() const {
     return leaf_.soft()[2] == 0 && leaf_.forces()[1] == 0 && leaf_.forces()[2] == 0;
   }
@@ -221,7 +221,7 @@ class TubeSeries {
     for (int k = k0; k < k1; ++k) R(r, k - k0) = p[k];
   }
 
-  // Of the undeflected leaf.
+  // Chord of the undeflected leaf, over its length.
   double chord() const { return mesh_.line_pose(mesh_.lines() - 1).position[0]; }
 
   S mirrored(const S& x, double sign) const {

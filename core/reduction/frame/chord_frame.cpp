@@ -10,7 +10,7 @@ namespace {
 constexpr double roll_tolerance = 1e-14;  // [rad]
 constexpr int max_roll_steps = 12;        // 2 or 3 happen
 
-/// First entry of J⁻¹, with which the roll of the frame changes θx.
+/// First entry of J⁻¹: change of θx with the roll of the frame.
 double roll_rate(const Vector3d& th) {
   const double q = th.squaredNorm();
   return 1 + hat_square_factor(q).value * (th[0] * th[0] - q);

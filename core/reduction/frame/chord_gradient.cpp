@@ -32,8 +32,8 @@ struct Arguments {
   double chord = 0;
 };
 
-// Of its results, added to those of its arguments. `rate`: frame_rate(…, spin, …); `of`: covectors,
-// in the places of the results.
+// Turns covectors `of` of the results of frame_rate() into covectors of its arguments, and adds
+// these to `to`. `rate`: frame_rate(…, spin, …).
 void pull_back(const Turns& turns, double chord, const std::array<Vector3d, 2>& spin,
                const FrameRate<double>& rate, FrameRate<double> of, Arguments& to) {
   double weight = 0;
@@ -71,7 +71,7 @@ SpinRateCovector spin_rate_covector(const Turn<double>& turn, const Vector3d& t,
           2 * first * x + dq * (da * cx + db * cx.cross(x)) + b * (vc + ct.cross(x))};
 }
 
-// Of θ from that of J⁻¹ = 1 − ½ hat θ + γ hat² θ.
+// Covector of θ from the covector M of J⁻¹ = 1 − ½ hat θ + γ hat² θ.
 Vector3d inverse_covector(const Vector3d& x, const HatSquareFactor& g, const Matrix3d& M) {
   const Vector3d axial(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1)),
       both = (M + M.transpose()) * x;
@@ -79,7 +79,7 @@ Vector3d inverse_covector(const Vector3d& x, const HatSquareFactor& g, const Mat
   return -0.5 * axial + 2 * (g.slope * square - g.value * trace) * x + g.value * both;
 }
 
-// Of the six rates that FrameRate::e() lists.
+// Covector of a FrameRate from the covector c of the six rates that FrameRate::e() lists.
 FrameRate<double> of_rates(const Vector6d& c) {
   FrameRate<double> of;
   of.spin.setZero();

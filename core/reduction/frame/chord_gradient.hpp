@@ -22,7 +22,7 @@ class ChordGradient {
   };
 
   ChordGradient() = default;
-  /// Between these edges, with their frame.
+  /// Gradient between these edges, with their frame.
   ChordGradient(const ChordFrame& frame, const EdgePoses& edges, const LeafRows& rows,
                 Energy energy);
 
@@ -33,7 +33,7 @@ class ChordGradient {
   /// (displacement, spin) of the edges as a variation alone moves them; the arms' rates.
   Vector12d edge_moves(const LeafVariation<double>& v, std::array<Vector3d, 2>& lever) const;
 
-  /// A column of increments, and how the frame and e move along it.
+  /// A column of increments, with the resulting motion of the frame and of e.
   struct Column {
     std::array<Vector3d, 2> spin;  ///< of the edges, like the next two in the axes of the frame
     Vector3d apart, base;          ///< displacement of the tip less that of the base, of the base
@@ -59,7 +59,7 @@ class ChordGradient {
   EdgePoses edges_;
   LeafRows rows_;
   Energy energy_;
-  /// Of both edges in the frame; of a default one none.
+  /// Rotations of both edges in the frame; none for a default one.
   std::optional<std::array<chord::Turn<double>, 2>> turns_;
   /// Second derivatives of Turn::a and Turn::b in |θ|², of both edges.
   std::array<std::array<double, 2>, 2> curvature_{};

@@ -72,7 +72,7 @@ struct Turn {
   }
 };
 
-// Rates of the chord frame and of e for what it sees of the edges.
+// Derivatives of the chord frame and of e.
 template <class S>
 struct FrameRate {
   Vector3<S> spin;
@@ -107,7 +107,8 @@ FrameRate<S> frame_rate(const std::array<Turn<S>, 2>& turn, const S& chord,
   return r;
 }
 
-// Of increments of the edges: e′ and e″ along them, and the spin of the frame.
+// First and second derivatives of the deformations, e′ and e″, along increments of the edges, and
+// the spin of the frame.
 template <class S>
 struct FramePath {
   FrameRate<S> first, second;

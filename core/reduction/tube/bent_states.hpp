@@ -1,5 +1,5 @@
 #pragma once
-// The way of a leaf to a bent state of its ray.
+// Bends a leaf to a state on its ray.
 #include "core/reduction/expansion/tube_expansion.hpp"
 
 namespace flexopt {
@@ -9,10 +9,10 @@ namespace flexopt {
 /// its energy over the square.
 inline constexpr double least_distance_of_states = 0.03;
 
-/// Bends `leaf` to (θ1y, θ2y) = ray σ without twist, under the forces that it has, in one step or,
-/// where that does not lead there, in smaller ones. Returns how far it came: `to`, or less where no
-/// stable equilibrium was found beyond; the leaf then stands at the last one. `from`: σ of its
-/// present state.
+/// Bends `leaf` to (θ1y, θ2y) = ray σ without twist, under its present forces, in one step or,
+/// where that fails, in smaller ones. Returns the σ that was reached: `to`, or less where no stable
+/// equilibrium was found beyond; the leaf then is in the last equilibrium. `from`: σ of its present
+/// state.
 double bend(ChordLeaf& leaf, const Eigen::Vector2d& ray, double from, double to);
 
 }  // namespace flexopt

@@ -21,12 +21,12 @@ struct DynamicsEntries {
   RateMatrix mass = RateMatrix::Zero();
 
   enum Part { k_part, G_part, F_part, g_part, mass_part };
-  /// One number of a table; symmetric matrices have the lower half.
+  /// Place of a number of a table; symmetric matrices use the lower half.
   struct Slot {
     int matrix, row, column;
   };
   void put(const Slot& slot, double x);
-  /// Of a covector of the matrices, that of the number.
+  /// Covector of the number of a slot, where this holds covectors of the matrices.
   double taken(const Slot& slot) const;
 
   /// Stiffness (D3) of the amplitudes, the stiff deformations held, and X = F′⁻¹ G; false where F′

@@ -5,13 +5,14 @@
 
 namespace flexopt {
 
-/// At one state; a plain value.
+/// Quadratic form of the dynamics at one state; a plain value.
 class DynamicsForm {
  public:
   static constexpr int R = TubeDynamics::rates, P = TubeDynamics::amplitudes;
   using Rates = Eigen::Matrix<double, R, 1>;  ///< those of TubeDynamics::Answer::mass
 
-  /// Where `tables` hold: TubeDynamics::Answer::reason is empty. `rates`: of these tables.
+  /// Form at a place where `tables` are valid, that is, TubeDynamics::Answer::reason is empty.
+  /// `rates`: derivatives of these tables.
   DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place& place,
                const DynamicsRates& rates);
 
@@ -30,7 +31,8 @@ class DynamicsForm {
   Matrix3d F_inverse_;
   Eigen::Matrix<double, P, 6> static_;  ///< k⁻¹ (g, Gᵀ)
   Rates mirror_;                        ///< from the leaf to the tables
-  /// Of every number of the layout, the even ones first: by the state, then by the shape.
+  /// Derivatives of every number of the layout, the even ones first: with respect to the state,
+  /// then to the shape.
   Eigen::Matrix<double, Eigen::Dynamic, 9> slopes_;
 };
 

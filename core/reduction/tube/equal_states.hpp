@@ -10,7 +10,7 @@
 
 namespace flexopt {
 
-/// A leaf and the deformation in which it stands.
+/// A leaf and its present deformation.
 struct LeafStand {
   Vector6d e = Vector6d::Zero();               ///< deformations (F2)
   Vector3d f = Vector3d::Zero();               ///< internal forces (N, M1, M2) over their scale
@@ -31,11 +31,11 @@ struct CondensedLeaf {
 
 class EqualStates {
  public:
-  /// For one request from a leaf that stands so: what was kept of an equal one, turned or mirrored
-  /// to this. Equal: to 1e-9.
+  /// Finds what was kept of a leaf in an equal state (to 1e-9) for the same request, turned or
+  /// mirrored to this leaf.
   std::optional<CondensedLeaf> find(const PlateMesh& mesh, const LeafStand& stand,
                                     DynamicsRequest request) const;
-  /// Keeps it, of `most` the last ones.
+  /// Keeps the leaf's result; only the latest `most` are kept.
   void keep(const LeafStand& stand, DynamicsRequest request, const CondensedLeaf& leaf,
             std::size_t most);
   void clear() { kept_.clear(); }

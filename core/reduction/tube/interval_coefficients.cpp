@@ -38,7 +38,7 @@ Bernstein hermite_bernstein(int q, const double* left, const double* right, doub
   return beta;
 }
 
-/// The same polynomial as one of a higher degree.
+/// Raises the degree of a Bernstein polynomial without changing the polynomial.
 void elevate(Bernstein& beta, int from, int to) {
   for (int n = from; n < to; ++n) {
     for (int r = n + 1; r > 0; --r) {
@@ -48,8 +48,8 @@ void elevate(Bernstein& beta, int from, int to) {
   }
 }
 
-/// Where the Taylor coefficients of an interval stand among those of its nodes, as they are asked
-/// for: of σ^j τ^a N^b y^e for all j.
+/// Places of the Taylor coefficients of an interval among those of its nodes, in the order in which
+/// they are read: of σ^j τ^a N^b y^e for all j.
 struct TaylorPlaces {
   struct Run {
     int count;      ///< of j

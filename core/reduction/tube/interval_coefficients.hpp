@@ -6,8 +6,9 @@
 
 namespace flexopt::potential {
 
-/// In the order in which TubePotential::evaluate() reads them. `odd`: odd powers of (φ, M1, M2)
-/// too; `mirrored`: about sigma = 0 what the mirror in the thickness forbids is left out.
+/// Coefficients of an interval in the order in which TubePotential::evaluate() reads them. `odd`:
+/// with odd powers of (φ, M1, M2); `mirrored`: about sigma = 0, without what the mirror symmetry in
+/// the thickness forbids.
 std::vector<TubePotential::Lanes> interval_coefficients(int degree, bool odd, const TubeNode& a,
                                                         const TubeNode& b, bool mirrored);
 

@@ -1,5 +1,5 @@
 #pragma once
-// What was made at the last places of the leaves of a model, for leaves that stand in the same:
+// Results kept for the latest places of the leaves of a model. Leaves in the same state reuse them:
 // equal leaves of a symmetric mechanism.
 #include <memory>
 #include <utility>
@@ -22,7 +22,7 @@ inline bool stand_alike(const TubeDynamics::Place& a, const TubeDynamics::Place&
 template <class T>
 class KeptPlaces {
  public:
-  /// What was made there; else what make() makes.
+  /// What was made at this place; where nothing was, make() makes it.
   template <class Make>
   std::shared_ptr<const T> at(const TubeDynamics::Place& place, const Make& make) {
     for (const auto& [where, what] : kept_)

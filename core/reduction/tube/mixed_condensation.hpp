@@ -1,5 +1,5 @@
 #pragma once
-// From the mixed potential W*(s, f) to energy, force and tangent in the deformations e, and on to
+// Turns the mixed potential W*(s, f) into energy, force and tangent in the deformations e, and at
 // the edges of the leaf.
 //
 // s = (θ1y, θ2y, φx) soft deformations, ub = (u, θ1z, θ2z) stiff ones, f their conjugate forces
@@ -39,14 +39,14 @@ MixedEnergy condense(const TubePotential& potential, const Vector6d& e, MixedSta
 /// iterations.) Does nothing before the first condense().
 void follow(MixedState& state, const Vector6d& de);
 
-/// Where a search for stationary forces ended.
+/// Result of a search for stationary forces.
 struct Relaxation {
   bool converged = false;
   int steps = 0;
   double gap = 0;  ///< largest |R / force scale|
 };
 
-/// Newton for R = 0 at fixed e, until |F⁻¹ R| ≤ tolerance · max(1, |f|).
+/// Newton's method for R = 0 at fixed e, until |F⁻¹ R| ≤ tolerance · max(1, |f|).
 Relaxation relax(const TubePotential& potential, const Vector6d& e, MixedState& state,
                  double tolerance = 1e-12, int max_steps = 20);
 

@@ -9,8 +9,8 @@
 namespace flexopt {
 namespace {
 
-// Of so many columns the sums of so many blocks of rows: eight registers or more, so that one sum
-// need not wait for the other.
+// Sums for a number of columns and of blocks of rows. They fill eight registers or more, so that
+// one sum need not wait for another.
 template <int columns, int blocks>
 using RowSums = std::array<std::array<Wide, 2 * blocks>, columns>;
 

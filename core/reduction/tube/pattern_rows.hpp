@@ -9,7 +9,7 @@ namespace flexopt {
 
 class PatternRows {
  public:
-  /// Numbers of P become single ones.
+  /// The numbers of P are stored in single precision.
   explicit PatternRows(const MatrixXd& P);
 
   Eigen::Index rows() const { return rows_; }

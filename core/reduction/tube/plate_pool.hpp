@@ -9,19 +9,19 @@
 
 namespace flexopt {
 
-/// Of one mesh. Not for several threads at once.
+/// Working copies of a plate of one mesh. Not for several threads at once.
 class PlatePool {
  public:
   explicit PlatePool(std::shared_ptr<const PlateMesh> mesh) : mesh_(std::move(mesh)) {}
 
-  /// For expansions; how the last borrower left it.
+  /// Plate for expansions, in the state in which its last borrower left it.
   ChordLeaf& chord();
 
-  /// A number for a state of a leaf that no other has.
+  /// A new number that identifies a state of a leaf.
   std::uint64_t new_state() { return ++last_state_; }
-  /// The full leaf that was condensed at this state; null where another one has overwritten it.
+  /// The full leaf that was condensed at this state; null where it has been overwritten.
   PlateLeaf* find(std::uint64_t state);
-  /// A full leaf that becomes that of this state; of `most`, the one that was not used for longest.
+  /// A full leaf to be condensed at this state; of `most`, the one that was not used for longest.
   PlateLeaf& take(std::uint64_t state);
 
  private:

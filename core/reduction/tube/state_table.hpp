@@ -25,7 +25,7 @@ struct StateMonomial {
   std::array<int, 3> variable{};  ///< its factors off the ray, so many as off_ray says
   int number = 0;                 ///< in monomials<6, 2>(), then σ³, σ²τ, στ² and τ³
 
-  /// Of (σ, τ) alone.
+  /// Whether the monomial is one of (σ, τ) alone.
   bool bending() const {
     int others = 0;
     for (int f = 0; f < off_ray; ++f) others += variable[f];
@@ -40,7 +40,7 @@ struct StateMonomial {
     return sum % 2 != 0;
   }
 };
-/// In the order of the columns.
+/// Monomials in the order of the columns of a table.
 template <int evens = StateTable::even_monomials>
 const std::array<StateMonomial, evens>& even_monomials();
 const std::array<StateMonomial, StateTable::odd_monomials>& odd_monomials();
@@ -58,8 +58,8 @@ using StressWeights = StateWeights<double, StateTable::even_of_stress>;
 
 namespace detail {
 
-// Of the Taylor coefficient j (times width^j) of q at t = 0, and of that at t = 1:
-// tʲ (1 − t)^q Σ_k C(q − 1 + k, k) tᵏ, k < q − j, and its mirror image.
+// Two-point Hermite weights of the Taylor coefficient j (times width^j) of q at t = 0, and at t =
+// 1: tʲ (1 − t)^q Σ_k C(q − 1 + k, k) tᵏ, k < q − j, and its mirror image.
 template <class S>
 std::array<S, 2> hermite_ends(int q, int j, const S& t) {
   const auto end = [&](const S& x, const S& y) {
@@ -80,7 +80,7 @@ std::array<S, 2> hermite_ends(int q, int j, const S& t) {
 
 }  // namespace detail
 
-/// At (σ, z = (τ, φ, N, M1, M2)) between the bent states `a` and `b`.
+/// Weights at (σ, z = (τ, φ, N, M1, M2)) between the bent states `a` and `b`.
 template <int evens = StateTable::even_monomials, class S>
 StateWeights<S, evens> state_weights(double a, double b, const S& sigma, const std::array<S, 5>& z,
                                      int total = 2) {

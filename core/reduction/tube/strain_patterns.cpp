@@ -7,7 +7,8 @@
 namespace flexopt {
 namespace {
 
-// Of the components of a strain in the turn.
+// Signs of the strain components (e11, e22, 2 e12) under the half turn that maps one half of the
+// leaf's width onto the other.
 constexpr std::array<double, 3> turned_sign{1, 1, -1};
 
 StressPlaces places_of_mesh(std::array<int, 2> mesh) {

@@ -32,18 +32,18 @@ class StrainPatterns {
   Eigen::Index strains() const { return stretching() + count(2) + count(3); }
   Eigen::Index all() const { return strains() + count(places_family); }
 
-  /// A table of coefficients, from one of a leaf.
+  /// Table of coefficients of the patterns, from the table of a leaf.
   StateTable coefficients(const StateTable& node, double thickness) const;
   /// The rows of strains of the first strains() coefficients, columns one by one.
   MatrixXd strains_of(const MatrixXd& a, double thickness) const;
-  /// So many rows of places from `first` on, of the last coefficients.
+  /// `count` rows of places from `first` on, from the last coefficients.
   MatrixXd places_of(Eigen::Index first, Eigen::Index count, const MatrixXd& a) const;
   /// The largest norm of a row: no e over t is larger than that of its coefficients times this;
   /// likewise κ over 2.
   double largest_norm(bool bending) const { return norms_[bending ? 1 : 0]; }
 
-  /// For the three components of a strain at a station: what each of its coefficients is multiplied
-  /// with. `columns`: of some factors, a column for each coefficient of the kind.
+  /// Factors of the coefficients for the three components of a strain at a station. `columns`: some
+  /// factors, a column for each coefficient of the kind.
   template <int factors>
   Eigen::Matrix<double, factors, 3> at(
       int along, int across, bool bending,

@@ -21,7 +21,7 @@ using Slot = DynamicsEntries::Slot;
 
 const DynamicsLayout& layout() { return DynamicsLayout::get(); }
 
-// To the amplitudes U⁻ᵀ a.
+// Changes to the amplitudes U⁻ᵀ a.
 void change_amplitudes(DynamicsExpansion& e, const MatrixXd& U) {
   for (int m = 0; m < e.k.size(); ++m) {
     e.k[m] = (U * e.k[m] * U.transpose()).eval();
@@ -145,7 +145,7 @@ TubeDynamics::Local TubeDynamics::locate(const Place& place) const {
   return at;
 }
 
-// All entries to a total degree of 2, or those of the stiffness to 1 or 2.
+// Reads all entries to a total degree of 2, or those of the stiffness to degree 1 or 2.
 void TubeDynamics::read(const Local& at, bool all, int total, DynamicsEntries& entries) const {
   const StateTable &a = nodes_[at.interval].table, &b = nodes_[at.interval + 1].table;
   const StateWeights<double> w = state_weights(a.sigma, b.sigma, at.sigma, at.z, total);

@@ -16,7 +16,7 @@ namespace flexopt {
 /// thirty times the mass of its leaves, by 0.8 % where it carries as much as they weigh.
 inline constexpr double largest_dynamics_change = 0.06;
 
-/// All tables about one bent state.
+/// Tables about one bent state.
 struct DynamicsNode {
   StateTable table;
   MatrixXd stations;  ///< entries of the stations' motion × (1, σ); empty where not wanted
@@ -38,12 +38,12 @@ class TubeDynamics {
   static constexpr int amplitudes = field_loads;
   static constexpr int rates = 12 + amplitudes;  ///< those of DynamicsExpansion::mass
 
-  /// So many even and odd ones a table has.
+  /// Numbers of even and of odd entries of a table.
   static std::array<int, 2> entries();
 
   explicit TubeDynamics(double force_centre) : force_centre_(force_centre) {}
 
-  /// A bent state beyond the others.
+  /// Adds a bent state beyond the others.
   void add(DynamicsNode node);
   double last_sigma() const { return nodes_.back().table.sigma; }
   const DynamicsNode& node(std::size_t i) const { return nodes_[i]; }
@@ -64,16 +64,16 @@ class TubeDynamics {
     double sigma = 0;
     std::array<double, 5> z{};  ///< (τ, φ, N, M1, M2) of the tables
   };
-  /// Needs two bent states.
+  /// Locates a place among the bent states, of which there must be two.
   Local locate(const Place& place) const;
 
-  /// In the scaled units of the plate, chord axes.
+  /// Dynamics of the leaf in the scaled units of the plate, chord axes.
   struct Answer {
-    /// Why the tables do not hold here; empty where they do.
+    /// Why the tables are not valid here; empty where they are.
     std::string reason;
     Eigen::Matrix<double, amplitudes, amplitudes> stiffness;
-    /// Over (v, ω, rates of (θ1y, θ2y, φ), of (N, M1, M2) with the amplitudes' static parts, those
-    /// of the amplitudes beyond their static parts).
+    /// Mass over (v, ω, rates of (θ1y, θ2y, φ), of (N, M1, M2) with the amplitudes' static parts,
+    /// those of the amplitudes beyond their static parts).
     Eigen::Matrix<double, rates, rates> mass;
     /// ω² of the sixth of the ten internal motions between held edges, the smaller one of both
     /// neighbouring bent states: up to there every mode is well represented.
@@ -81,8 +81,8 @@ class TubeDynamics {
   };
   /// Needs two bent states; sigma inside of them or their mirror images.
   Answer evaluate(const Place& place) const;
-  /// By the last degree: |L⁻¹ (K⁻ − K) L⁻ᵀ|, K = L Lᵀ the internal stiffness, K⁻ the one to a
-  /// total degree of 1.
+  /// Change by the last degree: |L⁻¹ (K⁻ − K) L⁻ᵀ|, K = L Lᵀ the internal stiffness, K⁻ that of
+  /// total degree 1.
   double change(const Place& place) const;
   bool has_stations() const { return nodes_.back().stations.size() > 0; }
   /// Motion of the stations for the rates of Answer::mass, chord axes; 6 rows each.

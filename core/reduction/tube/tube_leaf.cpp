@@ -17,9 +17,9 @@
 namespace flexopt {
 
 namespace {
-/// Where the nodes of a curved leaf stand, ascending on both sides of zero: evenly, and closer
-/// together about the straightened leaf, where a wide one changes from stiffened by its curvature
-/// across to flat.
+/// Values of σ at the nodes of a curved leaf, ascending on both sides of zero: evenly spaced, and
+/// closer together about the straightened leaf, where a wide one changes from stiffened by its
+/// curvature across to flat.
 std::vector<double> curved_nodes(const TubeRange& range, double angle, double slenderness) {
   constexpr double largest_step = 0.2, smallest_step = 0.012;  // [rad]
   const double end = std::max(range.sigma_max, 0.01);
@@ -40,7 +40,7 @@ std::vector<double> curved_nodes(const TubeRange& range, double angle, double sl
 }  // namespace
 
 namespace {
-/// Where the nodes of a flat leaf stand.
+/// Values of σ at the nodes of a flat leaf.
 std::vector<double> flat_nodes(const TubeRange& range, double slenderness) {
   std::vector<double> sigma{0};
   // the transition to a stiffened, wide leaf lies at small curvature
@@ -62,7 +62,7 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
                      std::shared_ptr<PlatePool> pool)
     : shape_(mesh->shape()), mesh_(std::move(mesh)), range_(range), pool_(std::move(pool)) {
   directions_.col(0) = range.ray;
-  // across the ray; for the S (1, 1) and C (1, −1) rays the other one of the two
+  // Direction across the ray; for the S (1, 1) and C (1, −1) rays, the other one of the two.
   directions_.col(1) = Eigen::Vector2d(range.ray[1], -range.ray[0]);
   if (range.ray[0] * range.ray[1] < 0) directions_.col(1) *= -1;
   build();

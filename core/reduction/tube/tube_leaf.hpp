@@ -36,15 +36,15 @@ struct KnownTube {
   /// wanted. None: of the leaf.
   std::function<std::vector<DynamicsNode>(double sigma, StationsWanted)> dynamics;
   TubeView view;  ///< of the tables
-  /// Tables of stress, likewise.
+  /// Tables of stress about the bent states that reach a sigma, made when first wanted.
   std::function<std::vector<StateTable>(double sigma)> stress;
   /// P of (A6) where these are over patterns; else null.
   std::shared_ptr<const StrainPatterns> stress_patterns = nullptr;
   /// Derivatives of the expansions, the ray held. None: the leaf has no exact derivatives.
   std::function<TubeNodeRates()> rates = {};
-  /// The same of the tables of the dynamics that reach a sigma.
+  /// Derivatives of the tables of the dynamics that reach a sigma. None: no exact derivatives.
   std::function<DynamicsRates(double sigma)> dynamics_rates = {};
-  /// The same of the tables of stress.
+  /// Derivatives of the tables of stress. None: no exact derivatives.
   std::function<StressRateSource()> stress_rates = {};
 };
 
@@ -55,20 +55,22 @@ class TubeModel {
   /// mesh, shared with other models; null for one of its own.
   TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range,
             std::shared_ptr<PlatePool> pool = nullptr);
-  /// Of a flat leaf of uniform width and thickness, from expansions that are known. Mesh, bent
-  /// states and fields are made when somebody asks for fields or for a state beyond the last node.
+  /// Model of a flat leaf of uniform width and thickness from known expansions. Mesh, bent states
+  /// and fields are made when fields or a state beyond the last node are asked for.
   TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube);
-  /// Of the same leaf and ray, but another order and other forces about which to expand: made of
-  /// the two bent states about sigma alone, to which others are added as the leaf gets there.
+  /// Model of the same leaf and ray with another order of expansion, about other forces. It starts
+  /// with the two bent states next to sigma; others are added as the leaf reaches them.
   TubeModel(TubeModel& other, const TubeRange& range, double sigma);
 
   bool built() const { return potential_ != nullptr; }
   const TubePotential& potential() const { return *potential_; }
-  /// The same without the highest degree: what that changes tells what the next would.
+  /// The potential without its highest degree. The difference from potential() tells what the next
+  /// degree would change.
   const TubePotential& lower() const { return *lower_; }
   const TubeRange& range() const { return range_; }
   const PlateShape& shape() const { return shape_; }
-  /// Made at its first use where nothing had to be solved. Not for several threads at once.
+  /// Mesh of the leaf, made at its first use where nothing had to be solved. Not for several
+  /// threads at once.
   const std::shared_ptr<const PlateMesh>& mesh() const;
   /// Poses of both edges, undeflected.
   EdgePoses rest() const;
@@ -79,10 +81,10 @@ class TubeModel {
   /// Derivatives of the nodes of potential() by the leaf's shape, made anew each time.
   TubeNodeRates rates() const { return rates_(); }
   bool differentiable_dynamics() const { return differentiable() && dynamics_ && dynamics_rates_; }
-  /// The same of the tables of dynamics(), made when they are first wanted.
+  /// Derivatives of the tables of dynamics(), made when they are first wanted.
   const DynamicsRates& dynamics_rates();
   bool differentiable_stress() const { return differentiable() && known_stress_ && stress_rates_; }
-  /// Of the tables of stress().
+  /// Derivatives of the tables of stress(), made when they are first wanted.
   const StressRateSource& stress_rates();
 
   /// Adds a bent state at sigma, beyond the others. False if none was found.
@@ -90,7 +92,7 @@ class TubeModel {
 
   /// The bent state to add for a leaf at sigma, beyond the others.
   double next_state(double sigma) const;
-  /// What takes over at sigma from this model: of this order (2, 3) about these forces (N, M1, M2)
+  /// Model that replaces this one at sigma: of this order (2, 3) about these forces (N, M1, M2)
   /// over their scale. Shared by all leaves that want the same. Null where no bent states are
   /// found.
   std::shared_ptr<TubeModel> successor(int order, const Vector3d& forces, double sigma);
@@ -102,11 +104,11 @@ class TubeModel {
   /// Tables of the internal dynamics about the same bent states; they grow with these. None where
   /// not has_dynamics().
   void make_dynamics();
-  /// Not leaves with a profile, curved, folded and very wide ones and beams, nor meshes that are
-  /// too coarse.
+  /// Whether leaves of this shape have tables of the dynamics. Leaves with a profile, curved,
+  /// folded and very wide leaves and beams have none, nor do meshes that are too coarse.
   static bool has_dynamics(const PlateShape& shape);
-  /// So many states more of leaves of this model will be asked for their dynamics: makes the tables
-  /// once they cost less than condensing the full leaf at each of them.
+  /// Announces that the dynamics of this many more states will be asked for. Makes the tables once
+  /// they cost less than condensing the full leaf at each of these states.
   void expect_dynamics(int states);
   const TubeDynamics* dynamics() const { return dynamics_.get(); }
   /// Tables of strains and places about the same bent states, made at their first use; they grow
@@ -116,7 +118,7 @@ class TubeModel {
   bool stress_known() const { return known_stress_ != nullptr; }
   /// Whether no bent state had to be solved for.
   bool unsolved() const { return expansions_.empty(); }
-  /// Sees to it that they reach sigma, where there are any.
+  /// Makes the tables of the dynamics reach sigma, where there are any.
   void reach_dynamics(double sigma, StationsWanted stations);
   /// How the tables of the dynamics see the leaf.
   TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
@@ -125,9 +127,9 @@ class TubeModel {
   void cover(double sigma);
 
   PlatePool& pool();
-  /// Leaves that were condensed, for others in the same deformation.
+  /// Leaves that were condensed, for reuse by others in the same deformation.
   EqualStates& equal_states() { return equal_states_; }
-  /// What its tables said at the last places where they were asked.
+  /// Answers of the tables at the latest places where they were asked.
   struct KeptAnswers {
     KeptPlaces<TubeStress::Answer> strains;
     KeptPlaces<StressPeak> peaks;  ///< over Young's modulus; without position and leaf
@@ -160,7 +162,7 @@ class TubeModel {
   std::function<DynamicsRates(double)> dynamics_rates_;
   DynamicsRates known_dynamics_rates_;  ///< of the present tables; empty before they are wanted
   std::function<StressRateSource()> stress_rates_;
-  StressRateSource known_stress_rates_;  ///< likewise
+  StressRateSource known_stress_rates_;  ///< derivatives of the present tables of stress
   std::function<std::vector<DynamicsNode>(double, StationsWanted)> known_dynamics_;
   TubeView view_;
   bool successor_ = false;  ///< of other forces or another degree: it has no tables
@@ -182,7 +184,7 @@ class TubeModel {
 
 class TubeLeaf final : public LeafElement, public LimitedRange {
  public:
-  /// `reason`: why it is not of degree 5, where it is not.
+  /// `reason`: why the potential is not of degree 5, where that is so.
   TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
            std::string reason = {});
 
@@ -214,10 +216,10 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   struct DegreeChanges {
     double own = 0;   ///< the leaf's forces, by the nominal stress that they cause
     double held = 0;  ///< stiffness of the mechanism, drives held: (R5)
-    double free = 0;  ///< the same with the drives free
+    double free = 0;  ///< stiffness of the mechanism, drives free
     double load = 0;  ///< drive loads, the largest
   };
-  /// In a mechanism; after evaluate().
+  /// Changes by the highest degree for a leaf within a mechanism; after evaluate().
   DegreeChanges changes_in(const EdgeSurroundings& surroundings) const;
   const TubeLocation& location() const { return response_.location; }
   const Vector3d& forces() const { return state_.mixed.f; }  ///< (N, M1, M2) over their scale
@@ -235,14 +237,14 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   const LeafScale& scale() const { return scale_; }
   const std::shared_ptr<TubeModel>& model() const { return model_; }
   const EdgePoses& edges() const { return edges_; }  ///< scaled
-  /// Of the last evaluate().
+  /// State and response of the latest evaluate().
   const MixedState& mixed() const { return state_.mixed; }
   const ReducedResponse& response() const { return response_; }
-  /// Where the state lies in the tube, and as the tables of the dynamics see it.
+  /// Place of the state in the tube, and that place as the tables of the dynamics see it.
   TubeDynamics::Place place() const;
   TubeDynamics::Place place_in_tables() const;
-  /// By increments of the edges (scaled): the rates of TubeDynamics::Answer::mass, but those of the
-  /// amplitudes.
+  /// Rates of TubeDynamics::Answer::mass, except those of the amplitudes, by scaled increments of
+  /// the edges.
   Matrix12d edge_rates() const;
   /// What the tables' answer at this state makes of the leaf, without stations.
   LeafDynamics dynamics_of(const TubeDynamics::Answer& local) const;
@@ -260,7 +262,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// The full leaf at that state, moved on by one Newton step with the edges held, or by several;
   /// assembled there where the step is large. Where these do not end rebuilt_gap() says so.
   PlateLeaf& condensed();
-  /// Condensed with its dynamics, or taken from a leaf in the same deformation.
+  /// Dynamics of the condensed leaf, or taken from a leaf in the same deformation.
   LeafDynamics condensed_dynamics(DynamicsRequest request);
   LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
@@ -282,16 +284,16 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// What the highest degree adds to the stiffness along the ray, the one against the drive, over
   /// that of the unloaded flat leaf: (R19). Zero of leaves without dead load, beams and arcs.
   double change_along_ray(const HighestDegree& highest) const;
-  /// Why the potential is not believed here; empty where it is.
+  /// Why the potential is not accurate enough here; empty where it is.
   std::string doubt(const Surroundings& surroundings);
-  /// Why it has to be a full one although its series has converged.
+  /// Why the leaf has to be a full one although its series has converged.
   std::string buckling();
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Strains from the tables of stress. Null without tables, and where they do not hold;
   /// rebuilt_because_ then says why.
   const StrainField* tabulated_strains();
-  /// Where a peak that they have lies.
+  /// Position of a stress peak from the tabulated strains.
   Vector3d tabulated_point(double along, double across);
   LeafShape tabulated_shape(const StrainField& strains);
   /// What the tables of the dynamics say at this state. Null without tables, and where they do not
@@ -315,7 +317,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LeafEvaluation evaluation_;
   double check_ = 0;
   std::shared_ptr<const TubeStress::Answer> stress_;  ///< at this state, where it was asked for
-  /// Likewise; its reason tells what is doubted.
+  /// Dynamics at this state, where they were asked for; `reason` tells what is doubted.
   std::shared_ptr<const TubeDynamics::Answer> internal_;
   std::string rebuilt_gap_;        ///< of condensed() at this state
   std::string rebuilt_because_;    ///< why the last stress was not from tables that exist

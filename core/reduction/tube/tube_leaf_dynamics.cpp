@@ -14,13 +14,14 @@ namespace {
 
 constexpr int internal = TubeDynamics::amplitudes;
 
-/// Of the modes of a full leaf so many are there below TubeDynamics::Answer::reach.
+/// Number of modes of a full leaf below TubeDynamics::Answer::reach.
 constexpr int tabulated_modes = 8;
 
 }  // namespace
 
 void TubeModel::expect_dynamics(int states) {
-  // For each bent state of the tube, measured on the default mesh.
+  // States, for each bent state of the tube, from which tables cost less; measured on the default
+  // mesh.
   constexpr int states_that_pay = 10;
   const int enough = known_dynamics_ ? 1 : states_that_pay * bent_states();
   const bool before = expected_ >= enough;
@@ -29,7 +30,7 @@ void TubeModel::expect_dynamics(int states) {
 }
 
 bool TubeModel::has_dynamics(const PlateShape& shape) {
-  // Beyond it neither the statics nor the dynamics were compared with full leaves.
+  // Largest w²/(L t) for which statics and dynamics were compared with full leaves.
   constexpr double widest = 1200;  // w²/(L t)
   const bool flat = !shape.curve && !shape.fold && !shape.has_profile() && !shape.is_beam();
   // ten loads on coarser meshes are not independent

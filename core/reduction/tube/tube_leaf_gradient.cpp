@@ -16,8 +16,8 @@ namespace {
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-// Where the variables of the potential, (θ1y, θ2y, φx, N, M1, M2), and the deformations that the
-// forces do work on stand in (e, f).
+// Indices in (e, f) of the variables of the potential, (θ1y, θ2y, φx, N, M1, M2), and of the
+// deformations on which the forces do work.
 constexpr std::array<int, 6> of_potential{theta1y, theta2y, twist, 6, 7, 8};
 constexpr std::array<int, 3> stretched{elongation, theta1z, theta2z};
 
@@ -262,8 +262,8 @@ LeafQuadratic<double> TubeLeafGradient::quadratic(const MatrixXd& Y, const Vecto
 
 namespace {
 
-// Of a leaf whose place in the tables of stress, (σ, τ, twist, N, M1, M2), and whose shape move at
-// these rates, a column for each parameter.
+// Derivatives of the fields of a leaf. Its place in the tables of stress, (σ, τ, twist, N, M1, M2),
+// and its shape change at the given rates, one column for each parameter.
 class TubeFields final : public LeafFields {
  public:
   TubeFields(TubeModel& model, const TubeDynamics::Place& place, MatrixXd rates)
@@ -297,7 +297,8 @@ class TubeFields final : public LeafFields {
   StressRate along(Eigen::Index p, const VectorXd& modulus_rates) const {
     return {{}, ShapeRate(Vector3d(rates_.col(p).tail<3>())), modulus_rates[p]};
   }
-  // Along parameter p. What the tables tell of a station is kept for the other parameters.
+  // Stations that move along parameter p. What the tables tell of a station is kept for the other
+  // parameters.
   MovingStations stations(Eigen::Index p) const {
     if (!slopes_)
       slopes_ = model_->kept().strain_slopes.at(place_, [this] {
@@ -318,7 +319,7 @@ class TubeFields final : public LeafFields {
   TubeDynamics::Place place_;
   MatrixXd rates_;
   mutable std::shared_ptr<const TubeStress::Slopes> slopes_;  ///< made at their first use
-  mutable std::map<std::array<int, 2>, TubeStress::Slopes::Station> known_;  ///< likewise
+  mutable std::map<std::array<int, 2>, TubeStress::Slopes::Station> known_;  ///< slopes made so far
 };
 
 }  // namespace

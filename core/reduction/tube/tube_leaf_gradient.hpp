@@ -16,7 +16,7 @@
 
 namespace flexopt {
 
-/// A tube leaf linearised. Of an evaluated leaf, which must outlive it.
+/// Linearisation of an evaluated tube leaf. The leaf must outlive it.
 class TubeLeafLinear final : public LeafLinear {
  public:
   static constexpr int P = TubeDynamics::amplitudes;
@@ -41,7 +41,7 @@ class TubeLeafLinear final : public LeafLinear {
   Eigen::Matrix<double, P, P> stiffness_factor_;
 };
 
-/// Of an evaluated leaf, which must outlive it.
+/// Gradients of an evaluated leaf, which must outlive this.
 class TubeLeafGradient final : public LeafGradient<double> {
  public:
   static constexpr int P = TubeDynamics::amplitudes;

@@ -28,7 +28,7 @@ struct PotentialValue {
   Matrix6d hessian;
 };
 
-/// Where a state lies in the tube.
+/// Place of a state in the tube.
 struct TubeLocation {
   double sigma = 0;   ///< along the ray, signed
   double tau = 0;     ///< off the ray, signed
@@ -36,7 +36,7 @@ struct TubeLocation {
   int interval = 0;   ///< its nodes are interval, interval + 1
 };
 
-/// With (θ1y, θ2y)ᵀ = D (σ, τ), x = (τ, N) and y = (φ, M1, M2), between the nodes σ_i and σ_i+1
+/// Mixed potential with (θ1y, θ2y)ᵀ = D (σ, τ), x = (τ, N) and y = (φ, M1, M2), for σ_i ≤ σ ≤ σ_i+1
 ///
 ///     W*(σ, x, y) = Σ_m c_m(t) (x, y)^m,   |m| ≤ d − 1,   t = (σ − σ_i)/(σ_i+1 − σ_i)
 ///

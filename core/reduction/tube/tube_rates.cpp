@@ -56,14 +56,14 @@ std::vector<Term> make_terms() {
   return terms;
 }
 
-// By ascending degree.
+// Terms by ascending degree.
 const std::vector<Term>& terms() {
   static const std::vector<Term> all = make_terms();
   return all;
 }
 
-// Two-point Hermite interpolation of q Taylor coefficients at each end: what coefficient j of the
-// left end, and of the right end (+ q), is weighted with, for the value and three derivatives.
+// Weights of two-point Hermite interpolation with q Taylor coefficients at each end: for
+// coefficient j of the left end, and of the right end (+ q), for the value and three derivatives.
 struct EndWeights {
   std::array<std::array<double, 2 * (highest + 1)>, orders> of{};
 
@@ -106,7 +106,7 @@ struct EndWeights {
 // Derivatives in (σ, τ, φ, N, M1, M2): d of those off the ray and k in σ at orders · d + k.
 using Sums = std::array<Four, orders * derivatives>;
 
-// Where the derivative by these variables stands, the first of which is σ.
+// Index of the derivative by these variables, the first of which is σ.
 template <std::size_t n>
 int place_of(const std::array<int, n>& by) {
   std::array<int, off_ray> e{};

@@ -23,13 +23,13 @@ class TubeRates {
   /// z = (s, f): as of TubePotential::evaluate.
   Answer evaluate(const Vector3d& s, const Vector3d& f) const;
 
-  /// The potential and its three derivatives by the shape.
+  /// A value of the potential and its three derivatives by the shape.
   using Four = double __attribute__((vector_size(32)));
 
  private:
   const TubePotential* potential_;
-  /// Of each interval: of each monomial off the ray the coefficients of the left node by the power
-  /// of σ, then those of the right one.
+  /// For each interval and each monomial off the ray, the coefficients of the left node by the
+  /// power of σ, then those of the right node.
   std::vector<std::vector<Four>> intervals_;
 };
 

@@ -1,4 +1,4 @@
-// Where a tube leaf is believed, and what takes its place where it is not: (R5) of
+// Checks whether a tube leaf is accurate enough, and replaces it where it is not: (R5) of
 // core/reduction/README.md.
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@
 namespace flexopt {
 
 namespace {
-/// Of a leaf at sigma, beyond the state `last`.
+/// Bent state to add for a leaf at sigma, which lies beyond the state `last`.
 double state_beyond(double sigma, double last) {
   return sigma > 0 ? std::max(1.1 * sigma, last + least_distance_of_states)
                    : std::min(1.1 * sigma, last - least_distance_of_states);
@@ -34,7 +34,7 @@ TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
   const bool last = above == planned.end();
   const double from = above == planned.begin() ? state_beyond(sigma, *above) : *std::prev(above),
                to = last ? state_beyond(sigma, planned.back()) : *above;
-  // by the nearest state of the other one, if it has any
+  // Start from the nearest state of the other model, if it has any.
   leaf().reset();
   if (!other.expansions_.empty())
     other.stand_at(*std::ranges::min_element(
@@ -79,18 +79,19 @@ Vector3d force_unit() {
 }
 constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
 
-/// In the place of largest_degree_change for leaves that a dead load presses: the same change goes
-/// with larger errors there.
+/// Replaces largest_degree_change for leaves under a dead load, for which the same change comes
+/// with larger errors.
 constexpr double largest_change_under_load = 0.02;
 
-/// Of the change by the highest degree times the square of the axial force off the centre over the
-/// buckling load, (R18).
+/// Bound on the change by the highest degree times the square of (axial force off the centre over
+/// the buckling load), (R18).
 constexpr double largest_next_change = 0.0004;
 
-/// Of leaves that a dead load presses, (R19).
+/// Bound on the change along the ray for leaves under a dead load, (R19).
 constexpr double largest_change_along_ray = 0.003;
 
-/// Of the leaf's forces, by the nominal stress that they cause, (R21), and of a drive load, (R22).
+/// Bounds on the change of the leaf's forces, measured by the nominal stress that they cause,
+/// (R21), and of a drive load, (R22).
 constexpr double largest_own_change = 0.01, largest_load_change = 0.01;
 
 /// What changes of a drive's load and stiffness are relative to at least, of what all leaves add to
@@ -244,8 +245,8 @@ std::string TubeLeaf::doubt(const Surroundings& surroundings) {
   return {};
 }
 
-// A leaf that buckles between its edges is indefinite alone, and its series, which ends before that
-// load, does not tell it.
+// A leaf that buckles between its edges has an indefinite stiffness on its own. Its series ends
+// before that load and does not show it.
 std::string TubeLeaf::buckling() {
   if (!indefinite_alone_) return {};
   const bool buckles = condensed().negative_pivots() > 0;

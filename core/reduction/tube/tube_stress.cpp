@@ -12,7 +12,8 @@
 namespace flexopt {
 namespace {
 
-// In the mirrors across the width (y) and in the thickness (z).
+// Signs of the strains (e, κ) and of the coordinates of places in the mirrors across the width (y)
+// and in the thickness (z).
 constexpr std::array<double, 6> strain_in_width{1, 1, -1, 1, 1, -1},
     strain_in_thickness{1, 1, 1, -1, -1, -1};
 constexpr std::array<double, 3> place_in_width{1, -1, 1}, place_in_thickness{1, 1, -1};
@@ -37,7 +38,7 @@ Lagrange lagrange(const std::vector<double>& points, double x) {
 
 }  // namespace
 
-// A place among the tables, mirrored to σ ≥ 0.
+// A place in the tables, mirrored to σ ≥ 0.
 struct TubeStress::Local {
   bool mirrored = false;
   std::size_t interval = 0;
@@ -86,7 +87,7 @@ TubeStress::Local TubeStress::locate(const Place& place) const {
   return at;
 }
 
-// To a total degree.
+// Weights of the coefficients to a total degree.
 TubeStress::Weights TubeStress::weights(const Local& at, int total) const {
   return state_weights<StateTable::even_of_stress>(
       nodes_[at.interval].sigma, nodes_[at.interval + 1].sigma, at.sigma, at.z, total);
@@ -125,7 +126,7 @@ MatrixXd TubeStress::read(const Local& at, const Weights& w, Eigen::Index first,
       coefficients(at, weights, patterns_->strains(), patterns_->all() - patterns_->strains()));
 }
 
-// Of the whole leaf, as of StrainField.
+// Strains at the stations of the whole leaf, rows as in StrainField.
 MatrixXd TubeStress::strains(const Local& at, const Parts& parts) const {
   const Eigen::Index n = places_.stations_along(), half = places_.half_across(), across = 2 * half;
   MatrixXd values(n * across, 6);

@@ -29,7 +29,7 @@ StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2
 struct StressRates {
   MatrixXd even, odd;
 };
-/// Of the tables about the bent states `interval` and `interval` + 1.
+/// Returns the derivatives of the tables about the bent states `interval` and `interval` + 1.
 using StressRateSource =
     std::function<StressRates(std::size_t interval, const StressWeights& weights)>;
 
@@ -37,13 +37,13 @@ class TubeStress {
  public:
   using Place = TubeDynamics::Place;
 
-  /// Of a flat leaf of uniform width and thickness. `view`: how the tables see it; places and
-  /// answers are those of the leaf. `patterns`: P of (A6), of which the tables have coefficients;
-  /// null where they have the rows themselves.
+  /// Stress tables of a flat leaf of uniform width and thickness. `view`: how the tables see the
+  /// leaf; places and answers refer to the leaf. `patterns`: P of (A6), whose coefficients the
+  /// tables hold; null where the tables hold the rows themselves.
   TubeStress(const PlateShape& shape, double force_centre, TubeView view = {},
              std::shared_ptr<const StrainPatterns> patterns = nullptr);
 
-  /// A bent state beyond the others.
+  /// Adds a bent state beyond the others.
   void add(StateTable node);
   double last_sigma() const { return nodes_.back().sigma; }
 
@@ -67,7 +67,7 @@ class TubeStress {
       Strains value;
       Eigen::Matrix<double, 6, 9> slopes;
     };
-    /// At a station of StrainField.
+    /// Strains and their slopes at a station of StrainField.
     Station at(int along, int across) const;
 
    private:
@@ -82,7 +82,7 @@ class TubeStress {
   /// Place of the point (along, across) of the mid-surface seen from the middle of the edge that
   /// the tables call the base, in the chord frame, over L.
   Vector3d material_point(const Place& place, double along, double across) const;
-  /// The same of all nodes of the mesh, along first.
+  /// Places of all nodes of the mesh as seen in material_point(), along first.
   std::vector<Vector3d> nodes(const Place& place) const;
   const StressPlaces& places() const { return places_; }
   TubeView view() const { return view_; }
@@ -90,26 +90,26 @@ class TubeStress {
  private:
   using Weights = StressWeights;
   struct Local;
-  /// Of rows on the half that is tabulated: even + odd; on the other one they follow from
-  /// even − odd.
+  /// Even and odd parts of rows on the half of the leaf that is tabulated, where a number is even +
+  /// odd. On the other half it is even − odd.
   using Parts = Eigen::Ref<const MatrixXd>;  ///< even, odd
   Local locate(const Place& place) const;
   Weights weights(const Local& at, int total) const;
-  /// Both parts of some rows.
+  /// Reads the even and odd parts of some rows.
   MatrixXd read(const Local& at, const Weights& weights, Eigen::Index first,
                 Eigen::Index rows) const;
-  /// Of `count` rows of the tables from `first` on: the even parts for each of the weights, then
-  /// the odd ones.
+  /// Coefficients of `count` rows of the tables from `first` on: the even parts for each of the
+  /// weights, then the odd ones.
   template <std::size_t sets>
   MatrixXd coefficients(const Local& at, const std::array<Weights, sets>& weights,
                         Eigen::Index first, Eigen::Index count) const;
   MatrixXd strains(const Local& at, const Parts& parts) const;
-  /// Over Young's modulus: no von Mises stress is larger where the coefficients of stretching and
-  /// bending, even and odd, have norms of these sums.
+  /// Upper bound on the von Mises stress over Young's modulus, where the coefficients of stretching
+  /// and bending, even and odd, have norms of these sums.
   double stress_bound(double stretching, double bending) const;
   /// The largest von Mises stress over Young's modulus; rows as of StrainField.
   double largest(const Eigen::Ref<const MatrixXd>& strains) const;
-  /// From the axes of the tables to those of the leaf.
+  /// Turns a vector from the axes of the tables into those of the leaf.
   Vector3d seen(const Vector3d& r) const;
   Vector3d node_place(const Local& at, const Parts& parts, int line, int node) const;
 

@@ -10,8 +10,8 @@ namespace flexopt {
 struct TubeView {
   bool from_tip = false, mirrored = false;
 
-  /// Of (v, ω) of the base, rates of (θ1y, θ2y, φ), of (N, M1, M2), after the ends have changed
-  /// places.
+  /// Signs that (v, ω) of the base, the rates of (θ1y, θ2y, φ) and those of (N, M1, M2) take after
+  /// the ends have changed places.
   Eigen::Matrix<double, 12, 1> signs() const {
     Eigen::Matrix<double, 12, 1> s;
     if (!from_tip)

@@ -43,11 +43,11 @@ ErrorLaw law_of(ErrorKind kind) {
   return {};
 }
 
-// The least order that is seen in docs/benchmarks.md.
+// The lowest order of convergence in docs/benchmarks.md.
 constexpr double order = 2;
-// Of a path's largest value, which errors are at least relative to.
+// Errors are relative to the number, and to at least this share of the path's largest value.
 constexpr double least_share = 1e-3;
-// Of that share, what Newton's tolerance leaves of numbers that are zero.
+// What Newton's tolerance leaves of numbers that are zero, as a share of the least reference value.
 constexpr double rounding = 1e-4;
 
 /// Error of a mesh over its difference from one of `ratio` times the elements:
@@ -91,7 +91,8 @@ EstimatedError number_of(std::string name, std::string pointer, ErrorKind kind, 
   return number;
 }
 
-/// That of the row; a load that stress does not end is known as stiffness is.
+/// Kind of the errors of a row. A load capacity that is not limited by stress has errors like those
+/// of stiffness.
 ErrorKind kind_of(const QuantityRow& row, const PathPoint& point, int component) {
   if (!row.needs.has(Output::load_capacity)) return row.error;
   const auto& capacity = point.load_capacity[static_cast<std::size_t>(component)];
@@ -121,8 +122,8 @@ void add_row(const QuantityRow& row, const PathPoint& point, std::vector<Estimat
   }
 }
 
-/// Those that the table of quantities does not name: all principal stiffnesses, and the diagonals
-/// of both compliances.
+/// Adds the numbers that the table of quantities does not name: all principal stiffnesses, and the
+/// diagonals of both compliances.
 void add_matrices(const PathPoint& point, std::vector<EstimatedError>& numbers) {
   for (const bool rotations : {false, true}) {
     const char* kind = rotations ? "rotations" : "translations";
@@ -185,8 +186,9 @@ class Differences {
     of_path_[number.name].add(size);
     of_point_[{point, number.kind}].add(size);
   }
-  /// No smaller than a share of those around it: where errors change their sign along the path,
-  /// the difference of two meshes vanishes at another place than the error does.              (S27)
+  /// Error that is no smaller than a share of those around it, (S27). Where errors change their
+  /// sign along the path, the difference of two meshes vanishes at another place than the error
+  /// does.
   double smoothed(const EstimatedError& number, std::size_t point) const {
     constexpr double own = 3;  // what never differs along the path is exact
     const ErrorLaw law = law_of(number.kind);

@@ -26,14 +26,14 @@ struct StrokeErrors {
   std::vector<std::vector<EstimatedError>> path;
   std::string message;  ///< why points that converged have none; empty otherwise
 
-  /// Of a number at a point.
+  /// Estimated error of a number at a point; null where there is none.
   const EstimatedError* find(std::size_t point, const std::string& name) const;
 };
 
-/// What a path is asked for so that its errors can be told.
+/// Request of a path from which errors can be estimated.
 StrokeRequest estimate_request(StrokeRequest request);
 
-/// The same path with full leaves, on the mesh of the model and on the finer ones.
+/// The evaluated path with full leaves, on the mesh of the model and on the finer meshes.
 struct FullPaths {
   const StrokeResponse *own = nullptr, *along = nullptr;
   const StrokeResponse* across = nullptr;  ///< null where no leaf has elements across
@@ -45,8 +45,8 @@ struct FullPaths {
 /// Errors of a response by some model on that mesh.
 StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full);
 
-/// The same with paths that are evaluated here: `response` is what evaluate_stroke gave for the
-/// other arguments. As dear as some five paths of full leaves.
+/// Errors of a response, from paths of full leaves that are evaluated here. `response`: the result
+/// of evaluate_stroke for the other arguments. Costs about as much as five paths of full leaves.
 StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& model,
                              const StrokeRequest& request, const StrokeResponse& response);
 
@@ -63,12 +63,12 @@ struct LargestError {
   double relative = 0, along = 0, across = 0, reduction = 0, theory = 0;  ///< relative
 };
 std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses);
-/// The same over several paths.
+/// The largest relative error over several paths.
 std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,
                                           bool of_stresses);
 
-/// Of every number but stresses whose error is beyond the tolerance the largest one, the largest
-/// first.
+/// For every number but stresses, the largest error that exceeds the tolerance, in descending
+/// order.
 std::vector<LargestError> errors_beyond(const std::vector<StrokeErrors>& errors, double tolerance);
 
 }  // namespace flexopt

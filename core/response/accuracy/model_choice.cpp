@@ -109,7 +109,7 @@ std::vector<StrokeErrors> errors_by(Paths& paths, Accuracy accuracy, const std::
 /// Numbers, by request and name.
 using Numbers = std::set<std::pair<std::size_t, std::string>>;
 
-/// The largest error that a mesh can lessen.
+/// The largest error that a finer mesh can reduce.
 LargestError largest_but(std::vector<StrokeErrors> errors, const Numbers& aside) {
   for (std::size_t k = 0; k < errors.size(); ++k)
     for (std::vector<EstimatedError>& point : errors[k].path)
@@ -119,8 +119,8 @@ LargestError largest_but(std::vector<StrokeErrors> errors, const Numbers& aside)
   return largest_error(errors, false).value_or(LargestError{});
 }
 
-/// Those beyond the tolerance for another reason than the mesh: because of the theory, or because
-/// the errors along or across stayed as they were when there were more elements.
+/// Adds the errors beyond the tolerance that a finer mesh does not reduce: those of the theory, and
+/// those along or across that stayed as they were when there were more elements.
 void add_unreachable(const std::vector<StrokeErrors>& errors, double tolerance,
                      const std::vector<StrokeErrors>& before, bool along, bool across,
                      Numbers& numbers) {
@@ -140,8 +140,8 @@ void add_unreachable(const std::vector<StrokeErrors>& errors, double tolerance,
       }
 }
 
-/// So many elements that an error of second order falls to `wanted`, at least a fifth more and at
-/// most twice as many.
+/// Number of elements for which an error of second order falls to `wanted`: at least a fifth more,
+/// at most twice as many.
 int enough(int elements, double error, double wanted) {
   return static_cast<int>(std::ceil(elements * std::clamp(std::sqrt(error / wanted), 1.2, 2.0)));
 }

@@ -39,7 +39,7 @@ struct ChosenModel {
   ModelOptions model;
   bool met = false;  ///< the estimates are below the tolerance
   double cost = 0;   ///< of the choice, as largest_cost
-  /// Of every request on the chosen mesh: what errors_of wants.
+  /// For every request, the paths of full leaves on the chosen mesh, as errors_of needs them.
   std::vector<KeptFullPaths> full;
   std::vector<TriedModel> tried;  ///< in their order, the chosen one last
   std::string message;            ///< one sentence with the figures
@@ -56,7 +56,7 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
                          const std::vector<StrokeRequest>& requests, double tolerance,
                          const std::function<void(const TriedModel&)>& told = {});
 
-/// Two digits: "0.21 %", "170 %".
+/// A share in percent with two digits: "0.21 %", "170 %".
 std::string percent(double share);
 
 /// "reduced leaves on 14 x 6 elements".

@@ -8,7 +8,7 @@ namespace flexopt {
 struct ProfileError {
   double bending = 0;      ///< stiffness against bending about the width
   double translation = 0;  ///< stiffness against forces
-  double rotation = 0;     ///< and against moments, twist above all
+  double rotation = 0;     ///< stiffness against moments, twist above all
 };
 
 /// The surfaces of a leaf whose thickness varies slope by ±φ against its middle, tan φ = t′/2. Its

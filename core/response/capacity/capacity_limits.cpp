@@ -11,14 +11,14 @@
 namespace flexopt {
 namespace {
 
-// Of the largest stress of a leaf, with fillets where there are some.
+// Largest stress of a leaf, with the notch factors of its fillets where it has some.
 StressPeak peak_of(System& system, int i, const StressRules& rules) {
   const StressPeak largest = system.leaf(i).max_stress();
   if (!rules.fillet || !fillet_fault(system.mechanism(), *rules.fillet).empty()) return largest;
   return with_fillets(largest, system.leaf(i), system.mechanism(), *rules.fillet);
 }
 
-// Along the directions and the load, the state moving with each.
+// Derivatives along the directions and the load, with the state that moves along each.
 struct Rates {
   Answer<MechanismFactor> linear;
   std::unique_ptr<DesignRates<double>> design;

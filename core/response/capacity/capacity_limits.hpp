@@ -19,12 +19,12 @@ class CapacityLimits : public BranchLimit {
   CapacityLimits(System& system, const StrokeRequest& request);
 
   double beyond(System& system) override;
-  /// Which limit counted when beyond() was called last; the value is left open.
+  /// The limit that was decisive in the latest beyond(); its value is left open.
   LoadCapacity reached() const;
 
   UnloadedStiffness unloaded(System& system, CapacityDirections& design,
                              const ModelOptions& model) const;
-  /// Of the branch's factor, which stands at the limit that was found last.
+  /// Derivatives of the load factor of the branch, which stands at the limit that was found last.
   VectorXd gradient(LoadBranch& branch, CapacityDirections& design, const ModelOptions& model,
                     const UnloadedStiffness& unloaded) const;
 

@@ -14,7 +14,7 @@
 namespace flexopt {
 namespace {
 
-// Motions of the bodies that are large, lengths over the longest leaf.
+// Bound from which motions of the bodies count as large; lengths over the longest leaf.
 constexpr double large_motion = 0.01;
 
 DeadLoad load_along(int direction, double size) {

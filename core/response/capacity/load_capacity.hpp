@@ -9,10 +9,10 @@
 
 namespace flexopt {
 
-/// Derivatives of a capacity are along these.
+/// Directions along which a load capacity is differentiated.
 class CapacityDirections {
  public:
-  /// Both must outlive it.
+  /// `mechanism` and `directions` must outlive this.
   CapacityDirections(const Mechanism& mechanism, const std::vector<Mechanism>& directions,
                      LeafRates& rates);
 
@@ -26,9 +26,9 @@ struct LoadCapacityResult {
   std::optional<VectorXd> gradient;  ///< where the capacity has a value and it was asked for
 };
 
-/// Of the load along `direction`, an index of LoadCapacity. `system`: assembled at an equilibrium,
-/// its leaves with interior unknowns; it is copied. `growing`: the present factor of the growing
-/// loads. `design`: null where no derivatives are wanted.
+/// Load capacity along `direction`, an index of LoadCapacity. `system`: assembled at an
+/// equilibrium, its leaves with interior unknowns; it is copied. `growing`: the present factor of
+/// the growing loads. `design`: null where no derivatives are wanted.
 LoadCapacityResult find_load_capacity(System& system, int direction, double growing,
                                       const StrokeRequest& request, const ModelOptions& model,
                                       CapacityDirections* design);

@@ -41,7 +41,7 @@ std::vector<double> samples(const PoleSum& of, double low, double high, double d
   return list;
 }
 
-// Where `function`, below zero at a and not at b, changes its sign: to the last bit but a few.
+// Zero of `function`, which is negative at a and not at b, to the last bit but a few.
 double sign_change(const std::function<double(double)>& function, double a, double b) {
   for (int k = 0; k < 200 && b - a > 4 * std::numeric_limits<double>::epsilon() * b; ++k) {
     const double middle = 0.5 * (a + b);
@@ -50,7 +50,7 @@ double sign_change(const std::function<double(double)>& function, double a, doub
   return 0.5 * (a + b);
 }
 
-// (H7): where |m(σ)| first is √2 m(0).
+// End of the mass line (H7): where |m(σ)| first is √2 m(0).
 std::optional<double> end_of_mass_line(const PoleSum& mass, double damping) {
   const std::vector<double> poles = mass.frequencies();
   if (poles.empty()) return std::nullopt;
@@ -76,7 +76,7 @@ std::optional<double> end_of_mass_line(HarmonicAnswer& answer, double damping) {
   }
 }
 
-// (H8) along a direction in which the ground moves everything by 1.
+// Gain (H8) along a direction in which the ground moves everything by 1.
 struct Gain {
   PoleSum relative;
   double damping;
@@ -85,7 +85,7 @@ struct Gain {
     const Complex sigma = shift(f, damping);
     return 1.0 + sigma * relative.at(sigma);
   }
-  // Of |T|² along the frequency, but for a positive factor.
+  // Derivative of |T|² with respect to the frequency, up to a positive factor.
   double slope(double f) const {
     const Complex sigma = shift(f, damping);
     const Complex dT = (relative.at(sigma) + sigma * relative.slope(sigma)) * sigma;
@@ -93,7 +93,7 @@ struct Gain {
   }
 };
 
-// Where the gain is largest between two frequencies.
+// Frequency of the largest gain between two frequencies [Hz].
 double largest_gain(const Gain& gain, double low, double high) {
   constexpr double near = 0.7;  // of the largest sample: lower maxima are not the largest
   // a peak of 2 % in σ y is no maximum that counts beside T(0) = 1
@@ -118,7 +118,7 @@ double largest_gain(const Gain& gain, double low, double high) {
   return best;
 }
 
-// Shares of a derivative: real forms of complex motions.
+// Terms of a derivative: real quadratic forms of complex motions.
 class Terms {
  public:
   struct Motion {
@@ -137,7 +137,8 @@ class Terms {
     pencil(weight / mass_shift_, 0, motion);
     pencil(-weight / mass_shift_, mass_shift_, motion);
   }
-  /// Of aᵀ(…)b, from its sum and its difference, both in like sizes.
+  /// Adds the terms of aᵀ(…)b as those of the sum and the difference of a and b, scaled to like
+  /// sizes.
   void pencil(double weight, double lambda, const Motion& a, const Motion& b) {
     each_sum(a, b, [&](double sign, Motion sum) { pencil(sign * weight, lambda, std::move(sum)); });
   }
@@ -212,7 +213,7 @@ std::optional<DynamicsMeasure> bandwidth(const MechanismFactor& factor, double d
   return measure;
 }
 
-// Extended until the answer is good at these frequencies; false where it does not get so.
+// Extends the answer until it is accurate at these frequencies; false where it does not become so.
 bool reaches(HarmonicAnswer& answer, double damping, const std::vector<double>& frequencies) {
   const auto good = [&] {
     return answer.still() || std::ranges::all_of(frequencies, [&](double f) {

@@ -30,11 +30,11 @@ class HarmonicAnswer {
   /// `most`: columns of V at the end.
   HarmonicAnswer(const VectorXd& start, int most, const LinearMap& solve, const LinearMap& mass);
 
-  /// Some columns more; false where there are no more.
+  /// Adds some columns; false where there are no more.
   bool extend();
-  /// Nothing is left out.
+  /// Whether the answer is exact, because the Krylov space is invariant.
   bool exact() const { return krylov_.invariant(); }
-  /// y(0) has no mass that moves: y(σ) = y(0).
+  /// Whether y(0) has no mass that moves, so that y(σ) = y(0).
   bool still() const { return krylov_.columns() == 0; }
 
   /// aᵀ y(σ) for a row of the unknowns.
@@ -43,7 +43,8 @@ class HarmonicAnswer {
   PoleSum mass() const;
   /// What is left of (1 − σ K⁻¹M) y(σ) = y(0), over y(σ), both by their mass.
   double residual(Complex sigma) const;
-  /// With one solve more, which leaves an error of the square of the residual.
+  /// The motion y(σ), improved by one solve more: its error is of the order of the square of the
+  /// residual.
   VectorXcd vector(Complex sigma) const;
 
  private:

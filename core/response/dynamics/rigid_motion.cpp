@@ -32,7 +32,7 @@ MatrixXd grounded_rows(const MechanismFactor& factor, int i) {
   return rows;
 }
 
-// What moves of a leaf: its edges but a free one, and its material point.
+// Columns of what moves of a leaf: its edges except a free one, and its material point.
 std::vector<int> moving_columns(const MechanismFactor& factor, int i) {
   const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
   std::vector<int> columns;

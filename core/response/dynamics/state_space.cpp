@@ -59,7 +59,7 @@ MatrixXd forces_of(const MechanismFactor& factor) {
   return F;
 }
 
-// Of a material point of a leaf, for motions of all unknowns; global axes.
+// Displacement of a material point of a leaf for motions X of all unknowns, in global axes [m].
 Answer<MatrixXd> probe_motion(const MechanismFactor& factor, const Probe& probe, const MatrixXd& X,
                               LeafRates& rates) {
   const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(probe.leaf)];
@@ -75,7 +75,7 @@ Answer<MatrixXd> probe_motion(const MechanismFactor& factor, const Probe& probe,
                                      fields->place_rates(probe.along, probe.across))};
 }
 
-// Of all outputs.
+// Values of all outputs for motions X of all unknowns.
 Answer<MatrixXd> outputs_for(const MechanismFactor& factor, const std::vector<Probe>& probes,
                              const MatrixXd& X, LeafRates& rates) {
   const MatrixXd strokes = factor.system().drive_forces().transpose();

@@ -30,7 +30,7 @@ class ForceSum {
   ForceSum(const MechanismFactor& factor, Eigen::Index columns) : factor_(&factor) {
     for (MatrixXd& order : orders_) order = MatrixXd::Zero(factor.size(), columns);
   }
-  /// += factor · rows of a leaf.
+  /// Adds factor · rows of a leaf.
   void add(const MechanismFactor::Leaf& leaf, double scale, const Eigen::MatrixX<S>& rows) {
     if constexpr (std::same_as<S, double>) {
       factor_->add_leaf_force(leaf, scale, rows, orders_[0]);
@@ -88,7 +88,7 @@ DesignRates<S>::DesignRates(const MechanismFactor& factor, LeafGradients<S> leav
   }
 }
 
-// The leaf seen from its own axes and scales, along one parameter.
+// Variation of a leaf along one parameter, seen from the leaf's own axes and scales.
 template <class S>
 LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
                                            const ProfileDirections& profiles,
@@ -138,7 +138,7 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
       dplace[0] = at.x.derivatives[0] / leaf.growth;
     }
     const Vector3d dend = leaf.growth * dplace;
-    // the same of the edge as it sits in its body, and along errors of assembly (S32)
+    // Rotation of the edge as it sits in its body, and its change along assembly errors (S32).
     if (!fit.turn.isIdentity(0) || !d.assembly_turn[e].isZero(0)) {
       const Vector3d spin = rotation_left_tangent(rotation_log(fit.turn)) * d.assembly_turn[e];
       const Matrix3d turned = to_leaf * fit.turn * leaf.axes;
@@ -218,7 +218,8 @@ auto DesignRates<S>::residual() const -> Matrix {
   return R;
 }
 
-// Of the rigid bodies' yᵀM y, at constant state and along it.
+// Derivative of yᵀM y of the rigid bodies along a direction of the design, at constant state and
+// with the change of the state.
 template <class S>
 S DesignRates<S>::body_mass_rate(const Mechanism& direction, const Vector& y,
                                  const Vector& state_rate) const {

@@ -13,10 +13,11 @@
 
 namespace flexopt {
 
-/// Shares of the leaves, one by one.
+/// Gradients of the leaves, one by one.
 template <class S>
 using LeafGradients = std::vector<std::unique_ptr<LeafGradient<S>>>;
-/// At the state of the factor, which must outlive them. None where a leaf has no exact derivatives.
+/// Gradients of all leaves at the state of the factor, which must outlive them. None where a leaf
+/// has no exact derivatives.
 Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates);
 
 /// Columns of translations of the ground beside columns of motions that are relative to it.
@@ -46,7 +47,7 @@ class DesignRates {
                    const GroundShare* ground = nullptr) const;
 
   const LeafGradient<S>& leaf(int i) const { return *leaves_[static_cast<std::size_t>(i)]; }
-  /// Of a leaf along every parameter.
+  /// Variations of a leaf along every parameter.
   const std::vector<LeafVariation<S>>& variations(int i) const {
     return variations_[static_cast<std::size_t>(i)];
   }

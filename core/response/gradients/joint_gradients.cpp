@@ -25,7 +25,8 @@ JointState<S> present(const Mechanism& mechanism, const MechanismState<S>& state
           joint_body(mechanism, state, joint.other), state.multipliers.segment(row, count)};
 }
 
-// At constant displacements, rotations and multipliers.
+// Derivative of a joint's state along a direction, at constant displacements, rotations and
+// multipliers.
 template <class S>
 JointState<S> moving(const Mechanism& mechanism, const Mechanism& direction, std::size_t k,
                      int count) {
@@ -34,7 +35,7 @@ JointState<S> moving(const Mechanism& mechanism, const Mechanism& direction, std
           moving_joint_body<S>(direction, joint.other), Eigen::VectorX<S>::Zero(count)};
 }
 
-// The same of drives that are conditions: `visit(drive, row)`.
+// Calls `visit(drive, row)` for every drive that is a condition.
 template <class Visit>
 void for_each_drive(const MechanismFactor& factor, const Visit& visit) {
   const Constraints& c = factor.system().constraints();

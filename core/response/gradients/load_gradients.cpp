@@ -12,7 +12,7 @@ Vector3<S> arm_rate(const BodyLoad& load, const Matrix3<S>& rotation, const Mech
   return rotation * Vector3d(-d.reference);
 }
 
-// Change of the force.
+// Change of the force of a load along a direction.
 template <class S>
 Vector3<S> force_rate(const BodyLoad& load, const Mechanism& direction) {
   if (!load.acceleration) return Vector3<S>::Zero();

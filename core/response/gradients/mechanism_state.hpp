@@ -1,5 +1,5 @@
 #pragma once
-// Where the bodies and the joints of a mechanism are.
+// Places of the bodies and forces of the joints of a mechanism.
 #include <vector>
 
 #include "core/math/jet.hpp"
@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// At one equilibrium (double) or along the stroke from it (Jet).
+/// State of the bodies at one equilibrium (double), or along the stroke from it (Jet).
 template <class S>
 struct MechanismState {
   struct Body {
@@ -19,7 +19,7 @@ struct MechanismState {
   Eigen::VectorX<S> multipliers;  ///< of joints and drives
 };
 
-/// Where the factor's system is.
+/// State of the factor's system.
 MechanismState<double> present_state(const MechanismFactor& factor);
 
 /// A body, or the ground, as joints and springs see it.

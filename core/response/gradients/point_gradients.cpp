@@ -43,7 +43,7 @@ class MovingFields {
   std::map<int, std::unique_ptr<LeafFields>> made_;
 };
 
-// Of a material point of a leaf that is now at `place`.
+// Derivatives of the place of a leaf's material point, which is now at `place`: 3 × parameters.
 MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, double across,
                           const Vector3d& place, const std::vector<Mechanism>& directions,
                           const LeafFields& fields) {
@@ -62,8 +62,8 @@ MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, doubl
   return rates;
 }
 
-// Of O in the middle of a tip edge whose mean the end-effector follows: the displacement that the
-// point of the path lists.
+// Derivatives of the displacement of O as the point of the path lists it, where the end-effector
+// follows the mean displacement of a tip edge: 3 × parameters.
 MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoint& point,
                                 const std::vector<Mechanism>& directions,
                                 const LeafFields& fields) {
@@ -83,7 +83,8 @@ struct Column {
   VectorXd lag = {};  ///< K⁻¹ M y of the leaves, bodies held, where they have static shapes only
 };
 
-// One list of frequencies: the modes, whole clusters, and where their columns stand.
+// Columns of one list of frequencies: the modes, in whole clusters, and the columns that belong to
+// them.
 struct ModeColumns {
   int wanted = 0;
   VectorXd lambda;
@@ -120,8 +121,9 @@ ModeColumns mode_columns(const MechanismFactor& factor, const FullModes& exact,
   return modes;
 }
 
-// Of every column along the parameters. A static shape x = −K⁻¹ K_b q of a leaf changes by
-// −K⁻¹ K′y: that adds 2λ wᵀK′y with the lag w, from the forms of y ± w. Equation (S14).
+// Derivatives of the quadratic form of every column along the parameters. A static shape x = −K⁻¹
+// K_b q of a leaf changes by −K⁻¹ K′y: that adds 2λ wᵀK′y with the lag w, from the forms of y ± w.
+// Equation (S14).
 MatrixXd column_rates(const DesignRates<double>& design, const std::vector<Column>& columns,
                       const MatrixXd& state_rates) {
   const auto own = static_cast<Eigen::Index>(columns.size());
@@ -161,7 +163,7 @@ double mixed_form(const MatrixXd& rates, Eigen::Index sum, Eigen::Index y, Eigen
   return 0.5 * (rates(sum, parameter) - rates(y, parameter) - rates(z, parameter));
 }
 
-// Frequencies and clusters from the rates of the columns.
+// Sets the derivatives of frequencies and clusters from those of the columns.
 void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& gradients,
                      std::vector<FrequencyCluster>& clusters) {
   const int count = static_cast<int>(rates.cols());
@@ -190,9 +192,9 @@ void set_frequencies(const ModeColumns& modes, const MatrixXd& rates, MatrixXd& 
   }
 }
 
-// As columns: the motions of unit strokes, drive by drive, the answers y = K⁻¹ e of the
-// end-effector to unit loads of every support with the drives held, and the sums of two
-// translations.
+// Motions whose quadratic forms give the stiffnesses, as columns: the motions of unit strokes,
+// drive by drive; the motions y = K⁻¹ e of the end-effector under unit loads of every support with
+// the drives held; and the sums of two translations.
 struct StiffnessColumns {
   int first = 0, drives = 0;
   std::vector<int> supports;
@@ -321,7 +323,7 @@ void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGrad
   if (k < rows.rows()) gradients.parasitic_frequency = VectorXd(rows.row(k));
 }
 
-// Sums of the rates of their terms.
+// Sets the derivatives of the dynamic measures as sums over their terms.
 void set_dynamics(const DynamicsMeasures& dynamics, const DesignRates<double>& design,
                   const MatrixXd& state_rates, PointGradients& gradients) {
   const auto gradient = [&](const DynamicsMeasure& measure) {

@@ -150,8 +150,8 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-// Which direction of which body a state of stress without loads acts in: that of what its last
-// condition's member does to one of its bodies, a force or else a moment.
+// Body and direction in which a self-stress acts: what the member of its last condition does to one
+// of its bodies, as a force or else a moment.
 Redundancy redundancy(const Mechanism& mechanism, const Conditions& conditions,
                       const std::vector<std::pair<int, double>>& stress) {
   constexpr double nothing = 1e-6;

@@ -17,8 +17,8 @@ struct Redundancy {
 };
 
 struct Mobility {
-  /// What a condition must have of its own to count [-]: of its gradient, lengths over the longest
-  /// leaf.
+  /// Independent part of its gradient that a condition must have to count [-]; lengths over the
+  /// longest leaf.
   static constexpr double tolerance = 1e-8;
 
   int degrees_of_freedom = 0;               ///< of all bodies together

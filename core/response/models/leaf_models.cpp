@@ -27,7 +27,7 @@ namespace {
 // Shapes and meshes of leaves, shared by those that are equal.
 class Meshes {
  public:
-  // That of the first of all leaves that are alike.
+  // Shape of the first of all leaves that are alike.
   const PlateShape& shape(const LeafSpring& leaf, const ModelOptions& model) {
     return entry(leaf, model).shape;
   }
@@ -79,7 +79,7 @@ std::vector<std::unique_ptr<LeafElement>> full_leaves(const std::vector<LeafSpri
 
 constexpr double margin = 1.12;  ///< of the range of a tube over what its leaf is expected to do
 
-// Of the atlas, if that has such leaves.
+// Model from the look-up table, if there is a table that covers such leaves; else null.
 std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
                                       const ModelOptions& model, int nodes = 0,
                                       ShapeSlopes slopes = ShapeSlopes::all) {
@@ -115,7 +115,7 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
   return std::make_shared<TubeModel>(shape, range, std::move(known));
 }
 
-// For linear statics at rest: full leaves, and tubes where the atlas has them.
+// Leaves for linear statics at rest: full leaves, or tubes where the look-up table has them.
 std::vector<std::unique_ptr<LeafElement>> leaves_at_rest(const std::vector<LeafSpring>& springs,
                                                          const ModelOptions& model,
                                                          Meshes& meshes) {

@@ -1,5 +1,5 @@
 #pragma once
-// The leaf elements of a mechanism for the accuracy asked for.
+// Makes the leaf elements of a mechanism for the wanted accuracy.
 #include <memory>
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// `reason`: why they stand in for reduced ones, where they do.
+/// `reason`: why full leaves replace reduced ones, where they do.
 std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mechanism,
                                                            const ModelOptions& model,
                                                            const std::string& reason = {});
@@ -18,14 +18,15 @@ std::vector<std::unique_ptr<LeafElement>> make_full_leaves(const Mechanism& mech
 /// coordinate for it.
 ModelOptions segment_options(const ModelOptions& model);
 
-/// By `model.method`. Linear superelements need nothing but the leaf; one with a material point
-/// that is none of their nodes is full, and says so. Mixed potential: one tube per distinct leaf,
-/// its ray and range from the linear kinematics of the drive at the undeflected state, centred on
-/// the leaf's share of the constant loads. `largest`: stroke of the path; where nothing is driven
-/// the largest factor of the growing loads, which then give the kinematics. `several`: instead, the
-/// strokes of several drives at the points of the path. `poissons_ratio_moves`: whether a leaf that
-/// is looked up may be asked for derivatives by its ν; they are zero otherwise. A leaf with a free
-/// tip or a material point, or whose bent states are not found, is full, and says so.
+/// Makes the reduced leaves of a mechanism by `model.method`. Linear superelements need nothing but
+/// the leaf; one with a material point that is none of their nodes is full, and says so. Mixed
+/// potential: one tube per distinct leaf, its ray and range from the linear kinematics of the drive
+/// at the undeflected state, centred on the leaf's share of the constant loads.
+/// `largest`: stroke of the path; where nothing is driven, the largest factor of the growing loads,
+/// which then give the kinematics. `several`: instead, the strokes of several drives at the points
+/// of the path. `poissons_ratio_moves`: whether a leaf that is looked up may be asked for
+/// derivatives by its ν; they are zero otherwise. A leaf with a free tip or a material point, or
+/// whose bent states are not found, is full, and says so.
 std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(
     const Mechanism& mechanism, const ModelOptions& model, double largest,
     const LoadCase& loads = {}, const std::vector<VectorXd>& several = {},

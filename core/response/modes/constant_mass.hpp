@@ -13,7 +13,7 @@ namespace flexopt {
 
 class ConstantMass {
  public:
-  /// Undeflected full leaves, whatever the accuracy of the model.
+  /// Uses undeflected full leaves, whatever the accuracy of the model.
   ConstantMass(const Mechanism& mechanism, const ModelOptions& model);
 
   /// Craig–Bampton dynamics of a leaf of the assembled system: its present tangent beside the

@@ -14,8 +14,8 @@
 namespace flexopt {
 namespace {
 
-// The same, the lowest alone: the modes of leaves have a diagonal block each. Nothing where they
-// are not found.
+// The lowest eigenpairs by a Krylov method; the modes of each leaf form a diagonal block. Nothing
+// where the pairs are not found.
 std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismPencil& pencil,
                                           bool drive_locked, int count) {
   const TangentFactor factor(system, pencil.K_bodies, drive_locked);
@@ -160,7 +160,7 @@ Mode mode_of_shares(double omega2, double drive, double end_effector, double int
 
 Frequencies natural_frequencies(System& system, const FrequencyOptions& options) {
   Frequencies result;
-  // not those of the state before: the answer would depend on the way
+  // Not the modes of the previous state: the answer would depend on the path.
   std::vector<int> leaf_modes(static_cast<std::size_t>(system.leaves()), options.leaf_modes);
   const std::vector<int> driven = system.driven_coordinates();
   const bool conditions = system.constraints().count() > 0;

@@ -11,7 +11,7 @@ namespace flexopt {
 
 struct FrequencyOptions {
   int count = 8;
-  bool free = true;           ///< with the drive free, too
+  bool free = true;           ///< whether frequencies with the drive free are wanted, too
   int leaf_modes = 2;         ///< fixed-interface modes per leaf, at least; 0: none
   double cutoff_ratio = 1.2;  ///< leaf modes up to this multiple of the highest frequency wanted
   ConstantMass* constant_mass = nullptr;  ///< instead of the leaves' own mass

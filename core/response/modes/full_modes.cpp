@@ -15,7 +15,8 @@ namespace {
 
 // Modes beyond those asked for: whole clusters of equal ones, and separation from what is left out.
 constexpr int guards = 4;
-// Residual of the Ritz pairs, relative, and where rounding holds it up.
+// Relative residual of the Ritz pairs that is sought, and that is accepted where rounding prevents
+// the former.
 constexpr double tolerance = 1e-9, tolerance_of_rounding = 1e-6;
 
 // The drives' static shapes C of unit strokes: K⁻¹ = K_l⁻¹ + C D Cᵀ, l with the drives held.
@@ -39,7 +40,7 @@ void set_residual(const BlockKrylov& krylov, int count, RitzPairs& pairs) {
     pairs.residual = std::max(pairs.residual, size[k] / std::abs(pairs.values[k]));
 }
 
-// The residuals of a list, decomposition by decomposition.
+// Convergence of a list by the residuals of one decomposition after the other.
 struct Convergence {
   double previous = 1;
   bool reached(double residual, bool held_up) {
@@ -56,7 +57,8 @@ RitzPairs locked_pairs(const BlockKrylov& krylov, int count) {
   return pairs;
 }
 
-// In the basis [V, Ĉ], Ĉ = (C − V W) L⁻ᵀ, W = VᵀM C, L Lᵀ = CᵀM C − WᵀW; K_l⁻¹M C, given, is in V.
+// Ritz pairs with the drives free, in the basis [V, Ĉ], Ĉ = (C − V W) L⁻ᵀ, W = VᵀM C, L Lᵀ = CᵀM C
+// − WᵀW; K_l⁻¹M C, given, is in V.
 RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const MatrixXd& inertial,
                      int count) {
   const int k = krylov.columns();
@@ -93,7 +95,8 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
   return pairs;
 }
 
-// On the columns of Y, λ of which ascend: the lower triangle of YᵀK Y then is the accurate one.
+// Rayleigh–Ritz step on the columns of Y, whose λ ascend: the lower triangle of YᵀK Y then is the
+// accurate one.
 FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
                         const Eigen::Ref<const MatrixXd>& KY, ModeMotions motions) {
@@ -117,7 +120,7 @@ FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int co
   return found;
 }
 
-// From so many motions with mass on the lowest modes alone are sought.
+// Number of motions with mass from which the lowest modes alone are computed.
 constexpr int few_motions = 48;
 
 // R of M = R Rᵀ, a column for each motion that has mass. Nothing where there are many of these, or
@@ -139,7 +142,7 @@ std::optional<MatrixXd> root_of_mass(const MechanismFactor& factor) {
   return R;
 }
 
-// Of mechanisms of few unknowns: Rᵀ K⁻¹ R z = z/λ, and one step of inverse iteration.
+// Modes of a mechanism of few unknowns: Rᵀ K⁻¹ R z = z/λ, and one step of inverse iteration.
 FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, int free, int locked,
                             ModeMotions motions) {
   constexpr double nothing = 1e-13;  // of the largest: motions that are held
@@ -307,7 +310,8 @@ MatrixXd multipliers_of(const MechanismFactor& factor, const MechanismPencil& pe
   return multipliers;
 }
 
-// Of leaves that know their internal motions; nothing of others, and of large mechanisms.
+// Modes of a mechanism whose leaves know their internal motions; nothing for other leaves and for
+// large mechanisms.
 std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
   const System& system = factor.system();
@@ -351,7 +355,7 @@ std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free,
   return modes_of_krylov(factor, free, locked, motions);
 }
 
-// With M̂ = R Rᵀ the mass carried by the bodies, Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
+// Uses M̂ = R Rᵀ, the mass carried by the bodies: Rᵀ K⁻¹ R z = z/λ and q = K⁻¹ R z.
 FullModeLists static_modes(const MechanismFactor& factor, int free, int locked) {
   if (free == 0 && locked == 0) return {};
   constexpr double nothing = 1e-14;  // of the largest: motions that have no mass, or are held

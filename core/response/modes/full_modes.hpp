@@ -29,7 +29,7 @@ enum class ModeMotions { no, yes };
 std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free, int locked,
                                         ModeMotions motions = ModeMotions::yes);
 
-/// The same without internal motions of the leaves (`leaf_modes: 0`): as many as the bodies have.
+/// Modes without internal motions of the leaves (`leaf_modes: 0`): as many as the bodies have.
 FullModeLists static_modes(const MechanismFactor& factor, int free, int locked);
 
 /// Modes by their squared frequencies, motions (columns) and M times these: shares of the kinetic

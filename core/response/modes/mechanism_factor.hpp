@@ -70,7 +70,7 @@ class MechanismFactor {
   /// Rows of drives that are conditions.
   std::vector<int> drive_rows() const;
 
-  /// Rows of a leaf.
+  /// Rows of a leaf in Y.
   MatrixXd leaf_rows(const Leaf& leaf, const MatrixXd& Y) const;
   /// Y += factor · rows of a leaf, as forces.
   void add_leaf_force(const Leaf& leaf, double factor, const MatrixXd& rows, MatrixXd& Y) const;
@@ -79,7 +79,8 @@ class MechanismFactor {
  private:
   MechanismFactor(System& system, std::vector<std::shared_ptr<const LeafLinear>> leaves);
   void add_leaf(const System& system, int i, std::shared_ptr<const LeafLinear> linear);
-  /// Of the bodies and the conditions, once they moved by q.
+  /// Motions of all unknowns from the motions q of the bodies and the multipliers; those of the
+  /// leaves follow from q and their forces in B.
   MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;
 
   const System* system_;

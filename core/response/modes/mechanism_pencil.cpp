@@ -55,7 +55,7 @@ MechanismPencil without_leaves(const System& system) {
   return pencil;
 }
 
-// The next leaf.
+// Adds the next leaf.
 void add_leaf(const System& system, const LeafDynamics& leaf, bool motions,
               MechanismPencil& pencil) {
   const int i = static_cast<int>(pencil.leaves.size()),

@@ -11,7 +11,7 @@
 
 namespace flexopt {
 
-/// From this many coordinates on the lowest pairs are sought by Krylov spaces.
+/// Number of coordinates from which the lowest pairs are computed in Krylov spaces.
 inline constexpr int krylov_from = 150;
 
 /// Coordinates: those of the bodies, internal ones of leaf 0, of leaf 1, …
@@ -30,13 +30,13 @@ struct MechanismPencil {
     MatrixXd stations, shape;
 
     Eigen::Index boundary() const { return mass.rows() - modes; }
-    /// The first of the modes in the pencil.
+    /// Index of the first mode of the leaf in the pencil.
     int first() const { return coordinates[static_cast<std::size_t>(boundary())]; }
   };
   std::vector<Leaf> leaves;
 
   MatrixXd mass_times(const MatrixXd& X) const;
-  /// Mode::motion of every column.
+  /// Mode::motion for every column.
   MatrixXd motions(const System& system, const MatrixXd& phi) const;
   void add_shape(const VectorXd& phi, Mode& mode) const;
 };
@@ -44,14 +44,14 @@ struct MechanismPencil {
 /// The system must be assembled at an equilibrium. `leaf_modes`: of each leaf.
 MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_modes,
                                  const FrequencyOptions& options);
-/// Of a mechanism whose leaves all know their internal motions; else nothing.
+/// Pencil of a mechanism whose leaves all know their internal motions; nothing for others.
 struct InternalPencil {
   MechanismPencil pencil;
   std::vector<MatrixXd> unknowns;  ///< InternalMotions::unknowns of each leaf
 };
 std::optional<InternalPencil> internal_pencil(const MechanismFactor& factor);
 
-/// The same with every leaf's motions between held edges for its internal ones.
+/// Pencil whose internal coordinates are every leaf's modes between held edges.
 struct LeafModes {
   BorderedPencil pencil;         ///< its border: the bodies
   std::vector<MatrixXd> shapes;  ///< of each leaf, over its internal coordinates

@@ -94,7 +94,7 @@ double distance_of_bounds(const Solids& solids, int a, int b) {
   return gap.norm();
 }
 
-// Two points of a pair, six coordinates.
+// Two points of a pair of solids, six coordinates.
 using PairPoints = std::array<SolidPoint, 2>;
 
 // Half the square of the distance over `size`.
@@ -132,7 +132,7 @@ PairPoints nearest_points(const Solids& solids, const PairPoints& start, double 
   return {SolidPoint{start[0].solid, u.head<3>()}, SolidPoint{start[1].solid, u.tail<3>()}};
 }
 
-// The side of a wire that looks at a place.
+// Turns a point of a wire to the side that faces a place.
 void turn_towards(const Solids& solids, const Vector3d& place, SolidPoint& point) {
   if (!solids.is_wire(point.solid)) return;
   point.at[2] = 1;
@@ -184,8 +184,7 @@ Clearance at_points(const Solids& solids, const PairPoints& pair) {
   return c;
 }
 
-// Of leaves that overlap: how far their middle surfaces are apart, less than both halves of the
-// thickness.
+// Overlap of two leaves: distance of their middle surfaces, less both half thicknesses [m].
 Clearance overlap_of(const Solids& solids, const PairPoints& pair, double size) {
   if (!solids.is_leaf(pair[0].solid) || !solids.is_leaf(pair[1].solid)) {
     Clearance c = at_points(solids, pair);
@@ -241,7 +240,7 @@ std::optional<Clearance> clearance_of(const Solids& solids,
     if (best && bound > std::max(best->value, 0.0)) break;
     const Clearance here =
         clearance_of_pair(solids, pairs[k], samples_of(pairs[k][0]), samples_of(pairs[k][1]), size);
-    // of equal ones the first pair
+    // Of equal clearances, the first pair counts.
     const double tolerance = equal * size * (k < at ? -1 : 1);
     if (!best || here.value < best->value - tolerance) best = here, at = k;
   }

@@ -11,7 +11,7 @@ namespace flexopt {
 
 /// Pairs of solids whose distance counts: see (S20).
 std::vector<std::array<int, 2>> clearance_pairs(const Mechanism& mechanism);
-/// None where there are no pairs.
+/// Smallest distance among the pairs; nothing where there are no pairs.
 std::optional<Clearance> clearance_of(const Solids& solids,
                                       const std::vector<std::array<int, 2>>& pairs);
 VectorXd clearance_rate(const Solids& solids, const Clearance& clearance, const PlaceRates& rates);

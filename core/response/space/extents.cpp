@@ -64,7 +64,7 @@ double descent(const Solids& solids, const Solids::SampleGrid& grid, const Solid
   return sum;
 }
 
-// By how much a sample differs at most from its neighbours, summed over the coordinates.
+// Largest difference of a sample from its neighbours, summed over the coordinates.
 double change_beside(const Solids::SampleGrid& grid, const std::vector<double>& reached,
                      std::size_t sample) {
   double sum = 0;
@@ -83,10 +83,10 @@ double change_beside(const Solids::SampleGrid& grid, const std::vector<double>& 
   return sum;
 }
 
-// Of the solids whose bound lets them reach further than those before, the point that reaches
-// furthest: by searches from all samples beside which it may lie, the furthest first. One search
-// alone would leave to rounding which of several places is found. The reach is −f, as in value_at,
-// over a size; `bound` of a solid likewise.
+// The point that reaches furthest among the solids whose bound exceeds what the previous ones
+// reach. Searches start from all samples beside which it may lie, the furthest first: with a single
+// search, rounding would decide which of several places is found. The reach is −f, as in value_at,
+// over a size; so is `bound` of a solid.
 using SamplesOfSolids = std::vector<Solids::SampleGrid>;
 template <class Bound, class F>
 SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, const Bound& bound,

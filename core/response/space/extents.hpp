@@ -14,10 +14,10 @@ struct CylinderAxis {
 CylinderAxis cylinder_axis(const Mechanism& mechanism);
 
 Extents extents_of(const Solids& solids);
-/// Of `Extents`, in the order of `Extents::at`: 7 × parameters.
+/// Derivatives of `Extents`, in the order of `Extents::at`: 7 × parameters.
 MatrixXd extent_rates(const Solids& solids, const Extents& extents, const PlaceRates& rates);
 
-/// The box and the cylinder that hold all of them.
+/// The box and the cylinder that hold all states.
 Envelope envelope_of(const std::vector<const Extents*>& states);
 /// Rows x, y, z, cylinder; from the rates of each state.
 MatrixXd envelope_rates(const std::vector<const Extents*>& states,

@@ -8,7 +8,7 @@
 
 namespace flexopt {
 
-/// Relative: of two that are nearer to each other the first counts.
+/// Relative difference below which two values are equal; the first one counts then.
 inline constexpr double equal = 1e-9;
 
 /// Place of the second derivative (i, j) in Solids::Local::curvatures.

@@ -80,7 +80,7 @@ inline WireAxes wire_section(const Vector3d& t, const Vector3d& reference) {
   return {n, e.cross(n)};
 }
 
-// Of a point of a solid, along its leaf.
+// Coordinate along the leaf of a point of one of its solids.
 inline double along_leaf(const SolidPart& part, double along) {
   return part.begin + (part.end - part.begin) * along;
 }

@@ -13,7 +13,7 @@
 
 namespace flexopt {
 
-/// Where a body is: its reference point and its rotation since the undeflected state.
+/// Place of a body: its reference point and its rotation since the undeflected state.
 struct BodyPlace {
   Vector3d position = Vector3d::Zero();
   Matrix3d rotation = Matrix3d::Identity();
@@ -30,7 +30,8 @@ using LeafPlaces = std::function<std::vector<Vector3d>(
 
 /// What all places change by along parameters.
 struct PlaceRates {
-  /// Of a point of a leaf that moves along it by `along_rates` (empty: not at all): 3 × parameters.
+  /// Derivatives of the place of a leaf's point, which moves along the leaf by `along_rates`
+  /// (empty: not at all): 3 × parameters.
   std::function<MatrixXd(int leaf, double along, double across, const VectorXd& along_rates)> leaf;
   std::vector<BodyPlaceRate> bodies;
   const std::vector<Mechanism>* directions = nullptr;  ///< of the mechanism's own numbers
@@ -51,10 +52,10 @@ std::vector<SolidPart> solid_parts(const Mechanism& mechanism);
 /// Leaves are interpolated between stations of their surfaces (S19).
 class Solids {
  public:
-  /// The mechanism must outlive this; `places` is used here alone.
+  /// The mechanism must outlive this; `places` is called in the constructor alone.
   Solids(const Mechanism& mechanism, const LeafPlaces& places,
          const std::vector<BodyPlace>& bodies);
-  /// The undeflected mechanism.
+  /// Solids of the undeflected mechanism.
   static Solids undeflected(const Mechanism& mechanism);
 
   int count() const { return static_cast<int>(solids_.size()); }
@@ -79,17 +80,17 @@ class Solids {
   };
   Local local(const SolidPoint& point) const;
   Vector3d place(const SolidPoint& point) const { return local(point).place; }
-  /// Of a point of a leaf's mid-surface; of a wire on its centre line.
+  /// Place of a point of a leaf's mid-surface or of a wire's centre line.
   Vector3d middle_place(int leaf, double along, double across) const;
 
-  /// Points all over the solid.
+  /// A sample point; samples lie all over the solid.
   struct Sample {
     Vector3d at, place;
   };
-  /// Of a leaf on its mid-surface, of a wire on its centre line.
+  /// Samples of a leaf's mid-surface or of a wire's centre line.
   std::vector<Sample> inner_samples(int solid) const;
-  /// So many along three coordinates; neighbours along the last one follow each other. `steps`:
-  /// from one to the next along each of the coordinates of a point.
+  /// Grid of samples: `counts` along three coordinates, neighbours along the last one follow each
+  /// other. `steps`: from one sample to the next along each of the coordinates of a point.
   struct SampleGrid {
     std::array<int, 3> counts{};
     Vector3d steps = Vector3d::Zero();
@@ -98,7 +99,7 @@ class Solids {
   SampleGrid surface_samples(int solid) const;
   /// Points of the solid are not farther than half of this from a sample.
   double spacing(int solid) const;
-  /// Of a leaf; `along` is the first coordinate of its solid.
+  /// Half of the thickness of a leaf [m]; `along`: first coordinate of its solid.
   double half_thickness(int solid, double along) const;
   double half_thickness_rate(int solid, double along, const Mechanism& direction) const;
   /// Corners of a box along the global axes that holds the solid.
@@ -107,7 +108,7 @@ class Solids {
 
   /// Derivatives of the place of a point that keeps its coordinates: 3 × parameters.
   MatrixXd place_rates(const SolidPoint& point, const PlaceRates& rates) const;
-  /// Derivatives of the slope of the place along the first coordinate, likewise.
+  /// Derivatives of the slope of the place along the first coordinate: 3 × parameters.
   MatrixXd slope_rates(const SolidPoint& point, const PlaceRates& rates) const;
 
  private:

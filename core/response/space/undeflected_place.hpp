@@ -13,7 +13,8 @@ Vector3d undeflected_place(const LeafSpring& leaf, double along, double across);
 /// along it by `along_rate`.
 Vector3d undeflected_place_rate(const LeafSpring& leaf, const LeafSpring& direction, double along,
                                 double across, double along_rate = 0);
-/// Of all places of the undeflected mechanism, which must outlive this as `directions` must.
+/// Derivatives of all places of the undeflected mechanism. `mechanism` and `directions` must
+/// outlive the result.
 PlaceRates undeflected_rates(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
 
 /// A profile of rates; factors of a profile that stays as it is have none.

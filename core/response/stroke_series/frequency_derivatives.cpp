@@ -19,8 +19,9 @@
 namespace flexopt {
 namespace {
 
-// First derivatives nearer than this share of ω², over a stroke of a leaf length or 1 rad, are
-// equal; below it they are zero by symmetry: what is left of them is the error of the modes.
+// First derivatives of ω² that differ by less than this share of ω² over a stroke of a leaf length
+// or 1 rad are equal; smaller ones are zero by symmetry, and what is computed is the error of the
+// modes.
 constexpr double rounding = 1e-6;
 
 using Range = std::pair<int, int>;  // [first, last)
@@ -94,7 +95,7 @@ MatrixXd shifted_residual(const MechanismFactor& factor, const MechanismSeries& 
   return B - series.tangent_times(y, 1)[0] + factor.mass(y) * lambda.head(y.cols()).asDiagonal();
 }
 
-// The same to rounding, in two rounds that gain 7 digits each.
+// Solves the shifted system to rounding, in two rounds that gain 7 digits each.
 std::optional<MatrixXd> solve_shifted_exactly(const MechanismFactor& factor,
                                               const MechanismSeries& series, const LowModes& modes,
                                               const std::vector<Range>& cluster_of,
@@ -217,7 +218,7 @@ std::optional<MatrixXd> second_rates(const MechanismFactor& factor, const Mechan
   return solve_shifted_exactly(factor, series, path.modes, path.cluster_of, B);
 }
 
-// Along the design: (S8)–(S10) of the modes φ(s), over φᵀMφ(s), in powers of s.
+// Derivatives along the design: (S8)–(S10) of the modes φ(s), over φᵀMφ(s), in powers of s.
 std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const MechanismFactor& factor,
                                                                       const MechanismSeries& series,
                                                                       const ModeSeries& path,
@@ -258,7 +259,7 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
   return gradients;
 }
 
-// How far along these strokes the first of them is 1 rad or a leaf length.
+// Share of these strokes at which the first of them is 1 rad or a leaf length.
 double unit_of(const System& system, const VectorXd& strokes) {
   double largest = 0;
   for (Eigen::Index k = 0; k < strokes.size(); ++k) {
@@ -274,8 +275,8 @@ struct AlongStrokes {
   std::vector<FrequencyDerivativeGradients> gradients;
 };
 
-// Along strokes that grow in step, from rest to these at 1. Nothing where it was not found;
-// `message` then says why.
+// Derivatives along strokes that grow in proportion, from rest to `strokes` at 1. Nothing where
+// they were not found; `message` then says why.
 std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const VectorXd& strokes,
                                           int count, const ExactDerivatives* exact, LowModes found,
                                           std::string& message) {
@@ -326,7 +327,7 @@ std::optional<Eigen::Index> only_drive(const VectorXd& way) {
   return drive;
 }
 
-// The same by a number that is 1 at a stroke of `unit`.
+// Rescales the derivatives to a parameter that is 1 at a stroke of `unit`.
 void rescale(double unit, AlongStrokes& along) {
   for (FrequencyDerivatives& d : along.modes) {
     d.d_omega2 *= unit;

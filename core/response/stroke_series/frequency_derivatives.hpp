@@ -22,7 +22,7 @@ struct ExactDerivatives {
 
 struct FrequencyDerivativesResult {
   bool ok = false;
-  /// Why not, with the figures, or why there are fewer modes than asked for.
+  /// Why there are no derivatives, with the figures, or why there are fewer modes than asked for.
   std::string message;
   std::vector<FrequencyDerivatives> modes;              ///< drive by drive, ascending; no valid_to
   std::vector<FrequencyDerivativeGradients> gradients;  ///< mode by mode, if asked for
@@ -30,15 +30,16 @@ struct FrequencyDerivativesResult {
   std::vector<std::vector<FrequencyDerivativeGradients>> way_gradients;
 };
 
-/// Of the lowest `count` modes, drives free, along each stroke and along `ways` of all of them, at
-/// the equilibrium that the factor stands at. Leaves must have a series, as full leaves do.
-/// `known`: modes of the factor with the drive free, if there are some.
+/// Derivatives of the lowest `count` frequencies, drives free, along each stroke and along `ways`
+/// of all strokes, at the equilibrium at which the factor stands. Leaves must have a series, as
+/// full leaves do. `known`: modes of the factor with the drive free, if there are some.
 FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
                                                  const std::vector<VectorXd>& ways = {},
                                                  const ExactDerivatives* exact = nullptr,
                                                  const FullModes* known = nullptr);
 
-/// At stroke zero with the dead load applied, on full leaves whatever the accuracy of the model.
+/// Frequency derivatives at stroke zero with the dead load applied, on full leaves whatever the
+/// accuracy of the model.
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
                                                  const ModelOptions& model, const LoadCase& loads,
                                                  const NewtonOptions& newton, int count,
@@ -54,7 +55,7 @@ inline constexpr double parabola_tolerance = 0.02;
 /// zero. The shorter of both sides counts. A mode that leaves the path's list ends there. Of
 /// several drives the points count at which all others are at zero.
 void set_validity(std::vector<FrequencyDerivatives>& modes, const std::vector<PathPoint>& path);
-/// The same of a way by the points on it.
+/// Sets valid_to of a way by comparison with the points on it.
 void set_validity(FrequencyWay& way, const std::vector<PathPoint>& path);
 
 /// What the parabola of a mode's compliance foretells at a stroke.
@@ -64,7 +65,7 @@ struct ScreeningFrequency {
 };
 /// (S5) of one mode; nothing where its parabola is not positive.
 std::optional<double> screening_frequency(const FrequencyDerivatives& mode, double stroke);
-/// Of every mode that counts as parasitic, ascending.
+/// Screening frequencies of all modes that count as parasitic, ascending.
 std::vector<ScreeningFrequency> screening_frequencies(
     const std::vector<FrequencyDerivatives>& modes, const ParasiticRule& rule, double stroke);
 /// Derivative of (S5) along the design.

@@ -18,11 +18,11 @@ struct LowModes {
 /// Modes that the derivatives of the lowest `count` ones take, at least.
 constexpr int modes_needed(int count) { return count + 3; }
 
-/// With the drives free: those asked for, a few above, all that are unstable, and whole clusters of
-/// equal frequencies. Where more equal ones follow than can be kept, those below them alone. What
-/// is left out is above, so that K − λ M is positive definite there for every λ that is kept.
-/// `exact`: to rounding; else what a step of inverse iteration changes is below 1e-6 of each
-/// vector. `known`: modes of the factor with the drives free, if there are some.
+/// Lowest modes with the drives free: those asked for, a few above, all that are unstable, and
+/// whole clusters of equal frequencies. Where more equal frequencies follow than can be kept, only
+/// the modes below them. What is left out lies above, so that K − λ M is positive definite there
+/// for every λ that is kept. `exact`: to rounding; else a step of inverse iteration changes each
+/// vector by less than 1e-6. `known`: modes of the factor with the drives free, if there are some.
 Answer<LowModes> low_modes(const MechanismFactor& factor, int count, bool exact,
                            const FullModes* known);
 

@@ -41,7 +41,7 @@ MechanismSeries::MechanismSeries(const MechanismFactor& factor,
   expand();
 }
 
-// Leaves and bodies about the present coefficients of the path.
+// Expands leaves and bodies about the present coefficients of the path.
 void MechanismSeries::expand() {
   const Mechanism& m = factor_->system().mechanism();
   rotation_.clear();
@@ -350,7 +350,7 @@ void MechanismSeries::set(int order, const VectorXd& y) {
   }
 }
 
-// (S1), twice.
+// Applies (S1) twice.
 void MechanismSeries::expand_along_strokes(const VectorXd& strokes) {
   const auto step = [&](const VectorXd& b, double by) {
     return VectorXd(factor_->balance(b, MatrixXd(by * strokes)).topRows(factor_->size()));

@@ -12,10 +12,10 @@
 
 namespace flexopt {
 
-/// Vectors are those of the factor, which must outlive it.
+/// Rows of vectors are those of the factor, which must outlive this.
 class MechanismSeries {
  public:
-  /// None where a leaf has no series: only full leaves have.
+  /// Series of a mechanism; none where a leaf has no series. Only full leaves have one.
   static Answer<MechanismSeries> of(const MechanismFactor& factor);
 
   /// The path of equilibria q(s), x(s) to s² where the strokes of all drives grow by these times s:
@@ -25,7 +25,7 @@ class MechanismSeries {
   /// the bodies by exp(hat θ) R. Coefficients of s hold.
   void expand_along(const VectorXd& direction);
   MechanismState<Jet> path() const;
-  /// Shares of the leaves in exact gradients along it.
+  /// Gradients of the leaves along the path.
   LeafGradients<Jet> leaf_gradients(LeafRates& rates) const;
   /// State rates that balance forces B(s) along the path at constant strokes: (S7). Along a
   /// stroke's path only.
@@ -48,9 +48,9 @@ class MechanismSeries {
   MechanismSeries(const MechanismFactor& factor, std::vector<std::unique_ptr<LeafSeries>> leaves);
   void expand();
   void set(int order, const VectorXd& y);
-  /// The same with the conditions of drives.
+  /// Taylor coefficients of K(s) Y, with the conditions of drives.
   Series<MatrixXd> bordered_tangent_times(const MatrixXd& Y, int orders) const;
-  /// K̃(s) Y of (S7), likewise.
+  /// Taylor coefficients of K̃(s) Y of (S7), with the conditions of drives.
   Series<MatrixXd> tilted_tangent_times(const MatrixXd& Y, int orders) const;
   template <class Apply>
   Series<MatrixXd> leaf_products(const MatrixXd& Y, int orders, const Apply& apply) const;

@@ -10,7 +10,7 @@
 namespace flexopt {
 namespace {
 
-// Below this modal assurance criterion two motions have nothing to do with each other.
+// Modal assurance criterion below which two motions are unrelated.
 constexpr double least_likeness = 0.3;
 
 // cos² of the angle between two motions.
@@ -22,8 +22,8 @@ double likeness(const VectorXd& a, const VectorXd& b) {
   return product * product / size;
 }
 
-// For each motion the candidate that is most like it, each candidate once, best pairs first; −1
-// where none is.
+// For each motion, the candidate that is most like it, each candidate once, best pairs first; −1
+// where there is none.
 std::vector<int> match(const std::vector<const VectorXd*>& motions,
                        const std::vector<Mode>& candidates) {
   struct Pair {
@@ -109,7 +109,7 @@ void follow(std::span<FrequencyDerivatives> modes, const std::vector<PointAlong>
 
 namespace {
 
-// By the points of the path that lie on the way, and where they do.
+// Sets valid_to by the points of the path that lie on the way, and their places on it.
 template <class PlaceOf>
 void set_validity(std::span<FrequencyDerivatives> modes, const std::vector<PathPoint>& path,
                   const PlaceOf& place_of) {

@@ -9,8 +9,8 @@
 
 namespace flexopt {
 
-/// Of every way the strokes of its furthest point; opposite points share one. Empty for one drive;
-/// of a path that stays at rest the unit stroke of the first.
+/// For every way, the strokes of its furthest point; opposite points share a way. Empty for one
+/// drive. For a path that stays at rest: the unit stroke of the first drive.
 std::vector<VectorXd> stroke_ways(const StrokeRequest& request);
 
 /// The part of a way at which these strokes lie, negative on the other side; nothing where they
@@ -23,7 +23,8 @@ struct ModesToPoint {
   const std::vector<FrequencyDerivativeGradients>* gradients = nullptr;  ///< null where none are
   double at = 0;  ///< stroke of the only drive, or the part of the way of several
 };
-/// Nothing where the response has no frequency derivatives. `gradients` may be null.
+/// Modes that lead to a point; nothing where the response has no frequency derivatives. `gradients`
+/// may be null.
 std::optional<ModesToPoint> modes_to_point(const StrokeResponse& response,
                                            const StrokeGradients* gradients,
                                            const PathPoint& point);
