@@ -269,6 +269,11 @@ void JobReader::read_sections() {
   if (read_.contains("tolerances") && job_.kind == JobKind::compare)
     faults_.add("/tolerances", shown(document_["tolerances"]),
                 "a job \"compare\" looks at models, not at tolerances");
+  if (read_.contains("tolerances") && job_.kind != JobKind::compare && sound("/model") &&
+      job_.model.accuracy == Accuracy::reduced && job_.model.method != Reduction::mixed_potential)
+    faults_.add("/model/method", read_["model"]["method"].dump(),
+                "tolerances take exact derivatives, which this method has not; expected "
+                "\"mixed_potential\", or \"accuracy\": \"full\"");
   if (job_.kind == JobKind::compare)
     for (const char* key : {"accuracy", "estimate"})
       if (key == std::string("accuracy") ? job_.accuracy.automatic : job_.accuracy.estimate)
