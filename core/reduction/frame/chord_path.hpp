@@ -1,7 +1,7 @@
 #pragma once
 // The chord frame along increments of the edges: rates of the deformations e, of the edges'
 // rotations in the frame and of the frame itself, to second order and for any scalar. Equation
-// (M12) of core/reduction/modal/README.md.
+// (G2) of core/reduction/README.md.
 #include <array>
 
 #include "core/math/rotation.hpp"
