@@ -6,7 +6,7 @@
 //
 // A row for each stroke point, of leaves as the program evaluates them ("degree" 0, "held" their
 // highest degree, "tubes" whether none was replaced) and, where asked for, of leaves of degree 5
-// and 7 that are believed everywhere: the test alone and in the mechanism, and the errors.
+// and 7 that are believed everywhere: the test in the mechanism, and the errors.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -98,7 +98,7 @@ std::string row(const Job& job, int design, std::size_t point, int degree, const
                 bool stable, bool found, const Changes& c, std::pair<double, int> support,
                 double drive) {
   return fmt::format(
-      "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},"
+      "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{},{:.4g},"
       "{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
       job.name, design, point, degree, leaf.width / leaf.length, leaf.thickness / leaf.length,
       stable ? 1 : 0, found ? 1 : 0, c.tubes ? 1 : 0, c.held, c.sum, support.first, support.second,
