@@ -66,11 +66,6 @@ void ParametricDesign::complete(std::span<double> slots) const {
   }
 }
 
-void ParametricDesign::check_units() const {
-  for (const DependentParameter& d : dependents_)
-    d.formula.check_unit(family_->parameters[static_cast<std::size_t>(d.slot)].unit);
-}
-
 std::optional<MatrixXd> ParametricDesign::derivatives(std::span<const double> slots) const {
   const auto n = static_cast<Eigen::Index>(slots.size());
   MatrixXd derivatives = MatrixXd::Identity(n, n);

@@ -45,8 +45,6 @@ class ParametricDesign {
 
   /// Computes the dependent ones. Throws SpecError where a formula has no finite value.
   void complete(std::span<double> slots) const;
-  /// Throws SpecError for a formula of another dimension than its parameter's.
-  void check_units() const;
   /// Derivatives of all slots (rows) with respect to all slots (columns), the dependent ones
   /// following: 1 for the slot itself, the formula's slopes in the row of a dependent one, 0 in its
   /// column. Nothing where a slope is not finite.

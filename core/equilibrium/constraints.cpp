@@ -107,9 +107,4 @@ void Constraints::add_curvature(const std::vector<BodyPose>& poses, const Vector
   }
 }
 
-double Constraints::violation() const {
-  if (joints_ == 0) return 0;
-  return value_.head(joints_).cwiseQuotient(units_.head(joints_)).cwiseAbs().maxCoeff();
-}
-
 }  // namespace flexopt

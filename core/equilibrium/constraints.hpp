@@ -36,8 +36,6 @@ class Constraints {
   /// K += λ·Ψ_qq at these poses, rotations varied as exp(hat δ) R.
   void add_curvature(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
                      BlockMatrix& K) const;
-  /// Largest |Ψ| of the joints over its unit.
-  double violation() const;
 
  private:
   JointBody body(const std::vector<BodyPose>& poses, int body) const;

@@ -34,8 +34,6 @@ VectorXd present_strokes(const System& system) {
   return strokes;
 }
 
-double present_stroke(const System& system) { return present_strokes(system)[0]; }
-
 int negative_pivots(const System& system, bool drives_held) {
   if (system.constraints().count() > 0 || system.analyses())
     return system.negative_pivots() + FreeMotions(system, drives_held).negative_pivots();
@@ -129,14 +127,6 @@ bool give_up(Prospect::Says says, const System& system, Equilibrium& result) {
   }
   return true;
 }
-
-}  // namespace
-
-Equilibrium solve_equilibrium(System& system, double stroke, const NewtonOptions& options) {
-  return solve_equilibrium(system, std::optional<VectorXd>(VectorXd::Constant(1, stroke)), options);
-}
-
-namespace {
 
 // Drives that are free carry no load: their multipliers go to zero.
 void unload_drives(const System& system, NewtonEquations& equations) {
@@ -405,10 +395,6 @@ Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions
         moves ? fmt::format("stroke {} to {}: {}", listed(start), listed(strokes), result.message)
               : fmt::format("stroke {}: {}", listed(strokes), result.message);
   return result;
-}
-
-Equilibrium step_to(System& system, double stroke, const NewtonOptions& options) {
-  return step_to(system, VectorXd::Constant(1, stroke), options);
 }
 
 Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options) {

@@ -9,8 +9,6 @@ namespace flexopt {
 
 /// The strokes of all drives at the present state [m, rad]: drive_stroke() of core/mechanism.
 VectorXd present_strokes(const System& system);
-/// That of the only drive.
-double present_stroke(const System& system);
 
 /// Negative eigenvalues of the whole tangent with the drives held or not, leaf interiors included
 /// (inertia adds up over static condensation: Haynsworth). The system must be assembled.
@@ -41,7 +39,6 @@ struct Equilibrium {
 /// assembled at the last iterate.
 Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& strokes,
                               const NewtonOptions& options);
-Equilibrium solve_equilibrium(System& system, double stroke, const NewtonOptions& options);
 
 /// Largest stretch of a leaf's mid-surface that is still taken for a flexure at work; far beyond
 /// any elastic metal or polymer leaf.
@@ -52,7 +49,6 @@ inline constexpr double largest_strain = 0.05;
 /// the system is left where the last sub-step converged. Several strokes go straight from where
 /// they are.
 Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions& options);
-Equilibrium step_to(System& system, double stroke, const NewtonOptions& options);
 
 /// Brings the loads from those that act to these factors, in halved steps where needed: at the
 /// present strokes, or with nothing driven where the load case says so.

@@ -77,7 +77,6 @@ class System {
   /// held: spins do not commute, README.md (Q1). Rows of held coordinates are those of the
   /// identity.
   BlockMatrix residual_tangent() const;
-  MatrixXd residual_derivative() const { return residual_tangent().dense(); }  ///< written out
   double correction() const { return correction_; }  ///< largest of the leaves
   double strain() const { return strain_; }          ///< largest mid-surface stretch of the leaves
   int negative_pivots() const { return negative_pivots_; }  ///< of all leaf interiors

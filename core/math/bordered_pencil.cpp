@@ -192,10 +192,6 @@ BorderedPencil BorderedPencil::kept(const std::vector<int>& border_coordinates) 
           modes, C(border_coordinates, Eigen::all)};
 }
 
-int eigenvalues_below(const BorderedPencil& pencil, double sigma) {
-  return Iteration(pencil).below(sigma);
-}
-
 namespace {
 
 // The lowest modes that are needed for `wanted` values, and those next to the last one.
@@ -274,12 +270,6 @@ bool is_small(const BorderedPencil& pencil, const std::vector<Eigen::Index>& mod
 }
 
 }  // namespace
-
-EigenPairs lowest_pairs(const BorderedPencil& pencil, int count) {
-  const EigenPairs found = lowest_pairs(pencil, {}, {count, 0}).free;
-  const Eigen::Index n = std::min<Eigen::Index>(count, found.values.size());
-  return {found.values.head(n), found.vectors.leftCols(n)};
-}
 
 FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<int>& held,
                               PairCounts counts) {

@@ -23,27 +23,22 @@ struct BorderedPencil {
   BorderedPencil kept(const std::vector<int>& border_coordinates) const;
 };
 
-/// Eigenvalues below σ: by Sylvester's law of inertia those of
-///
-///     S(σ) = K_b − σ M_b − σ² C (d − σ)⁻¹ Cᵀ
-///
-/// below zero and the d below σ: (S29) of core/response/README.md.
-int eigenvalues_below(const BorderedPencil& pencil, double sigma);
-
-/// The lowest `count` pairs to rounding. Pairs of the pencil with its lowest modes alone are the
-/// starts of Rayleigh quotient iterations, each a solve with S. A count of eigenvalues_below() the
-/// last pair shows that none is missing. Where that fails, a whole decomposition is made instead.
-EigenPairs lowest_pairs(const BorderedPencil& pencil, int count);
-
-/// The lowest pairs with the border free and with some of its coordinates held: the wanted number
-/// of each, and those whose values are next to the last one's. A list of which none are wanted is
-/// empty.
+/// Pairs with the border free and with some of its coordinates held.
 struct FreeAndHeldPairs {
   EigenPairs free, held;  ///< zero at the coordinates that are held
 };
 struct PairCounts {
   int free = 0, held = 0;
 };
+/// The lowest pairs to rounding: the wanted number of each, and those whose values are next to the
+/// last one's. A list of which none are wanted is empty. Pairs of the pencil with its lowest modes
+/// alone are the starts of Rayleigh quotient iterations, each a solve with
+///
+///     S(σ) = K_b − σ M_b − σ² C (d − σ)⁻¹ Cᵀ
+///
+/// By Sylvester's law of inertia as many eigenvalues lie below σ as of S(σ) below zero and of the d
+/// below σ: (S29) of core/response/README.md. That count at the last pair shows that none is
+/// missing; where it fails, a whole decomposition is made instead.
 FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<int>& held,
                               PairCounts counts);
 

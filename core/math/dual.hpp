@@ -177,8 +177,6 @@ struct Dual {
 /// what the chord frame of a leaf sees (generalised strains, spins of the edges, their
 /// displacement apart).
 using Dual1 = Dual<1>;
-using Dual3 = Dual<3>;
-using Dual15 = Dual<15>;
 
 /// The number without its derivatives.
 inline double value_of(double x) { return x; }

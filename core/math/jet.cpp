@@ -21,11 +21,4 @@ Matrix3<Jet> jet_rotation_exp(const Vector3<Jet>& theta) {
   return Matrix3<Jet>::Identity() + sine_series(q, 1) * W + (0.5 * sine_series(q, 2)) * W * W;
 }
 
-Matrix3<Jet> jet_rotation_left_tangent(const Vector3<Jet>& theta) {
-  const Jet q = theta.dot(theta);
-  const Matrix3<Jet> W = hat(theta);
-  return Matrix3<Jet>::Identity() + (0.5 * sine_series(q, 2)) * W +
-         (sine_series(q, 3) * (1.0 / 6)) * W * W;
-}
-
 }  // namespace flexopt

@@ -154,8 +154,7 @@ Series<Eigen::Matrix<double, Rows, Columns>> series(const Eigen::Matrix<Jet, Row
   return result;
 }
 
-/// rotation_exp() and rotation_left_tangent() along a path of rotation vectors, |θ| < π.
+/// rotation_exp() along a path of rotation vectors, |θ| < π.
 Matrix3<Jet> jet_rotation_exp(const Vector3<Jet>& theta);
-Matrix3<Jet> jet_rotation_left_tangent(const Vector3<Jet>& theta);
 
 }  // namespace flexopt

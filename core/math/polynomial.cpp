@@ -57,25 +57,4 @@ int MonomialTable::index(std::span<const int> exponents) const {
   return i;
 }
 
-void evaluate_monomials(const MonomialTable& table, std::span<const double> x,
-                        std::span<double> values) {
-  assert(static_cast<int>(x.size()) == table.variables());
-  assert(static_cast<int>(values.size()) == table.size());
-  values[0] = 1;
-  for (int d = 0; d < table.order(); ++d)  // each of degree d + 1 from one of degree d
-    for (int i = table.count(d - 1); i < table.count(d); ++i) {
-      const std::uint16_t* k = table.products(i);
-      for (int v = 0; v < table.variables(); ++v) values[k[1 + v]] = values[i] * x[v];
-    }
-}
-
-double evaluate(const MonomialTable& table, std::span<const double> c, std::span<const double> x) {
-  assert(static_cast<int>(c.size()) == table.size());
-  std::vector<double> values(c.size());
-  evaluate_monomials(table, x, values);
-  double sum = 0;
-  for (std::size_t i = c.size(); i-- > 0;) sum += c[i] * values[i];
-  return sum;
-}
-
 }  // namespace flexopt

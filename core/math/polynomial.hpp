@@ -171,11 +171,4 @@ Polynomial<NV, ORDER, T> compose(std::span<const T> taylor, Polynomial<NV, ORDER
   return r;
 }
 
-/// Values of all monomials at x.
-void evaluate_monomials(const MonomialTable& table, std::span<const double> x,
-                        std::span<double> values);
-
-/// Σ c_i x^i.
-double evaluate(const MonomialTable& table, std::span<const double> c, std::span<const double> x);
-
 }  // namespace flexopt

@@ -225,15 +225,6 @@ struct DriveT {
   bool axes_change = false;  ///< along a design: the stroke then is a condition in any case
 };
 
-/// A drive against the ground along a global axis.
-template <class Scalar>
-DriveT<Scalar> make_drive(Direction direction, int body = 0) {
-  DriveT<Scalar> drive;
-  drive.direction = direction;
-  drive.body = body;
-  return drive;
-}
-
 template <class Scalar>
 struct MechanismT {
   std::vector<RigidBodyT<Scalar>> bodies;  ///< the free ones
@@ -251,12 +242,6 @@ bool has_fold(const MechanismT<Scalar>& mechanism) {
   for (const auto& leaf : mechanism.leaves)
     if (leaf.fold) return true;
   return false;
-}
-
-/// Direction of the first drive; uy where there is none.
-template <class Scalar>
-Direction drive_direction(const MechanismT<Scalar>& mechanism) {
-  return mechanism.drives.empty() ? Direction::uy : mechanism.drives.front().direction;
 }
 
 using Material = MaterialT<double>;

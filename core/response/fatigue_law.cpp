@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cassert>
 #include <cmath>
 
 namespace flexopt {
@@ -64,13 +63,6 @@ std::optional<FatigueLaw::Answer> FatigueLaw::reversed(double amplitude, double 
   const bool square = rule_ == MeanStress::gerber;
   const double left = 1 - (square ? M * M : M), slope = (square ? 2 * M : 1) / *limit_;
   return Answer{amplitude / left, 1 / left, amplitude * slope / (left * left)};
-}
-
-std::optional<double> fatigue_strength(const Material& material, const FatigueRule& rule) {
-  assert(rule.stress_ratio && *rule.stress_ratio >= -1 && *rule.stress_ratio < 1);
-  if (!missing_for_fatigue(material, rule).empty()) return std::nullopt;
-  const double R = *rule.stress_ratio;
-  return 1 / FatigueLaw(material, rule).use(0.5 * (1 - R), 0.5 * (1 + R)).value;
 }
 
 }  // namespace flexopt

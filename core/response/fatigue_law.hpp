@@ -39,8 +39,4 @@ class FatigueLaw {
   std::optional<double> endured_, limit_;  ///< at mean zero; of the mean
 };
 
-/// Largest stress of a cycle with the rule's stress ratio that the material endures [Pa]; nothing
-/// where the material lacks a number.
-std::optional<double> fatigue_strength(const Material& material, const FatigueRule& rule);
-
 }  // namespace flexopt

@@ -286,11 +286,6 @@ json parse_json(const std::string& text, const std::string& origin) {
   return document;
 }
 
-json read_json_file(const std::string& file) {
-  const JsonText text = read_text(file);
-  return parse_json(text.text, text.origin);
-}
-
 void locate(std::vector<Fault>& faults, const JsonText& text,
             const std::vector<std::string>& overridden) {
   constexpr const char* from_command = "--set";

@@ -24,9 +24,6 @@ nlohmann::json parse_json(const JsonText& text, std::vector<Fault>& faults);
 /// Parses JSON text; keys that occur twice are thrown as SpecError, too.
 nlohmann::json parse_json(const std::string& text, const std::string& origin);
 
-/// Reads and parses a file. Throws SpecError.
-nlohmann::json read_json_file(const std::string& file);
-
 /// Fills in where the faults stand in the text, and sorts them by that. What is missing is missed
 /// in the object around it. Faults at or below a pointer of `overridden` stand in no file: their
 /// source is "--set", and they come last.

@@ -3,12 +3,12 @@
 
 #include <ctime>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/buckling/critical_load.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "tests/benchmarks/page.hpp"
 #include "tests/support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

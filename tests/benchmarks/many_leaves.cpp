@@ -14,7 +14,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/mobility/mobility.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
@@ -23,6 +22,7 @@
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
 #include "tests/benchmarks/page.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 using nlohmann::json;

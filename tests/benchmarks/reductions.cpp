@@ -17,12 +17,12 @@
 #include "core/elements/leaf/leaf_chain.hpp"
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/elements/plate/full_model.hpp"
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/path/stiffness.hpp"
 #include "support/models.hpp"
 #include "tests/benchmarks/page.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

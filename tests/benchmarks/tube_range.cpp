@@ -6,7 +6,7 @@
 //
 // A row for each stroke point, of leaves as the program evaluates them ("degree" 0, "held" their
 // highest degree, "tubes" whether none was replaced) and, where asked for, of leaves of degree 5
-// and 7 that are believed everywhere: the test alone and in the mechanism, and the errors.
+// and 7 that are believed everywhere: the test in the mechanism, and the errors.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,12 +18,12 @@
 #include <numbers>
 
 #include "core/equilibrium/edge_compliance.hpp"
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/stiffness.hpp"
 #include "optim/compare/samples.hpp"
 #include "optim/numerics/parallel.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 
@@ -31,7 +31,6 @@ namespace {
 
 /// Of the leaves of a state.
 struct Changes {
-  double alone = 0;          ///< the largest; infinite where a leaf is not stable alone
   double held = 0, sum = 0;  ///< in the mechanism: the largest, and their sum
   /// Likewise: drives free, the leaf's own forces, drive loads; the largest.
   double free = 0, own = 0, load = 0;
@@ -50,7 +49,6 @@ Changes changes_of(System& system) {
       c.tubes = false;
       continue;
     }
-    c.alone = std::max(c.alone, tube->degree_change().value_or(INFINITY));
     const auto about = compliance.of(i);
     TubeLeaf::DegreeChanges changes{INFINITY, INFINITY, INFINITY, INFINITY};
     if (about) changes = tube->changes_in(*about);
@@ -100,11 +98,11 @@ std::string row(const Job& job, int design, std::size_t point, int degree, const
                 bool stable, bool found, const Changes& c, std::pair<double, int> support,
                 double drive) {
   return fmt::format(
-      "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},"
+      "\"{}\",{},{},{},{:.4g},{:.4g},{},{},{},{:.4g},{:.4g},{:.4g},{},{:.4g},"
       "{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
       job.name, design, point, degree, leaf.width / leaf.length, leaf.thickness / leaf.length,
-      stable ? 1 : 0, found ? 1 : 0, c.tubes ? 1 : 0, c.alone, c.held, c.sum, support.first,
-      support.second, drive, c.axial, c.moment, c.free, c.own, c.load);
+      stable ? 1 : 0, found ? 1 : 0, c.tubes ? 1 : 0, c.held, c.sum, support.first, support.second,
+      drive, c.axial, c.moment, c.free, c.own, c.load);
 }
 
 /// Paths of leaves that are believed everywhere.
@@ -191,7 +189,7 @@ int main(int argc, char** argv) {
     jobs.emplace_back(FLEXOPT_SOURCE_DIR "/designs/jobs/compare_parallel_guide.json");
   fmt::print(
       "job,design,point,degree,w/L,t/"
-      "L,stable,found,tubes,alone,held,sum,support,direction,drive,axial,moment,free,own,load\n");
+      "L,stable,found,tubes,held,sum,support,direction,drive,axial,moment,free,own,load\n");
   for (const std::string& path : jobs) {
     const Job job = read_job(path);
     const std::vector<Sample> samples = make_samples(job);

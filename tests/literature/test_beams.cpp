@@ -53,7 +53,7 @@ Mechanism chain(const std::vector<Vector3d>& points, const std::vector<Vector3d>
   }
   mechanism.bodies.back().role = BodyRole::end_effector;
   mechanism.end_effector = static_cast<int>(mechanism.bodies.size()) - 1;
-  mechanism.drives = {make_drive<double>(Direction::uy, mechanism.end_effector)};
+  mechanism.drives = {make_drive(Direction::uy, mechanism.end_effector)};
   return mechanism;
 }
 

@@ -10,6 +10,7 @@
 #include "core/response/response.hpp"
 #include "optim/job/job.hpp"
 #include "support/nightly.hpp"
+#include "tests/support/models.hpp"
 
 using namespace flexopt;
 

@@ -7,6 +7,7 @@
 #include "core/response/response.hpp"
 #include "designs/family.hpp"
 #include "support/nightly.hpp"
+#include "tests/support/models.hpp"
 
 using namespace flexopt;
 

@@ -12,6 +12,12 @@ namespace flexopt {
 
 inline constexpr double degree = std::numbers::pi / 180;
 
+/// Reads and parses a file. Throws SpecError.
+inline nlohmann::json read_json_file(const std::string& file) {
+  const JsonText text = read_text(file);
+  return parse_json(text.text, text.origin);
+}
+
 /// "evaluate" or "optimise": a job that is right.
 inline nlohmann::json base_job(const std::string& name) {
   return read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json")["bases"][name];

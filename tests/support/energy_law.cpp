@@ -5,12 +5,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/bearable_loads.hpp"
 #include "support/mechanism_laws.hpp"
+#include "tests/support/one_stroke.hpp"
 
 namespace flexopt::laws {
 

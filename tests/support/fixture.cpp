@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "core/math/rotation.hpp"
+#include "tests/support/models.hpp"
 
 namespace flexopt::test {
 
@@ -46,7 +47,7 @@ Mechanism hinge() {
   body.inertia = 1e-3 * Matrix3d::Identity();
   mechanism.bodies = {body};
   mechanism.leaves = {leaf("leaf 1", 1), leaf("leaf 2", -1)};
-  mechanism.drives = {make_drive<double>(Direction::rz)};
+  mechanism.drives = {make_drive(Direction::rz)};
   return mechanism;
 }
 

@@ -11,6 +11,7 @@
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/response/quantities.hpp"
+#include "tests/support/models.hpp"
 #include "tests/support/nightly.hpp"
 
 namespace flexopt::test {

@@ -9,7 +9,6 @@
 #include <map>
 #include <optional>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
@@ -19,6 +18,7 @@
 #include "optim/job/job.hpp"
 #include "support/mirrored_mechanism.hpp"
 #include "support/random_jobs.hpp"
+#include "tests/support/one_stroke.hpp"
 
 namespace flexopt {
 

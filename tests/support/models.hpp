@@ -6,6 +6,23 @@
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
 
+namespace flexopt {
+
+/// A drive against the ground along a global axis.
+inline Drive make_drive(Direction direction, int body = 0) {
+  Drive drive;
+  drive.direction = direction;
+  drive.body = body;
+  return drive;
+}
+
+/// Direction of the first drive; uy where there is none.
+inline Direction drive_direction(const Mechanism& mechanism) {
+  return mechanism.drives.empty() ? Direction::uy : mechanism.drives.front().direction;
+}
+
+}  // namespace flexopt
+
 namespace flexopt::models {
 
 inline Material steel() { return {"steel", 200e9, 0.3, 7800, {}}; }
@@ -38,7 +55,7 @@ inline RigidBody body(const Vector3d& at, double mass, double inertia) {
 inline Mechanism single_leaf(double length, double width, double thickness,
                              Direction drive = Direction::uy, const Material& m = steel()) {
   Mechanism mechanism;
-  mechanism.drives = {make_drive<double>(drive)};
+  mechanism.drives = {make_drive(drive)};
   mechanism.bodies = {body({length, 0, 0}, 0, 0)};
   mechanism.leaves = {leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness, m)};
   return mechanism;
@@ -48,7 +65,7 @@ inline Mechanism single_leaf(double length, double width, double thickness,
 inline Mechanism guide(double length, double width, double thickness, double spacing = 0.06,
                        double mass = 0.5, double inertia = 4e-4) {
   Mechanism mechanism;
-  mechanism.drives = {make_drive<double>(Direction::uy)};
+  mechanism.drives = {make_drive(Direction::uy)};
   mechanism.bodies = {body({length, 0, 0}, mass, inertia)};
   for (const double y : {0.5 * spacing, -0.5 * spacing})
     mechanism.leaves.push_back(leaf({0, y, 0}, {1, 0, 0}, length, width, thickness));
@@ -62,7 +79,7 @@ struct Crossing {
 inline Mechanism hinge(double length, double thickness, const std::vector<Crossing>& leaves,
                        double mass = 0.3, double inertia = 3e-4) {
   Mechanism mechanism;
-  mechanism.drives = {make_drive<double>(Direction::rz)};
+  mechanism.drives = {make_drive(Direction::rz)};
   mechanism.bodies = {body({0, 0, 0}, mass, inertia)};
   for (const Crossing& c : leaves) {
     const Vector3d along = Vector3d(1, c.side, 0).normalized();

@@ -89,7 +89,7 @@ OwnLeaves draw_one(Draw& draw) {
     const int d = (first + k) % 6;
     const double role = draw.uniform(0, 1);
     if (k == 0 || role > 0.8) {
-      Drive drive = make_drive<double>(static_cast<Direction>(d));
+      Drive drive = make_drive(static_cast<Direction>(d));
       drive.name = direction_names[static_cast<std::size_t>(d)];
       m.drives.push_back(drive);
       stroke[drives] = draw.logarithmic(0.5, 30) * thickness * (draw.chance(0.5) ? 1 : -1);

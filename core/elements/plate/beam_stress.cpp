@@ -319,13 +319,8 @@ namespace {
 class MovingBeam {
  public:
   // all must outlive it
-  MovingBeam(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal, const StressRate& rate,
-             BeamStrain strain)
-      : numbers_(mesh.shape(), rate.shape),
-        elements_(numbers_),
-        nodal_(nodal),
-        rate_(rate),
-        strain_(strain) {
+  MovingBeam(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal, const StressRate& rate)
+      : numbers_(mesh.shape(), rate.shape), elements_(numbers_), nodal_(nodal), rate_(rate) {
     for (int i = 0; i < mesh.elements_along(); ++i)
       for (const double s : station)
         x_.push_back(numbers_.x[i] + s * (numbers_.x[i + 1] - numbers_.x[i]));
@@ -363,24 +358,22 @@ class MovingBeam {
       for (int f = 0; f < 8; ++f)
         for (int c = 0; c < 3; ++c) turn[c] += per * (shear.along[f] - shear.rest[f]) * U(f, c);
     }
-    return measures_at<Dual1>(U, hermite<Dual1>(s, h), numbers_, i, s, strain_, turn);
+    return measures_at<Dual1>(U, hermite<Dual1>(s, h), numbers_, i, s, BeamStrain::finite, turn);
   }
 
   MeshNumbers<Dual1> numbers_;
   ElementNumbers<Dual1> elements_;
   const std::vector<MatrixXd>& nodal_;
   const StressRate& rate_;
-  BeamStrain strain_;
   std::vector<Dual1> x_;
 };
 
 }  // namespace
 
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                        const StressPeak& peak, double youngs_modulus, const StressRate& rate,
-                        BeamStrain strain) {
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate) {
   const Section section = mesh.shape().section;
-  const MovingBeam beam(mesh, nodal, rate, strain);
+  const MovingBeam beam(mesh, nodal, rate);
   const MeasuresT<Dual1> m = beam.at(peak.along);
   const Dual1 w = beam.width(peak.along), t = beam.thickness(peak.along),
               nu = beam.poissons_ratio();
@@ -453,8 +446,8 @@ MatrixXd beam_section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd
 
 VectorXd beam_section_rates(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const std::vector<StressPlace>& places, double youngs_modulus,
-                            const StressRate& rate, BeamStrain strain) {
-  const MovingBeam beam(mesh, nodal, rate, strain);
+                            const StressRate& rate) {
+  const MovingBeam beam(mesh, nodal, rate);
   const Dual1 modulus(youngs_modulus, {rate.youngs_modulus});
   VectorXd rates = VectorXd::Zero(6 * static_cast<Eigen::Index>(places.size()));
   const auto at = [&](double along) {

@@ -44,8 +44,7 @@ std::vector<StressPeak> beam_clamp_stresses(const PlateMesh& mesh,
 /// Derivative of the stress at a peak found by beam_max_stress or beam_clamp_stresses, at the same
 /// place, with the same notch factors.
 double beam_stress_rate(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                        const StressPeak& peak, double youngs_modulus, const StressRate& rate,
-                        BeamStrain strain = BeamStrain::finite);
+                        const StressPeak& peak, double youngs_modulus, const StressRate& rate);
 
 /// Places of all stations of the section formulas, as plate_stress_places has them; of a wire, 64
 /// around its outline.
@@ -57,7 +56,7 @@ MatrixXd beam_section_stresses(const PlateMesh& mesh, const std::vector<MatrixXd
 /// Derivatives of the section stresses, one place after the other.
 VectorXd beam_section_rates(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                             const std::vector<StressPlace>& places, double youngs_modulus,
-                            const StressRate& rate, BeamStrain strain = BeamStrain::finite);
+                            const StressRate& rate);
 
 /// The deflected ribbon of width w, two points across.
 LeafShape beam_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

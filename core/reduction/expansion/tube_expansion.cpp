@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/math/dual.hpp"
 #include "core/math/rotation.hpp"
 #include "core/math/small_lu.hpp"
 #include "core/math/work_limit.hpp"
@@ -150,88 +149,6 @@ MatrixXd edges_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Matri
   return series->edge_nodal();
 }
 
-using DualMatrix = Eigen::Matrix<Dual1, Eigen::Dynamic, Eigen::Dynamic>;
-
-DualMatrix dual(const MatrixXd& value, const MatrixXd& derivative) {
-  DualMatrix A(value.rows(), value.cols());
-  for (Eigen::Index k = 0; k < A.size(); ++k)
-    A.data()[k] = {value.data()[k], {derivative.data()[k]}};
-  return A;
-}
-MatrixXd value_of(const DualMatrix& A) {
-  MatrixXd value(A.rows(), A.cols());
-  for (Eigen::Index k = 0; k < A.size(); ++k) value.data()[k] = A.data()[k].value;
-  return value;
-}
-MatrixXd derivative_of(const DualMatrix& A) {
-  MatrixXd derivative(A.rows(), A.cols());
-  for (Eigen::Index k = 0; k < A.size(); ++k) derivative.data()[k] = A.data()[k].derivatives[0];
-  return derivative;
-}
-
-// An operator and its derivative: products by the product rule, of matrices of numbers.
-struct VaryingMatrix {
-  PlateMesh::Matrix16 value, derivative;
-};
-DualMatrix times(const VaryingMatrix& A, Eigen::Index rows, const DualMatrix& B) {
-  const MatrixXd value = value_of(B);
-  return dual(
-      flexopt::times(A.value, rows, value),
-      flexopt::times(A.value, rows, derivative_of(B)) + flexopt::times(A.derivative, rows, value));
-}
-DualMatrix transposed_times(const VaryingMatrix& A, Eigen::Index rows, const DualMatrix& B) {
-  const MatrixXd value = value_of(B);
-  return dual(flexopt::transposed_times(A.value, rows, value),
-              flexopt::transposed_times(A.value, rows, derivative_of(B)) +
-                  flexopt::transposed_times(A.derivative, rows, value));
-}
-
-// The operators of a mesh with their derivatives in one number of its shape.
-class VaryingMesh {
- public:
-  struct Element {
-    VaryingMatrix gradient, bending;
-    Eigen::Array<Dual1, PlateMesh::points, 3> weight;
-  };
-
-  VaryingMesh(const PlateMesh& mesh, const PlateMeshRate::Shape& by, double widening)
-      : across_(mesh.elements_across()) {
-    const PlateMesh::Matrix16 none = PlateMesh::Matrix16::Zero();
-    for (int i = 0; i < mesh.elements_along(); ++i)
-      for (int j = 0; j < across_; ++j) {
-        const PlateMesh::Element& from = mesh.element(i, j);
-        const std::size_t k = elements_.size();
-        Element& element = elements_.emplace_back();
-        element.gradient = {from.gradient, by.gradient.empty() ? none : by.gradient[k]};
-        element.bending = {from.bending, by.bending.empty() ? none : by.bending[k]};
-        for (int c = 0; c < 3; ++c)
-          for (int g = 0; g < PlateMesh::points; ++g)
-            element.weight(g, c) = {from.weight(g, c),
-                                    {by.weight.empty() ? 0 : by.weight[k](g, c)}};
-      }
-    for (const double y : mesh.y()) y_.push_back({y, {widening * y}});
-    const PlateMesh::Membrane &A = mesh.membrane(), &dA = by.membrane;
-    membrane_ = {{A.A11, {dA.A11}}, {A.A12, {dA.A12}}, {A.A33, {dA.A33}}};
-  }
-
-  struct Membrane {
-    Dual1 A11, A12, A33;
-  };
-  const Membrane& membrane() const { return membrane_; }
-  const std::vector<Dual1>& y() const { return y_; }
-  struct LineWidth {
-    Dual1 factor = 1.0, slope = 0.0;
-  };
-  LineWidth line_width(int) const { return {}; }  // leaves of uniform width alone
-  const Element& element(int i, int j) const { return elements_[i * across_ + j]; }
-
- private:
-  int across_;
-  std::vector<Element> elements_;
-  std::vector<Dual1> y_;
-  Membrane membrane_;
-};
-
 }  // namespace
 
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order) {
@@ -265,26 +182,6 @@ FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2
   series->set_fields(result.fields);
   result.edge_nodal = series->edge_nodal();
   return result;
-}
-
-FieldExpansion expand_fields_rate(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
-                                  const MatrixXd& fields, const PlateMeshRate::Shape& by,
-                                  double widening, const VectorXd& state_rate) {
-  constexpr int order = 3;
-  const MonomialTable& table = monomials<6, order>();
-  assert(fields.cols() == table.size());
-  const FieldSolver solve(leaf);
-  const VaryingMesh mesh(leaf.plate().mesh(), by, widening);
-  auto series = std::make_unique<TubeSeries<order, VaryingMesh>>(leaf, mesh, ray, order);
-  MatrixXd rates = MatrixXd::Zero(fields.rows(), fields.cols());
-  rates.col(0) = state_rate;
-  for (int d = 1; d <= order; ++d) {
-    series->set_fields(dual(fields, rates));
-    const MatrixXd R = derivative_of(series->residual(d));
-    rates.middleCols(table.count(d - 1), R.cols()) = solve(R);
-  }
-  series->set_fields(dual(fields, rates));
-  return {rates, derivative_of(series->edge_nodal())};
 }
 
 TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order) {

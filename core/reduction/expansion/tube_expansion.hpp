@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/elements/plate/plate_leaf.hpp"
-#include "core/elements/plate/plate_mesh_rate.hpp"
 
 namespace flexopt {
 
@@ -79,13 +78,6 @@ MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const M
 /// from `fields` to order 2 or more. `leaf` stands at the state.
 FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
                                      const MatrixXd& fields);
-
-/// Derivative of expand_fields() (order 3) in one number of the shape of the leaf, the soft
-/// deformations and forces of the state and the units of x held: K y_d˙ = −(degree-d part of R˙
-/// without y_d˙). `widening`: y˙/y of nodes across; `state_rate`: of ChordLeaf::unknowns.
-FieldExpansion expand_fields_rate(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
-                                  const MatrixXd& fields, const PlateMeshRate::Shape& by,
-                                  double widening, const VectorXd& state_rate);
 
 /// Fields to `order` (2 or 3), potential to degree 2·order + 1, about the present state of `leaf`
 /// (converged), in x = (σ, τ, φ, N, M1, M2) with (θ1y, θ2y) = present + ray (σ, τ).

@@ -1,7 +1,7 @@
 #pragma once
 // The share of its edges in exact gradients of a leaf whose energy is a function of the
-// deformations e of the chord frame and of unknowns a of its own. Equations (M12), (M13) of
-// core/reduction/modal/README.md. Leaf axes, lengths over L; vectors are those of LeafRows.
+// deformations e of the chord frame and of unknowns a of its own. Equations (G2), (G3) of
+// core/reduction/README.md. Leaf axes, lengths over L; vectors are those of LeafRows.
 #include <array>
 #include <optional>
 #include <vector>

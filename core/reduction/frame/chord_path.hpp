@@ -1,7 +1,7 @@
 #pragma once
 // The chord frame along increments of the edges: rates of the deformations e, of the edges'
 // rotations in the frame and of the frame itself, to second order and for any scalar. Equation
-// (M12) of core/reduction/modal/README.md.
+// (G2) of core/reduction/README.md.
 #include <array>
 
 #include "core/math/rotation.hpp"
@@ -33,11 +33,11 @@ SineFactor<S> sine_factor(const S& q, int m) {
   return f;
 }
 
-// A rotation exp(θ): its matrix R, left tangent J, and J⁻¹.
+// A rotation exp(θ): its left tangent J, and J⁻¹.
 template <class S>
 struct Turn {
   Vector3<S> theta;
-  Matrix3<S> R, J, inverse;
+  Matrix3<S> J, inverse;
   SineFactor<S> a, b;
 
   explicit Turn(const Vector3<S>& t) : theta(t) {
@@ -45,11 +45,10 @@ struct Turn {
     const Matrix3<S> W = hat(t), WW = W * W;
     a = sine_factor(q, 2);
     b = sine_factor(q, 3);
-    const S sine = sine_factor(q, 1).value, half = S(0.5) * a.value, sixth = S(1.0 / 6) * b.value;
+    const S half = S(0.5) * a.value, sixth = S(1.0 / 6) * b.value;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const S one(i == j ? 1.0 : 0.0);
-        R(i, j) = one + sine * W(i, j) + half * WW(i, j);
         J(i, j) = one + half * W(i, j) + sixth * WW(i, j);
       }
     const Vector3<S> c0 = J.col(1).cross(J.col(2)), c1 = J.col(2).cross(J.col(0)),
@@ -126,16 +125,6 @@ FramePath<S> frame_path(const std::array<Turn<S>, 2>& turn, const S& chord,
   apart2[2] += p.first.stretch * w[1];
   p.second = frame_rate(turn, chord, spin2, apart2);
   return p;
-}
-
-template <class S>
-std::array<Matrix3<S>, 3> rotation_path(const Turn<S>& turn, const Vector3<S>& first,
-                                        const Vector3<S>& second) {
-  const Vector3<S> w = turn.J * first, dw = turn.spin_rate(first) + turn.J * second;
-  const Matrix3<S> W = hat(w), W2 = hat(dw);
-  const Matrix3<S> R1 = W * turn.R;
-  const Matrix3<S> R2 = W2 * turn.R + W * R1;
-  return {turn.R, R1, R2};
 }
 
 }  // namespace flexopt::chord

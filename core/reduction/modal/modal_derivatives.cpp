@@ -1,11 +1,8 @@
 #include "core/reduction/modal/modal_derivatives.hpp"
 
-#include <Eigen/Cholesky>
-#include <cassert>
 #include <numeric>
 
 #include "core/elements/plate/plate_series.hpp"
-#include "core/math/deflated_solve.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
@@ -79,63 +76,6 @@ MatrixXd boundary_modes(const PlateLeaf& leaf) {
 MatrixXd derivatives_edges_held(const PlateLeaf& leaf, const MatrixXd& forces) {
   MatrixXd theta = -forces.topRows(leaf.unknowns());
   leaf.solve(theta);
-  return theta;
-}
-
-MatrixXd derivatives_own_edge_free(const PlateLeaf& leaf, const MatrixXd& forces) {
-  const int n = leaf.unknowns();
-  assert(forces.cols() == 78);
-  const MatrixXd held = derivatives_edges_held(leaf, forces);
-  MatrixXd shapes = -leaf.coupling();
-  leaf.solve(shapes);  // of the unknowns by the edges
-  MatrixXd theta = MatrixXd::Zero(n + 12, 144);
-  for (int edge = 0; edge < 2; ++edge) {
-    const auto own = shapes.middleCols<6>(6 * edge);
-    const Eigen::LDLT<Matrix6d> stiffness(leaf.tangent().block<6, 6>(6 * edge, 6 * edge));
-    for (int i = 6 * edge; i < 6 * edge + 6; ++i)
-      for (int j = 0; j < 12; ++j) {
-        const auto f = forces.col(pair_index(i, j));
-        const Vector6d b =
-            -stiffness.solve(f.segment<6>(n + 6 * edge) + own.transpose() * f.head(n));
-        theta.col(12 * i + j).head(n) = held.col(pair_index(i, j)) + own * b;
-        theta.col(12 * i + j).segment<6>(n + 6 * edge) = b;
-      }
-  }
-  return theta;
-}
-
-MatrixXd vibration_mode_derivatives(const PlateLeaf& leaf,
-                                    const std::vector<PlateLeaf::Mode>& modes,
-                                    ModalInertia inertia) {
-  const int n = leaf.unknowns(), m = static_cast<int>(modes.size());
-  MatrixXd shapes = MatrixXd::Zero(n + 12, m);
-  VectorXd omega2(m);
-  for (int i = 0; i < m; ++i) {
-    shapes.col(i).head(n) = modes[i].shape;
-    omega2[i] = modes[i].omega2;
-  }
-  const MatrixXd forces = second_order_forces(leaf, shapes);
-  MatrixXd theta(n, m * m);
-  for (int i = 0; i < m; ++i)
-    for (int j = 0; j < m; ++j) theta.col(m * i + j) = -forces.col(pair_index(i, j)).head(n);
-  if (inertia == ModalInertia::left_out) {
-    leaf.solve(theta);
-    return theta;
-  }
-  const MatrixXd Phi = shapes.topRows(n);
-  const DeflatedSystem system{[&](const VectorXd& b) -> VectorXd {
-                                VectorXd x = b;
-                                leaf.solve(x);
-                                return x;
-                              },
-                              [&](const VectorXd& x) -> VectorXd { return leaf.mass_times(x); },
-                              Phi, omega2};
-  for (int i = 0; i < m; ++i)
-    for (int j = 0; j < m; ++j) {
-      const std::optional<VectorXd> x = deflated_solve(system, i, theta.col(m * i + j));
-      if (!x) return {};
-      theta.col(m * i + j) = *x;
-    }
   return theta;
 }
 

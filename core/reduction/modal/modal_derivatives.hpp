@@ -1,12 +1,10 @@
 #pragma once
-// Modal derivatives: how the boundary modes and the vibration modes of a leaf change when it is
-// deformed. Exact, from the polynomial energy of the leaf. Scaled units of plate_mesh.hpp;
-// equations (M1)–(M5) of core/reduction/modal/README.md.
+// Modal derivatives: how the boundary modes of a leaf change when it is deformed. Exact, from the
+// polynomial energy of the leaf. Scaled units of plate_mesh.hpp; equations (M1)–(M5) of
+// core/reduction/modal/README.md.
 #include <utility>
-#include <vector>
 
 #include "core/elements/plate/plate_leaf.hpp"
-#include "core/mechanism/modal_inertia.hpp"
 
 namespace flexopt {
 
@@ -29,16 +27,5 @@ MatrixXd boundary_modes(const PlateLeaf& leaf);
 /// θij = −K⁻¹ K2[φi, φj] with both edges held: rows of the unknowns, a column a pair. `forces`:
 /// K2. The leaf must be assembled.
 MatrixXd derivatives_edges_held(const PlateLeaf& leaf, const MatrixXd& forces);
-
-/// θij of eq. 8 of the paper: the edge that owns φi is free, the other one held. `shapes` must be
-/// the boundary_modes; columns 12 i + j, rows as theirs. θij ≠ θji where i, j belong to two edges.
-MatrixXd derivatives_own_edge_free(const PlateLeaf& leaf, const MatrixXd& forces);
-
-/// θij of vibration modes with the edges held (free tip: as the leaf's support says), a column an
-/// ordered pair, count · i + j. The leaf must be assembled, the modes be its lowest. With inertia
-/// kept, φiᵀ M θij = 0, and an empty result means that the iteration did not converge.
-MatrixXd vibration_mode_derivatives(const PlateLeaf& leaf,
-                                    const std::vector<PlateLeaf::Mode>& modes,
-                                    ModalInertia inertia = ModalInertia::left_out);
 
 }  // namespace flexopt

@@ -108,21 +108,21 @@ ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
     return b;
   };
   const MatrixXd forces = second_order_forces(plate, shapes);
-  modal_derivatives_ = derivatives_edges_held(plate, forces);
+  MatrixXd held = derivatives_edges_held(plate, forces);
   MatrixXd b2(2 * n3, 21);
   for (int j = 0; j < 6; ++j)
     for (int i = 0; i <= j; ++i)
       b2.col(pair_index(i, j)) << edge_second_derivative(*mesh_, G.middleRows<3>(3),
                                                          modes_.topRows(u), i, j),
           edge_second_derivative(*mesh_, G.bottomRows<3>(), modes_.bottomRows(u), i, j);
-  theta_ = modal_derivatives_;
+  theta_ = held;
   theta_.middleRows(u, inner) -= follow_ * (b2 + follow_slopes(theta_));
   if (set == ModalDerivativeSet::bending)
     for (int j = 0; j < 6; ++j)
       for (int i = 0; i <= j; ++i)
         if ((i != theta1y && i != theta2y) || (j != theta1y && j != theta2y)) {
           theta_.col(pair_index(i, j)).setZero();
-          modal_derivatives_.col(pair_index(i, j)).setZero();
+          held.col(pair_index(i, j)).setZero();
         }
   fields_.resize(n, 0);
   if (slaved_) return;

@@ -31,18 +31,12 @@ class ModalModel {
   MatrixXd chart_rates(const Vector6d& e) const;
   /// θ of the chart: Σ_ij ei ej θij / 2 is what `unknowns` adds; unknowns × 21 (pair_index).
   const MatrixXd& derivatives() const { return theta_; }
-  MatrixXd derivatives_times(const Vector6d& e) const;     ///< Σ_j ej θij, a column i
   const MatrixXd& line_shapes() const { return follow_; }  ///< X_b
   int slopes() const { return slopes_; }                   ///< of one edge
 
-  const MatrixXd& boundary() const { return modes_; }  ///< X
-  const MatrixXd& fields() const { return fields_; }   ///< Ψ, Ψ′
-
-  /// The derivatives as fields of the unknowns with both edges held, unknowns × 21.
-  const MatrixXd& modal_derivatives() const { return modal_derivatives_; }
-
  private:
   VectorXd edge_nodal(const EdgePoses& edges, const VectorXd& x) const;
+  MatrixXd derivatives_times(const Vector6d& e) const;  ///< Σ_j ej θij, a column i
 
   std::shared_ptr<const PlateMesh> mesh_;
   bool slaved_;
@@ -50,7 +44,7 @@ class ModalModel {
   VectorXd rest_, edges_at_rest_;
   MatrixXd follow_;  ///< X_b
   MatrixXd modes_;   ///< X; zero in the interior
-  MatrixXd theta_, modal_derivatives_;
+  MatrixXd theta_;
   MatrixXd fields_;  ///< Ψ, Ψ′; whole fields orthonormal in energy at rest
 };
 

@@ -19,11 +19,6 @@ std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body, Interfac
   return std::make_shared<PlateMesh>(shape);
 }
 
-PlateMatrices plate_matrices(const PlateBody& body, const PlateMesh& mesh) {
-  const linear_plate::Matrices matrices = linear_plate::assemble(body, mesh);
-  return {MatrixXd(matrices.stiffness), MatrixXd(matrices.mass)};
-}
-
 namespace {
 
 using namespace linear_plate;

@@ -50,12 +50,6 @@ struct CondensedPlate {
   SuperelementModel superelement;
 };
 
-/// Full stiffness and mass (over D and ρ t L⁴) of a body, unconstrained, in the order of
-/// `recovery`.
-struct PlateMatrices {
-  MatrixXd stiffness, mass;
-};
-PlateMatrices plate_matrices(const PlateBody& body, const PlateMesh& mesh);
 /// The mesh of a body: between rigid edges that of the leaf, whose sides are both free or neither;
 /// else that of a linear plate, without free-edge term, which depends on the sides.
 std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body, Interface interface);

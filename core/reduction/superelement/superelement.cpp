@@ -1,7 +1,5 @@
 #include "core/reduction/superelement/superelement.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -36,60 +34,6 @@ double SuperelementModel::size() const {
   for (const Vector3d& a : nodes)
     for (const Vector3d& b : nodes) largest = std::max(largest, (a - b).norm());
   return largest;
-}
-
-std::optional<std::string> broken_rule(const SuperelementModel& model) {
-  const int n = model.coordinates();
-  if (model.nodes.size() < 2) return "a superelement has at least two interface nodes";
-  const double size = model.size();
-  if (!(size > 0)) return "the interface nodes coincide";
-  const MatrixXd &K = model.stiffness, &M = model.mass, &Phi = model.frame_modes;
-  if (K.rows() != K.cols() || K.rows() < n)
-    return fmt::format("K_CB must be at least {0} × {0}", n);
-  if (M.rows() != K.rows() || M.cols() != K.cols()) return "M_CB must have the size of K_CB";
-  if (Phi.rows() != 6 || Phi.cols() != n) return fmt::format("Phi_CB must be 6 × {}", n);
-  if (!K.allFinite() || !M.allFinite() || !Phi.allFinite()) return "its matrices are not finite";
-  // lengths in units of the size, so that entries compare
-  VectorXd unit = VectorXd::Ones(K.rows());
-  for (int a = 0; a < n; a += 6) unit.segment<3>(a).setConstant(size);
-  const MatrixXd Ks = unit.asDiagonal() * K * unit.asDiagonal();
-  const MatrixXd Ms = unit.asDiagonal() * M * unit.asDiagonal();
-  const auto asymmetry = [](const MatrixXd& A) {
-    return (A - A.transpose()).cwiseAbs().maxCoeff() / A.cwiseAbs().maxCoeff();
-  };
-  const double most = 1e-9;
-  if (const double e = asymmetry(Ks); !(e < most))
-    return fmt::format("K_CB is not symmetric: {:.1e} of its largest entry", e);
-  if (const double e = asymmetry(Ms); !(e < most))
-    return fmt::format("M_CB is not symmetric: {:.1e} of its largest entry", e);
-  const int k = static_cast<int>(K.rows()) - n;
-  if (k > 0 && !(Ks.topRightCorner(n, k).cwiseAbs().maxCoeff() < most * Ks.cwiseAbs().maxCoeff()))
-    return "K_CB couples boundary and vibration modes";
-  MatrixXd rigid = rigid_motions(model.nodes);
-  Vector6d unit6;
-  unit6 << size, size, size, 1, 1, 1;
-  const MatrixXd rigid_scaled =
-      unit.head(n).cwiseInverse().asDiagonal() * rigid * unit6.asDiagonal();
-  const double energy = (Ks.topLeftCorner(n, n) * rigid_scaled).cwiseAbs().maxCoeff() /
-                        Ks.topLeftCorner(n, n).cwiseAbs().maxCoeff();
-  if (!(energy < 1e-7))
-    return fmt::format("K_CB resists rigid motions: forces {:.1e} of its largest entry", energy);
-  const Matrix6d carried = unit6.cwiseInverse().asDiagonal() * (Phi * rigid) * unit6.asDiagonal();
-  const double off = (carried - Matrix6d::Identity()).cwiseAbs().maxCoeff();
-  if (!(off < 1e-7))
-    return fmt::format("Phi_CB does not follow rigid motions: it misses them by {:.1e}", off);
-  return std::nullopt;
-}
-
-VectorXd local_coordinates(const SuperelementModel& model, std::span<const NodePose> nodes,
-                           const FloatingFrame& frame) {
-  VectorXd q(model.coordinates());
-  for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
-    q.segment<3>(6 * a) =
-        frame.axes.transpose() * (nodes[a].position - frame.position) - model.nodes[a];
-    q.segment<3>(6 * a + 3) = rotation_log(frame.axes.transpose() * nodes[a].axes);
-  }
-  return q;
 }
 
 Superelement::Superelement(const SuperelementModel& model) : model_(&model), size_(model.size()) {

@@ -2,9 +2,7 @@
 // A linear superelement: any linear body reduced to the six coordinates of its interface nodes,
 // placed by a floating frame that takes up its rigid motion. Equations (R6)–(R10) of
 // core/reduction/README.md.
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "core/math/types.hpp"
@@ -27,10 +25,6 @@ struct SuperelementModel {
   double size() const;  ///< largest distance of two nodes [m]
 };
 
-/// The first broken rule, or nothing: sizes; K symmetric and without energy for rigid motions;
-/// Φ_CB carries the frame along with them; M symmetric.
-std::optional<std::string> broken_rule(const SuperelementModel& model);
-
 /// Place of an interface node: position [m] and the axes of the body as the node carries them.
 struct NodePose {
   Vector3d position;
@@ -46,10 +40,6 @@ struct FloatingFrame {
   Matrix3d axes = Matrix3d::Identity();
 };
 
-/// Local coordinates q = (u, θ) of the nodes in a frame: u = Fᵀ(p − x) − X, θ = log(Fᵀ R).
-VectorXd local_coordinates(const SuperelementModel& model, std::span<const NodePose> nodes,
-                           const FloatingFrame& frame);
-
 /// A superelement at given places of its nodes. Vectors have (force, moment) or (displacement,
 /// spin) per node, global axes.
 class Superelement {
@@ -64,7 +54,8 @@ class Superelement {
 
   const SuperelementModel& model() const { return *model_; }
   const FloatingFrame& frame() const { return frame_; }
-  const VectorXd& local() const { return q_; }       ///< q
+  /// Local coordinates q = (u, θ) of the nodes in the frame: u = Fᵀ(p − x) − X, θ = log(Fᵀ R).
+  const VectorXd& local() const { return q_; }
   const MatrixXd& local_rate() const { return B_; }  ///< dq = B · (displacement, spin) of the nodes
   double energy() const { return energy_; }
   const VectorXd& force() const { return force_; }      ///< ∂energy/∂nodes

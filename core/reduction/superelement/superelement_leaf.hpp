@@ -36,7 +36,6 @@ class SuperelementLeaf final : public LeafElement {
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   const SuperelementGrid& grid() const { return *grid_; }
-  const LeafScale& scale() const { return scale_; }
   const std::vector<NodePose>& nodes() const { return nodes_; }  ///< line by line
   const Superelement& superelement(int i) const { return elements_[i]; }
   /// A line whose nodes a body or the ground holds.
@@ -47,13 +46,6 @@ class SuperelementLeaf final : public LeafElement {
   int unknowns() const { return K_.offset.empty() ? 0 : K_.size(); }  ///< of the inner nodes
   /// First unknown of a line's nodes; the line is not an edge.
   int offset(int line) const { return K_.offset[line - 1]; }
-  const std::vector<NodeShare>& shares() const { return shares_; }
-  /// Of the material point: undeflected place, displacement and force on the leaf.
-  struct Point {
-    Vector3d place, displacement, force;
-  };
-  Point point() const { return {place_, displacement_, point_force_}; }
-
   /// K_ff⁻¹ b of the inner nodes, edges and material point held; after evaluate().
   void solve(Eigen::Ref<MatrixXd> b) const;
   /// d(inner nodes)/d(edges, point).

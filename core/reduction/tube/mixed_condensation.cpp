@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 
-#include <algorithm>
 
 namespace flexopt {
 namespace {
@@ -14,19 +13,13 @@ Vector3d pick(const Vector6d& e, const int (&places)[3]) {
   return {e[places[0]], e[places[1]], e[places[2]]};
 }
 
-/// W* at the state's forces; stores R and F⁻¹.
-PotentialValue evaluate_at(const TubePotential& potential, const Vector6d& e, MixedState& state) {
-  PotentialValue p = potential.evaluate(pick(e, soft), state.f);
-  state.R = p.gradient.tail<3>() + potential.force_scale().cwiseProduct(pick(e, stiff));
-  state.F_inverse = p.hessian.bottomRightCorner<3, 3>().inverse();
-  return p;
-}
-
 }  // namespace
 
 MixedEnergy condense(const TubePotential& potential, const Vector6d& e, MixedState& state) {
-  const PotentialValue p = evaluate_at(potential, e, state);
+  const PotentialValue p = potential.evaluate(pick(e, soft), state.f);
   const Vector3d& scale = potential.force_scale();
+  state.R = p.gradient.tail<3>() + scale.cwiseProduct(pick(e, stiff));
+  state.F_inverse = p.hessian.bottomRightCorner<3, 3>().inverse();
   for (int i = 0; i < 3; ++i) {
     state.h.col(soft[i]) = p.hessian.block<3, 1>(3, i);
     state.h.col(stiff[i]) = scale[i] * Vector3d::Unit(i);
@@ -51,21 +44,6 @@ MixedEnergy condense(const TubePotential& potential, const Vector6d& e, MixedSta
 void follow(MixedState& state, const Vector6d& de) {
   state.f -= state.F_inverse * (state.R + state.h * de);
   state.R.setZero();  // as far as the linear model knows
-}
-
-Relaxation relax(const TubePotential& potential, const Vector6d& e, MixedState& state,
-                 double tolerance, int max_steps) {
-  Relaxation r;
-  while (true) {
-    evaluate_at(potential, e, state);
-    r.gap = state.R.cwiseQuotient(potential.force_scale()).cwiseAbs().maxCoeff();
-    const Vector3d step = state.F_inverse * state.R;
-    const double size = step.cwiseAbs().maxCoeff();
-    r.converged = size <= tolerance * std::max(1.0, state.f.cwiseAbs().maxCoeff());
-    if (r.converged || r.steps == max_steps || !step.allFinite()) return r;
-    state.f -= step;
-    ++r.steps;
-  }
 }
 
 void follow(ReducedState& state, const Vector12d& dq) { follow(state.mixed, state.B * dq); }

@@ -39,17 +39,6 @@ MixedEnergy condense(const TubePotential& potential, const Vector6d& e, MixedSta
 /// iterations.) Does nothing before the first condense().
 void follow(MixedState& state, const Vector6d& de);
 
-/// Result of a search for stationary forces.
-struct Relaxation {
-  bool converged = false;
-  int steps = 0;
-  double gap = 0;  ///< largest |R / force scale|
-};
-
-/// Newton's method for R = 0 at fixed e, until |F⁻¹ R| ≤ tolerance · max(1, |f|).
-Relaxation relax(const TubePotential& potential, const Vector6d& e, MixedState& state,
-                 double tolerance = 1e-12, int max_steps = 20);
-
 /// What a reduced leaf remembers between two evaluations.
 struct ReducedState {
   MixedState mixed;

@@ -209,9 +209,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LeafShape shape() override;
   Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
-  /// Relative change of the leaf's stiffness by the highest degree of its potential (R5); nothing
-  /// where the leaf is not stable on its own. After evaluate().
-  std::optional<double> degree_change() const;
   /// What the highest degree of the potential changes, relative.
   struct DegreeChanges {
     double own = 0;   ///< the leaf's forces, by the nominal stress that they cause

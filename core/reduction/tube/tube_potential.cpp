@@ -297,13 +297,6 @@ void TubePotential::add_node(TubeNode node) {
   if (i > 0 && i + 1 < static_cast<int>(nodes_.size())) intervals_[i] = make_interval(i);
 }
 
-int TubePotential::terms() const {
-  int n = 0;  // (monomials of x to degree − 1 − k) × (monomials of y of degree k)
-  for (int k = 0; k < degree_; k += odd_ ? 1 : 2)
-    n += monomial_count(2, degree_ - 1 - k) * (k + 1) * (k + 2) / 2;
-  return n;
-}
-
 TubeLocation TubePotential::locate(const Vector3d& s) const {
   const Eigen::Vector2d on_ray = ray_inverse_ * s.head<2>();
   const double sigma = mirrored_ ? std::abs(on_ray[0]) : on_ray[0];

@@ -67,7 +67,6 @@ class TubePotential {
 
   int degree() const { return degree_; }
   bool mirrored() const { return mirrored_; }
-  int terms() const;  ///< monomials m in use
   const Eigen::Matrix2d& ray() const { return ray_; }
   const Vector3d& force_scale() const { return force_scale_; }
   const Vector3d& force_centre() const { return force_centre_; }

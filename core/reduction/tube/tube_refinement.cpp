@@ -132,13 +132,7 @@ std::optional<double> relative_change(const Matrix6d& change, const Matrix6d& st
   X = llt.matrixL().solve(X.transpose()).eval();
   return X.norm();
 }
-}  // namespace
 
-std::optional<double> TubeLeaf::degree_change() const {
-  return relative_change(highest_degree().stiffness, response_.mixed.hessian);
-}
-
-namespace {
 /// √tr((ΔK C)²)
 double relative_change(const Matrix12d& change, const Matrix12d& compliance) {
   const Matrix12d X = change * compliance;

@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <complex>
-#include <numbers>
 
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/response/dynamics/rigid_motion.hpp"
@@ -117,31 +114,6 @@ Answer<StateSpace> state_space(const MechanismFactor& factor, const StateSpaceRe
   model->residual = Y.value->rightCols(forces.cols()) -
                     model->motions * model->omega2.cwiseInverse().asDiagonal() * model->forces;
   return {std::move(model)};
-}
-
-Eigen::MatrixXcd frequency_response(const StateSpace& model, double frequency) {
-  const double omega = 2 * std::numbers::pi * frequency;
-  Eigen::MatrixXcd H = model.residual.cast<std::complex<double>>();
-  for (Eigen::Index k = 0; k < model.omega2.size(); ++k) {
-    const std::complex<double> of_mode(
-        model.omega2[k] - omega * omega,
-        2 * model.damping[k] * omega * std::sqrt(std::abs(model.omega2[k])));
-    H += (model.motions.col(k) * model.forces.row(k)).cast<std::complex<double>>() / of_mode;
-  }
-  return H;
-}
-
-StateMatrices state_matrices(const StateSpace& model) {
-  const Eigen::Index n = model.omega2.size();
-  StateMatrices state{MatrixXd::Zero(2 * n, 2 * n), MatrixXd::Zero(2 * n, model.forces.cols()),
-                      MatrixXd::Zero(model.motions.rows(), 2 * n), model.residual};
-  state.A.topRightCorner(n, n).setIdentity();
-  state.A.bottomLeftCorner(n, n).diagonal() = -model.omega2;
-  state.A.bottomRightCorner(n, n).diagonal() =
-      -2 * model.damping.cwiseProduct(model.omega2.cwiseAbs().cwiseSqrt());
-  state.B.bottomRows(n) = model.forces;
-  state.C.leftCols(n) = model.motions;
-  return state;
 }
 
 }  // namespace flexopt

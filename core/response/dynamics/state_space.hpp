@@ -14,13 +14,4 @@ Answer<StateSpace> state_space(const MechanismFactor& factor, const StateSpaceRe
                                const std::vector<Probe>& probes, const FullModes& free,
                                LeafRates& rates);
 
-/// Outputs × inputs at a frequency [Hz]: (H3).
-Eigen::MatrixXcd frequency_response(const StateSpace& model, double frequency);
-
-/// ẋ = A x + B u, y = C x + D u with x the modal amplitudes and their velocities.
-struct StateMatrices {
-  MatrixXd A, B, C, D;
-};
-StateMatrices state_matrices(const StateSpace& model);
-
 }  // namespace flexopt

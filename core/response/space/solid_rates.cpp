@@ -142,10 +142,4 @@ MatrixXd Solids::place_rates(const SolidPoint& point, const PlaceRates& rates) c
   return sum_of_rates(point.solid, values, rates);
 }
 
-MatrixXd Solids::slope_rates(const SolidPoint& point, const PlaceRates& rates) const {
-  std::vector<std::pair<int, double>> values;
-  for (const Weight& w : weights(point)) values.push_back({w.node, w.slope[0]});
-  return sum_of_rates(point.solid, values, rates);
-}
-
 }  // namespace flexopt

@@ -108,8 +108,6 @@ class Solids {
 
   /// Derivatives of the place of a point that keeps its coordinates: 3 × parameters.
   MatrixXd place_rates(const SolidPoint& point, const PlaceRates& rates) const;
-  /// Derivatives of the slope of the place along the first coordinate: 3 × parameters.
-  MatrixXd slope_rates(const SolidPoint& point, const PlaceRates& rates) const;
 
  private:
   /// A point is Σ w_k(u) P_k.

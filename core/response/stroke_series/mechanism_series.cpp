@@ -363,12 +363,6 @@ void MechanismSeries::expand_along_strokes(const VectorXd& strokes) {
   expand();
 }
 
-void MechanismSeries::expand_along(const VectorXd& y) {
-  set(1, y);
-  set(2, VectorXd::Zero(factor_->size()));
-  expand();
-}
-
 MechanismState<Jet> MechanismSeries::path() const {
   MechanismState<Jet> path{{}, jets(multipliers_)};
   for (std::size_t b = 0; b < place_.size(); ++b)

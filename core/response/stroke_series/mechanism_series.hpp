@@ -21,9 +21,6 @@ class MechanismSeries {
   /// The path of equilibria q(s), x(s) to s² where the strokes of all drives grow by these times s:
   /// expands every leaf about it.
   void expand_along_strokes(const VectorXd& strokes);
-  /// Instead: the states that leave the present one along a constant vector, rotation vectors of
-  /// the bodies by exp(hat θ) R. Coefficients of s hold.
-  void expand_along(const VectorXd& direction);
   MechanismState<Jet> path() const;
   /// Gradients of the leaves along the path.
   LeafGradients<Jet> leaf_gradients(LeafRates& rates) const;

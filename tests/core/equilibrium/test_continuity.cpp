@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 
 #include "core/equilibrium/continuity.hpp"
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 
@@ -21,7 +21,7 @@ VectorXd strokes(double x, double y) { return Eigen::Vector2d(x, y); }
 Mechanism pressed_leaf() {
   Mechanism m = models::single_leaf(0.05, 0.01, 2e-4);
   m.bodies[0].held = {false, false, true, true, true, true};
-  m.drives = {make_drive<double>(Direction::ux), make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::ux), make_drive(Direction::uy)};
   m.drives[0].name = "x";
   m.drives[1].name = "y";
   return m;

@@ -6,12 +6,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/quantities.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 
@@ -24,7 +24,7 @@ ModelOptions beams() {
 // Two leaves in a row with a body between them: ground, body 1, end-effector 0.
 Mechanism row_of_two(double length, double thickness) {
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({2.1 * length, 0, 0}, 0.3, 1e-4),
               models::body({1.05 * length, 0.002, 0}, 0.2, 5e-5)};
   m.bodies[1].role = BodyRole::intermediate;
@@ -92,7 +92,7 @@ TEST_CASE("force and tangent are the derivatives of the energy of leaves and dea
     return VectorXd(system.internal_force() - system.load());
   };
   (void)settled(VectorXd::Zero(system.size()));
-  const MatrixXd D = system.residual_derivative();
+  const MatrixXd D = system.residual_tangent().dense();
   const MatrixXd& T = system.tangent_stiffness();
   CHECK((T - T.transpose()).norm() < 1e-9 * T.norm());
   for (int k = 0; k < system.size(); ++k) {

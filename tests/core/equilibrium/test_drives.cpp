@@ -3,13 +3,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/drive.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/stiffness.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

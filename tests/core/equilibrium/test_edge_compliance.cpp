@@ -2,10 +2,10 @@
 #include <catch2/catch.hpp>
 
 #include "core/equilibrium/edge_compliance.hpp"
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 
@@ -69,7 +69,7 @@ TEST_CASE("an unstable mechanism has no compliance", "[edge_compliance]") {
 TEST_CASE("edges follow a stroke, and its load, as their surroundings say", "[edge_compliance]") {
   // two drives, of which one is a condition
   Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
-  hinge.drives = {make_drive<double>(Direction::rz), make_drive<double>(Direction::uy)};
+  hinge.drives = {make_drive(Direction::rz), make_drive(Direction::uy)};
   hinge.drives[0].name = "turn";
   hinge.drives[1].name = "move";
   const Algebra algebra = GENERATE(Algebra::dense, Algebra::sparse);

@@ -56,7 +56,7 @@ TEST_CASE("blades that loads bend up are said to want to rise", "[equilibrium]")
   m.bodies = {models::body({0, 0, 0}, 0, 0)};
   for (const double side : {-1.0, 1.0})
     m.leaves.push_back(models::leaf({0.25 * side, 0, 0}, {-side, 0, 0}, 0.25, 0.04, 2e-3));
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   LoadCase loads;
   loads.constant = {{.force = {0, -628, 0}}};
   for (int i = 0; i < 2; ++i) {

@@ -2,9 +2,9 @@
 
 #include <catch2/catch.hpp>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/work_count.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

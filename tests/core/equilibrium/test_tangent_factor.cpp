@@ -41,7 +41,7 @@ Mechanism chain(int bodies, Ties ties) {
   m.end_effector = bodies - 1;
   m.bodies.back().role = BodyRole::end_effector;
   for (int b = 0; b + 1 < bodies; ++b) m.bodies[b].role = BodyRole::intermediate;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.drives[0].body = m.end_effector;
   const auto hinged = [&](int b, int other) {
     RigidBody arm = models::body(m.bodies[b].reference + Vector3d(0, 0.01, 0), 0.02, 1e-6);
@@ -210,7 +210,7 @@ TEST_CASE("where the sparse factor meets a pivot of zero, the inertia is that of
   m.bodies.push_back(models::body({0, 0.1, 0}, 1, 1e-3));
   m.bodies[1].name = "slider";
   m.bodies[1].held = {false, true, true, true, true, true};
-  m.drives.push_back(make_drive<double>(Direction::ux, 1));
+  m.drives.push_back(make_drive(Direction::ux, 1));
   m.drives[1].name = "slide";
   System sparse(m, make_full_leaves(m, beams()), {}, Algebra::sparse);
   sparse.assemble();

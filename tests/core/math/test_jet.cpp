@@ -42,8 +42,6 @@ TEST_CASE("jets multiply and divide as the series they are") {
 
 TEST_CASE("rotations of jets are those of the path") {
   check(jet_rotation_exp(path()), [](const Vector3d& v) { return rotation_exp(v); });
-  check(jet_rotation_left_tangent(path()),
-        [](const Vector3d& v) { return rotation_left_tangent(v); });
 }
 
 TEST_CASE("products by the orders are products of jets") {

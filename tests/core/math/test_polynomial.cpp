@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/monomials.hpp"
+
 using namespace flexopt;
 
 namespace {
@@ -15,17 +17,6 @@ Polynomial<NV, ORDER> random_polynomial(std::mt19937& engine) {
   Polynomial<NV, ORDER> p;
   for (double& c : p.c) c = d(engine);
   return p;
-}
-
-/// Σ c_i x^i with powers from std::pow.
-double direct(const MonomialTable& table, const double* c, const std::vector<double>& x) {
-  double sum = 0;
-  for (int i = 0; i < table.size(); ++i) {
-    double m = c[i];
-    for (int v = 0; v < table.variables(); ++v) m *= std::pow(x[v], table.exponents(i)[v]);
-    sum += m;
-  }
-  return sum;
 }
 
 }  // namespace
@@ -81,11 +72,10 @@ TEST_CASE("the product of polynomials is the product of their values", "[reducti
   for (int n = 0; n < 20; ++n) {
     std::vector<double> x(6);
     for (double& v : x) v = d(engine);
-    const double expected = direct(t, a.c.data(), x) * direct(t, b.c.data(), x);
+    const double expected = test::polynomial_value(t, a.c, x) * test::polynomial_value(t, b.c, x);
     REQUIRE(std::abs(expected) > 1e-6);
-    CHECK(direct(t, c.c.data(), x) == Approx(expected).epsilon(1e-11));
-    CHECK(evaluate(t, c.c, x) == Approx(expected).epsilon(1e-11));
-    CHECK(evaluate(t, partial.c, x) == Approx(expected).epsilon(1e-11));
+    CHECK(test::polynomial_value(t, c.c, x) == Approx(expected).epsilon(1e-11));
+    CHECK(test::polynomial_value(t, partial.c, x) == Approx(expected).epsilon(1e-11));
   }
 }
 

@@ -192,7 +192,7 @@ TEST_CASE(
   const Vector3d across(0, 0.4, -0.7);
   for (const double turn : {-2.9, -0.3, 0.0, 1e-9, 0.5, 3.1}) {
     const Matrix3d twist = rotation_exp({turn, 0, 0}), swing = rotation_exp(across);
-    const Drive drive = make_drive<double>(Direction::rx);
+    const Drive drive = make_drive(Direction::rx);
     for (const Matrix3d& Q : {Matrix3d(twist * swing), Matrix3d(swing * twist)}) {
       const JointBody body{a.position, b.rotation * Q, a.reference};
       CHECK(stroke(drive, body, b).value == Approx(turn).epsilon(1e-12).margin(1e-15));
@@ -229,15 +229,15 @@ TEST_CASE("turns that keep the stroke have no second derivative of it either", "
 TEST_CASE("a displacement along a global axis against the ground is a coordinate", "[drive]") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies.push_back(m.bodies[0]);
-  m.drives = {make_drive<double>(Direction::uz, 1)};
+  m.drives = {make_drive(Direction::uz, 1)};
   CHECK(coordinate_of(m.drives[0]) == 8);
   CHECK(conditional_drives(m).empty());
-  m.drives = {make_drive<double>(Direction::rz, 1)};
+  m.drives = {make_drive(Direction::rz, 1)};
   CHECK_FALSE(coordinate_of(m.drives[0]));
   CHECK_FALSE(end_effector_direction(m, m.drives[0]));
   m.drives[0].other = 0;
   CHECK(conditional_drives(m) == std::vector<int>{0});
-  m.drives[0] = make_drive<double>(Direction::ux);
+  m.drives[0] = make_drive(Direction::ux);
   CHECK(coordinate_of(m.drives[0]) == 0);
   m.drives[0].axes_change = true;
   CHECK_FALSE(coordinate_of(m.drives[0]));
@@ -246,7 +246,7 @@ TEST_CASE("a displacement along a global axis against the ground is a coordinate
   CHECK(end_effector_direction(m, m.drives[0]) == Direction::uy);
   m.drives[0].axes = rotation_exp({0, 0, 0.3});
   CHECK_FALSE(end_effector_direction(m, m.drives[0]));
-  m.drives = {make_drive<double>(Direction::ux), make_drive<double>(Direction::rz)};
+  m.drives = {make_drive(Direction::ux), make_drive(Direction::rz)};
   CHECK(conditional_drives(m) == std::vector<int>{1});
   CHECK(prescribed_directions(m) == std::array<bool, 6>{true, false, false, false, false, true});
 }
@@ -254,22 +254,22 @@ TEST_CASE("a displacement along a global axis against the ground is a coordinate
 TEST_CASE("drives that cannot be are refused", "[drive]") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const auto rule = [&] { return broken_rule(m).value_or(""); };
-  m.drives = {make_drive<double>(Direction::uy, 3)};
+  m.drives = {make_drive(Direction::uy, 3)};
   CHECK(rule() == "the drive: there is no body 3");
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.drives[0].other = 0;
   CHECK(rule() == "the drive: it drives a body against itself");
   m.drives[0].other = ground;
   m.drives[0].axes *= 2;
   CHECK_THAT(rule(), Contains("its axes must be orthonormal"));
-  m.drives = {make_drive<double>(Direction::uy), make_drive<double>(Direction::ux)};
+  m.drives = {make_drive(Direction::uy), make_drive(Direction::ux)};
   CHECK_THAT(rule(), Contains("two drives have the name"));
   m.drives[0].name = "one";
   m.drives[1].name = "two";
   CHECK(rule().empty());
   m.drives[1].direction = Direction::uy;
   CHECK(rule() == "drive two: joints and other drives already hold it");
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies[0].held[1] = true;
   CHECK(rule() == "the end-effector cannot move in the direction of the drive");
 }

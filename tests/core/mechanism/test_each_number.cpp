@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/math/dual.hpp"
+#include "tests/support/models.hpp"
 
 using namespace flexopt;
 

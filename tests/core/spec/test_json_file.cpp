@@ -148,14 +148,14 @@ TEST_CASE("bottomless nesting is refused", "[spec][json]") {
 TEST_CASE("a path that is no readable file is refused by name", "[spec][json]") {
   const auto folder = std::filesystem::temp_directory_path() / "flexopt_test_json_file";
   std::filesystem::create_directories(folder);
-  CHECK_THAT(complaint_of([&] { read_json_file(folder.string()); }),
+  CHECK_THAT(complaint_of([&] { read_text(folder.string()); }),
              Contains(folder.string()) && Contains("folder"));
-  CHECK_THAT(complaint_of([&] { read_json_file((folder / "none.json").string()); }),
+  CHECK_THAT(complaint_of([&] { read_text((folder / "none.json").string()); }),
              Contains("no such file"));
-  CHECK_THAT(complaint_of([&] { read_json_file("/dev/zero"); }), Contains("larger than"));
+  CHECK_THAT(complaint_of([&] { read_text("/dev/zero"); }), Contains("larger than"));
   const auto file = folder / "good.json";
   std::ofstream(file) << R"({"a": [1, 2]})";
-  CHECK(read_json_file(file.string()) == json::parse(R"({"a": [1, 2]})"));
+  CHECK(read_text(file.string()).text == R"({"a": [1, 2]})");
   std::filesystem::remove_all(folder);
 }
 

@@ -4,6 +4,7 @@
 
 #include "results/export/solid_mesh.hpp"
 #include "tests/results/export/gallery.hpp"
+#include "tests/support/leaf_volume.hpp"
 
 using namespace flexopt;
 

@@ -5,8 +5,8 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/solid_mesh.hpp"
 #include "tests/results/export/gallery.hpp"
+#include "tests/support/leaf_volume.hpp"
 
 #ifdef FLEXOPT_WITH_OCCT
 #include <BRepCheck_Analyzer.hxx>

@@ -8,13 +8,13 @@
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_series.hpp"
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

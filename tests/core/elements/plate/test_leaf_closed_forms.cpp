@@ -3,10 +3,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

@@ -125,7 +125,7 @@ TEST_CASE("gradients of narrow leaves, whose mesh lines move, agree with differe
           "[gradients][slow]") {
   const auto make = [](const test::Values& p) {
     Mechanism m;
-    m.drives = {make_drive<double>(Direction::uy)};
+    m.drives = {make_drive(Direction::uy)};
     m.bodies = {models::body({p[0], 0.001, 0.002}, 0.4, 3e-4)};
     for (const double y : {0.03, -0.03})
       m.leaves.push_back(models::leaf({0, y, 0}, {1, 0.02, 0}, p[0], p[1], p[2]));

@@ -16,7 +16,7 @@ namespace {
 /// Of a notch between two rigid ends, moved along one direction with all others held.
 double stiffness(const LeafSpring& leaf, Direction along, std::array<int, 2> mesh) {
   Mechanism mechanism;
-  mechanism.drives = {make_drive<double>(along)};
+  mechanism.drives = {make_drive(along)};
   mechanism.bodies = {models::body({0.5 * leaf.length, 0, 0}, 1, 1e-4)};
   mechanism.leaves = {leaf};
   for (int d = 0; d < 6; ++d)
@@ -36,7 +36,7 @@ double stiffness(const LeafSpring& leaf, Direction along, std::array<int, 2> mes
 /// Against a moment in the plane, all else free.
 double turning(const LeafSpring& leaf, std::array<int, 2> mesh) {
   Mechanism mechanism;
-  mechanism.drives = {make_drive<double>(Direction::ry)};
+  mechanism.drives = {make_drive(Direction::ry)};
   mechanism.bodies = {models::body({0.5 * leaf.length, 0, 0}, 1, 1e-4)};
   mechanism.leaves = {leaf};
   const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = mesh};

@@ -19,7 +19,7 @@ Material without_poisson() {
 
 StrokeResponse guided(const LeafSpring& leaf, ModelOptions model, double stroke) {
   Mechanism mechanism;
-  mechanism.drives = {make_drive<double>(Direction::uy)};
+  mechanism.drives = {make_drive(Direction::uy)};
   mechanism.bodies = {models::body({leaf.length, 0, 0}, 1, 1e-4)};
   mechanism.leaves = {leaf};
   for (const Direction held : {Direction::uz, Direction::rx, Direction::ry, Direction::rz})

@@ -13,7 +13,7 @@ namespace {
 double per_thickness(double width, double thickness, Direction along, std::array<int, 2> mesh) {
   constexpr double length = 0.06;
   Mechanism mechanism;
-  mechanism.drives = {make_drive<double>(along)};
+  mechanism.drives = {make_drive(along)};
   mechanism.bodies = {models::body({length, 0, 0}, 1, 1e-4)};
   mechanism.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness)};
   for (int d = 0; d < 6; ++d)

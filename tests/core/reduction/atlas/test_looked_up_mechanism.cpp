@@ -80,7 +80,7 @@ Mechanism symmetric(bool hinge, const test::Values& p) {
     return m;
   }
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::rz)};
+  m.drives = {make_drive(Direction::rz)};
   m.bodies = {models::body({0, 0, 0}, 0.4, 3e-4)};
   for (const models::Crossing& c :
        {models::Crossing{1, p[5], p[1]}, {-1, 0, p[1]}, {1, -p[5], p[1]}}) {

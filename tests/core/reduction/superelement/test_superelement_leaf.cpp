@@ -5,12 +5,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "superelement_bodies.hpp"
 #include "support/models.hpp"
 #include "support/moved.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;

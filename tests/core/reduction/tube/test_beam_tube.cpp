@@ -55,7 +55,7 @@ TEST_CASE("a reduced wire agrees with the full one") {
   // four wires on the corners of a square carry a stage, driven in y and in z
   for (const Direction drive : {Direction::uy, Direction::uz}) {
     Mechanism m;
-    m.drives = {make_drive<double>(drive)};
+    m.drives = {make_drive(drive)};
     m.bodies = {models::body({0.08, 0, 0}, 0.2, 1e-4)};
     for (const double y : {-0.03, 0.03})
       for (const double z : {-0.03, 0.03}) {

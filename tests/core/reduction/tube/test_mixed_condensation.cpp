@@ -1,5 +1,6 @@
 #include "core/reduction/tube/mixed_condensation.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -24,9 +25,20 @@ Vector6d bent(Random& random) {
   return e;
 }
 
+/// Newton's method for R = 0 at fixed e; whether it converged.
+bool relax(const TubePotential& t, const Vector6d& e, MixedState& state) {
+  for (int step = 0; step < 20; ++step) {
+    condense(t, e, state);
+    const Vector3d off = state.F_inverse * state.R;
+    if (off.cwiseAbs().maxCoeff() <= 1e-12 * std::max(1.0, state.f.cwiseAbs().maxCoeff()))
+      return true;
+    state.f -= off;
+  }
+  return false;
+}
+
 MixedEnergy relaxed(const TubePotential& t, const Vector6d& e, MixedState state = {}) {
-  const Relaxation r = relax(t, e, state);
-  REQUIRE(r.converged);
+  REQUIRE(relax(t, e, state));
   return condense(t, e, state);
 }
 
@@ -44,7 +56,7 @@ struct BentLeaf {
   }
   void relax_forces() {
     REQUIRE(evaluate_reduced_leaf(tube, length, edges, state, response));
-    REQUIRE(relax(tube, response.frame.e, state.mixed).converged);
+    REQUIRE(relax(tube, response.frame.e, state.mixed));
     REQUIRE(evaluate_reduced_leaf(tube, length, edges, state, response));
   }
 };
@@ -59,7 +71,7 @@ TEST_CASE("condensed gradient and Hessian are derivatives of the condensed energ
   for (int n = 0; n < 10; ++n) {
     const Vector6d e = bent(random), d = random.vector<6>().cwiseProduct(scale);
     MixedState state;
-    REQUIRE(relax(t, e, state).converged);
+    REQUIRE(relax(t, e, state));
     const MixedEnergy m = condense(t, e, state);
     CHECK(m.gap.norm() < 1e-12);
     const auto first = [&](double h) {
@@ -82,7 +94,7 @@ TEST_CASE("the conjugate forces are the derivatives by the stiff deformations",
   const TubePotential t = tube(c_ray());
   const Vector6d e = bent(random);
   MixedState state;
-  REQUIRE(relax(t, e, state).converged);
+  REQUIRE(relax(t, e, state));
   const MixedEnergy m = condense(t, e, state);
   REQUIRE(state.f.norm() > 1e-3);
   CHECK(m.gradient[elongation] == Approx(force_scale[0] * state.f[0]).epsilon(1e-10));
@@ -95,7 +107,7 @@ TEST_CASE("energy and gradient are right to first order in the residual", "[redu
   const TubePotential t = tube(s_ray());
   const Vector6d e = bent(random);
   MixedState state;
-  REQUIRE(relax(t, e, state).converged);
+  REQUIRE(relax(t, e, state));
   const MixedEnergy m = condense(t, e, state);
   const Vector3d d = random.vector<3>();
   const auto off = [&](double h) {
@@ -115,7 +127,7 @@ TEST_CASE("following an increment leaves a second-order gap", "[reduction][mixed
   const TubePotential t = tube(s_ray());
   const Vector6d e = bent(random);
   MixedState state;
-  REQUIRE(relax(t, e, state).converged);
+  REQUIRE(relax(t, e, state));
   condense(t, e, state);
   const Vector6d d =
       random.vector<6>().cwiseProduct((Vector6d() << 1e-4, 0.1, 1e-2, 0.1, 1e-2, 0.1).finished());
@@ -136,18 +148,6 @@ TEST_CASE("following an increment leaves a second-order gap", "[reduction][mixed
   MixedState fresh;
   follow(fresh, d);
   CHECK(fresh.f.norm() == 0);
-}
-
-TEST_CASE("relax says when it fails", "[reduction][mixed]") {
-  const TubePotential t = tube(s_ray());
-  Vector6d e = Vector6d::Zero();
-  e[elongation] = -0.5 * length;  // far beyond what any axial force of this potential gives
-  e[theta1y] = e[theta2y] = 0.2;
-  MixedState state;
-  const Relaxation r = relax(t, e, state, 1e-12, 3);
-  CHECK_FALSE(r.converged);
-  CHECK(r.steps == 3);
-  CHECK(r.gap > 1e-6);
 }
 
 TEST_CASE("the undeflected reduced leaf has the stiffness of its potential", "[reduction][leaf]") {

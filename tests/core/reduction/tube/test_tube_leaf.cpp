@@ -7,6 +7,7 @@
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/monomials.hpp"
 
 using namespace flexopt;
 
@@ -86,7 +87,7 @@ void check_expansion(const PlateShape& shape) {
       leaf = node;
       REQUIRE(
           leaf.solve({0.1 + x[0] + x[1], 0.1 + x[0] - x[1], 0}, {scale[0] * x[3], 0, 0}).converged);
-      rest[k] = std::abs(evaluate(table, e.W, x) - leaf.potential());
+      rest[k] = std::abs(test::polynomial_value(table, e.W, x) - leaf.potential());
     }
     REQUIRE(rest[0] > 1e-10);
     CHECK(std::log2(rest[0] / rest[1]) > 2 * order + 1.3);

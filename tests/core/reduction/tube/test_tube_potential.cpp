@@ -112,13 +112,6 @@ void check_random_polynomial(unsigned seed, bool mirrored = true) {
 
 }  // namespace
 
-TEST_CASE("the number of terms follows from degree and mirror symmetry", "[reduction][tube]") {
-  std::vector<TubeNode> nodes{{0, std::vector<double>(monomial_count(6, 7), 0.0)},
-                              {1, std::vector<double>(monomial_count(6, 7), 0.0)}};
-  CHECK(TubePotential(s_ray(), force_scale, 5, nodes).terms() == 66);
-  CHECK(TubePotential(s_ray(), force_scale, 7, nodes).terms() == 236);
-}
-
 TEST_CASE("a polynomial of the degree of the tube is reproduced everywhere",
           "[reduction][tube][slow]") {
   check_random_polynomial<3>(1);

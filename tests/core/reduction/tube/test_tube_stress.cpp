@@ -11,6 +11,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/monomials.hpp"
 
 using namespace flexopt;
 
@@ -95,9 +96,7 @@ TEST_CASE(
       REQUIRE(
           leaf.solve({0.1 + x[0] + x[1], 0.1 + x[0] - x[1], x[2]}, scale.cwiseProduct(x.tail<3>()))
               .converged);
-    VectorXd power(table.size());
-    evaluate_monomials(table, {x.data(), 6},
-                       {power.data(), static_cast<std::size_t>(power.size())});
+    const VectorXd power = test::monomial_values(table, {x.data(), 6});
     VectorXd difference = strains().col(0) - e.leftCols(table.size()) * power;
     for (int tau = 0; bending && tau < cubic; ++tau)  // σ³, σ²τ, στ², τ³
       difference -= e.col(table.size() + tau) * std::pow(x[0], 3 - tau) * std::pow(x[1], tau);

@@ -86,7 +86,7 @@ TEST_CASE("uniform and gently tapered leaves keep the theory's limit") {
 
 TEST_CASE("the error of the theory is part of every estimate of a notch and of its sum") {
   Mechanism m = of(parabolic(10e-3, 0.5e-3, 2e-3));
-  m.drives = {make_drive<double>(Direction::rz)};
+  m.drives = {make_drive(Direction::rz)};
   ModelOptions model;
   model.accuracy = Accuracy::full;
   model.flexure = Flexure::beam;

@@ -6,12 +6,12 @@
 #include <string>
 
 #include "core/elements/plate/beam_section.hpp"
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/response/buckling/critical_load.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

@@ -187,7 +187,7 @@ TEST_CASE("a branch that bends away from a bifurcation bears more, up to its own
                .body = 0,
                .place = O,
                .axis = Vector3d::UnitY()}};
-  m.drives = {make_drive<double>(Direction::ux)};
+  m.drives = {make_drive(Direction::ux)};
   const double stroke = -0.00010485480303967987;
   const ModelOptions model{.accuracy = Accuracy::full, .mesh = {8, 3}};
   StrokeRequest request = asking({against + uz}, {stroke});

@@ -4,9 +4,9 @@
 #include <complex>
 #include <memory>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
+#include "tests/support/one_stroke.hpp"
 
 namespace flexopt::test {
 

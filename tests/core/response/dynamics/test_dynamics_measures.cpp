@@ -44,7 +44,7 @@ const std::vector<Number> numbers{{"length", 0.1},      {"width", 0.02},  {"thic
 Mechanism skew_guide(const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 2e-4)};
   m.bodies[0].center_of_mass += Vector3d(p[7], 0.5 * p[7], -0.3 * p[7]);
   for (const double y : {0.03, -0.03})
@@ -62,7 +62,7 @@ Mechanism skew_guide(const Values& p) {
 
 Mechanism skew_hinge(const Values& p) {
   Mechanism m = skew_guide(p);
-  m.drives = {make_drive<double>(Direction::rz)};
+  m.drives = {make_drive(Direction::rz)};
   m.bodies[0].reference = {0.5 * p[0], 0, 0};
   m.leaves[1] = models::leaf({0.9 * p[0], -0.05, 0.03}, {-p[8], 1, 0}, p[0], p[1], p[2],
                              m.leaves[0].material);
@@ -83,7 +83,7 @@ Mechanism tied(const Values& p) {
   const Vector3d near(p[0], 0.02, 0.004);
   m.springs = {{"spring", 0, ground, near, near + Vector3d(0.02, 0.03, p[7]), 400, 0.036, {}},
                {"between", 0, 1, near, tip, 300, 0.05, {}}};
-  Drive turned = make_drive<double>(Direction::uy);
+  Drive turned = make_drive(Direction::uy);
   turned.name = "guide";
   turned.axes = Eigen::AngleAxisd(0.2 * p[8], Vector3d::UnitZ()).toRotationMatrix();
   m.drives = {turned};
@@ -94,7 +94,7 @@ Mechanism tied(const Values& p) {
 Mechanism two_drives(const Values& p) {
   Mechanism m = skew_guide(p);
   m.drives[0].name = "first";
-  Drive second = make_drive<double>(Direction::uy, 1);
+  Drive second = make_drive(Direction::uy, 1);
   second.name = "second";
   second.other = 0;
   m.drives.push_back(second);

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <utility>
 
@@ -50,6 +51,36 @@ int input(const StateSpace& model, const std::string& name) {
     if (model.inputs[k].name == name) return static_cast<int>(k);
   FAIL(name);
   return 0;
+}
+
+/// Outputs × inputs at a frequency [Hz]: (H3).
+Eigen::MatrixXcd frequency_response(const StateSpace& model, double frequency) {
+  const double omega = 2 * pi * frequency;
+  Eigen::MatrixXcd H = model.residual.cast<Complex>();
+  for (Eigen::Index k = 0; k < model.omega2.size(); ++k) {
+    const Complex of_mode(
+        model.omega2[k] - omega * omega,
+        2 * model.damping[k] * omega * std::sqrt(std::abs(model.omega2[k])));
+    H += (model.motions.col(k) * model.forces.row(k)).cast<Complex>() / of_mode;
+  }
+  return H;
+}
+
+/// ẋ = A x + B u, y = C x + D u with x the modal amplitudes and their velocities.
+struct StateMatrices {
+  MatrixXd A, B, C, D;
+};
+StateMatrices state_matrices(const StateSpace& model) {
+  const Eigen::Index n = model.omega2.size();
+  StateMatrices state{MatrixXd::Zero(2 * n, 2 * n), MatrixXd::Zero(2 * n, model.forces.cols()),
+                      MatrixXd::Zero(model.motions.rows(), 2 * n), model.residual};
+  state.A.topRightCorner(n, n).setIdentity();
+  state.A.bottomLeftCorner(n, n).diagonal() = -model.omega2;
+  state.A.bottomRightCorner(n, n).diagonal() =
+      -2 * model.damping.cwiseProduct(model.omega2.cwiseAbs().cwiseSqrt());
+  state.B.bottomRows(n) = model.forces;
+  state.C.leftCols(n) = model.motions;
+  return state;
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ LeafSpring curved(const Vector3d& base, const Vector3d& along, const Values& p, 
 Mechanism guide(const Values& p, bool varies) {
   const Material material{"steel", 2e11, p[3], 7800, {}};
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({p[0], 0.001, 0.002}, 0.4, 3e-4)};
   for (const double side : {1.0, -1.0}) {
     LeafSpring l = curved({0, 0.03 * side, 0}, {1, p[5] * side, 0}, p, side * p[4], material);
@@ -73,7 +73,7 @@ TEST_CASE("gradients of a driven point of a curved leaf agree with differences",
       l.point = LeafPoint{.body = 0, .along = p[7], .across = 0.4};
       const ArcPoint<double> at = l.middle(p[7]);
       Mechanism m;
-      m.drives = {make_drive<double>(Direction::uy)};
+      m.drives = {make_drive(Direction::uy)};
       m.bodies = {models::body(
           l.origin + l.axes * Vector3d(l.length * at.x, -0.1 * p[1], l.length * at.z), 0, 0)};
       m.bodies[0].held = {false, false, false, true, true, true};

@@ -70,7 +70,7 @@ Mechanism hinge(const Values& p) {
   for (LeafSpring& leaf : m.leaves) leaf.material = material;
   m.bodies[0].mass = p[6];
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0);
-  m.drives = {make_drive<double>(Direction::rz)};
+  m.drives = {make_drive(Direction::rz)};
   m.drives[0].axes = Eigen::AngleAxisd(p[8], Vector3d(0.8, 0.6, 0)).toRotationMatrix();
   return m;
 }
@@ -91,7 +91,7 @@ Mechanism chain(const Values& p) {
 }
 Mechanism twisted(const Values& p) {
   Mechanism m = chain(p);
-  m.drives = {make_drive<double>(Direction::rx)};
+  m.drives = {make_drive(Direction::rx)};
   return m;
 }
 Mechanism turned_twice(const Values& p) {

@@ -19,7 +19,7 @@ const std::vector<Number> parameters{{"first leg", 0.06},   {"second leg", 0.05}
 Mechanism stage(const Values& p) {
   const Material material{"steel", 2e11, p[4], 7800, {}, 1.2e-5};
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::ux)};
+  m.drives = {make_drive(Direction::ux)};
   m.bodies = {models::body({0.07, 0.04, 0.002}, 0.4, 3e-4)};
   for (const double side : {1.0, -1.0}) {
     LeafSpring l =

@@ -38,7 +38,7 @@ Joint joint(JointType type, int body, int other, const Vector3d& near, const Val
 Mechanism guide(JointType type, const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 3e-4)};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0.003);
   for (const double y : {0.03, -0.03})
@@ -55,7 +55,7 @@ Mechanism guide(JointType type, const Values& p) {
 Mechanism hinge(const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::rz)};
+  m.drives = {make_drive(Direction::rz)};
   m.bodies = {models::body({0.001, 0, 0}, p[6], 3e-4)};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0);
   for (const models::Crossing& c :

@@ -3,12 +3,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 #include "support/small_atlas.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 
@@ -44,7 +44,7 @@ const ModelOptions& looked_up() {
 test::Family hinge(double beside_middle = 0, bool turned = false) {
   const auto make = [turned](const test::Values& p) {
     Mechanism m;
-    m.drives = {make_drive<double>(Direction::rz)};
+    m.drives = {make_drive(Direction::rz)};
     m.bodies = {models::body({p[8], 0, 0}, p[7], p[7] * 1e-3)};
     const double length = p[0], outer = p[2], inner = p[3], gap = p[5];
     const double beside = 0.5 * (outer + inner) + gap;

@@ -47,7 +47,7 @@ Mechanism free_tip(const Values& p) {
 // A mass near a corner of a leaf of a skew guide: its element has a clamped edge.
 Mechanism mass_on_leaf(const Values& p, double along) {
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({p[0], 0.001, 0.002}, 0.4, 3e-4)};
   const Material material{"m", p[3], p[4], p[5], {}};
   for (const double y : {0.03, -0.03})  // unlike, so that their frequencies keep apart

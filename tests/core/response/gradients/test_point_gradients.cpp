@@ -21,7 +21,7 @@ const std::vector<Number> parameters{{"length", 0.1},   {"width", 0.03},  {"thic
 Mechanism skew(bool hinge, const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
   Mechanism m;
-  m.drives = {make_drive<double>(hinge ? Direction::rz : Direction::uy)};
+  m.drives = {make_drive(hinge ? Direction::rz : Direction::uy)};
   m.bodies = {hinge ? models::body({0.001, 0, 0}, p[6], p[8])
                     : models::body({p[0], 0.001, 0.002}, p[6], p[8])};
   m.bodies[0].center_of_mass += Vector3d(p[7], 0.5 * p[7], 0);

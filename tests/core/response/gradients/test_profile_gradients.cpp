@@ -18,7 +18,7 @@ const std::vector<Number> parameters{{"length", 0.1},  {"width", 0.03}, {"thickn
 Mechanism guide(const Values& p, bool linear) {
   const Material material{"steel", 2e11, p[3], 7800, {}};
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({p[0], 0.001, 0.002}, 0.4, 3e-4)};
   for (const double y : {0.03, -0.03}) {
     LeafSpring l = models::leaf({0, y, 0}, {1, 0.02, 0}, p[0], p[1], p[2], material);
@@ -65,7 +65,7 @@ TEST_CASE("gradients of a driven point of a leaf with profiles agree with differ
   for (const Flexure flexure : {Flexure::beam, Flexure::plate}) {
     const auto make = [](const Values& p) {
       Mechanism m;
-      m.drives = {make_drive<double>(Direction::uy)};
+      m.drives = {make_drive(Direction::uy)};
       m.bodies = {models::body({p[7] * p[0], 0, 0}, 0, 0)};
       LeafSpring l = models::leaf({0, 0, 0}, {1, 0, 0}, p[0], p[1], p[2]);
       l.base = ground;

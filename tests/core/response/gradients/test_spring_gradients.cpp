@@ -18,7 +18,7 @@ const std::vector<Number> numbers{
 // A guide whose body and ground, and whose body and a second one, springs tie.
 Mechanism guide(const Values& p) {
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({p[0], 0.001, 0.002}, p[2], 3e-4)};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0.003);
   for (const double y : {0.03, -0.03})

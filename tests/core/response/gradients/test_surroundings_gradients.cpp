@@ -20,7 +20,7 @@ const std::vector<Number> numbers{
 Mechanism skew_guide(const Values& p, bool curved) {
   const Material material{"m", p[3], p[4], p[5], {}, 1.2e-5};
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 3e-4)};
   m.bodies[0].center_of_mass += Vector3d(0.01, p[8], -0.005);
   for (const double side : {1.0, -1.0}) {
@@ -38,7 +38,7 @@ Mechanism skew_guide(const Values& p, bool curved) {
 /// Ground, leaf, body 1, leaf, end-effector.
 Mechanism row_of_two(const Values& p) {
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({2.1 * p[0], 0, 0}, 0.3, 1e-4),
               models::body({1.05 * p[0], 0.002, 0}, p[6], 5e-5)};
   m.bodies[1].role = BodyRole::intermediate;

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/constant_mass.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

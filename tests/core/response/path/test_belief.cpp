@@ -28,7 +28,7 @@ Mechanism fixed_leaf(const std::vector<Direction>& driven) {
   leaf.drives.clear();
   for (const Direction d : driven) {
     leaf.bodies[0].held[static_cast<std::size_t>(index(d))] = false;
-    leaf.drives.push_back(make_drive<double>(d));
+    leaf.drives.push_back(make_drive(d));
     leaf.drives.back().name = direction_names[static_cast<std::size_t>(index(d))];
   }
   return leaf;

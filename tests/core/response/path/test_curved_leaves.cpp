@@ -24,7 +24,7 @@ LeafSpring curved(const Vector3d& base, const Vector3d& tip, double angle, doubl
 /// A rigid tip at O, turned about z.
 Mechanism hinge(double chord, double angle, double width, double thickness) {
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::rz)};
+  m.drives = {make_drive(Direction::rz)};
   m.bodies = {models::body({chord, 0, 0}, 0.3, 3e-4)};
   m.leaves = {curved({0, 0, 0}, {chord, 0, 0}, angle, width, thickness)};
   return m;
@@ -33,7 +33,7 @@ Mechanism hinge(double chord, double angle, double width, double thickness) {
 /// Two arcs that bulge away from each other, moved across.
 Mechanism guide(double angle, double width, double thickness) {
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::uy)};
   m.bodies = {models::body({0.08, 0, 0}, 0.3, 3e-4)};
   for (const double y : {0.03, -0.03})
     m.leaves.push_back(curved({0, y, 0}, {0.08, y, 0}, y > 0 ? -angle : angle, width, thickness));
@@ -43,7 +43,7 @@ Mechanism guide(double angle, double width, double thickness) {
 /// Two arcs that cross, side by side.
 Mechanism cross_hinge(double angle) {
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::rz)};
+  m.drives = {make_drive(Direction::rz)};
   m.bodies = {models::body({0, 0, 0}, 0.3, 3e-4)};
   for (const double side : {1.0, -1.0})
     m.leaves.push_back(curved({-0.02, -0.02 * side, 0.0105 * side},
@@ -145,7 +145,7 @@ TEST_CASE("reduced curved leaves agree with full ones", "[curve][slow]") {
   compare(hinge(0.06, -90 * deg, 0.02, 6e-4), {-20 * deg, 0, 20 * deg}, 2e-3);
   compare(guide(30 * deg, 0.02, 4e-4), {-2e-3, 0, 2e-3}, 2e-3);
   Mechanism along = guide(90 * deg, 0.02, 4e-4);  // pulled along the chords
-  along.drives = {make_drive<double>(Direction::ux)};
+  along.drives = {make_drive(Direction::ux)};
   compare(along, {-1e-3, -3e-4, 3e-4, 1e-3}, 4e-3);
   compare(cross_hinge(20 * deg), {-20 * deg, 0, 20 * deg}, 2e-3);
 }

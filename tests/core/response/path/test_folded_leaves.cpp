@@ -18,7 +18,7 @@ constexpr double length = 0.06, width = 0.03, thickness = 5e-4;
 /// A leaf along x, a fold along z, a leaf along y to O.
 Mechanism folded(bool elastic, double radius = 0) {
   Mechanism m;
-  m.drives = {make_drive<double>(Direction::ux)};
+  m.drives = {make_drive(Direction::ux)};
   m.bodies = {models::body({length, length, 0}, 0.5, 4e-4)};
   if (elastic) {
     m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 2 * length, width, thickness)};
@@ -123,7 +123,7 @@ TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
   for (Mechanism* m : {&flat, &none}) {
     m->bodies[0] = models::body({2 * length, 0, 0}, 0.5, 4e-4);
     m->leaves[0].material.thermal_expansion = 1.2e-5;
-    m->drives = {make_drive<double>(Direction::uy)};
+    m->drives = {make_drive(Direction::uy)};
   }
   StrokeRequest request;
   request.points = {0, 2e-3};

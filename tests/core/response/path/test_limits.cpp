@@ -1,11 +1,11 @@
 // Limits of work, and failures that are told at once.
 #include <catch2/catch.hpp>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 using Catch::Contains;

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 using std::numbers::pi;
@@ -247,7 +247,7 @@ TEST_CASE("with errors, warmth and weight force and tangent are the derivatives 
     return VectorXd(system.internal_force() - system.load());
   };
   (void)settled(VectorXd::Zero(system.size()));
-  const MatrixXd D = system.residual_derivative(), T = system.tangent_stiffness();
+  const MatrixXd D = system.residual_tangent().dense(), T = system.tangent_stiffness();
   CHECK((T - T.transpose()).norm() < 1e-9 * T.norm());
   for (int k = 0; k < system.size(); ++k) {
     const double d = k % 6 < 3 ? 1e-8 : 1e-6;

@@ -15,7 +15,7 @@ namespace {
 Mechanism pressed_leaf() {
   Mechanism m = models::single_leaf(0.05, 0.01, 2e-4);
   m.bodies[0].held = {false, false, true, true, true, true};
-  m.drives = {make_drive<double>(Direction::ux), make_drive<double>(Direction::uy)};
+  m.drives = {make_drive(Direction::ux), make_drive(Direction::uy)};
   m.drives[0].name = "x";
   m.drives[1].name = "y";
   return m;

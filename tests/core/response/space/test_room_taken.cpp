@@ -240,7 +240,7 @@ TEST_CASE("each leg of a folded leaf is a solid of its own", "[response][fold]")
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   m.leaves[0].fold = LeafFold{0.6, -0.5 * std::numbers::pi};
   m.bodies[0].reference = m.bodies[0].center_of_mass = {0.06, 0.04, 0};
-  m.drives = {make_drive<double>(Direction::ux)};
+  m.drives = {make_drive(Direction::ux)};
   const Solids solids = Solids::undeflected(m);
   REQUIRE(solids.count() == 2);
   REQUIRE((m.leaves[0].tip_middle() - Vector3d(0.06, 0.04, 0)).norm() < 1e-15);

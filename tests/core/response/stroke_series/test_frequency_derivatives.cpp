@@ -456,7 +456,7 @@ TEST_CASE("along several strokes at once frequencies change as along one drive t
   const double angle = 0.6, far = 2e-3;
   const auto driven = [&](const Matrix3d& axes) {
     Mechanism m = lopsided(models::single_leaf(0.1, 0.03, 5e-4), 0.1);
-    m.drives = {make_drive<double>(Direction::uy), make_drive<double>(Direction::uz)};
+    m.drives = {make_drive(Direction::uy), make_drive(Direction::uz)};
     m.drives[0].name = "first";
     m.drives[1].name = "second";
     for (Drive& drive : m.drives) drive.axes = axes;
@@ -490,7 +490,7 @@ TEST_CASE("along several strokes at once frequencies change as along one drive t
 
 TEST_CASE("screening foretells the frequencies of points of several strokes") {
   Mechanism m = lopsided(models::single_leaf(0.1, 0.03, 5e-4), 0.1);
-  m.drives = {make_drive<double>(Direction::uy), make_drive<double>(Direction::rx)};
+  m.drives = {make_drive(Direction::uy), make_drive(Direction::rx)};
   m.drives[0].name = "bend";
   m.drives[1].name = "twist";
   StrokeRequest request;
