@@ -16,8 +16,8 @@
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
+#include "support/models.hpp"
 #include "tests/benchmarks/page.hpp"
-#include "tests/support/models.hpp"
 
 using namespace flexopt;
 

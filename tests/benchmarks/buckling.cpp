@@ -6,9 +6,9 @@
 #include "core/math/rotation.hpp"
 #include "core/response/buckling/critical_load.hpp"
 #include "core/response/models/leaf_models.hpp"
+#include "support/models.hpp"
+#include "support/one_stroke.hpp"
 #include "tests/benchmarks/page.hpp"
-#include "tests/support/models.hpp"
-#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

@@ -21,8 +21,8 @@
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
+#include "support/one_stroke.hpp"
 #include "tests/benchmarks/page.hpp"
-#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 using nlohmann::json;

@@ -21,8 +21,8 @@
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/path/stiffness.hpp"
 #include "support/models.hpp"
+#include "support/one_stroke.hpp"
 #include "tests/benchmarks/page.hpp"
-#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

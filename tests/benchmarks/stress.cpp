@@ -10,8 +10,8 @@
 #include "core/elements/leaf/leaf_scale.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
+#include "support/models.hpp"
 #include "tests/benchmarks/page.hpp"
-#include "tests/support/models.hpp"
 
 using namespace flexopt;
 

@@ -6,8 +6,8 @@
 
 #include "core/math/rotation.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
+#include "support/synthetic_leaf.hpp"
 #include "tests/benchmarks/page.hpp"
-#include "tests/support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 

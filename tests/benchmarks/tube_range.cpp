@@ -23,7 +23,7 @@
 #include "core/response/path/stiffness.hpp"
 #include "optim/compare/samples.hpp"
 #include "optim/numerics/parallel.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 using namespace flexopt;
 

@@ -7,7 +7,7 @@
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "designs/family.hpp"
-#include "tests/support/models.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

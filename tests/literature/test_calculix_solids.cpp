@@ -9,8 +9,8 @@
 
 #include "core/response/response.hpp"
 #include "optim/job/job.hpp"
+#include "support/models.hpp"
 #include "support/nightly.hpp"
-#include "tests/support/models.hpp"
 
 using namespace flexopt;
 

@@ -6,8 +6,8 @@
 
 #include "core/response/response.hpp"
 #include "designs/family.hpp"
+#include "support/models.hpp"
 #include "support/nightly.hpp"
-#include "tests/support/models.hpp"
 
 using namespace flexopt;
 

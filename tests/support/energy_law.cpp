@@ -10,7 +10,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "support/bearable_loads.hpp"
 #include "support/mechanism_laws.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 namespace flexopt::laws {
 

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "core/math/rotation.hpp"
-#include "tests/support/models.hpp"
+#include "support/models.hpp"
 
 namespace flexopt::test {
 

@@ -11,8 +11,8 @@
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/response/quantities.hpp"
-#include "tests/support/models.hpp"
-#include "tests/support/nightly.hpp"
+#include "support/models.hpp"
+#include "support/nightly.hpp"
 
 namespace flexopt::test {
 

@@ -17,8 +17,8 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
 #include "support/mirrored_mechanism.hpp"
+#include "support/one_stroke.hpp"
 #include "support/random_jobs.hpp"
-#include "tests/support/one_stroke.hpp"
 
 namespace flexopt {
 

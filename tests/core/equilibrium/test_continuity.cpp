@@ -4,7 +4,7 @@
 #include "core/equilibrium/continuity.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/models.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 using namespace flexopt;
 

@@ -11,7 +11,7 @@
 #include "core/response/quantities.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 using namespace flexopt;
 

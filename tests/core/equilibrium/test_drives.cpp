@@ -9,7 +9,7 @@
 #include "core/response/path/stiffness.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "tests/support/monomials.hpp"
+#include "support/monomials.hpp"
 
 using namespace flexopt;
 

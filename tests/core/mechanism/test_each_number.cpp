@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/math/dual.hpp"
-#include "tests/support/models.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 

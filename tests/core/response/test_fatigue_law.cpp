@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/support/models.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 

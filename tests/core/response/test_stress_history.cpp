@@ -6,9 +6,9 @@
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/load_case.hpp"
-#include "tests/support/gradient_checks.hpp"
-#include "tests/support/models.hpp"
-#include "tests/support/strong_guide.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
+#include "support/strong_guide.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

@@ -10,7 +10,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
-#include "tests/support/base_jobs.hpp"
+#include "support/base_jobs.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "results/export/solid_mesh.hpp"
+#include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
-#include "tests/support/leaf_volume.hpp"
 
 using namespace flexopt;
 

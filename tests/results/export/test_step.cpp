@@ -5,8 +5,8 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/export/parts.hpp"
+#include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
-#include "tests/support/leaf_volume.hpp"
 
 #ifdef FLEXOPT_WITH_OCCT
 #include <BRepCheck_Analyzer.hxx>

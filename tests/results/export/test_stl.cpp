@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "results/export/parts.hpp"
+#include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
-#include "tests/support/leaf_volume.hpp"
 
 using namespace flexopt;
 

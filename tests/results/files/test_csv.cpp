@@ -6,7 +6,7 @@
 #include "core/response/quantities.hpp"
 #include "results/files/csv.hpp"
 #include "support/fixture.hpp"
-#include "tests/support/models.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 

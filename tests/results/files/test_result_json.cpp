@@ -7,7 +7,7 @@
 #include "results/files/csv.hpp"
 #include "results/files/result_json.hpp"
 #include "support/fixture.hpp"
-#include "tests/support/models.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 

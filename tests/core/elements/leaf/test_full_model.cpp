@@ -14,7 +14,7 @@
 #include "core/response/response.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 #include "support/models.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 using namespace flexopt;
 

@@ -10,7 +10,7 @@
 #include "superelement_bodies.hpp"
 #include "support/models.hpp"
 #include "support/moved.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;

@@ -7,7 +7,7 @@
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
-#include "tests/support/monomials.hpp"
+#include "support/monomials.hpp"
 
 using namespace flexopt;
 

@@ -11,7 +11,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
-#include "tests/support/monomials.hpp"
+#include "support/monomials.hpp"
 
 using namespace flexopt;
 

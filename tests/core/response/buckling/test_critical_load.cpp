@@ -11,7 +11,7 @@
 #include "core/response/buckling/critical_load.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/models.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 using namespace flexopt;
 

@@ -6,7 +6,7 @@
 
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 namespace flexopt::test {
 

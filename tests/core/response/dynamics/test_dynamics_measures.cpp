@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "core/response/dynamics/rigid_motion.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
 #include "tests/core/response/dynamics/dense_pencil.hpp"
-#include "tests/support/gradient_checks.hpp"
-#include "tests/support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

@@ -10,8 +10,8 @@
 
 #include "core/math/rotation.hpp"
 #include "core/response/dynamics/rigid_motion.hpp"
+#include "support/models.hpp"
 #include "tests/core/response/dynamics/dense_pencil.hpp"
-#include "tests/support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -58,9 +58,8 @@ Eigen::MatrixXcd frequency_response(const StateSpace& model, double frequency) {
   const double omega = 2 * pi * frequency;
   Eigen::MatrixXcd H = model.residual.cast<Complex>();
   for (Eigen::Index k = 0; k < model.omega2.size(); ++k) {
-    const Complex of_mode(
-        model.omega2[k] - omega * omega,
-        2 * model.damping[k] * omega * std::sqrt(std::abs(model.omega2[k])));
+    const Complex of_mode(model.omega2[k] - omega * omega,
+                          2 * model.damping[k] * omega * std::sqrt(std::abs(model.omega2[k])));
     H += (model.motions.col(k) * model.forces.row(k)).cast<Complex>() / of_mode;
   }
   return H;

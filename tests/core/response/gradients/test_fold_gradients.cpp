@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/support/gradient_checks.hpp"
-#include "tests/support/models.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "core/math/decompositions.hpp"
-#include "tests/support/gradient_checks.hpp"
-#include "tests/support/models.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

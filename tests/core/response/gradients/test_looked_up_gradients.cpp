@@ -7,8 +7,8 @@
 #include "core/response/modes/full_modes.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "support/one_stroke.hpp"
 #include "support/small_atlas.hpp"
-#include "tests/support/one_stroke.hpp"
 
 using namespace flexopt;
 

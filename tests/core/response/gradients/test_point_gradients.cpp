@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "tests/support/gradient_checks.hpp"
-#include "tests/support/models.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

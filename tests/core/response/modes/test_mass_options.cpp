@@ -11,7 +11,7 @@
 #include "core/response/modes/constant_mass.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
-#include "tests/support/one_stroke.hpp"
+#include "support/one_stroke.hpp"
 
 using namespace flexopt;
 
