@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "optim/job/job_dynamics.hpp"
-#include "optim/job/job_stress.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,7 +1,3 @@
-#include "optim/job/job.hpp"
-
-#include "optim/job/job_in_folder.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +5,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string>
 #include <utility>
 
 #include "core/mechanism/body_inertia.hpp"
@@ -17,19 +12,9 @@
 #include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/job/job_assembly.hpp"
 #include "optim/job/job_atlas.hpp"
-#include "optim/job/job_capacity.hpp"
-#include "optim/job/job_cases.hpp"
-#include "optim/job/job_design.hpp"
-#include "optim/job/job_designs.hpp"
-#include "optim/job/job_dynamics.hpp"
-#include "optim/job/job_loads.hpp"
-#include "optim/job/job_maps.hpp"
-#include "optim/job/job_shape.hpp"
-#include "optim/job/job_stress.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
-#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 

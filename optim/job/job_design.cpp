@@ -1,5 +1,3 @@
-#include "optim/job/job_design.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +12,7 @@
 #include "designs/library.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_shape.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {

@@ -1,19 +1,16 @@
-#include "optim/job/job_tolerances.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/record_table.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_shape.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 

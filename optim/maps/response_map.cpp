@@ -8,7 +8,7 @@
 
 #include "optim/job/job_atlas.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_tolerances.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/numerics/unit_points.hpp"
 
 namespace flexopt {

@@ -10,7 +10,7 @@
 #include "core/response/stroke_series/stroke_ways.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_stroke.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/numerics/sampled_rounding.hpp"
 #include "optim/problem/goals.hpp"
 

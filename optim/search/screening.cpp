@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "optim/job/job_atlas.hpp"
-#include "optim/job/job_tolerances.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/numerics/nearest_better.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"

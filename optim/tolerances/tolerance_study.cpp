@@ -11,7 +11,7 @@
 #include "core/response/quantities.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_shape.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/numerics/normal_quantile.hpp"
 #include "optim/numerics/unit_points.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/job/job_in_folder.hpp"
+#include "optim/job/job_sections.hpp"
 #include "results/files/program_part.hpp"
 #include "results/files/version.hpp"
 

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/job/job_in_folder.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/line_log.hpp"
 #include "results/files/folder.hpp"

@@ -10,7 +10,7 @@
 
 #include "core/spec/fault_list.hpp"
 #include "designs/describe.hpp"
-#include "optim/job/job_design.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 
