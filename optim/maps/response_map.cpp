@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "optim/job/job_atlas.hpp"
 #include "optim/job/job_numbers.hpp"
