@@ -1,5 +1,3 @@
-#include "optim/compare/samples.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <cmath>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/compare/comparison.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/numerics/unit_points.hpp"
 

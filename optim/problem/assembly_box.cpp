@@ -1,8 +1,8 @@
-#include "optim/problem/assembly_box.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+
+#include "optim/problem/misassembled_goals.hpp"
 
 namespace flexopt {
 

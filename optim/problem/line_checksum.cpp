@@ -1,5 +1,3 @@
-#include "optim/problem/line_checksum.hpp"
-
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -7,6 +5,7 @@
 #include <optional>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/problem/line_log.hpp"
 
 namespace flexopt {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "core/files/draft.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/problem/line_checksum.hpp"
 
 namespace flexopt {
 

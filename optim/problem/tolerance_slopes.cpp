@@ -1,7 +1,7 @@
-#include "optim/problem/tolerance_slopes.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "optim/problem/robust_goals.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,5 +1,3 @@
-#include "optim/search/answer.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "optim/numerics/parallel.hpp"
 #include "optim/search/search.hpp"
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 namespace {

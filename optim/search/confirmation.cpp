@@ -1,5 +1,3 @@
-#include "optim/search/confirmation.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +5,7 @@
 
 #include "core/math/decompositions.hpp"
 #include "optim/numerics/multipliers.hpp"
-#include "optim/search/different_ends.hpp"
+#include "optim/search/stages.hpp"
 #include "optim/solvers/trials.hpp"
 
 namespace flexopt {

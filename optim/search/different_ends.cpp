@@ -1,7 +1,7 @@
-#include "optim/search/different_ends.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 

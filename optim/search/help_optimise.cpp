@@ -1,6 +1,5 @@
-#include "optim/search/help_optimise.hpp"
-
 #include "optim/problem/crew_evaluation.hpp"
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 

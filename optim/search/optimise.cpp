@@ -1,22 +1,11 @@
-#include "optim/search/optimise.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <memory>
 
 #include "optim/numerics/parallel.hpp"
-#include "optim/search/answer.hpp"
-#include "optim/search/confirmation.hpp"
-#include "optim/search/different_ends.hpp"
-#include "optim/search/help_optimise.hpp"
-#include "optim/search/pareto.hpp"
-#include "optim/search/search.hpp"
-#include "optim/search/start_points.hpp"
-#include "optim/search/stock.hpp"
-#include "optim/search/verification.hpp"
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 namespace {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -13,8 +12,7 @@
 #include "optim/numerics/nearest_better.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"
-#include "optim/problem/evaluation_book.hpp"
-#include "optim/search/start_points.hpp"
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,9 +1,8 @@
-#include "optim/search/start_points.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "optim/numerics/unit_points.hpp"
+#include "optim/search/stages.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {

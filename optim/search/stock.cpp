@@ -1,14 +1,12 @@
-#include "optim/search/stock.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <memory>
 #include <set>
 
 #include "optim/numerics/parallel.hpp"
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 namespace {

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <mutex>
 
-#include "optim/solvers/adapters.hpp"
+#include "optim/solvers/trials.hpp"
 
 namespace flexopt {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlopt.hpp>
 #include <optional>
 
-#include "optim/solvers/adapters.hpp"
+#include "optim/solvers/trials.hpp"
 
 namespace flexopt {
 namespace {

@@ -12,7 +12,7 @@
 #include "core/response/quantities.hpp"
 #include "optim/numerics/central_differences.hpp"
 #include "optim/numerics/unit_points.hpp"
-#include "optim/problem/assembly_box.hpp"
+#include "optim/problem/misassembled_goals.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {

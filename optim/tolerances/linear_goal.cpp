@@ -1,8 +1,8 @@
-#include "optim/tolerances/linear_goal.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "optim/tolerances/tolerance_study.hpp"
 
 namespace flexopt {
 namespace {

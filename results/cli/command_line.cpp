@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/spec/names.hpp"
-#include "results/cli/run_json.hpp"
+#include "results/cli/printed.hpp"
 #include "results/export/formats.hpp"
 #include "results/files/version.hpp"
 #include "results/run/join_crew.hpp"

@@ -8,20 +8,18 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
-#include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "designs/design_shape.hpp"
 #include "designs/expand.hpp"
 #include "designs/library.hpp"
-#include "optim/compare/samples.hpp"
+#include "optim/compare/comparison.hpp"
 #include "optim/problem/check_gradients.hpp"
-#include "results/cli/quantity_list.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
-#include "results/run/run_files.hpp"
 #include "results/server/serve.hpp"
 
 namespace flexopt {

@@ -5,11 +5,10 @@
 #include <system_error>
 
 #include "core/math/memory.hpp"
-#include "core/spec/spec_error.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/commands.hpp"
+#include "results/cli/printed.hpp"
 #include "results/cli/program.hpp"
-#include "results/cli/run_json.hpp"
 #include "results/run/progress.hpp"
 
 namespace {

@@ -1,10 +1,10 @@
-#include "results/cli/quantity_list.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 #include <vector>
+
+#include "results/cli/printed.hpp"
 
 namespace flexopt {
 namespace {

@@ -8,18 +8,14 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/spec/spec_error.hpp"
 #include "results/cli/commands.hpp"
-#include "results/cli/run_json.hpp"
-#include "results/cli/summary.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
 #include "results/run/join_crew.hpp"
-#include "results/run/listed_designs.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
-#include "results/run/run_files.hpp"
 #include "results/run/shard.hpp"
 
 namespace flexopt {

@@ -13,7 +13,7 @@
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
-#include "results/run/undeflected.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 

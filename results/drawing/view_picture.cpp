@@ -5,8 +5,6 @@
 #include <numbers>
 
 #include "core/mechanism/profile.hpp"
-#include "results/drawing/dimension_lines.hpp"
-#include "results/drawing/parts_picture.hpp"
 
 namespace flexopt {
 

@@ -1,6 +1,3 @@
-#include "results/export/ccx_deck.hpp"
-
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -8,10 +5,8 @@
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
-#include "results/export/ccx_limits.hpp"
-#include "results/export/ccx_lines.hpp"
 #include "results/export/ccx_model.hpp"
-#include "results/export/ccx_ties.hpp"
+#include "results/export/writers.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {

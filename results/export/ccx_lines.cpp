@@ -1,7 +1,6 @@
-#include "results/export/ccx_lines.hpp"
-
-#include <array>
 #include <cmath>
+
+#include "results/export/ccx_model.hpp"
 
 namespace flexopt {
 

@@ -1,6 +1,6 @@
-#include "results/export/ccx_ties.hpp"
-
 #include <cmath>
+
+#include "results/export/ccx_model.hpp"
 
 namespace flexopt {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/mechanism/profile.hpp"
-#include "results/files/scene_modes.hpp"
+#include "results/files/scene.hpp"
 
 namespace flexopt {
 

@@ -1,8 +1,8 @@
-#include "results/export/stl.hpp"
-
 #include <fmt/format.h>
 
 #include <iterator>
+
+#include "results/export/writers.hpp"
 
 namespace flexopt {
 

@@ -1,8 +1,7 @@
-#include "results/files/accuracy_json.hpp"
-
 #include <nlohmann/json.hpp>
 
 #include "core/response/quantities.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,5 +1,3 @@
-#include "results/files/maps.hpp"
-
 #include <fmt/format.h>
 
 #include <cassert>
@@ -9,6 +7,7 @@
 #include "results/files/csv_text.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {

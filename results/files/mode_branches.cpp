@@ -1,6 +1,6 @@
-#include "results/files/mode_branches.hpp"
-
 #include <algorithm>
+
+#include "results/files/scene.hpp"
 
 namespace flexopt {
 

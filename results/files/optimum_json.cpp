@@ -6,8 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "results/files/path_point_json.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {

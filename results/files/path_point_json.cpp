@@ -1,5 +1,3 @@
-#include "results/files/path_point_json.hpp"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,8 +7,7 @@
 #include "core/response/fatigue_law.hpp"
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
-#include "results/files/run_record.hpp"
-#include "results/files/state_space.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 

@@ -1,5 +1,3 @@
-#include "results/files/result_context.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +14,7 @@
 #include "core/response/quantities.hpp"
 #include "designs/s_n_curve_json.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "results/files/path_point_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {

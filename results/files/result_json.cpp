@@ -9,14 +9,8 @@
 #include "core/reduction/atlas/tube_atlas.hpp"
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "results/files/accuracy_json.hpp"
-#include "results/files/assembly.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/maps.hpp"
-#include "results/files/path_point_json.hpp"
-#include "results/files/result_context.hpp"
-#include "results/files/state_space.hpp"
-#include "results/files/tolerances.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {

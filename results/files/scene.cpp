@@ -7,10 +7,7 @@
 #include "core/mechanism/profile.hpp"
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/mode_branches.hpp"
-#include "results/files/packed_array.hpp"
-#include "results/files/path_point_json.hpp"
-#include "results/files/scene_modes.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 

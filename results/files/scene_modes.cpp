@@ -1,10 +1,8 @@
-#include "results/files/scene_modes.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "results/files/packed_array.hpp"
+#include "results/files/scene.hpp"
 
 namespace flexopt {
 

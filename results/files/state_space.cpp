@@ -1,5 +1,3 @@
-#include "results/files/state_space.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "results/files/csv_text.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,5 +1,3 @@
-#include "results/files/tolerances.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -11,6 +9,7 @@
 #include "results/files/csv_text.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {

@@ -3,8 +3,6 @@
 #include <cassert>
 #include <nlohmann/json.hpp>
 
-#include "results/report/embedded.hpp"
-
 namespace flexopt {
 
 std::string filled(std::string_view page,

@@ -1,5 +1,4 @@
 #pragma once
-// Pages out of templates.
 #include <functional>
 #include <string>
 #include <string_view>
@@ -7,6 +6,11 @@
 #include "results/files/json_text.hpp"
 
 namespace flexopt {
+
+/// A file that was put into the binary at build time; empty if there is none of that name.
+std::string_view embedded_file(std::string_view name);
+
+// Pages out of templates.
 
 /// The template with what `filling` gives for every name between two @. Its only @ are those.
 std::string filled(std::string_view page,

@@ -1,10 +1,8 @@
 #include "results/report/report.hpp"
 
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "results/files/folder.hpp"
-#include "results/report/embedded.hpp"
 #include "results/report/page_text.hpp"
 
 namespace flexopt {

@@ -18,7 +18,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
-#include "results/run/listed_designs.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "optim/problem/evaluation_record.hpp"
-#include "optim/problem/line_checksum.hpp"
+#include "optim/problem/line_log.hpp"
 #include "results/run/run_files.hpp"
 
 namespace flexopt {

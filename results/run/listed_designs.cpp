@@ -1,5 +1,3 @@
-#include "results/run/listed_designs.hpp"
-
 #include <fmt/format.h>
 
 #include <chrono>

@@ -10,12 +10,10 @@
 #include "optim/maps/response_map.hpp"
 #include "optim/problem/shared_units.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
-#include "optim/search/answer.hpp"
 #include "optim/search/optimise.hpp"
-#include "optim/search/stock.hpp"
+#include "optim/search/stages.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
 #include "results/files/version.hpp"
-#include "results/run/run_files.hpp"
 #include "results/run/steps.hpp"
 
 namespace flexopt {

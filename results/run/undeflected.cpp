@@ -1,5 +1,3 @@
-#include "results/run/undeflected.hpp"
-
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -8,6 +6,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/spec/spec_error.hpp"
 #include "results/files/result_json.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 

@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "results/report/embedded.hpp"
 #include "results/report/page_text.hpp"
 #include "results/server/explorer.hpp"
 #include "results/server/local_server.hpp"

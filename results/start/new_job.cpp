@@ -7,8 +7,7 @@
 #include "core/mechanism/profile.hpp"
 #include "core/response/accuracy/profile_error.hpp"
 #include "core/response/space/room_taken.hpp"
-#include "results/start/first_goals.hpp"
-#include "results/start/first_stroke.hpp"
+#include "results/start/start_design.hpp"
 
 namespace flexopt {
 namespace {

@@ -14,7 +14,7 @@
 #include "designs/family.hpp"
 #include "optim/job/job.hpp"
 #include "optim/problem/evaluation_log.hpp"
-#include "optim/problem/line_checksum.hpp"
+#include "optim/problem/line_log.hpp"
 #include "tests/fuzz/demands.hpp"
 
 namespace flexopt::fuzz {

@@ -6,7 +6,7 @@
 
 #include "designs/library.hpp"
 #include "results/cli/command_line.hpp"
-#include "results/cli/completion.hpp"
+#include "results/cli/printed.hpp"
 #include "support/program.hpp"
 
 using namespace flexopt;

@@ -1,5 +1,3 @@
-#include "results/export/step.hpp"
-
 #include <catch2/catch.hpp>
 #include <numbers>
 
@@ -18,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "results/export/writers.hpp"
 #include "support/binary.hpp"
 #include "support/fixture.hpp"
 #endif

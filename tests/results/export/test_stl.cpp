@@ -1,5 +1,3 @@
-#include "results/export/stl.hpp"
-
 #include <array>
 #include <catch2/catch.hpp>
 #include <map>
@@ -7,6 +5,7 @@
 
 #include "results/export/parts.hpp"
 #include "results/export/solid_mesh.hpp"
+#include "results/export/writers.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;
