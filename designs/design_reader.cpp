@@ -4,10 +4,8 @@
 #include <array>
 #include <cctype>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "core/spec/names.hpp"
 #include "core/spec/quantity.hpp"

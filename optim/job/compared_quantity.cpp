@@ -1,7 +1,5 @@
 #include "optim/job/compared_quantity.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 

@@ -1,6 +1,4 @@
-#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
 
 #include "optim/numerics/parallel.hpp"
 #include "optim/problem/crew_evaluation.hpp"

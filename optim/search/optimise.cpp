@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 #include "optim/numerics/parallel.hpp"
 #include "optim/search/stages.hpp"

@@ -5,7 +5,6 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "optim/job/job_atlas.hpp"
 #include "optim/job/job_sections.hpp"

@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <cmath>
-
 #include "optim/numerics/unit_points.hpp"
 #include "optim/search/stages.hpp"
 #include "optim/solvers/problem.hpp"

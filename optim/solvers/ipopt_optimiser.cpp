@@ -7,7 +7,6 @@
 #include <IpTNLP.hpp>
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <mutex>
 
 #include "optim/solvers/trials.hpp"

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <iterator>
-
 #include "results/drawing/picture.hpp"
 
 namespace flexopt {

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cctype>
-#include <cmath>
 #include <iterator>
 
 #include "core/mechanism/profile.hpp"

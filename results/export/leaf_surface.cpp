@@ -1,7 +1,6 @@
 #include "results/export/leaf_surface.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/mechanism/profile.hpp"
 #include "results/files/scene.hpp"

@@ -1,5 +1,4 @@
 // The part "optimum" of result.json.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
