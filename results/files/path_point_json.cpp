@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -134,16 +135,8 @@ Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mec
 }
 
 const char* name_of(CapacityLimit limit) {
-  switch (limit) {
-    case CapacityLimit::stress:
-      return "stress";
-    case CapacityLimit::instability:
-      return "instability";
-    case CapacityLimit::stiffness:
-      return "stiffness";
-    default:
-      return "none";
-  }
+  constexpr std::array names{"stress", "instability", "stiffness", "none"};
+  return names[static_cast<std::size_t>(limit)];
 }
 
 /// What ends the growth of each load; null where no capacity was asked for.

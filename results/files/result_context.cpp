@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -220,14 +221,8 @@ Json conventions_json(const RunRecord& record) {
 namespace {
 
 const char* name_of(MeanStress rule) {
-  switch (rule) {
-    case MeanStress::gerber:
-      return "Gerber";
-    case MeanStress::soderberg:
-      return "Soderberg";
-    default:
-      return "Goodman";
-  }
+  constexpr std::array names{"Goodman", "Gerber", "Soderberg"};
+  return names[static_cast<std::size_t>(rule)];
 }
 
 /// Describes the cycles for which fatigue is assessed, and how.

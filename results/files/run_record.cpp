@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <tuple>
 
@@ -239,16 +240,8 @@ std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, 
 }
 
 std::string name_of(JobKind kind) {
-  switch (kind) {
-    case JobKind::evaluate:
-      return "evaluate";
-    case JobKind::optimise:
-      return "optimise";
-    case JobKind::compare:
-      return "compare";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"evaluate", "optimise", "compare"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 std::string name_of(Accuracy accuracy) {
@@ -256,69 +249,24 @@ std::string name_of(Accuracy accuracy) {
 }
 
 std::string name_of(PointStatus status) {
-  switch (status) {
-    case PointStatus::converged:
-      return "converged";
-    case PointStatus::no_equilibrium:
-      return "no_equilibrium";
-    case PointStatus::left_branch:
-      return "left_branch";
-    case PointStatus::not_reached:
-      return "not_reached";
-    case PointStatus::limit_reached:
-      return "limit_reached";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"converged", "no_equilibrium", "left_branch", "not_reached",
+                             "limit_reached"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 std::string name_of(ModeKind kind) {
-  switch (kind) {
-    case ModeKind::drive:
-      return "drive";
-    case ModeKind::end_effector:
-      return "end_effector";
-    case ModeKind::intermediate_body:
-      return "intermediate_body";
-    case ModeKind::leaf:
-      return "leaf";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"drive", "end_effector", "intermediate_body", "leaf"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 std::string name_of(OverStroke over) {
-  switch (over) {
-    case OverStroke::min:
-      return "min";
-    case OverStroke::max:
-      return "max";
-    case OverStroke::max_abs:
-      return "max_abs";
-    case OverStroke::first:
-      return "first";
-    case OverStroke::last:
-      return "last";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"min", "max", "max_abs", "first", "last"};
+  return names[static_cast<std::size_t>(over)];
 }
 
 std::string name_of(OptimumStatus status) {
-  switch (status) {
-    case OptimumStatus::optimal:
-      return "optimal";
-    case OptimumStatus::local:
-      return "local";
-    case OptimumStatus::feasible:
-      return "feasible";
-    case OptimumStatus::infeasible:
-      return "infeasible";
-    case OptimumStatus::failed:
-      return "failed";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"optimal", "local", "feasible", "infeasible", "failed"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 }  // namespace flexopt
