@@ -39,19 +39,6 @@ extern "C" void say_how_to_resume(int signal) {
   std::raise(signal);
 }
 
-RunRecord run_one(const Job& job, const std::filesystem::path& folder, int threads,
-                  RunListener& listener, Sharing* sharing) {
-  switch (job.kind) {
-    case JobKind::optimise:
-      return run_optimisation(job, folder, threads, listener, sharing);
-    case JobKind::compare:
-      return run_comparison(job, folder, threads, listener, sharing);
-    case JobKind::evaluate:
-      break;
-  }
-  return run_evaluation(job, folder, threads, listener, {}, sharing);
-}
-
 using Clock = std::chrono::steady_clock;
 
 /// A run from its checked job to its files and to what is printed of them.
@@ -78,7 +65,7 @@ int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
     const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
     return end(written, nullptr);
   }
-  RunRecord record = run_one(job, folder.path(), line.threads, progress, sharing);
+  RunRecord record = run_any(job, folder.path(), line.threads, progress, {}, sharing);
   record.timings["total"] = seconds();
   return end(write_run(folder.path(), record), &record);
 }
@@ -96,7 +83,7 @@ int run_shard(const Job& job, const CommandLine& line, const Shard& shard, Outpu
   std::map<std::string, double> timings;
   try {
     if (job.designs.empty())
-      run_one(job, folder.path(), line.threads, progress, &sharing);
+      run_any(job, folder.path(), line.threads, progress, {}, &sharing);
     else
       run_listed_designs(job, folder.path(), line.threads, progress, timings, &sharing);
   } catch (const ShardEnds&) {
@@ -124,12 +111,6 @@ void check_own_job(const CommandLine& line) {
                     "expected another folder: the run's job.json would replace the job itself");
 }
 
-/// Listener that prints nothing, for processes other than the leader.
-class Silent : public RunListener {
-  void say(const std::string&) override {}
-  void step(const RunStep&) override {}
-};
-
 /// A process of mpirun that answers what the first one asks.
 int help_run(const CommandLine& line, Crew& crew) {
   try {
@@ -138,7 +119,7 @@ int help_run(const CommandLine& line, Crew& crew) {
     Silent silent;
     std::map<std::string, double> timings;
     if (job.designs.empty())
-      run_one(job, {}, line.threads, silent, &sharing);
+      run_any(job, {}, line.threads, silent, {}, &sharing);
     else
       run_listed_designs(job, {}, line.threads, silent, timings, &sharing);
   } catch (const CrewDismissed&) {

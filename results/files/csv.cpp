@@ -12,7 +12,6 @@
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "results/files/csv_text.hpp"
-#include "results/files/folder.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {
@@ -134,21 +133,22 @@ std::vector<Column> path_columns(const StrokeResponse& response, const DriveList
   return columns;
 }
 
+std::string objective_cell(const Objective& goal, const DriveList& drives) {
+  return headed(
+      "objective: " + (goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke)
+                                               : goal.expression),
+      goal_unit(goal.quantity, drives));
+}
+
 std::vector<std::string> history_header(const Job& job, const Family& family,
                                         const DriveList& drives) {
   const OptimiseSpec& spec = *job.optimise;
-  const Objective& goal = spec.objective;
   std::vector<std::string> cells{"start", "number", "ok", "difference"};
   for (const Variable& variable : spec.variables)
     cells.push_back(headed(variable.parameter, parameter_unit(family, variable.parameter)));
-  const std::string objective =
-      goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke) : goal.expression;
-  cells.push_back(headed("objective: " + objective,
-                         goal.expression.empty() ? quantity_unit(goal.quantity, drives) : "SI"));
+  cells.push_back(objective_cell(spec.objective, drives));
   for (const Constraint& constraint : spec.constraints)
-    cells.push_back(headed(constraint.label, constraint.expression.empty()
-                                                 ? quantity_unit(constraint.quantity, drives)
-                                                 : "SI"));
+    cells.push_back(headed(constraint.label, goal_unit(constraint.quantity, drives)));
   cells.insert(cells.end(), {"violation [1]", "best", "message", "stage", "accuracy"});
   return cells;
 }
@@ -285,17 +285,10 @@ std::string history_csv(const Job& job, const Optimum& optimum, const DriveList&
 std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList& drives) {
   assert(job.optimise && job.optimise->pareto);
   const OptimiseSpec& spec = *job.optimise;
-  const auto unit = [&](const std::string& quantity) {
-    return quantity.empty() ? std::string("SI") : quantity_unit(quantity, drives);
-  };
-  const Objective& goal = spec.objective;
-  const std::string first =
-      goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke) : goal.expression;
+  const std::string unit = goal_unit(spec.pareto->quantity, drives);
   std::vector<std::string> cells{
-      "point", headed("bound", unit(spec.pareto->quantity)),
-      headed("objective: " + first, unit(goal.quantity)),
-      headed("second: " + spec.pareto->label, unit(spec.pareto->quantity)),
-      headed("d objective / d bound", "SI")};
+      "point", headed("bound", unit), objective_cell(spec.objective, drives),
+      headed("second: " + spec.pareto->label, unit), headed("d objective / d bound", "SI")};
   for (const Parameter& p : parameters_of(job)) cells.push_back(headed(p.name, p.unit));
   cells.insert(cells.end(), {"violation [1]", "feasible", "status", "evaluations", "message"});
   std::string text = row(cells);
@@ -357,31 +350,12 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
   return text;
 }
 
-void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
+std::string path_csv(const RunRecord& record) {
   const DriveList drives(record.mechanism);
-  write_file(folder / "path.csv",
-             record.job.cases.empty()
-                 ? path_csv(response_of(record), drives, record.job.request,
-                            record.errors.empty() ? nullptr : &record.errors.front())
-                 : cases_csv(responses_of(record), drives, record.job.cases, record.errors));
-}
-
-void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  assert(record.optimum);
-  write_file(folder / "history.csv",
-             history_csv(record.job, *record.optimum, DriveList(record.mechanism)));
-}
-
-void write_pareto_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  assert(record.optimum && record.optimum->pareto);
-  write_file(folder / "pareto.csv",
-             pareto_csv(record.job, *record.optimum->pareto, DriveList(record.mechanism)));
-}
-
-void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  assert(record.comparison);
-  write_file(folder / "comparison.csv",
-             comparison_csv(record.job, *record.comparison, DriveList(record.mechanism)));
+  if (!record.job.cases.empty())
+    return cases_csv(responses_of(record), drives, record.job.cases, record.errors);
+  return path_csv(response_of(record), drives, record.job.request,
+                  record.errors.empty() ? nullptr : &record.errors.front());
 }
 
 }  // namespace flexopt

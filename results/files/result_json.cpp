@@ -91,11 +91,10 @@ Json frequency_derivatives_json(const StrokeResponse& response, const Mechanism&
 Json frequency_ways_json(const StrokeResponse& response, const Mechanism& mechanism) {
   Json list = Json::array();
   for (const FrequencyWay& way : response.frequency_ways) {
-    Json strokes = Json::object(), modes = Json::array();
-    for (std::size_t k = 0; k < mechanism.drives.size(); ++k)
-      strokes[mechanism.drives[k].name] = way.strokes[static_cast<Eigen::Index>(k)];
+    Json modes = Json::array();
     for (const FrequencyDerivatives& d : way.modes) modes.push_back(mode_derivatives_json(d));
-    list.push_back({{"strokes", std::move(strokes)}, {"modes", std::move(modes)}});
+    list.push_back(
+        {{"strokes", strokes_json(way.strokes, mechanism.drives)}, {"modes", std::move(modes)}});
   }
   return list;
 }
@@ -179,11 +178,8 @@ Json extremes_json(const RunRecord& record) {
 OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPlace& place) {
   const auto& [name, request] = job.cases[place.load_case];
   Json stroke = request.points[place.point];
-  if (!request.strokes.empty() && DriveList(mechanism).named()) {
-    stroke = Json::object();
-    for (std::size_t k = 0; k < mechanism.drives.size(); ++k)
-      stroke[mechanism.drives[k].name] = request.strokes[place.point][static_cast<Eigen::Index>(k)];
-  }
+  if (!request.strokes.empty() && DriveList(mechanism).named())
+    stroke = strokes_json(request.strokes[place.point], mechanism.drives);
   return {{"case", name}, {"point", place.point}, {"stroke", std::move(stroke)}};
 }
 
@@ -228,6 +224,11 @@ OrderedJson make_result(const RunRecord& record) {
   if (!record.maps.empty()) result["maps"] = make_maps(record);
   flag_non_finite(result);
   return result;
+}
+
+void write_timings(const std::filesystem::path& folder,
+                   const std::map<std::string, double>& seconds) {
+  write_file(folder / "timings.json", json_text({{"unit", "s"}, {"seconds", seconds}}));
 }
 
 void write_result(const std::filesystem::path& folder, const OrderedJson& result) {

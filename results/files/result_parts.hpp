@@ -23,6 +23,10 @@ std::string key_of(const std::string& name);
 
 /// [x, y, z]
 OrderedJson vector_json(const Vector3d& v);
+OrderedJson rows_json(const MatrixXd& matrix);
+
+/// Strokes of several drives by their names.
+OrderedJson strokes_json(const VectorXd& strokes, const std::vector<Drive>& drives);
 
 // What stands beside the numbers of result.json: units, meanings, the material, what is checked.
 
@@ -78,9 +82,6 @@ OrderedJson make_tolerances(const RunRecord& record);
 
 /// A row for each quantity at each stroke point, with a column for the share of each tolerance.
 std::string tolerances_csv(const RunRecord& record);
-
-/// Writes tolerances.csv, or removes that of an earlier run where the record has no tolerances.
-void write_tolerances_csv(const std::filesystem::path& folder, const RunRecord& record);
 
 // Linear models about points of the stroke: in result.json, and for MATLAB and Octave.
 

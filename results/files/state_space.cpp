@@ -12,16 +12,6 @@ namespace {
 
 using Json = OrderedJson;
 
-Json rows_json(const MatrixXd& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
 const StateSpace* first_model(const StrokeResponse& response) {
   for (const PathPoint& point : response.path)
     if (point.state_space) return &*point.state_space;
@@ -132,11 +122,7 @@ std::string state_space_script(const StrokeResponse& response, const std::string
 
 void write_state_space(const std::filesystem::path& folder, const StrokeResponse& response,
                        const std::string& title) {
-  const std::string text = state_space_script(response, title);
-  if (text.empty())
-    std::filesystem::remove(folder / "state_space.m");  // of an earlier run
-  else
-    write_file(folder / "state_space.m", text);
+  write_or_remove(folder / "state_space.m", state_space_script(response, title));
 }
 
 }  // namespace flexopt

@@ -342,4 +342,12 @@ RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, in
   return record;
 }
 
+RunRecord run_any(const Job& job, const std::filesystem::path& folder, int threads,
+                  RunListener& listener, const std::vector<std::string>& along, Sharing* sharing) {
+  if (job.kind == JobKind::optimise)
+    return run_optimisation(job, folder, threads, listener, sharing);
+  if (job.kind == JobKind::compare) return run_comparison(job, folder, threads, listener, sharing);
+  return run_evaluation(job, folder, threads, listener, along, sharing);
+}
+
 }  // namespace flexopt

@@ -30,6 +30,11 @@ RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, 
 RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
                          RunListener& listener, Sharing* sharing = nullptr);
 
+/// The one of these that the job asks for.
+RunRecord run_any(const Job& job, const std::filesystem::path& folder, int threads,
+                  RunListener& listener, const std::vector<std::string>& along = {},
+                  Sharing* sharing = nullptr);
+
 // A mechanism as it was designed, of which nothing has been computed.
 
 /// The record of a job's mechanism with one point, undeflected, that has nothing but the shapes of

@@ -10,7 +10,6 @@
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/files/scene.hpp"
-#include "results/files/timings.hpp"
 #include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
 #include "results/run/interrupted.hpp"
@@ -41,20 +40,17 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   const bool again = fs::exists(folder / "result.json");  // else what is there is somebody's
   OrderedJson result = make_result(record);
   written.failed_expectations = check_expectations(record.job.expect, result);
-  fs::remove(folder / (record.comparison ? "path.csv" : "comparison.csv"));  // of an earlier run
-  if (record.comparison)
-    write_comparison_csv(folder, record);
-  else
-    write_path_csv(folder, record);
-  if (record.optimum)
-    write_history_csv(folder, record);
-  else
-    fs::remove(folder / "history.csv");
-  if (record.optimum && record.optimum->pareto)
-    write_pareto_csv(folder, record);
-  else
-    fs::remove(folder / "pareto.csv");
-  write_tolerances_csv(folder, record);
+  const DriveList drives(record.mechanism);
+  const auto& optimum = record.optimum;
+  const auto& comparison = record.comparison;
+  write_or_remove(folder / "comparison.csv",
+                  comparison ? comparison_csv(record.job, *comparison, drives) : "");
+  write_or_remove(folder / "path.csv", comparison ? "" : path_csv(record));
+  write_or_remove(folder / "history.csv", optimum ? history_csv(record.job, *optimum, drives) : "");
+  write_or_remove(folder / "pareto.csv", optimum && optimum->pareto
+                                             ? pareto_csv(record.job, *optimum->pareto, drives)
+                                             : "");
+  write_or_remove(folder / "tolerances.csv", record.tolerances ? tolerances_csv(record) : "");
   write_maps_csv(folder, record);
   write_shapes(folder, response_of(record).path);
   write_state_space(folder, response_of(record), record.job.name);

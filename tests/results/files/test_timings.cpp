@@ -1,4 +1,4 @@
-#include "results/files/timings.hpp"
+#include "results/files/result_json.hpp"
 
 #include <unistd.h>
 
