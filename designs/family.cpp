@@ -163,6 +163,23 @@ SpecError broken(const Family& family, const ParameterValues& values,
   return {"/design/parameters", given.empty() ? "none" : given, rule};
 }
 
+// A family of the library, read when it is first asked for.
+const Family& library_family(const std::string& name) {
+  static std::mutex mutex;
+  static std::map<std::string, std::unique_ptr<const Family>> known;
+  const std::lock_guard lock(mutex);
+  std::unique_ptr<const Family>& family = known[name];
+  if (!family) {
+    DesignHead head;
+    FaultList faults;
+    const DesignSource source = library_source(name);
+    auto plan = read_plan(parse_json(source.text.text, name), source, head, faults, {name});
+    faults.raise();
+    family = std::make_unique<const Family>(family_of(std::move(plan), head));
+  }
+  return *family;
+}
+
 }  // namespace
 
 bool Family::has_end_effector(const FamilyChoices& choices) const {
@@ -226,27 +243,6 @@ FamilyChoices default_choices(const Family& family) {
   for (const FamilyOption& option : family.options) choices[option.name] = option.choices.front();
   return choices;
 }
-
-namespace {
-
-// A family of the library, read when it is first asked for.
-const Family& library_family(const std::string& name) {
-  static std::mutex mutex;
-  static std::map<std::string, std::unique_ptr<const Family>> known;
-  const std::lock_guard lock(mutex);
-  std::unique_ptr<const Family>& family = known[name];
-  if (!family) {
-    DesignHead head;
-    FaultList faults;
-    const DesignSource source = library_source(name);
-    auto plan = read_plan(parse_json(source.text.text, name), source, head, faults, {name});
-    faults.raise();
-    family = std::make_unique<const Family>(family_of(std::move(plan), head));
-  }
-  return *family;
-}
-
-}  // namespace
 
 const std::vector<Family>& families() {
   static const std::vector<Family> all = [] {

@@ -115,6 +115,12 @@ GradientChecker::Columns columns_of(const Job& job) {
   return columns;
 }
 
+// Order in which checks of several points are reported: wrong ones first, then those without a
+// derivative.
+int weight(const GradientCheck& c) {
+  return c.quantity.empty() ? 0 : !c.agrees ? 3 : c.equal_stiffnesses ? 2 : 1;
+}
+
 }  // namespace
 
 GradientChecker::GradientChecker(const Job& job, std::size_t load_case, double tolerance)
@@ -321,16 +327,6 @@ GradientCheck GradientChecker::compare(std::size_t i, const std::string& paramet
     accept(differences.rough[i], differences.rough_error[i]);
   return c;
 }
-
-namespace {
-
-// Order in which checks of several points are reported: wrong ones first, then those without a
-// derivative.
-int weight(const GradientCheck& c) {
-  return c.quantity.empty() ? 0 : !c.agrees ? 3 : c.equal_stiffnesses ? 2 : 1;
-}
-
-}  // namespace
 
 std::vector<GradientCheck> GradientChecker::check(std::size_t parameter) const {
   const std::string& name = parameters()[parameter];

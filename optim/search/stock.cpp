@@ -105,15 +105,6 @@ StockDesign report_of(const DesignProblem& problem, const VectorXd& sizes, const
   return design;
 }
 
-}  // namespace
-
-bool has_stock(const OptimiseSpec& spec) {
-  return std::any_of(spec.variables.begin(), spec.variables.end(),
-                     [](const Variable& v) { return !v.stock.empty(); });
-}
-
-namespace {
-
 /// Search from combination to combination of sizes, until none of the neighbours is better.
 class Sizes {
  public:
@@ -315,6 +306,11 @@ StockOutcome Sizes::run(const Candidate& optimum) {
 }
 
 }  // namespace
+
+bool has_stock(const OptimiseSpec& spec) {
+  return std::any_of(spec.variables.begin(), spec.variables.end(),
+                     [](const Variable& v) { return !v.stock.empty(); });
+}
 
 StockOutcome search_stock(const Campaign& campaign, const EvaluationBook& known, const Pose& pose,
                           const Candidate& optimum) {

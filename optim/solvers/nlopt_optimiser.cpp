@@ -280,19 +280,6 @@ std::string words(nlopt::result result) {
   }
 }
 
-}  // namespace
-
-const std::vector<AlgorithmInfo>& nlopt_algorithms() {
-  static const std::vector<AlgorithmInfo> all = [] {
-    std::vector<AlgorithmInfo> list;
-    for (const Entry& e : entries()) list.push_back(e.info);
-    return list;
-  }();
-  return all;
-}
-
-namespace {
-
 /// What the runs came to.
 OptimiserSummary summarise(const Trials& trials, const Entry& entry, nlopt::result result, int runs,
                            const std::optional<Multipliers>& balance) {
@@ -316,6 +303,15 @@ OptimiserSummary summarise(const Trials& trials, const Entry& entry, nlopt::resu
 }
 
 }  // namespace
+
+const std::vector<AlgorithmInfo>& nlopt_algorithms() {
+  static const std::vector<AlgorithmInfo> all = [] {
+    std::vector<AlgorithmInfo> list;
+    for (const Entry& e : entries()) list.push_back(e.info);
+    return list;
+  }();
+  return all;
+}
 
 OptimiserSummary minimise_nlopt(Trials& trials) {
   const OptimiserOptions& options = trials.options();

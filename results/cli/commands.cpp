@@ -70,6 +70,28 @@ int validate_design(const CommandLine& line) {
   return exit_usable;
 }
 
+bool print_gradient_checks(const Job& job, const CommandLine& line) {
+  const GradientReport report = check_gradients(job, line.tolerance, line.threads);
+  fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
+             "exact", "difference", "relative", "known to");
+  std::string load_case;
+  for (const GradientCheck& c : report.checks) {
+    if (c.load_case != load_case) fmt::print("load case {}\n", load_case = c.load_case);
+    fmt::print("{:<28} {:<28} {:>5} {:>14.6e} {:>14.6e} {:>9.1e} {:>9.1e}{}\n", c.quantity,
+               c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
+               !c.agrees             ? "  WRONG"
+               : c.equal_stiffnesses ? "  equal stiffnesses"
+                                     : "");
+  }
+  fmt::print("{}\n", report.message);
+  return report.ok;
+}
+
+void say_address(const std::string& address) {
+  fmt::print("{}\n", address);
+  std::fflush(stdout);  // whoever reads a pipe waits for it
+}
+
 }  // namespace
 
 int expand_job(const CommandLine& line) {
@@ -138,27 +160,6 @@ int print_schema(const CommandLine& line) {
   return exit_usable;
 }
 
-namespace {
-
-bool print_gradient_checks(const Job& job, const CommandLine& line) {
-  const GradientReport report = check_gradients(job, line.tolerance, line.threads);
-  fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
-             "exact", "difference", "relative", "known to");
-  std::string load_case;
-  for (const GradientCheck& c : report.checks) {
-    if (c.load_case != load_case) fmt::print("load case {}\n", load_case = c.load_case);
-    fmt::print("{:<28} {:<28} {:>5} {:>14.6e} {:>14.6e} {:>9.1e} {:>9.1e}{}\n", c.quantity,
-               c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
-               !c.agrees             ? "  WRONG"
-               : c.equal_stiffnesses ? "  equal stiffnesses"
-                                     : "");
-  }
-  fmt::print("{}\n", report.message);
-  return report.ok;
-}
-
-}  // namespace
-
 int check_gradients(const CommandLine& line) {
   const Job job = checked_job(line);
   if (job.designs.empty()) return print_gradient_checks(job, line) ? exit_usable : exit_not_usable;
@@ -176,15 +177,6 @@ int rewrite_report(const CommandLine& line) {
   fmt::print("{}\n", (std::filesystem::path(line.folder) / "report.html").string());
   return exit_usable;
 }
-
-namespace {
-
-void say_address(const std::string& address) {
-  fmt::print("{}\n", address);
-  std::fflush(stdout);  // whoever reads a pipe waits for it
-}
-
-}  // namespace
 
 int explore_job(const CommandLine& line) {
   const Job job = checked_job(line);

@@ -29,6 +29,17 @@ OrderedJson read_json(const fs::path& file) {
   }
 }
 
+/// True where the folder holds a finished run, false where an unfinished one. Throws SpecError.
+bool is_finished(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw SpecError("", folder.string(), "expected the output folder of a run");
+  if (holds_finished_run(folder)) return true;
+  if (!fs::exists(folder / "job.json"))
+    throw SpecError("", folder.string(),
+                    "expected the output folder of a run: no result.json in it");
+  return false;
+}
+
 }  // namespace
 
 void write_job(const fs::path& folder, const Job& job) {
@@ -85,21 +96,6 @@ bool holds_finished_run(const fs::path& folder) {
   // A newer job.json: this result is of an earlier run, and the newer one was interrupted.
   return !fs::exists(job_file) || result.value("job", OrderedJson()) == read_json(job_file);
 }
-
-namespace {
-
-/// True where the folder holds a finished run, false where an unfinished one. Throws SpecError.
-bool is_finished(const fs::path& folder) {
-  if (!fs::is_directory(folder))
-    throw SpecError("", folder.string(), "expected the output folder of a run");
-  if (holds_finished_run(folder)) return true;
-  if (!fs::exists(folder / "job.json"))
-    throw SpecError("", folder.string(),
-                    "expected the output folder of a run: no result.json in it");
-  return false;
-}
-
-}  // namespace
 
 ShownRun read_run(const fs::path& folder) {
   GrowingLog log;
