@@ -4,9 +4,11 @@
 #include <cassert>
 
 #include "optim/numerics/parallel.hpp"
+#include "optim/problem/crew_evaluation.hpp"
 #include "optim/search/stages.hpp"
 
 namespace flexopt {
+
 namespace {
 
 StartSummary summarise(const DesignProblem& problem, const Start& start, int index) {
@@ -377,6 +379,17 @@ Optimum Optimisation::run() {
   tell_gradients();
   close_log();
   return std::move(optimum_);
+}
+
+/// The work of a process that follows: designs as the leader of the crew asks for them.
+void help_optimise(const Job& job, const OptimiseOptions& options) {
+  if (job.optimise->search == SearchKind::global) {
+    ScreeningOptions how;
+    how.threads = options.threads;
+    how.sharing = options.sharing;
+    screen(job, options.evaluators, how);
+  }
+  answer_evaluations(*options.sharing->crew(), DesignProblem(job, options.evaluators));
 }
 
 }  // namespace

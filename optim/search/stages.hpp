@@ -132,9 +132,6 @@ bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& 
 VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
                 const Candidate& at);
 
-/// The work of a process that follows: designs as the leader of the crew asks for them.
-void help_optimise(const Job& job, const OptimiseOptions& options);
-
 // What an optimum says of its design: whether it is one, its constraints, sensitivities, and paths.
 
 /// What the stages hand on: the design that is the answer, and how it was posed.

@@ -128,7 +128,6 @@ set(tested_by
   optim/job/search_tables optim/job/test_job_optimise
   optim/job/job_tolerances optim/tolerances/test_tolerance_study
   optim/search/answer optim/search/test_optimise
-  optim/problem/assembly_box optim/problem/test_misassembled_goals
   optim/problem/check_gradients results/cli/test_command_line
   optim/problem/gradient_checker results/cli/test_command_line
   optim/problem/crew_evaluation results/mpi/test_mpi_crew
@@ -138,7 +137,6 @@ set(tested_by
   optim/problem/evaluation_book optim/problem/test_evaluation_log
   optim/problem/line_log optim/problem/test_evaluation_log
   optim/problem/posing optim/search/test_exact_gradients
-  optim/search/help_optimise results/mpi/test_mpi_crew
   optim/search/pareto optim/search/test_stages
   optim/search/search optim/search/test_optimise
   optim/search/stock optim/search/test_stages
@@ -148,7 +146,6 @@ set(tested_by
   optim/solvers/trials optim/solvers/test_optimiser
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
-  results/cli/new_command results/start/test_new_job
   results/cli/run_command results/run/test_shard
   results/cli/run_json results/cli/test_terminal
   results/cli/stroke_table results/cli/test_summary
@@ -158,7 +155,6 @@ set(tested_by
   results/drawing/svg results/drawing/test_design_drawing
   results/drawing/view_picture results/drawing/test_design_drawing
   results/export/ccx_limits results/export/test_ccx_deck
-  results/export/ccx_lines results/export/test_ccx_ties
   results/export/ccx_model results/export/test_ccx_deck
   results/export/convex_hull results/export/test_triangles
   results/export/formats results/cli/test_export_command
@@ -189,7 +185,6 @@ set(tested_by
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files
   results/run/steps results/cli/test_terminal
-  results/run/undeflected results/cli/test_show_command
   results/files/run_record results/run/test_run_files
   results/files/scene_modes results/files/test_scene
 )
