@@ -9,8 +9,6 @@
 
 #include "core/spec/names.hpp"
 #include "core/spec/quantity.hpp"
-#include "designs/formula_words.hpp"
-#include "designs/library.hpp"
 #include "designs/plan_reader.hpp"
 
 namespace flexopt {

@@ -1,10 +1,7 @@
-#include "designs/design_shape.hpp"
-
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 
-#include "core/mechanism/mechanism.hpp"
-#include "designs/materials.hpp"
+#include "designs/describe.hpp"
 #include "designs/s_n_curve_json.hpp"
 
 namespace flexopt {

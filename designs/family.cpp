@@ -1,5 +1,3 @@
-#include "designs/family.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,9 +10,9 @@
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/names.hpp"
+#include "designs/describe.hpp"
 #include "designs/design_reader.hpp"
 #include "designs/flat_design.hpp"
-#include "designs/library.hpp"
 
 namespace flexopt {
 namespace {

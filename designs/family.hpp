@@ -1,5 +1,5 @@
 #pragma once
-// What a design lets its user choose.
+// Built-in materials.
 #include <array>
 #include <limits>
 #include <map>
@@ -15,9 +15,21 @@
 #include "core/response/stroke_gradients.hpp"
 #include "core/spec/fault_list.hpp"
 #include "designs/end_effector.hpp"
-#include "designs/materials.hpp"
 
 namespace flexopt {
+
+/// A built-in material with the source of its values.
+struct NamedMaterial {
+  Material material;
+  std::string source;
+};
+const std::vector<NamedMaterial>& materials();
+
+/// The material of a design file at `at`: the name of a built-in one, or its constants (checked).
+/// Throws SpecError where its S-N curve is none.
+Material material_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at);
+
+// What a design lets its user choose.
 
 /// One geometric parameter of a design.
 struct Parameter {

@@ -6,7 +6,7 @@
 #include "core/math/dual.hpp"
 #include "core/spec/names.hpp"
 #include "designs/flattener.hpp"
-#include "designs/formula_words.hpp"
+#include "designs/plan_reader.hpp"
 
 namespace flexopt {
 

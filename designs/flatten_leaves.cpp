@@ -9,7 +9,7 @@
 #include "core/math/dual.hpp"
 #include "core/mechanism/profile.hpp"
 #include "designs/flattener.hpp"
-#include "designs/formula_words.hpp"
+#include "designs/plan_reader.hpp"
 
 namespace flexopt {
 

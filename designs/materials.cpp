@@ -1,8 +1,7 @@
-#include "designs/materials.hpp"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "designs/family.hpp"
 #include "designs/s_n_curve_json.hpp"
 
 namespace flexopt {

@@ -1,13 +1,33 @@
 #pragma once
-// Private to design_reader.cpp and its companions: design_items.cpp, design_parts.cpp.
-#include <nlohmann/json.hpp>
+// The words of a formula's text, before or without parsing it.
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "core/spec/formula.hpp"
+#include "designs/describe.hpp"
 #include "designs/design_reader.hpp"
-#include "designs/design_shape.hpp"
 
 namespace flexopt {
+
+/// Letters, digits and _, no digit first.
+bool is_identifier(const std::string& name);
+
+/// The words of a formula: names, functions and units alike.
+std::set<std::string> words_of(const std::string& text);
+
+/// Whether the text is a number with or without a unit, and no formula.
+bool is_quantity(const std::string& text);
+
+/// Position of a word in a text; npos if the text does not contain it.
+std::size_t word_in(const std::string& text, const std::string& word);
+
+/// The profile's text with numbers in the place of its names, s aside. `slots`: values by slot.
+std::string with_numbers(const Formula& profile, std::span<const double> slots);
+
+// Private to design_reader.cpp and its companions: design_items.cpp, design_parts.cpp.
 
 class PlanReader {
  public:

@@ -9,7 +9,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/library.hpp"
+#include "designs/describe.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"

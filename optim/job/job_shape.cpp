@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "designs/design_shape.hpp"
-#include "designs/library.hpp"
+#include "designs/describe.hpp"
 #include "optim/job/compared_quantity.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"

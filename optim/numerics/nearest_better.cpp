@@ -1,7 +1,7 @@
-#include "optim/numerics/nearest_better.hpp"
-
 #include <cmath>
 #include <limits>
+
+#include "optim/numerics/unit_points.hpp"
 
 namespace flexopt {
 

@@ -1,8 +1,8 @@
-#include "optim/numerics/normal_quantile.hpp"
-
 #include <boost/math/special_functions/erf.hpp>
 #include <cassert>
 #include <numbers>
+
+#include "optim/numerics/unit_points.hpp"
 
 namespace flexopt {
 

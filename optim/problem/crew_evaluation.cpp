@@ -1,6 +1,6 @@
-#include "optim/problem/crew_evaluation.hpp"
-
 #include <nlohmann/json.hpp>
+
+#include "optim/problem/evaluation_book.hpp"
 
 namespace flexopt {
 

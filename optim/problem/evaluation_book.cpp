@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "optim/numerics/parallel.hpp"
-#include "optim/problem/crew_evaluation.hpp"
 
 namespace flexopt {
 

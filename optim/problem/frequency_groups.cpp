@@ -1,8 +1,8 @@
-#include "optim/problem/frequency_groups.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
+
+#include "optim/problem/gradient_checker.hpp"
 
 namespace flexopt {
 

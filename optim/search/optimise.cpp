@@ -4,7 +4,7 @@
 #include <cassert>
 
 #include "optim/numerics/parallel.hpp"
-#include "optim/problem/crew_evaluation.hpp"
+#include "optim/problem/evaluation_book.hpp"
 #include "optim/search/stages.hpp"
 
 namespace flexopt {

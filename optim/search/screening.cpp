@@ -1,5 +1,3 @@
-#include "optim/search/screening.hpp"
-
 #include <algorithm>
 #include <cassert>
 #include <map>
@@ -8,9 +6,9 @@
 
 #include "optim/job/job_atlas.hpp"
 #include "optim/job/job_sections.hpp"
-#include "optim/numerics/nearest_better.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"
+#include "optim/search/optimise.hpp"
 #include "optim/search/stages.hpp"
 
 namespace flexopt {

@@ -12,7 +12,6 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
-#include "optim/numerics/normal_quantile.hpp"
 #include "optim/numerics/unit_points.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 

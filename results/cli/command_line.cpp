@@ -14,8 +14,8 @@
 #include "results/cli/printed.hpp"
 #include "results/export/formats.hpp"
 #include "results/files/version.hpp"
-#include "results/run/join_crew.hpp"
 #include "results/run/progress.hpp"
+#include "results/run/shard.hpp"
 
 namespace flexopt {
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "designs/library.hpp"
+#include "designs/describe.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/commands.hpp"
 #include "results/cli/printed.hpp"

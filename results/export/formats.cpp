@@ -9,7 +9,7 @@
 #include "results/export/parts.hpp"
 #include "results/export/writers.hpp"
 #include "results/files/folder.hpp"
-#include "results/report/page_text.hpp"
+#include "results/report/report.hpp"
 
 namespace flexopt {
 

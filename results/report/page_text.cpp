@@ -1,7 +1,7 @@
-#include "results/report/page_text.hpp"
-
 #include <cassert>
 #include <nlohmann/json.hpp>
+
+#include "results/report/report.hpp"
 
 namespace flexopt {
 

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "results/files/folder.hpp"
-#include "results/report/page_text.hpp"
 
 namespace flexopt {
 

@@ -1,15 +1,13 @@
-#include "results/run/join_crew.hpp"
-
 #include <fmt/format.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"
 #include "results/files/program_part.hpp"
 #include "results/files/version.hpp"
+#include "results/run/shard.hpp"
 
 namespace flexopt {
 

@@ -12,7 +12,6 @@
 #include "results/files/scene.hpp"
 #include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
-#include "results/run/interrupted.hpp"
 
 namespace flexopt {
 

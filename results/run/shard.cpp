@@ -11,9 +11,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/problem/evaluation_log.hpp"
-#include "optim/problem/line_log.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/json_text.hpp"
 #include "results/files/version.hpp"
 #include "results/run/run_files.hpp"
 

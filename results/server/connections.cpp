@@ -1,5 +1,3 @@
-#include "results/server/connections.hpp"
-
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -15,6 +13,7 @@
 #include <system_error>
 
 #include "core/spec/spec_error.hpp"
+#include "results/server/local_server.hpp"
 #include "results/server/request_text.hpp"
 
 namespace flexopt {

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
-#include "designs/design_shape.hpp"
+#include "designs/describe.hpp"
 #include "designs/family.hpp"
 #include "optim/job/job.hpp"
 #include "optim/problem/evaluation_log.hpp"

@@ -4,7 +4,7 @@
 #include <set>
 #include <sstream>
 
-#include "designs/library.hpp"
+#include "designs/describe.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/printed.hpp"
 #include "support/program.hpp"
