@@ -180,16 +180,10 @@ Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t f
   Extreme best{first, 1};
   if (goal.over_stroke == OverStroke::last) best.entry = last - stride;
   const auto rank = [&](std::size_t i) {
-    switch (goal.over_stroke) {
-      case OverStroke::min:
-        return -values[i];
-      case OverStroke::max:
-        return values[i];
-      case OverStroke::max_abs:
-        return std::abs(values[i]);
-      default:
-        return 0.0;
-    }
+    return goal.over_stroke == OverStroke::min       ? -values[i]
+           : goal.over_stroke == OverStroke::max     ? values[i]
+           : goal.over_stroke == OverStroke::max_abs ? std::abs(values[i])
+                                                     : 0.0;
   };
   for (std::size_t i = first; i < last; i += stride)
     if (rank(i) > rank(best.entry)) best.entry = i;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <tuple>
 
 namespace flexopt {
@@ -93,30 +92,14 @@ void conclude_evaluation(RunRecord& record) {
 
 void conclude_optimisation(RunRecord& record) {
   const Optimum& optimum = *record.optimum;
-  const char* verdict = nullptr;
-  switch (optimum.status) {
-    case OptimumStatus::optimal:
-      record.status = "ok";
-      verdict = "A feasible optimum was found";
-      break;
-    case OptimumStatus::local:
-      record.status = "ok";
-      verdict = "A feasible optimum was found, perhaps not the best one,";
-      break;
-    case OptimumStatus::feasible:
-      record.status = "not_converged";
-      verdict = "The best design is feasible but the search had not converged";
-      break;
-    case OptimumStatus::infeasible:
-      record.status = "infeasible";
-      verdict = "No design met every constraint; the least violating one is given";
-      break;
-    case OptimumStatus::failed:
-      record.status = "failed";
-      verdict = "No design could be evaluated";
-      break;
-  }
-  assert(verdict);
+  constexpr std::array<std::pair<const char*, const char*>, 5> verdicts{
+      {{"ok", "A feasible optimum was found"},
+       {"ok", "A feasible optimum was found, perhaps not the best one,"},
+       {"not_converged", "The best design is feasible but the search had not converged"},
+       {"infeasible", "No design met every constraint; the least violating one is given"},
+       {"failed", "No design could be evaluated"}}};
+  const auto& [status, verdict] = verdicts[static_cast<std::size_t>(optimum.status)];
+  record.status = status;
   record.message = fmt::format("{} in {}", verdict,
                                plural(static_cast<std::size_t>(optimum.evaluations), "evaluation"));
   if (optimum.failed_evaluations > 0)
