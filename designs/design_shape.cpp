@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "designs/describe.hpp"
-#include "designs/s_n_curve_json.hpp"
+#include "designs/family.hpp"
 
 namespace flexopt {
 namespace {

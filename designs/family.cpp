@@ -4,15 +4,13 @@
 #include <cmath>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <stdexcept>
 
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/names.hpp"
-#include "designs/describe.hpp"
-#include "designs/design_reader.hpp"
 #include "designs/flat_design.hpp"
+#include "designs/plan_reader.hpp"
 
 namespace flexopt {
 namespace {

@@ -11,6 +11,7 @@
 
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/mechanism/s_n_curve.hpp"
 #include "core/response/quantities.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "core/spec/fault_list.hpp"
@@ -107,5 +108,17 @@ std::shared_ptr<const Family> read_family_file(const std::string& file);
 std::shared_ptr<const Family> read_family(const nlohmann::json& document,
                                           const std::string& pointer, const std::string& folder,
                                           FaultList& faults);
+
+// The S-N curve of a material as it stands in jobs and design files.
+
+struct Field;
+
+/// The key "s_n_curve" of a material.
+Field s_n_curve_field();
+
+/// `read` has passed the shape and stands at `at`. Throws SpecError where it is no curve.
+SnCurve s_n_curve_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at);
+/// JSON that reads as this curve.
+nlohmann::json written_s_n_curve(const SnCurve& curve);
 
 }  // namespace flexopt

@@ -12,7 +12,6 @@
 #include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/job/job_atlas.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 

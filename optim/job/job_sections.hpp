@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mechanism/model_options.hpp"
 #include "core/response/quantities.hpp"
 #include "core/spec/fault_list.hpp"
 #include "core/spec/field_table.hpp"
@@ -289,5 +290,17 @@ void check_takes_goals(const OptimiseSpec& spec);
 /// Fills in starts and screened designs where the section "optimise" leaves them open, and says
 /// what does not go with its "search".
 void settle_search(nlohmann::json& read, OptimiseSpec& spec, FaultList& faults);
+
+// The atlas that a job's leaves are looked up in.
+
+/// Opens the atlas of a model that wants one, unless it has it. Returns why there is none; empty if
+/// there is, or if the model wants none or is of full accuracy.
+std::string find_atlas(ModelOptions& model);
+
+/// What is odd about the atlas of a model, for the user's eyes; empty if nothing is.
+std::string note_on_atlas(ModelOptions model);
+
+/// The model with reduced leaves, looked up where it allows that and there is a look-up table.
+ModelOptions on_reduced_leaves(ModelOptions model);
 
 }  // namespace flexopt

@@ -4,7 +4,6 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "optim/job/job_atlas.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "optim/numerics/unit_points.hpp"

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "optim/numerics/parallel.hpp"
+#include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/goals.hpp"
 #include "optim/problem/robust_goals.hpp"
-#include "optim/problem/shared_units.hpp"
 
 namespace flexopt {
 

@@ -11,7 +11,6 @@
 #include "results/cli/commands.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"

@@ -1,8 +1,7 @@
-#include "results/export/leaf_surface.hpp"
-
 #include <algorithm>
 
 #include "core/mechanism/profile.hpp"
+#include "results/export/parts.hpp"
 #include "results/files/scene.hpp"
 
 namespace flexopt {

@@ -1,11 +1,10 @@
-#include "results/export/triangles.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <iterator>
 #include <numbers>
 
+#include "results/export/parts.hpp"
 #include "results/export/writers.hpp"
 
 namespace flexopt {

@@ -6,8 +6,8 @@
 
 #include "core/response/response.hpp"
 #include "results/export/exported.hpp"
+#include "results/export/parts.hpp"
 #include "results/export/solid_mesh.hpp"
-#include "results/export/triangles.hpp"
 
 namespace flexopt {
 

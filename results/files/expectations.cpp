@@ -1,10 +1,10 @@
-#include "results/files/expectations.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+
+#include "results/files/result_json.hpp"
 
 namespace flexopt {
 

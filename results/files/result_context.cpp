@@ -13,7 +13,7 @@
 #include "core/response/fatigue_law.hpp"
 #include "core/response/mobility/mobility.hpp"
 #include "core/response/quantities.hpp"
-#include "designs/s_n_curve_json.hpp"
+#include "designs/family.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"

@@ -5,9 +5,7 @@
 #include <utility>
 
 #include "core/spec/spec_error.hpp"
-#include "results/files/expectations.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"

@@ -11,7 +11,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
 #include "optim/maps/response_map.hpp"
-#include "optim/problem/shared_units.hpp"
+#include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/search/stages.hpp"

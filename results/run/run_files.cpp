@@ -5,7 +5,6 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/csv.hpp"
-#include "results/files/expectations.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"

@@ -13,8 +13,8 @@
 #include <system_error>
 
 #include "core/spec/spec_error.hpp"
+#include "results/server/guard.hpp"
 #include "results/server/local_server.hpp"
-#include "results/server/request_text.hpp"
 
 namespace flexopt {
 

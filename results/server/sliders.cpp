@@ -1,5 +1,3 @@
-#include "results/server/sliders.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "results/server/explorer.hpp"
 
 namespace flexopt {
 

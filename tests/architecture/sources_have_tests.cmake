@@ -40,7 +40,6 @@ set(tested_by
   designs/flatten_leaves designs/test_design_files
   designs/formula_words designs/test_design_files
   designs/materials designs/test_families
-  designs/s_n_curve_json optim/job/test_job_stress
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/system core/equilibrium/test_joints
   core/math/eigenvalue_branches core/response/test_principal_stiffness
@@ -130,7 +129,6 @@ set(tested_by
   optim/search/answer optim/search/test_optimise
   optim/problem/check_gradients results/cli/test_command_line
   optim/problem/gradient_checker results/cli/test_command_line
-  optim/problem/crew_evaluation results/mpi/test_mpi_crew
   optim/problem/design_problem optim/search/test_exact_gradients
   optim/problem/goal_bounds optim/search/test_optimise
   optim/problem/goal_readings optim/search/test_exact_gradients
@@ -170,17 +168,14 @@ set(tested_by
   results/files/result_context results/files/test_result_json
   results/files/tolerances jobs/test_load_cases
   results/run/interrupted jobs/test_optimise_resumes
-  results/run/join_crew results/mpi/test_mpi_crew
   results/cli/program results/cli/test_command_line
   results/library/jobs results/library/test_flexopt
   results/library/posed_goals results/python/test_posed_goals
   results/library/problem results/library/test_flexopt
   results/library/results results/library/test_flexopt
   results/library/runs results/python/test_runs
-  results/report/page_text results/report/test_report
   results/start/first_goals results/start/test_new_job
   results/start/first_stroke results/start/test_new_job
-  results/start/start_design results/start/test_new_job
   results/server/local_server results/server/test_serve
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files
