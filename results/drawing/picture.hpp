@@ -20,6 +20,7 @@ struct Box2 {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
+  void move(const Point2& by) { low += by, high += by; }
   bool overlaps(const Box2& other, double margin = 0) const;
   /// Whether any of the line from a to b is inside.
   bool meets(const Point2& a, const Point2& b) const;

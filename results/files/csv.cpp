@@ -26,6 +26,12 @@ std::string headed(const std::string& name, const std::string& unit) {
   return text_cell(unit.empty() ? name : name + " [" + unit + "]");
 }
 
+/// The number of this name; empty where there is none.
+std::string own(const ParameterValues& values, const std::string& name) {
+  const auto found = values.find(name);
+  return found == values.end() ? std::string() : number_cell(found->second);
+}
+
 struct Column {
   std::string header;
   std::function<std::string(const PathPoint&)> cell;
@@ -265,10 +271,7 @@ std::string history_csv(const Job& job, const Optimum& optimum, const DriveList&
     std::vector<std::string> cells{fmt::format("{}", record.start),
                                    fmt::format("{}", record.number), record.ok ? "true" : "false",
                                    record.difference ? "true" : "false"};
-    for (const Variable& variable : spec.variables) {
-      const auto found = record.variables.find(variable.parameter);
-      cells.push_back(found == record.variables.end() ? "" : number_cell(found->second));
-    }
+    for (const Variable& v : spec.variables) cells.push_back(own(record.variables, v.parameter));
     cells.push_back(when_ok(record.objective));
     for (std::size_t i = 0; i < spec.constraints.size(); ++i)
       cells.push_back(i < record.constraints.size() ? when_ok(record.constraints[i]) : "");
@@ -297,10 +300,7 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList
     const auto when_ok = [&](double value) { return p.ok ? number_cell(value) : std::string(); };
     cells = {fmt::format("{}", i), number_cell(p.bound), when_ok(p.objective), when_ok(p.second),
              number_cell(p.trade_off)};
-    for (const Parameter& of : parameters_of(job)) {
-      const auto found = p.parameters.find(of.name);
-      cells.push_back(found == p.parameters.end() ? "" : number_cell(found->second));
-    }
+    for (const Parameter& of : parameters_of(job)) cells.push_back(own(p.parameters, of.name));
     cells.insert(cells.end(), {when_ok(p.violation), p.feasible ? "true" : "false", p.status,
                                fmt::format("{}", p.evaluations), text_cell(p.stop_reason)});
     text += row(cells);
@@ -315,10 +315,6 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
   for (std::size_t d = 0; d < comparison.designs.size(); ++d) {
     const ComparedDesign& design = comparison.designs[d];
     const Sample& sample = design.sample;
-    const auto own = [](const ParameterValues& values, const std::string& name) {
-      const auto found = values.find(name);
-      return found == values.end() ? std::string() : number_cell(found->second);
-    };
     double largest_stroke = 0;
     for (const double s : sample.stroke)
       if (std::abs(s) > std::abs(largest_stroke)) largest_stroke = s;

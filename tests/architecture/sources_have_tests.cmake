@@ -160,7 +160,6 @@ set(tested_by
   results/export/parts results/export/test_stl
   results/export/spacar_model results/export/test_spacar
   results/export/step_writer results/export/test_step
-  results/files/accuracy_json results/cli/test_estimates
   results/files/comparison_json results/files/test_comparison
   results/files/csv_text results/files/test_csv
   results/files/optimum_json results/run/test_run_files
