@@ -24,7 +24,4 @@ struct SolidMesh {
 /// its section whatever `across` and `through`.
 SolidMesh solid_mesh(const LeafSpring& leaf, const SolidMeshSize& size);
 
-/// Volume of the leaf [m³]; of a fold with its mitre.
-double leaf_volume(const LeafSpring& leaf);
-
 }  // namespace flexopt

@@ -38,16 +38,6 @@ struct ShownRun {
   bool finished = true;
 };
 
-/// Result and scene in a folder; of an interrupted optimisation or comparison what its evaluations
-/// tell so far. Throws SpecError where the folder holds no run.
-ShownRun read_run(const std::filesystem::path& folder);
-class GrowingLog;
-/// Reads a run that is shown again and again: what was read of its log is kept in `log`.
-ShownRun read_run(const std::filesystem::path& folder, GrowingLog& log);
-
-/// Reads the result alone.
-OrderedJson read_result(const std::filesystem::path& folder);
-
 /// The evaluations of a log that may still grow: each line is read once.
 class GrowingLog {
  public:
@@ -64,6 +54,15 @@ class GrowingLog {
   CheckedLines lines_;
   std::vector<EvaluationRecord> records_;
 };
+
+/// Result and scene in a folder; of an interrupted optimisation or comparison what its evaluations
+/// tell so far. Throws SpecError where the folder holds no run.
+ShownRun read_run(const std::filesystem::path& folder);
+/// Reads a run that is shown again and again: what was read of its log is kept in `log`.
+ShownRun read_run(const std::filesystem::path& folder, GrowingLog& log);
+
+/// Reads the result alone.
+OrderedJson read_result(const std::filesystem::path& folder);
 
 /// What job.json and evaluations.jsonl of an unfinished run tell: status "interrupted", the history
 /// and the best design so far, and no path; the scene has the evaluations. Throws SpecError where

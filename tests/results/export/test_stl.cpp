@@ -68,7 +68,7 @@ void check_solids(const Exported& exported, const PathPoint* point) {
     CHECK(solids[i].watertight());
     CHECK(solids[i].volume() > 0);
     if (i < leaves.size())
-      CHECK(solids[i].volume() == Approx(1e9 * leaf_volume(leaves[i])).epsilon(1e-3));
+      CHECK(solids[i].volume() == Approx(1e9 * test::leaf_volume(leaves[i])).epsilon(1e-3));
   }
 }
 
