@@ -9,8 +9,8 @@
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/names.hpp"
+#include "designs/design_reader.hpp"
 #include "designs/flat_design.hpp"
-#include "designs/plan_reader.hpp"
 
 namespace flexopt {
 namespace {

@@ -5,7 +5,7 @@
 #include <charconv>
 
 #include "core/spec/quantity.hpp"
-#include "designs/plan_reader.hpp"
+#include "designs/design_reader.hpp"
 
 namespace flexopt {
 namespace {

@@ -11,6 +11,7 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
