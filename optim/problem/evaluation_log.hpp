@@ -2,7 +2,7 @@
 // evaluations.jsonl: every evaluated design, one line each, from which an interrupted run resumes.
 #include <filesystem>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>

@@ -1,11 +1,11 @@
 #include <cstdio>
 #include <memory>
 
+#include "results/export/parts.hpp"
+
 // This file is compiled alone because of the macros of qhull.
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
-
-#include "results/export/parts.hpp"
 }
 
 namespace flexopt {
