@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "designs/materials.hpp"
+#include "designs/family.hpp"
 #include "designs/plan_reader.hpp"
 
 namespace flexopt {

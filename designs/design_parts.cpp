@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "core/spec/names.hpp"
-#include "designs/library.hpp"
 #include "designs/plan_reader.hpp"
 
 namespace flexopt {

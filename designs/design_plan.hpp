@@ -13,7 +13,7 @@
 #include "core/spec/formula.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/parameter.hpp"
+#include "designs/family.hpp"
 
 namespace flexopt {
 

@@ -4,15 +4,11 @@
 #include <array>
 #include <cctype>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "core/spec/names.hpp"
 #include "core/spec/quantity.hpp"
-#include "designs/formula_words.hpp"
-#include "designs/library.hpp"
 #include "designs/plan_reader.hpp"
 
 namespace flexopt {

@@ -1,11 +1,8 @@
-#include "designs/design_shape.hpp"
-
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 
-#include "core/mechanism/mechanism.hpp"
-#include "designs/materials.hpp"
-#include "designs/s_n_curve_json.hpp"
+#include "designs/describe.hpp"
+#include "designs/family.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,10 +1,9 @@
-#include "designs/expand.hpp"
-
 #include <nlohmann/json.hpp>
 
 #include "core/mechanism/each_number.hpp"
+#include "designs/describe.hpp"
+#include "designs/family.hpp"
 #include "designs/flat_design.hpp"
-#include "designs/s_n_curve_json.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,14 +1,9 @@
-#include "designs/family.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <stdexcept>
 
 #include "core/math/dual.hpp"
@@ -16,7 +11,6 @@
 #include "core/spec/names.hpp"
 #include "designs/design_reader.hpp"
 #include "designs/flat_design.hpp"
-#include "designs/library.hpp"
 
 namespace flexopt {
 namespace {
@@ -165,6 +159,23 @@ SpecError broken(const Family& family, const ParameterValues& values,
   return {"/design/parameters", given.empty() ? "none" : given, rule};
 }
 
+// A family of the library, read when it is first asked for.
+const Family& library_family(const std::string& name) {
+  static std::mutex mutex;
+  static std::map<std::string, std::unique_ptr<const Family>> known;
+  const std::lock_guard lock(mutex);
+  std::unique_ptr<const Family>& family = known[name];
+  if (!family) {
+    DesignHead head;
+    FaultList faults;
+    const DesignSource source = library_source(name);
+    auto plan = read_plan(parse_json(source.text.text, name), source, head, faults, {name});
+    faults.raise();
+    family = std::make_unique<const Family>(family_of(std::move(plan), head));
+  }
+  return *family;
+}
+
 }  // namespace
 
 bool Family::has_end_effector(const FamilyChoices& choices) const {
@@ -228,27 +239,6 @@ FamilyChoices default_choices(const Family& family) {
   for (const FamilyOption& option : family.options) choices[option.name] = option.choices.front();
   return choices;
 }
-
-namespace {
-
-// A family of the library, read when it is first asked for.
-const Family& library_family(const std::string& name) {
-  static std::mutex mutex;
-  static std::map<std::string, std::unique_ptr<const Family>> known;
-  const std::lock_guard lock(mutex);
-  std::unique_ptr<const Family>& family = known[name];
-  if (!family) {
-    DesignHead head;
-    FaultList faults;
-    const DesignSource source = library_source(name);
-    auto plan = read_plan(parse_json(source.text.text, name), source, head, faults, {name});
-    faults.raise();
-    family = std::make_unique<const Family>(family_of(std::move(plan), head));
-  }
-  return *family;
-}
-
-}  // namespace
 
 const std::vector<Family>& families() {
   static const std::vector<Family> all = [] {

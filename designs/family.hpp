@@ -1,21 +1,60 @@
 #pragma once
-// A family: a design file with its parameters → a mechanism. Nothing downstream knows families.
+// Built-in materials.
 #include <array>
+#include <limits>
+#include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/mechanism/s_n_curve.hpp"
 #include "core/response/quantities.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "core/spec/fault_list.hpp"
 #include "designs/end_effector.hpp"
-#include "designs/materials.hpp"
-#include "designs/parameter.hpp"
 
 namespace flexopt {
+
+/// A built-in material with the source of its values.
+struct NamedMaterial {
+  Material material;
+  std::string source;
+};
+const std::vector<NamedMaterial>& materials();
+
+/// The material of a design file at `at`: the name of a built-in one, or its constants (checked).
+/// Throws SpecError where its S-N curve is none.
+Material material_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at);
+
+// What a design lets its user choose.
+
+/// One geometric parameter of a design.
+struct Parameter {
+  std::string name;
+  std::string unit;                     ///< SI unit: "m", "rad", "1"
+  std::optional<double> default_value;  ///< required when there is none
+  /// Allowed range; an end is excluded where it is `open`.
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool open_min = false, open_max = false;
+  std::string meaning;
+};
+
+/// A choice that a design offers by name, next to its numbers.
+struct FamilyOption {
+  std::string name;
+  std::vector<std::string> choices;  ///< the first is the default
+  std::string meaning;
+};
+
+using ParameterValues = std::map<std::string, double>;
+using FamilyChoices = std::map<std::string, std::string>;  ///< option → choice
+
+// A family: a design file with its parameters → a mechanism. Nothing downstream knows families.
 
 struct DesignPlan;
 
@@ -69,5 +108,17 @@ std::shared_ptr<const Family> read_family_file(const std::string& file);
 std::shared_ptr<const Family> read_family(const nlohmann::json& document,
                                           const std::string& pointer, const std::string& folder,
                                           FaultList& faults);
+
+// The S-N curve of a material as it stands in jobs and design files.
+
+struct Field;
+
+/// The key "s_n_curve" of a material.
+Field s_n_curve_field();
+
+/// `read` has passed the shape and stands at `at`. Throws SpecError where it is no curve.
+SnCurve s_n_curve_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at);
+/// JSON that reads as this curve.
+nlohmann::json written_s_n_curve(const SnCurve& curve);
 
 }  // namespace flexopt

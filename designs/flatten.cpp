@@ -5,8 +5,8 @@
 
 #include "core/math/dual.hpp"
 #include "core/spec/names.hpp"
+#include "designs/design_reader.hpp"
 #include "designs/flattener.hpp"
-#include "designs/formula_words.hpp"
 
 namespace flexopt {
 

@@ -1,5 +1,3 @@
-#include "designs/formula_words.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <charconv>
 
 #include "core/spec/quantity.hpp"
+#include "designs/design_reader.hpp"
 
 namespace flexopt {
 namespace {

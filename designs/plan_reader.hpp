@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "designs/describe.hpp"
 #include "designs/design_reader.hpp"
-#include "designs/design_shape.hpp"
 
 namespace flexopt {
 

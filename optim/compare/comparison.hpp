@@ -1,14 +1,33 @@
 #pragma once
-// What a comparison with full accuracy returns, and its errors. Plain data.
+// The designs of a job "compare".
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/response/response.hpp"
-#include "optim/compare/samples.hpp"
 #include "optim/job/compared_quantity.hpp"
+#include "optim/job/job.hpp"
 
 namespace flexopt {
+
+struct Sample {
+  ParameterValues parameters;  ///< all of the family's; only the sampled ones where `refused`
+  ParameterValues symbols;     ///< sampled numbers that only formulas use
+  std::vector<double> stroke;  ///< [m or rad]; of several load cases one after the other
+  /// For several drives, the strokes of all of them, point by point; `stroke` holds those of the
+  /// first.
+  std::vector<VectorXd> strokes;
+  std::string refused;  ///< why there is no such design; empty otherwise
+};
+
+/// The job's designs in their order. A design whose formulas have no value or leave a parameter's
+/// range is refused in words, not left out.
+std::vector<Sample> make_samples(const Job& job);
+
+/// The mechanism of a sample. Throws SpecError where the parameters contradict each other.
+Mechanism make_mechanism(const Job& job, const Sample& sample);
+
+// What a comparison with full accuracy returns, and its errors. Plain data.
 
 /// What is compared at a stroke point.
 struct ComparedPoint {

@@ -1,12 +1,9 @@
-#include "optim/compare/samples.hpp"
-
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/compare/comparison.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/numerics/unit_points.hpp"
 

@@ -1,12 +1,9 @@
 #include "optim/job/compared_quantity.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 
-#include "optim/job/job_dynamics.hpp"
-#include "optim/job/job_stress.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,7 +1,3 @@
-#include "optim/job/job.hpp"
-
-#include "optim/job/job_in_folder.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +5,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string>
 #include <utility>
 
 #include "core/mechanism/body_inertia.hpp"
@@ -17,19 +12,8 @@
 #include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/job/job_assembly.hpp"
-#include "optim/job/job_atlas.hpp"
-#include "optim/job/job_capacity.hpp"
-#include "optim/job/job_cases.hpp"
-#include "optim/job/job_design.hpp"
-#include "optim/job/job_designs.hpp"
-#include "optim/job/job_dynamics.hpp"
-#include "optim/job/job_loads.hpp"
-#include "optim/job/job_maps.hpp"
-#include "optim/job/job_shape.hpp"
-#include "optim/job/job_stress.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
-#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 
@@ -112,44 +96,6 @@ void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& not
           fmt::format("{} is {:.2g} times as thick as its radius; thin shells want at most {:g}.",
                       leaf.name, leaf.thickness * std::abs(*leaf.curve) / leaf.length, thin));
 }
-
-}  // namespace
-
-ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
-  ModelChoice choice = model_table().read(read);
-  ModelOptions& model = choice.model;
-  if (choice.accuracy.automatic)
-    choice.accuracy.tolerance = std::exchange(choice.newton.tolerance, NewtonOptions{}.tolerance);
-  const std::string method = name_in_job(model.method);
-  const auto refuse = [&](const char* key, const std::string& rule) {
-    faults.add((at / key).to_string(), read[key].dump(), rule);
-  };
-  if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
-  if (!faults.sound((at / "method").to_string())) return choice;
-  if (const auto reason = no_estimates(model); reason && choice.accuracy.wants_estimates())
-    refuse(choice.accuracy.automatic ? "accuracy" : "estimate", *reason);
-  if (model.method != Reduction::modal_derivatives &&
-      model.modal_derivatives != ModalDerivativeSet::all)
-    refuse("modal_derivatives", fmt::format("\"method\": \"{}\" has no choice of them; expected "
-                                            "\"method\": \"modal_derivatives\"",
-                                            method));
-  const bool one = model.superelements == std::array{1, 0}, grid = model.superelements[1] != 0;
-  if (model.method == Reduction::mixed_potential && !one)
-    refuse("superelements",
-           "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
-           "or \"method\": \"linear_craig_bampton\"");
-  else if (model.method != Reduction::linear_craig_bampton && grid)
-    refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
-                                        "number, or \"method\": \"linear_craig_bampton\"",
-                                        method));
-  if (faults.sound(at.to_string()))
-    if (const std::string problem = find_atlas(model);
-        !problem.empty() && model.atlas_use == AtlasUse::required)
-      refuse("atlas", problem);
-  return choice;
-}
-
-namespace {
 
 /// Reads a job from its document. Each part is read as far as what it depends on is sound.
 class JobReader {
@@ -318,10 +264,6 @@ void add_override_faults(const SpecError& error, std::vector<Fault>& faults) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// Reads a document of one design, under one load case or several.
 Job read_design_document(const json& document, const std::string& folder, FaultList& faults) {
   if (!lists_cases(document)) return JobReader(document, folder, {}, faults).read();
@@ -339,6 +281,40 @@ Job read_document(const json& document, const std::string& folder, FaultList& fa
 }
 
 }  // namespace
+
+ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
+  ModelChoice choice = model_table().read(read);
+  ModelOptions& model = choice.model;
+  if (choice.accuracy.automatic)
+    choice.accuracy.tolerance = std::exchange(choice.newton.tolerance, NewtonOptions{}.tolerance);
+  const std::string method = name_in_job(model.method);
+  const auto refuse = [&](const char* key, const std::string& rule) {
+    faults.add((at / key).to_string(), read[key].dump(), rule);
+  };
+  if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
+  if (!faults.sound((at / "method").to_string())) return choice;
+  if (const auto reason = no_estimates(model); reason && choice.accuracy.wants_estimates())
+    refuse(choice.accuracy.automatic ? "accuracy" : "estimate", *reason);
+  if (model.method != Reduction::modal_derivatives &&
+      model.modal_derivatives != ModalDerivativeSet::all)
+    refuse("modal_derivatives", fmt::format("\"method\": \"{}\" has no choice of them; expected "
+                                            "\"method\": \"modal_derivatives\"",
+                                            method));
+  const bool one = model.superelements == std::array{1, 0}, grid = model.superelements[1] != 0;
+  if (model.method == Reduction::mixed_potential && !one)
+    refuse("superelements",
+           "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
+           "or \"method\": \"linear_craig_bampton\"");
+  else if (model.method != Reduction::linear_craig_bampton && grid)
+    refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
+                                        "number, or \"method\": \"linear_craig_bampton\"",
+                                        method));
+  if (faults.sound(at.to_string()))
+    if (const std::string problem = find_atlas(model);
+        !problem.empty() && model.atlas_use == AtlasUse::required)
+      refuse("atlas", problem);
+  return choice;
+}
 
 Job parse_job(const json& document) { return parse_job_in("", document); }
 

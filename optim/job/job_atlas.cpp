@@ -1,5 +1,3 @@
-#include "optim/job/job_atlas.hpp"
-
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -8,6 +6,7 @@
 #include <utility>
 
 #include "core/reduction/atlas/atlas_file.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 namespace {

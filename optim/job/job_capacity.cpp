@@ -1,7 +1,3 @@
-#include "optim/job/job_capacity.hpp"
-
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -9,6 +5,7 @@
 #include "core/mechanism/drive.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/record_table.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {

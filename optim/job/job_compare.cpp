@@ -12,8 +12,7 @@
 #include "optim/job/compared_quantity.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_shape.hpp"
-#include "optim/job/job_stroke.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {

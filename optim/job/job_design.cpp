@@ -1,5 +1,3 @@
-#include "optim/job/job_design.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,10 +9,10 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/library.hpp"
+#include "designs/describe.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_shape.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {

@@ -1,5 +1,3 @@
-#include "optim/job/job_designs.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <set>
 
 #include "core/spec/json_file.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 
@@ -221,14 +220,17 @@ Job read_listed_designs(
 }
 
 void add_designs_to_schema(json& schema) {
+  const auto drop = [](json& of, const char* name) {
+    if (of.contains("required"))
+      of["required"].erase(std::remove(of["required"].begin(), of["required"].end(), name),
+                           of["required"].end());
+  };
   json& properties = schema["properties"];
   json entry = properties["design"];
   entry["properties"]["name"] = {{"type", "string"},
                                  {"description", "for the results; default: the design's own"}};
   entry["properties"]["variables"] = properties["optimise"]["properties"]["variables"];
-  json& required = entry["required"];
-  if (required.is_array())
-    required.erase(std::remove(required.begin(), required.end(), "material"), required.end());
+  drop(entry, "material");
   properties["designs"] = {{"type", "array"},
                            {"items", std::move(entry)},
                            {"minItems", 1},
@@ -238,11 +240,6 @@ void add_designs_to_schema(json& schema) {
                             "of one: each evaluated, or optimised and ranked"}};
   properties["material"] = properties["design"]["properties"]["material"];
   properties["material"]["description"] = "of listed designs that have none of their own";
-  const auto drop = [](json& of, const char* name) {
-    if (of.contains("required"))
-      of["required"].erase(std::remove(of["required"].begin(), of["required"].end(), name),
-                           of["required"].end());
-  };
   drop(schema, "design");
   drop(properties["optimise"], "variables");
   schema["anyOf"] = json::array(

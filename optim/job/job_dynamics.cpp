@@ -1,5 +1,3 @@
-#include "optim/job/job_dynamics.hpp"
-
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -7,6 +5,7 @@
 #include "core/mechanism/drive.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/record_table.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 

@@ -1,5 +1,3 @@
-#include "optim/job/job_goals.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,13 +7,9 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
-#include "optim/job/job_assembly.hpp"
-#include "optim/job/job_dynamics.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_shape.hpp"
-#include "optim/job/job_stress.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
-#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 

@@ -1,5 +1,3 @@
-#include "optim/job/job_maps.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +5,7 @@
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/job/job_goals.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {

@@ -1,7 +1,5 @@
 #include "optim/job/job_numbers.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cassert>

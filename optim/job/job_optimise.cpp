@@ -4,21 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "core/response/quantities.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
-#include "optim/job/job_assembly.hpp"
-#include "optim/job/job_goals.hpp"
-#include "optim/job/job_search.hpp"
-#include "optim/job/job_shape.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
-#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 

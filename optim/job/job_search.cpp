@@ -1,5 +1,3 @@
-#include "optim/job/job_search.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 #include "optim/solvers/problem.hpp"
 

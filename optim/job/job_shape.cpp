@@ -1,21 +1,11 @@
-#include "optim/job/job_shape.hpp"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/response/quantities.hpp"
-#include "designs/design_shape.hpp"
-#include "designs/library.hpp"
+#include "designs/describe.hpp"
 #include "optim/job/compared_quantity.hpp"
-#include "optim/job/job_assembly.hpp"
-#include "optim/job/job_capacity.hpp"
-#include "optim/job/job_cases.hpp"
-#include "optim/job/job_dynamics.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_stress.hpp"
-#include "optim/job/job_stroke.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
-#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 

@@ -1,5 +1,3 @@
-#include "optim/job/job_stress.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/record_table.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 

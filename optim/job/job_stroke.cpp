@@ -1,11 +1,8 @@
-#include "optim/job/job_stroke.hpp"
-
-#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "designs/s_n_curve_json.hpp"
+#include "designs/family.hpp"
 
 namespace flexopt {
 

@@ -1,19 +1,16 @@
-#include "optim/job/job_tolerances.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/record_table.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_shape.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 
@@ -171,6 +168,19 @@ Tolerance EntryReader::read(const std::string& name, json& entry) const {
   return tolerance;
 }
 
+// The k of "mean + k sigma"; also with −, which is the worse side of what is to be large.
+std::optional<double> deviations_in(std::string text) {
+  std::erase(text, ' ');
+  const std::string mean = "mean", sigma = "sigma";
+  if (!text.starts_with(mean) || !text.ends_with(sigma) || text.size() < 11) return std::nullopt;
+  if (text[4] != '+' && text[4] != '-') return std::nullopt;
+  double k = 0;
+  const char *const first = text.data() + 5, *const last = text.data() + text.size() - sigma.size();
+  const auto [end, error] = std::from_chars(first, last, k);
+  const bool whole = error == std::errc() && end == last;
+  return whole && k > 0 && k <= 100 ? std::optional(k) : std::nullopt;
+}
+
 }  // namespace
 
 Field tolerances_field() {
@@ -191,23 +201,6 @@ Field margin_field() {
                          "how they count: \"worst\" within all limits (default), or of tolerances "
                          "\"mean + 2 sigma\" to the side that is worse");
 }
-
-namespace {
-
-// The k of "mean + k sigma"; also with −, which is the worse side of what is to be large.
-std::optional<double> deviations_in(std::string text) {
-  std::erase(text, ' ');
-  const std::string mean = "mean", sigma = "sigma";
-  if (!text.starts_with(mean) || !text.ends_with(sigma) || text.size() < 11) return std::nullopt;
-  if (text[4] != '+' && text[4] != '-') return std::nullopt;
-  double k = 0;
-  const char *const first = text.data() + 5, *const last = text.data() + text.size() - sigma.size();
-  const auto [end, error] = std::from_chars(first, last, k);
-  const bool whole = error == std::errc() && end == last;
-  return whole && k > 0 && k <= 100 ? std::optional(k) : std::nullopt;
-}
-
-}  // namespace
 
 ToleranceMargin read_margin(json& goal, bool tolerances, const Pointer& at) {
   if (!goal.contains("under")) {

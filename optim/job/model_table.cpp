@@ -1,5 +1,4 @@
 // The table of "model".
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "optim/job/job_tables.hpp"

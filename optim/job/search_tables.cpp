@@ -1,6 +1,6 @@
 // The tables of "optimise", "maps" and "samples".
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
-#include "optim/job/job_tolerances.hpp"
 
 namespace flexopt {
 

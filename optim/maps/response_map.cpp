@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
-#include "optim/job/job_atlas.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_tolerances.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/numerics/unit_points.hpp"
 
 namespace flexopt {

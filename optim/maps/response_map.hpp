@@ -7,7 +7,7 @@
 
 #include "optim/numerics/parallel.hpp"
 #include "optim/problem/design_problem.hpp"
-#include "optim/problem/shared_units.hpp"
+#include "optim/problem/evaluation_log.hpp"
 
 namespace flexopt {
 

@@ -1,7 +1,6 @@
 #include "optim/numerics/correction.hpp"
 
 #include <cassert>
-#include <cmath>
 
 namespace flexopt {
 

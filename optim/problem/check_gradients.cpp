@@ -1,5 +1,3 @@
-#include "optim/problem/check_gradients.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -77,6 +76,14 @@ std::vector<std::string> moving_parameters(const Job& job, bool robust) {
     if (moves || deviates(name)) moving.push_back(name);
   }
   return moving;
+}
+
+/// Whether a differentiable path was not finished on full leaves.
+bool of_reduced_leaves(const StrokeResponse& response, const StrokeRequest& request) {
+  return request.values == PathValues::differentiable &&
+         std::ranges::any_of(response.path, [](const PathPoint& point) {
+           return std::ranges::find(point.leaves, "tube", &LeafReport::model) != point.leaves.end();
+         });
 }
 
 }  // namespace
@@ -177,18 +184,6 @@ StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOpt
                                       const StrokeRequest& request) const {
   return evaluators_.values(mechanism(variables), model, request);
 }
-
-namespace {
-
-/// Whether a differentiable path was not finished on full leaves.
-bool of_reduced_leaves(const StrokeResponse& response, const StrokeRequest& request) {
-  return request.values == PathValues::differentiable &&
-         std::ranges::any_of(response.path, [](const PathPoint& point) {
-           return std::ranges::find(point.leaves, "tube", &LeafReport::model) != point.leaves.end();
-         });
-}
-
-}  // namespace
 
 MisassembledGoals::Found DesignProblem::look_in_box(const ParameterValues& parameters,
                                                     bool gradient, const ModelOptions& model,

@@ -1,5 +1,5 @@
 #pragma once
-// One start's evaluations: numbered, remembered, logged, counted.
+// Evaluations of a problem by a crew.
 #include <functional>
 #include <map>
 #include <mutex>
@@ -12,6 +12,16 @@
 #include "optim/problem/evaluation_log.hpp"
 
 namespace flexopt {
+
+/// DesignProblem::evaluate by whoever of the crew is free. The others have the same job and answer
+/// by `answer_evaluations`. Throws as Crew::ask.
+DesignValues ask_evaluation(Crew& crew, const DesignProblem& problem, const Variables& variables,
+                            bool gradient, std::optional<Accuracy> accuracy);
+
+/// Answers until the leader ends the stage.
+void answer_evaluations(Crew& crew, const DesignProblem& problem);
+
+// One start's evaluations: numbered, remembered, logged, counted.
 
 /// How far all starts are; given with every finished evaluation.
 struct Progress {

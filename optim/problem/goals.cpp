@@ -173,6 +173,24 @@ bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t ind
   return whole;
 }
 
+/// Extreme among the values first, first + 1, …, last − 1.
+Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t first,
+                       std::size_t last) {
+  const auto stride = static_cast<std::size_t>(goal.branches);
+  Extreme best{first, 1};
+  if (goal.over_stroke == OverStroke::last) best.entry = last - stride;
+  const auto rank = [&](std::size_t i) {
+    return goal.over_stroke == OverStroke::min       ? -values[i]
+           : goal.over_stroke == OverStroke::max     ? values[i]
+           : goal.over_stroke == OverStroke::max_abs ? std::abs(values[i])
+                                                     : 0.0;
+  };
+  for (std::size_t i = first; i < last; i += stride)
+    if (rank(i) > rank(best.entry)) best.entry = i;
+  if (goal.over_stroke == OverStroke::max_abs && values[best.entry] < 0) best.sign = -1;
+  return best;
+}
+
 }  // namespace
 
 std::vector<Goal> make_goals(const Job& job) {
@@ -311,34 +329,6 @@ GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
   }
   return reading;
 }
-
-namespace {
-
-/// Extreme among the values first, first + 1, …, last − 1.
-Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t first,
-                       std::size_t last) {
-  const auto stride = static_cast<std::size_t>(goal.branches);
-  Extreme best{first, 1};
-  if (goal.over_stroke == OverStroke::last) best.entry = last - stride;
-  const auto rank = [&](std::size_t i) {
-    switch (goal.over_stroke) {
-      case OverStroke::min:
-        return -values[i];
-      case OverStroke::max:
-        return values[i];
-      case OverStroke::max_abs:
-        return std::abs(values[i]);
-      default:
-        return 0.0;
-    }
-  };
-  for (std::size_t i = first; i < last; i += stride)
-    if (rank(i) > rank(best.entry)) best.entry = i;
-  if (goal.over_stroke == OverStroke::max_abs && values[best.entry] < 0) best.sign = -1;
-  return best;
-}
-
-}  // namespace
 
 Extreme extreme(const Goal& goal, const GoalValues& values, std::size_t part) {
   const auto stride = static_cast<std::size_t>(goal.branches);

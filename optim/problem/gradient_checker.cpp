@@ -10,11 +10,12 @@
 #include "core/response/stroke_series/stroke_ways.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_stroke.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/numerics/sampled_rounding.hpp"
 #include "optim/problem/goals.hpp"
 
 namespace flexopt {
+
 namespace {
 
 // The job with one of its numbers changed, possibly to a value that no real body has.
@@ -113,6 +114,12 @@ GradientChecker::Columns columns_of(const Job& job) {
     }
   }
   return columns;
+}
+
+// Order in which checks of several points are reported: wrong ones first, then those without a
+// derivative.
+int weight(const GradientCheck& c) {
+  return c.quantity.empty() ? 0 : !c.agrees ? 3 : c.equal_stiffnesses ? 2 : 1;
 }
 
 }  // namespace
@@ -322,16 +329,6 @@ GradientCheck GradientChecker::compare(std::size_t i, const std::string& paramet
   return c;
 }
 
-namespace {
-
-// Order in which checks of several points are reported: wrong ones first, then those without a
-// derivative.
-int weight(const GradientCheck& c) {
-  return c.quantity.empty() ? 0 : !c.agrees ? 3 : c.equal_stiffnesses ? 2 : 1;
-}
-
-}  // namespace
-
 std::vector<GradientCheck> GradientChecker::check(std::size_t parameter) const {
   const std::string& name = parameters()[parameter];
   const double x = present(job_, name), size_of_x = x != 0 ? std::abs(x) : unit(job_, name),
@@ -391,6 +388,50 @@ std::vector<GradientCheck> GradientChecker::check(std::size_t parameter) const {
     }
   }
   return worst;
+}
+
+std::vector<FrequencyGroup> groups_of(const std::vector<Quantity>& names, const MaybeNumbers& here,
+                                      const MaybeNumbers& slopes, std::size_t first, double step) {
+  std::vector<FrequencyGroup> groups;
+  double reach = 0;
+  std::string list;
+  for (std::size_t q = 0; q < names.size(); ++q) {
+    if (!names[q].name.starts_with("frequencies.")) continue;
+    const std::string of = names[q].name.substr(0, names[q].name.rfind('.'));
+    if (!here[first + q] || !slopes[first + q]) continue;
+    const double f = *here[first + q], by = 2 * step * std::abs(*slopes[first + q]) + 1e-6 * f;
+    if (of != list || f - by > reach) groups.emplace_back();
+    reach = of != list ? f + by : std::max(reach, f + by);
+    list = of;
+    groups.back().push_back(first + q);
+  }
+  std::erase_if(groups, [](const FrequencyGroup& g) { return g.size() < 2; });
+  return groups;
+}
+
+void average_values(const std::vector<FrequencyGroup>& groups, std::vector<double>& values) {
+  for (const FrequencyGroup& g : groups) {
+    double squares = 0;
+    for (const std::size_t i : g) squares += values[i] * values[i];
+    for (const std::size_t i : g) values[i] = std::sqrt(squares / static_cast<double>(g.size()));
+  }
+}
+
+void average_slopes(const std::vector<FrequencyGroup>& groups, const MaybeNumbers& here,
+                    MaybeNumbers& slopes) {
+  for (const FrequencyGroup& g : groups) {
+    double squares = 0, change = 0;
+    for (const std::size_t i : g) {
+      squares += *here[i] * *here[i];
+      change += *here[i] * *slopes[i];
+    }
+    for (const std::size_t i : g)
+      slopes[i] = change / std::sqrt(squares * static_cast<double>(g.size()));
+  }
+}
+
+int rank_of(const Quantity& frequency) {
+  return std::stoi(frequency.name.substr(frequency.name.rfind('.') + 1));
 }
 
 }  // namespace flexopt

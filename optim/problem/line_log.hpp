@@ -1,22 +1,47 @@
 #pragma once
-// An append-only file of JSON lines from which an interrupted run resumes.
+// Checksums of the lines of a log: a line that was changed on the disk is found, not believed.
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "optim/job/job.hpp"
 
 namespace flexopt {
 
+/// A JSON object or array, not empty, with the CRC-32 (zlib's) of its text as its last member:
+/// {"a":1} becomes {"a":1,"crc32":"1a2b3c4d"}, and [1] becomes [1,"crc32:1a2b3c4d"].
+std::string with_checksum(std::string_view line);
+
+/// The lines of one log in their order, as they were before with_checksum(). If the first line has
+/// a checksum all have; in logs from before there were any, a line may have none.
+class CheckedLines {
+ public:
+  CheckedLines() = default;
+  explicit CheckedLines(std::filesystem::path file) : file_(std::move(file)) {}
+
+  /// Throws SpecError with file and number of a line that is not as it was written.
+  std::string next(std::string_view line);
+  /// Number of the last line, counted from 1.
+  int number() const { return number_; }
+
+ private:
+  std::filesystem::path file_;
+  int number_ = 0;
+  bool all_have_ = false;
+};
+
+// An append-only file of JSON lines from which an interrupted run resumes.
+
 /// One line of a log: doubles as the shortest text that reads back to the same bits.
 std::string log_line(const nlohmann::ordered_json& value);
 
 /// The first line, {"flexopt_evaluations": identity}, says whose lines they are; the others are the
-/// owner's. In the file each has its checksum (line_checksum.hpp), which its owner does not see.
+/// owner's. In the file each has its checksum, which its owner does not see.
 class LineLog {
  public:
   /// A log that keeps nothing on disk.

@@ -1,17 +1,80 @@
 #pragma once
-// Goals that count at the worst errors of assembly in a box. Each value, at every point of the
-// stroke and in every load case, is that at its own worst place z*(p) in the box:
-//     V(p) = max over z of v(z, p),    ∂V/∂p = ∂v/∂p at z*                                   (V3)
-// because z* is at its bounds, which no parameter moves, or ∂v/∂z is zero there.
+// The box of errors of assembly that a job states, by coordinates z, each −1 … 1.
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "optim/problem/assembly_box.hpp"
+#include "core/math/types.hpp"
+#include "core/response/stroke_gradients.hpp"
+#include "optim/job/job.hpp"
 #include "optim/problem/goals.hpp"
-#include "optim/problem/worst_places.hpp"
 
 namespace flexopt {
+
+class AssemblyBox {
+ public:
+  explicit AssemblyBox(const AssemblyTolerances& spec);
+
+  /// How many errors may differ from zero.
+  int size() const { return static_cast<int>(entries_.size()); }
+  /// Assembly errors at z: one for each edge that has some.
+  std::vector<AssemblyError> errors(const VectorXd& z) const;
+  /// The request with the errors at z in addition to its own.
+  StrokeRequest misassembled(StrokeRequest request, const VectorXd& z) const;
+  /// Directions along every coordinate of the box, for derivatives.
+  std::vector<MechanismDirection> directions(const Mechanism& mechanism) const;
+
+ private:
+  struct Entry {
+    int leaf, end, axis;
+    bool turn;
+    double size;
+  };
+  std::vector<Entry> entries_;
+};
+
+// Places in the box [−1, 1]ⁿ at which each of many numbers is largest. The numbers are evaluated
+// together, and share the places that are visited.
+
+/// The numbers at one place z of the box.
+struct BoxLook {
+  bool ok = false;
+  std::string message;  ///< why not, with the figures
+  std::string reason;   ///< why not, in a few words without figures
+  VectorXd values;
+  MatrixXd rates;  ///< numbers × n
+};
+using LookInBox = std::function<BoxLook(const VectorXd& z)>;
+
+struct BoxSearch {
+  int size = 0;    ///< n
+  int starts = 4;  ///< the middle and points of a Sobol sequence
+  unsigned seed = 1;
+  int places = 1;  ///< how many of each number are wanted
+};
+
+struct WorstPlaces {
+  bool ok = false;
+  std::string message, reason;  ///< of the first place without numbers
+  /// For each number, the place where it is largest, then other local maxima that were found, in
+  /// descending order; at least one, at most `BoxSearch::places`.
+  std::vector<std::vector<VectorXd>> places;
+  int looks = 0;
+};
+
+/// Searches the worst places from the starts and from the corners to which the derivatives there
+/// point (of a box of up to four sides, all corners). Where the best of these is no local maximum:
+/// SLSQP from there, from its end with single sides at their bounds if that is worse, and Newton
+/// steps where it ends inside. The maxima are local; the global one is not guaranteed. `kinds`: of
+/// each number; numbers of one kind are compared with the largest of them to decide whether a slope
+/// counts as zero.
+WorstPlaces worst_places(const BoxSearch& search, const std::vector<std::size_t>& kinds,
+                         const LookInBox& look);
+
+// Goals that count at the worst errors of assembly in a box. Each value, at every point of the
+// stroke and in every load case, is that at its own worst place z*(p) in the box:
+//     V(p) = max over z of v(z, p),    ∂V/∂p = ∂v/∂p at z*                                   (V3)
+// because z* is at its bounds, which no parameter moves, or ∂v/∂z is zero there.
 
 class MisassembledGoals {
  public:

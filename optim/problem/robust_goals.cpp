@@ -8,26 +8,6 @@
 
 namespace flexopt {
 
-double tolerance_margin(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
-                        const ToleranceSlopes& slopes) {
-  if (margin.kind == ToleranceMargin::Kind::worst) return farthest(slopes);
-  return margin.deviations * standard_deviation(entries, slopes);
-}
-
-VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
-                        const ToleranceSlopes& slopes) {
-  VectorXd weights = VectorXd::Zero(slopes.size());
-  const double m = tolerance_margin(margin, entries, slopes), k = margin.deviations;
-  for (Eigen::Index e = 0; e < slopes.size() && m > 0; ++e) {
-    const double sigma = entries[static_cast<std::size_t>(e)].standard_deviation();
-    if (margin.kind == ToleranceMargin::Kind::worst)
-      weights[e] = slopes[e] == 0 ? 0 : std::copysign(1.0, slopes[e]);
-    else
-      weights[e] = k * k * slopes[e] * sigma * sigma / m;
-  }
-  return weights;
-}
-
 namespace {
 
 // Modes change ranks between neighbours, places of largest stress too: the rows of `there` within
@@ -86,7 +66,36 @@ double step_along(const Tolerance& entry, const ParameterValues& parameters) {
   return largest > 0 ? std::min(1.0, 1e-3 / largest) : 1.0;
 }
 
+VectorXd variances(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
+  VectorXd list(slopes.size());
+  for (Eigen::Index e = 0; e < slopes.size(); ++e) {
+    const double deviation = slopes[e] * entries[static_cast<std::size_t>(e)].standard_deviation();
+    list[e] = deviation * deviation;
+  }
+  return list;
+}
+
 }  // namespace
+
+double tolerance_margin(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
+                        const ToleranceSlopes& slopes) {
+  if (margin.kind == ToleranceMargin::Kind::worst) return farthest(slopes);
+  return margin.deviations * standard_deviation(entries, slopes);
+}
+
+VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
+                        const ToleranceSlopes& slopes) {
+  VectorXd weights = VectorXd::Zero(slopes.size());
+  const double m = tolerance_margin(margin, entries, slopes), k = margin.deviations;
+  for (Eigen::Index e = 0; e < slopes.size() && m > 0; ++e) {
+    const double sigma = entries[static_cast<std::size_t>(e)].standard_deviation();
+    if (margin.kind == ToleranceMargin::Kind::worst)
+      weights[e] = slopes[e] == 0 ? 0 : std::copysign(1.0, slopes[e]);
+    else
+      weights[e] = k * k * slopes[e] * sigma * sigma / m;
+  }
+  return weights;
+}
 
 std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters, const Look& look,
                                                GoalSlopes& here) const {
@@ -157,6 +166,31 @@ void RobustGoals::add_margins(const ParameterValues& parameters, bool gradient, 
     row += count;
   }
   if (rates.empty()) here.by_parameter.resize(0, 0);
+}
+
+MatrixXd tolerance_changes(const std::vector<Tolerance>& entries,
+                           const std::vector<std::string>& names,
+                           const ParameterValues& parameters) {
+  MatrixXd changes = MatrixXd::Zero(static_cast<Eigen::Index>(names.size()),
+                                    static_cast<Eigen::Index>(entries.size()));
+  for (std::size_t e = 0; e < entries.size(); ++e)
+    for (const ToleranceTerm& term : entries[e].terms)
+      if (const auto found = std::ranges::find(names, term.parameter); found != names.end())
+        changes(found - names.begin(), static_cast<Eigen::Index>(e)) +=
+            term.change_of(parameters.at(term.parameter));
+  return changes;
+}
+
+double farthest(const ToleranceSlopes& slopes) { return slopes.cwiseAbs().sum(); }
+
+double standard_deviation(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
+  return std::sqrt(variances(entries, slopes).sum());
+}
+
+VectorXd variance_shares(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
+  const VectorXd list = variances(entries, slopes);
+  const double all = list.sum();
+  return all > 0 ? VectorXd(list / all) : VectorXd::Zero(list.size());
 }
 
 }  // namespace flexopt

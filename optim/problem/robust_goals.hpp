@@ -1,18 +1,38 @@
 #pragma once
-// Goals that bear the tolerances of a job, to first order, and their exact derivatives. With the
-// slopes s_e of a value (tolerance_slopes.hpp) and the side d = ±1 that is worse,
-//     v + d m,    m = Σ |s_e|  or  k √(Σ s_e² σ_e²)                                          (V1)
-//     ∂m/∂p = Σ_e c_e ∂s_e/∂p,    c_e = sign s_e  or  k² s_e σ_e² / m                        (V2)
-//     ∂s_e/∂p = ∂/∂z_e (∂v/∂p) + ∂v/∂p · ∂change_p/∂p
-// The derivative along z_e is a central difference of exact ones.
+// First order: what tolerances do to a number whose derivatives are known.
+//     v(z) ≈ v + Σ s_e z_e,    s_e = Σ_p ∂v/∂p · change_p of entry e,    z_e in [−1, 1]
+//     farthest  Σ |s_e|,    standard deviation  √(Σ s_e² σ_e²),    share of e  s_e² σ_e² / Σ
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "core/math/types.hpp"
+#include "optim/job/job.hpp"
 #include "optim/problem/goals.hpp"
-#include "optim/problem/tolerance_slopes.hpp"
 
 namespace flexopt {
+
+/// Change of a number at the upper limit of each entry.
+using ToleranceSlopes = VectorXd;
+
+/// What the named parameters of a design change by at the upper limit of each entry: names ×
+/// entries.
+MatrixXd tolerance_changes(const std::vector<Tolerance>& entries,
+                           const std::vector<std::string>& names,
+                           const ParameterValues& parameters);
+
+/// Σ |s_e|: how far the number gets within the limits.
+double farthest(const ToleranceSlopes& slopes);
+double standard_deviation(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes);
+/// Share of each entry in the variance; all zero where the number depends on none of them.
+VectorXd variance_shares(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes);
+
+// Goals that bear the tolerances of a job, to first order, and their exact derivatives. With the
+// slopes s_e of a value (ToleranceSlopes) and the side d = ±1 that is worse,
+//     v + d m,    m = Σ |s_e|  or  k √(Σ s_e² σ_e²)                                          (V1)
+//     ∂m/∂p = Σ_e c_e ∂s_e/∂p,    c_e = sign s_e  or  k² s_e σ_e² / m                        (V2)
+//     ∂s_e/∂p = ∂/∂z_e (∂v/∂p) + ∂v/∂p · ∂change_p/∂p
+// The derivative along z_e is a central difference of exact ones.
 
 /// Values of all goals at one design, and their derivatives by parameters of it.
 struct GoalSlopes {

@@ -1,5 +1,3 @@
-#include "optim/problem/worst_places.hpp"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -8,6 +6,7 @@
 
 #include "core/math/decompositions.hpp"
 #include "optim/numerics/unit_points.hpp"
+#include "optim/problem/misassembled_goals.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {

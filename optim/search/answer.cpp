@@ -1,5 +1,3 @@
-#include "optim/search/answer.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "optim/numerics/parallel.hpp"
 #include "optim/search/search.hpp"
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 namespace {
@@ -45,20 +44,6 @@ ModelOptions at_full_accuracy(ModelOptions model) {
   return model;
 }
 
-}  // namespace
-
-void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer,
-           OptimumStatus if_feasible, Optimum& optimum) {
-  optimum.parameters = problem.parameters(problem.variables(answer.best.x));
-  optimum.objective = answer.best.objective;
-  optimum.decisive = place(problem.goals()[0], answer.best.values.goals[0]);
-  optimum.constraints = states(problem, scales, answer.best.values);
-  const bool feasible = answer.best.violation <= problem.spec().constraint_tolerance;
-  optimum.status = feasible ? if_feasible : OptimumStatus::infeasible;
-}
-
-namespace {
-
 double relative_margin(const ConstraintState& of, double scale) { return of.margin / scale; }
 
 std::string figures_of(const ConstraintState& c, double scale) {
@@ -90,6 +75,16 @@ std::vector<std::size_t> violated(const std::vector<ConstraintState>& constraint
 }
 
 }  // namespace
+
+void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer,
+           OptimumStatus if_feasible, Optimum& optimum) {
+  optimum.parameters = problem.parameters(problem.variables(answer.best.x));
+  optimum.objective = answer.best.objective;
+  optimum.decisive = place(problem.goals()[0], answer.best.values.goals[0]);
+  optimum.constraints = states(problem, scales, answer.best.values);
+  const bool feasible = answer.best.violation <= problem.spec().constraint_tolerance;
+  optimum.status = feasible ? if_feasible : OptimumStatus::infeasible;
+}
 
 std::string violated_words(const std::vector<ConstraintState>& constraints, const Scales& scales) {
   return words_of(violated(constraints, scales, 0), constraints, scales);

@@ -1,5 +1,3 @@
-#include "optim/search/confirmation.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,10 +5,11 @@
 
 #include "core/math/decompositions.hpp"
 #include "optim/numerics/multipliers.hpp"
-#include "optim/search/different_ends.hpp"
+#include "optim/search/stages.hpp"
 #include "optim/solvers/trials.hpp"
 
 namespace flexopt {
+
 namespace {
 
 // A gain of the objective by less than this does not count as another design.
@@ -303,6 +302,39 @@ VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& 
 
 Confirmation confirm(Campaign& campaign, std::vector<Start>& starts) {
   return Confirming(campaign, starts).run();
+}
+
+bool objectives_agree(double a, double b) {
+  constexpr double near = 1e-3;
+  return std::abs(a - b) <= near * std::abs(b);
+}
+
+std::vector<std::vector<int>> different_ends(const std::vector<const Candidate*>& ends,
+                                             bool maximise, double feasible_within) {
+  constexpr double near = 0.05;
+  const auto end = [&](int i) -> const Candidate& { return *ends[static_cast<std::size_t>(i)]; };
+  const auto feasible = [&](int i) { return end(i).violation <= feasible_within; };
+  std::vector<int> order;
+  for (int i = 0; i < static_cast<int>(ends.size()); ++i)
+    if (ends[static_cast<std::size_t>(i)]) order.push_back(i);
+  std::ranges::stable_sort(order, [&](int i, int j) {
+    return better({end(i).objective, end(i).violation}, {end(j).objective, end(j).violation},
+                  maximise, feasible_within);
+  });
+  std::vector<std::vector<int>> groups;
+  for (const int i : order) {
+    const auto same = std::ranges::find_if(groups, [&](const std::vector<int>& group) {
+      const int best = group.front();
+      return feasible(i) == feasible(best) &&
+             objectives_agree(end(i).objective, end(best).objective) &&
+             (end(i).x - end(best).x).lpNorm<Eigen::Infinity>() <= near;
+    });
+    if (same != groups.end())
+      same->push_back(i);
+    else
+      groups.push_back({i});
+  }
+  return groups;
 }
 
 }  // namespace flexopt

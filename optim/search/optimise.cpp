@@ -1,24 +1,14 @@
-#include "optim/search/optimise.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
-#include <memory>
 
 #include "optim/numerics/parallel.hpp"
-#include "optim/search/answer.hpp"
-#include "optim/search/confirmation.hpp"
-#include "optim/search/different_ends.hpp"
-#include "optim/search/help_optimise.hpp"
-#include "optim/search/pareto.hpp"
-#include "optim/search/search.hpp"
-#include "optim/search/start_points.hpp"
-#include "optim/search/stock.hpp"
-#include "optim/search/verification.hpp"
+#include "optim/problem/evaluation_book.hpp"
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
+
 namespace {
 
 StartSummary summarise(const DesignProblem& problem, const Start& start, int index) {
@@ -389,6 +379,17 @@ Optimum Optimisation::run() {
   tell_gradients();
   close_log();
   return std::move(optimum_);
+}
+
+/// The work of a process that follows: designs as the leader of the crew asks for them.
+void help_optimise(const Job& job, const OptimiseOptions& options) {
+  if (job.optimise->search == SearchKind::global) {
+    ScreeningOptions how;
+    how.threads = options.threads;
+    how.sharing = options.sharing;
+    screen(job, options.evaluators, how);
+  }
+  answer_evaluations(*options.sharing->crew(), DesignProblem(job, options.evaluators));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
-#include "optim/search/pareto.hpp"
-
 #include <fmt/format.h>
 
 #include <cassert>
 #include <cmath>
+
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 namespace {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "optim/numerics/multipliers.hpp"
@@ -277,17 +278,8 @@ EvaluationBook Campaign::book(Stage stage, int start, const EvaluationBook* know
 }
 
 std::string word_of(StopReason reason) {
-  switch (reason) {
-    case StopReason::converged:
-      return "converged";
-    case StopReason::max_evaluations:
-      return "max_evaluations";
-    case StopReason::stalled:
-      return "stalled";
-    case StopReason::failed:
-      return "failed";
-  }
-  return "";
+  constexpr std::array names{"converged", "max_evaluations", "stalled", "failed"};
+  return names[static_cast<std::size_t>(reason)];
 }
 
 SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,

@@ -1,14 +1,12 @@
-#include "optim/search/stock.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <memory>
 #include <set>
 
 #include "optim/numerics/parallel.hpp"
+#include "optim/search/stages.hpp"
 
 namespace flexopt {
 namespace {
@@ -106,15 +104,6 @@ StockDesign report_of(const DesignProblem& problem, const VectorXd& sizes, const
   design.feasible = r.best->violation <= problem.spec().constraint_tolerance;
   return design;
 }
-
-}  // namespace
-
-bool has_stock(const OptimiseSpec& spec) {
-  return std::any_of(spec.variables.begin(), spec.variables.end(),
-                     [](const Variable& v) { return !v.stock.empty(); });
-}
-
-namespace {
 
 /// Search from combination to combination of sizes, until none of the neighbours is better.
 class Sizes {
@@ -317,6 +306,11 @@ StockOutcome Sizes::run(const Candidate& optimum) {
 }
 
 }  // namespace
+
+bool has_stock(const OptimiseSpec& spec) {
+  return std::any_of(spec.variables.begin(), spec.variables.end(),
+                     [](const Variable& v) { return !v.stock.empty(); });
+}
 
 StockOutcome search_stock(const Campaign& campaign, const EvaluationBook& known, const Pose& pose,
                           const Candidate& optimum) {

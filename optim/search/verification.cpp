@@ -1,11 +1,10 @@
-#include "optim/search/verification.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
+#include "optim/search/stages.hpp"
 #include "optim/solvers/trials.hpp"
 
 namespace flexopt {

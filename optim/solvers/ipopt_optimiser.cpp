@@ -7,10 +7,10 @@
 #include <IpTNLP.hpp>
 #include <algorithm>
 #include <cassert>
-#include <cmath>
+#include <map>
 #include <mutex>
 
-#include "optim/solvers/adapters.hpp"
+#include "optim/solvers/trials.hpp"
 
 namespace flexopt {
 namespace {
@@ -131,28 +131,19 @@ class Programme : public Ipopt::TNLP {
 };
 
 std::string words(Ipopt::ApplicationReturnStatus status) {
-  switch (status) {
-    case Ipopt::Solve_Succeeded:
-      return "the optimality conditions hold";
-    case Ipopt::Solved_To_Acceptable_Level:
-      return "the optimality conditions hold acceptably";
-    case Ipopt::Infeasible_Problem_Detected:
-      return "a local minimum of the violation";
-    case Ipopt::Search_Direction_Becomes_Too_Small:
-      return "the steps became too small";
-    case Ipopt::Feasible_Point_Found:
-      return "a feasible point";
-    case Ipopt::Maximum_Iterations_Exceeded:
-      return "the iterations are spent";
-    case Ipopt::Restoration_Failed:
-      return "the way back to feasible points failed";
-    case Ipopt::Error_In_Step_Computation:
-      return "no step could be computed";
-    case Ipopt::Invalid_Number_Detected:
-      return "a gradient could not be evaluated";
-    default:
-      return fmt::format("Ipopt's status {}", static_cast<int>(status));
-  }
+  static const std::map<Ipopt::ApplicationReturnStatus, const char*> known{
+      {Ipopt::Solve_Succeeded, "the optimality conditions hold"},
+      {Ipopt::Solved_To_Acceptable_Level, "the optimality conditions hold acceptably"},
+      {Ipopt::Infeasible_Problem_Detected, "a local minimum of the violation"},
+      {Ipopt::Search_Direction_Becomes_Too_Small, "the steps became too small"},
+      {Ipopt::Feasible_Point_Found, "a feasible point"},
+      {Ipopt::Maximum_Iterations_Exceeded, "the iterations are spent"},
+      {Ipopt::Restoration_Failed, "the way back to feasible points failed"},
+      {Ipopt::Error_In_Step_Computation, "no step could be computed"},
+      {Ipopt::Invalid_Number_Detected, "a gradient could not be evaluated"}};
+  const auto found = known.find(status);
+  return found == known.end() ? fmt::format("Ipopt's status {}", static_cast<int>(status))
+                              : found->second;
 }
 
 struct Outcome {

@@ -4,10 +4,11 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <nlopt.hpp>
 #include <optional>
 
-#include "optim/solvers/adapters.hpp"
+#include "optim/solvers/trials.hpp"
 
 namespace flexopt {
 namespace {
@@ -262,36 +263,16 @@ double unbalanced(const Trials& trials) {
 }
 
 std::string words(nlopt::result result) {
-  switch (result) {
-    case nlopt::SUCCESS:
-      return "the algorithm's own test is met";
-    case nlopt::STOPVAL_REACHED:
-      return "the stopping value is reached";
-    case nlopt::FTOL_REACHED:
-      return "the objective no longer changes";
-    case nlopt::XTOL_REACHED:
-      return "the variables no longer change";
-    case nlopt::ROUNDOFF_LIMITED:
-      return "rounding limits the progress";
-    case nlopt::FORCED_STOP:
-      return "the evaluations are spent";
-    default:
-      return "the library gave up";
-  }
+  static const std::map<nlopt::result, const char*> known{
+      {nlopt::SUCCESS, "the algorithm's own test is met"},
+      {nlopt::STOPVAL_REACHED, "the stopping value is reached"},
+      {nlopt::FTOL_REACHED, "the objective no longer changes"},
+      {nlopt::XTOL_REACHED, "the variables no longer change"},
+      {nlopt::ROUNDOFF_LIMITED, "rounding limits the progress"},
+      {nlopt::FORCED_STOP, "the evaluations are spent"}};
+  const auto found = known.find(result);
+  return found == known.end() ? "the library gave up" : found->second;
 }
-
-}  // namespace
-
-const std::vector<AlgorithmInfo>& nlopt_algorithms() {
-  static const std::vector<AlgorithmInfo> all = [] {
-    std::vector<AlgorithmInfo> list;
-    for (const Entry& e : entries()) list.push_back(e.info);
-    return list;
-  }();
-  return all;
-}
-
-namespace {
 
 /// What the runs came to.
 OptimiserSummary summarise(const Trials& trials, const Entry& entry, nlopt::result result, int runs,
@@ -316,6 +297,15 @@ OptimiserSummary summarise(const Trials& trials, const Entry& entry, nlopt::resu
 }
 
 }  // namespace
+
+const std::vector<AlgorithmInfo>& nlopt_algorithms() {
+  static const std::vector<AlgorithmInfo> all = [] {
+    std::vector<AlgorithmInfo> list;
+    for (const Entry& e : entries()) list.push_back(e.info);
+    return list;
+  }();
+  return all;
+}
 
 OptimiserSummary minimise_nlopt(Trials& trials) {
   const OptimiserOptions& options = trials.options();

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/solvers/adapters.hpp"
+#include "optim/solvers/trials.hpp"
 
 namespace flexopt {
 namespace {

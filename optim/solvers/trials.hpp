@@ -2,6 +2,7 @@
 // The optimiser's side of a problem: counts, remembers the best point, stops at the budget.
 #include <exception>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -80,5 +81,28 @@ class Trials {
 
 /// x moved into the box.
 VectorXd into_box(const VectorXd& x, const VectorXd& lower, const VectorXd& upper);
+
+// What each library's adapter file offers to `minimise`. Private to optim/.
+
+enum class Constraining {
+  own,        ///< the algorithm models constraints
+  augmented,  ///< through NLopt's augmented Lagrangian
+  none        ///< bounds only
+};
+
+struct AlgorithmInfo {
+  std::string name;
+  bool gradients = false;
+  bool slack = false;  ///< better served by a slack variable than by one value with kinks
+  Constraining constraining = Constraining::own;
+  std::vector<std::string> locals;  ///< what may run inside it, the default first
+};
+
+/// NLopt's algorithms that this build offers, by NLopt's names.
+const std::vector<AlgorithmInfo>& nlopt_algorithms();
+
+/// Optimisers that start from the best point of `trials`, which must exist.
+OptimiserSummary minimise_nlopt(Trials& trials);
+OptimiserSummary minimise_ipopt(Trials& trials);
 
 }  // namespace flexopt

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "core/response/quantities.hpp"
 #include "optim/numerics/central_differences.hpp"
 #include "optim/numerics/unit_points.hpp"
-#include "optim/problem/assembly_box.hpp"
+#include "optim/problem/misassembled_goals.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {

@@ -1,15 +1,33 @@
 #pragma once
-// What the tolerances of a job do to its numbers: to first order by exact derivatives, and by
-// designs sampled within the tolerances.
+// What tolerances do to a goal, to first order.
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "optim/numerics/parallel.hpp"
-#include "optim/problem/shared_units.hpp"
-#include "optim/tolerances/linear_goal.hpp"
+#include "optim/problem/evaluation_log.hpp"
+#include "optim/problem/goals.hpp"
+#include "optim/problem/robust_goals.hpp"
 
 namespace flexopt {
+
+/// First-order model of a goal: of each of its values, of which the goal takes the worst.
+struct LinearGoal {
+  double value = 0;
+  double low = 0, high = 0;  ///< of the goal's one number, each value at its own worst
+  ToleranceSlopes slopes;    ///< of the decisive value
+};
+/// `slopes`: of each value of the goal, a row each.
+LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixXd& slopes);
+
+/// The largest scale of all limits that keeps a bound, first order: 0 where it is missed already,
+/// nothing where no scale can miss it. Bounds that hold for every value of the goal hold each at
+/// its own worst; of others (the last point, say) the decisive value counts.
+std::optional<double> room_of(const Goal& goal, const GoalValues& values, const MatrixXd& slopes,
+                              const std::optional<double>& min, const std::optional<double>& max);
+
+// What the tolerances of a job do to its numbers: to first order by exact derivatives, and by
+// designs sampled within the tolerances.
 
 /// What the sampled designs make of a number.
 struct SampledNumber {

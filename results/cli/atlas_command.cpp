@@ -105,10 +105,7 @@ int make_atlas_file(const CommandLine& line) {
     progress.step({.done = done,
                    .total = total,
                    .what = "leaves",
-                   .text = fmt::format("{} of {} leaves", done, total),
-                   .goals = {},
-                   .replayed = 0,
-                   .at_most = false});
+                   .text = fmt::format("{} of {} leaves", done, total)});
   };
   const MadeAtlas made = make_atlas(settings, options);
   if (!made.atlas) {

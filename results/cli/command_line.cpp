@@ -10,17 +10,16 @@
 #include <utility>
 
 #include "core/spec/names.hpp"
-#include "results/cli/run_json.hpp"
+#include "results/cli/commands.hpp"
+#include "results/cli/printed.hpp"
 #include "results/export/formats.hpp"
 #include "results/files/version.hpp"
-#include "results/run/join_crew.hpp"
 #include "results/run/progress.hpp"
+#include "results/run/shard.hpp"
 
 namespace flexopt {
 
 namespace {
-
-constexpr int wrong_input = 2;  // as exit_wrong_input of the commands
 
 /// guide.json → guide.out, in the current folder.
 std::string default_folder(const std::string& job, const char* ending) {
@@ -43,7 +42,7 @@ void declare(CLI::App& app, CommandLine& line) {
   app.name("flexopt");
   app.set_version_flag("--version", fmt::format("flexopt {} ({})", version(), commit()));
   app.require_subcommand(1);
-  const auto command = [&](const char* name, const char* help, Command which) {
+  const auto command = [&](const char* name, const char* help, int (*which)(const CommandLine&)) {
     CLI::App* sub = app.add_subcommand(name, help);
     sub->callback([&line, which] { line.command = which; });
     return sub;
@@ -75,7 +74,7 @@ void declare(CLI::App& app, CommandLine& line) {
         ->type_name("[SVG]");
   };
 
-  CLI::App* run = command("run", "Run a job and write its results", Command::run);
+  CLI::App* run = command("run", "Run a job and write its results", run_job);
   takes_job(run, "the job file");
   run->add_option("--out", line.folder, "folder for the results [job's file stem + .out]")
       ->type_name("DIR");
@@ -85,7 +84,7 @@ void declare(CLI::App& app, CommandLine& line) {
   run->add_flag("--json", line.json, "print one JSON object, also where something is wrong");
   works_long(run);
 
-  CLI::App* merge = command("merge", "Make one run of the shards of a run", Command::merge);
+  CLI::App* merge = command("merge", "Make one run of the shards of a run", merge_shards);
   merge->add_option("DIR", line.folders, "the output folders of run --shard")
       ->required()
       ->type_name("DIR");
@@ -94,11 +93,10 @@ void declare(CLI::App& app, CommandLine& line) {
   merge->add_flag("--json", line.json, "print one JSON object, also where something is wrong");
   works_long(merge);
 
-  takes_job(
-      command("validate", "Check a job or a design file without running it", Command::validate),
-      "the job file, or a design file");
+  takes_job(command("validate", "Check a job or a design file without running it", validate_job),
+            "the job file, or a design file");
 
-  CLI::App* designs = command("designs", "List the families, or describe one", Command::designs);
+  CLI::App* designs = command("designs", "List the families, or describe one", describe_designs);
   designs->add_option("FAMILY", line.family, "the family to describe")->type_name("FAMILY");
   designs
       ->add_option_function<std::string>(
@@ -111,7 +109,7 @@ void declare(CLI::App& app, CommandLine& line) {
       ->type_name("FAMILY");
   draws(designs, "draw it with dimensions, into a file or on stdout");
 
-  CLI::App* fresh = command("new", "Write a job to start from, ready to run", Command::new_job);
+  CLI::App* fresh = command("new", "Write a job to start from, ready to run", write_new_job);
   fresh->add_option("FAMILY", line.family, "a family, or a design file of your own (.json)")
       ->required()
       ->type_name("FAMILY");
@@ -119,32 +117,31 @@ void declare(CLI::App& app, CommandLine& line) {
   fresh->add_option("--out", line.file, "the job file [stdout]")->type_name("FILE");
   fresh->add_flag("--overwrite", line.overwrite, "replace the file if it is there already");
 
-  command("quantities", "List the numbers that goals may name", Command::quantities)
+  command("quantities", "List the numbers that goals may name", list_quantities)
       ->add_option("FAMILY", line.family, "with the units and directions of its drives")
       ->type_name("FAMILY");
 
   takes_job(
       command("expand",
               "Print the mechanism of a job: no frames, parts, repeats or options, full names",
-              Command::expand),
+              expand_job),
       "the job file, or a design file that needs no parameters");
 
-  command("schema", "Print the JSON Schema of a job", Command::schema)
+  command("schema", "Print the JSON Schema of a job", print_schema)
       ->add_flag("--design", line.of_design, "that of a design file instead");
 
-  CLI::App* check = command("check-gradients", "Compare gradients with independent derivatives",
-                            Command::check_gradients);
+  CLI::App* check =
+      command("check-gradients", "Compare gradients with independent derivatives", check_gradients);
   takes_job(check, "the job file");
   check->add_option("--tolerance", line.tolerance, "largest relative difference")
       ->check(CLI::PositiveNumber);
 
-  command("report", "Write the report of a run again", Command::report)
+  command("report", "Write the report of a run again", rewrite_report)
       ->add_option("DIR", line.folder, "the output folder of the run")
       ->required()
       ->type_name("DIR");
 
-  CLI::App* exports =
-      command("export", "Write a mechanism for CAD and other programs", Command::export_files);
+  CLI::App* exports = command("export", "Write a mechanism for CAD and other programs", export_job);
   takes_job(exports, "the job file");
   std::string formats = "one or more, with commas:";
   for (const ExportFormat& format : export_formats())
@@ -165,8 +162,8 @@ void declare(CLI::App& app, CommandLine& line) {
   exports->add_option("--out", line.folder, "folder for the files [job's file stem + .export]")
       ->type_name("DIR");
 
-  CLI::App* atlas =
-      command("atlas", "Make the atlas that jobs with \"atlas\" look leaves up in", Command::atlas);
+  CLI::App* atlas = command("atlas", "Make the atlas that jobs with \"atlas\" look leaves up in",
+                            make_atlas_file);
   atlas->add_option("--out", line.file, "the file [FLEXOPT_ATLAS, or one in the user's cache]")
       ->type_name("FILE");
   atlas->add_option("--mesh", line.mesh, "elements along and across of its leaves [12 5]")
@@ -180,19 +177,19 @@ void declare(CLI::App& app, CommandLine& line) {
         ->check(CLI::Range(1, 65535))
         ->type_name("N");
   };
-  CLI::App* explore = command("explore", "Serve a page on which the numbers of a job can be moved",
-                              Command::explore);
+  CLI::App* explore =
+      command("explore", "Serve a page on which the numbers of a job can be moved", explore_job);
   takes_job(explore, "the job file");
   serves(explore);
 
-  CLI::App* watch = command("watch", "Serve the report of a run that goes on", Command::watch);
+  CLI::App* watch = command("watch", "Serve the report of a run that goes on", watch_run);
   watch->add_option("DIR", line.folder, "the output folder of the run")
       ->required()
       ->type_name("DIR");
   serves(watch);
 
   CLI::App* show =
-      command("show", "Draw the mechanism of a job, undeflected, with all names", Command::show);
+      command("show", "Draw the mechanism of a job, undeflected, with all names", show_mechanism);
   takes_job(show, "the job file");
   show->add_option("--out", line.folder, "folder for report.html [job's file stem + .show]")
       ->type_name("DIR");
@@ -200,7 +197,7 @@ void declare(CLI::App& app, CommandLine& line) {
   draws(show, "a drawing with dimensions instead of the page, into a file or on stdout")
       ->excludes(open);
 
-  command("completion", "Print a script that completes commands in a shell", Command::completion)
+  command("completion", "Print a script that completes commands in a shell", print_completion)
       ->add_option("SHELL", line.shell, "the shell")
       ->required()
       ->check(CLI::IsMember(std::vector<std::string>{"bash", "zsh"}));
@@ -249,7 +246,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
         std::any_of(argv, argv + argc, [](std::string_view word) { return word == "--json"; });
     if (json && error.get_exit_code() != 0) {
       print_failure("wrong_input", error.what());
-      parsed.exit_code = wrong_input;
+      parsed.exit_code = exit_wrong_input;
       return parsed;
     }
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
@@ -257,11 +254,11 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       for (const CLI::App* sub : app.get_subcommands({})) known.push_back(sub->get_name());
       put(stderr,
           fmt::format("flexopt: {}: unknown command; {}\n", argv[1], known_names(argv[1], known)));
-      parsed.exit_code = wrong_input;
+      parsed.exit_code = exit_wrong_input;
       return parsed;
     }
     const int code = app.exit(error);  // prints help and version to stdout, errors to stderr
-    parsed.exit_code = code == 0 ? 0 : wrong_input;
+    parsed.exit_code = code == 0 ? 0 : exit_wrong_input;
   }
   return parsed;
 }

@@ -7,27 +7,8 @@
 
 namespace flexopt {
 
-enum class Command {
-  run,
-  merge,
-  validate,
-  designs,
-  quantities,
-  expand,
-  schema,
-  check_gradients,
-  report,
-  export_files,
-  atlas,
-  explore,
-  watch,
-  show,
-  new_job,
-  completion
-};
-
 struct CommandLine {
-  Command command = Command::run;
+  int (*command)(const CommandLine&) = nullptr;  ///< what carries it out, of commands.hpp
   std::string job;     ///< file of run, validate, expand, export, explore, …
   std::string folder;  ///< of report, watch; --out of run, merge and export, with its default
   std::vector<std::string> overrides;  ///< --set /pointer=value

@@ -1,44 +1,39 @@
 #include "results/cli/commands.hpp"
 
 #include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
-#include "designs/design_shape.hpp"
-#include "designs/expand.hpp"
-#include "designs/library.hpp"
-#include "optim/compare/samples.hpp"
+#include "designs/family.hpp"
+#include "optim/compare/comparison.hpp"
 #include "optim/problem/check_gradients.hpp"
-#include "results/cli/quantity_list.hpp"
+#include "results/cli/printed.hpp"
+#include "results/drawing/design_drawing.hpp"
+#include "results/export/formats.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
-#include "results/run/run_files.hpp"
+#include "results/run/run.hpp"
 #include "results/server/serve.hpp"
+#include "results/start/new_job.hpp"
 
 namespace flexopt {
 
-Job checked_job(const CommandLine& line) {
-  Job job = read_job(line.job, line.overrides);
-  (void)make_mechanism(job, job.design.parameters);
-  for (const ListedDesign& design : job.designs)
-    (void)make_mechanism(*design.job, design.job->design.parameters);
-  return job;
-}
+namespace fs = std::filesystem;
 
 namespace {
 
 /// Whether the file says that it is a design, not a job. A pipe, which can be read once, is a job.
 bool is_design_file(const std::string& file) {
-  if (!std::filesystem::is_regular_file(file)) return false;
+  if (!fs::is_regular_file(file)) return false;
   std::vector<Fault> faults;
   const auto document = parse_json(read_text(file), faults);
   return document.is_object() && document.contains("flexopt_design");
@@ -74,7 +69,70 @@ int validate_design(const CommandLine& line) {
   return exit_usable;
 }
 
+bool print_gradient_checks(const Job& job, const CommandLine& line) {
+  const GradientReport report = check_gradients(job, line.tolerance, line.threads);
+  fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
+             "exact", "difference", "relative", "known to");
+  std::string load_case;
+  for (const GradientCheck& c : report.checks) {
+    if (c.load_case != load_case) fmt::print("load case {}\n", load_case = c.load_case);
+    fmt::print("{:<28} {:<28} {:>5} {:>14.6e} {:>14.6e} {:>9.1e} {:>9.1e}{}\n", c.quantity,
+               c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
+               !c.agrees             ? "  WRONG"
+               : c.equal_stiffnesses ? "  equal stiffnesses"
+                                     : "");
+  }
+  fmt::print("{}\n", report.message);
+  return report.ok;
+}
+
+void say_address(const std::string& address) {
+  fmt::print("{}\n", address);
+  std::fflush(stdout);  // whoever reads a pipe waits for it
+}
+
+/// Opens a file with xdg-open; false where there is none, or it knows no program.
+bool opened(const std::string& file) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::execlp("xdg-open", "xdg-open", file.c_str(), static_cast<char*>(nullptr));
+    ::_exit(127);
+  }
+  int status = 0;
+  return child > 0 && ::waitpid(child, &status, 0) == child && WIFEXITED(status) &&
+         WEXITSTATUS(status) == 0;
+}
+
+int write_drawing(const std::string& svg, const std::string& file) {
+  if (file.empty()) {
+    fmt::print("{}", svg);
+    return exit_usable;
+  }
+  write_file(file, svg);
+  fmt::print("{}\n", file);
+  return exit_usable;
+}
+
+int draw_job(const CommandLine& line) {
+  const Job job = read_job(line.job, line.overrides);
+  if (!job.designs.empty())
+    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
+                    "a job of one design can be drawn");
+  return write_drawing(
+      svg_of_design(resolve(job.design)->family(),
+                    complete_parameters(job.design, job.design.parameters), job.design.choices),
+      line.svg_file);
+}
+
 }  // namespace
+
+Job checked_job(const CommandLine& line) {
+  Job job = read_job(line.job, line.overrides);
+  (void)make_mechanism(job, job.design.parameters);
+  for (const ListedDesign& design : job.designs)
+    (void)make_mechanism(*design.job, design.job->design.parameters);
+  return job;
+}
 
 int expand_job(const CommandLine& line) {
   if (is_design_file(line.job)) {
@@ -142,27 +200,6 @@ int print_schema(const CommandLine& line) {
   return exit_usable;
 }
 
-namespace {
-
-bool print_gradient_checks(const Job& job, const CommandLine& line) {
-  const GradientReport report = check_gradients(job, line.tolerance, line.threads);
-  fmt::print("{:<28} {:<28} {:>5} {:>14} {:>14} {:>9} {:>9}\n", "quantity", "parameter", "point",
-             "exact", "difference", "relative", "known to");
-  std::string load_case;
-  for (const GradientCheck& c : report.checks) {
-    if (c.load_case != load_case) fmt::print("load case {}\n", load_case = c.load_case);
-    fmt::print("{:<28} {:<28} {:>5} {:>14.6e} {:>14.6e} {:>9.1e} {:>9.1e}{}\n", c.quantity,
-               c.parameter, c.point, c.exact, c.difference, c.error, c.known_to,
-               !c.agrees             ? "  WRONG"
-               : c.equal_stiffnesses ? "  equal stiffnesses"
-                                     : "");
-  }
-  fmt::print("{}\n", report.message);
-  return report.ok;
-}
-
-}  // namespace
-
 int check_gradients(const CommandLine& line) {
   const Job job = checked_job(line);
   if (job.designs.empty()) return print_gradient_checks(job, line) ? exit_usable : exit_not_usable;
@@ -177,18 +214,9 @@ int check_gradients(const CommandLine& line) {
 int rewrite_report(const CommandLine& line) {
   const ShownRun run = read_run(line.folder);
   write_report(line.folder, *run.result, *run.scene);
-  fmt::print("{}\n", (std::filesystem::path(line.folder) / "report.html").string());
+  fmt::print("{}\n", (fs::path(line.folder) / "report.html").string());
   return exit_usable;
 }
-
-namespace {
-
-void say_address(const std::string& address) {
-  fmt::print("{}\n", address);
-  std::fflush(stdout);  // whoever reads a pipe waits for it
-}
-
-}  // namespace
 
 int explore_job(const CommandLine& line) {
   const Job job = checked_job(line);
@@ -200,6 +228,78 @@ int explore_job(const CommandLine& line) {
 int watch_run(const CommandLine& line) {
   serve_watch(line.folder, line.port, say_address);
   return exit_usable;
+}
+
+int export_job(const CommandLine& line) {
+  const std::vector<std::string> formats = read_formats(line.formats);
+  const Job job = read_job(line.job, line.overrides);
+  ExportPlace place{.at = line.at, .result = {}, .load_case = line.load_case};
+  if (!line.result.empty()) place.result = line.result;
+  const Exported exported = make_exported(job, place);
+  ExportOptions options{
+      .formats = formats, .stem = fs::path(line.job).stem().string(), .solid = {}};
+  if (line.solids[0] > 0) {
+    options.solid.along = line.solids[0];
+    options.solid.across = line.solids[1];
+    options.solid.through = line.solids[2];
+  }
+  OutputFolder folder(line.folder);
+  try {
+    const WrittenExports written = write_exports(exported, options, folder.path());
+    for (const std::string& note : written.notes)
+      put(stderr, fmt::format("flexopt: note: {}\n", note));
+    for (const std::string& name : written.names)
+      fmt::print("{}\n", (fs::path(line.folder) / name).string());
+  } catch (const NoEquilibrium& error) {
+    put(stderr, fmt::format("flexopt: {}\n", error.what()));
+    return exit_not_usable;
+  }
+  folder.keep();
+  return exit_usable;
+}
+
+int write_new_job(const CommandLine& line) {
+  const fs::path out = line.file;
+  if (!out.empty() && !line.overwrite && fs::exists(out))
+    throw SpecError("--out", out.string(), "it is there already; --overwrite replaces it");
+  nlohmann::json design;
+  fs::path folder;
+  if (line.family->ends_with(".json")) {
+    // the job names the design file from where it stands itself
+    folder = out.empty() ? fs::current_path() : fs::absolute(out).parent_path();
+    design["file"] = fs::absolute(*line.family).lexically_proximate(folder).string();
+  } else {
+    design["family"] = find_family(*line.family, "FAMILY").name;
+  }
+  const std::string text = json_text(new_job(design, folder.string(), line.optimise));
+  if (out.empty()) {
+    fmt::print("{}", text);
+    return exit_usable;
+  }
+  write_file(out, text);
+  fmt::print("{}\n", out.string());
+  return exit_usable;
+}
+
+int draw_family(const CommandLine& line) {
+  if (!line.family) throw SpecError("--svg", "no FAMILY", "expected the family to draw before it");
+  const Family& family = find_family(*line.family, "FAMILY");
+  return write_drawing(svg_of_design(family, usual_values(family), default_choices(family)),
+                       line.svg_file);
+}
+
+int show_mechanism(const CommandLine& line) {
+  if (line.svg) return draw_job(line);
+  const RunRecord record = undeflected(read_job(line.job, line.overrides));
+  OutputFolder folder(line.folder);
+  write_report(folder.path(), undeflected_result(record), make_scene(record));
+  folder.keep();
+  const std::string page = (fs::path(line.folder) / "report.html").string();
+  fmt::print("{}\n", page);
+  std::fflush(stdout);  // before what the browser says
+  if (!line.open || opened(page)) return exit_usable;
+  put(stderr, fmt::format("flexopt: xdg-open did not open {}\n", page));
+  return exit_not_usable;
 }
 
 }  // namespace flexopt

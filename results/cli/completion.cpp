@@ -1,13 +1,10 @@
-#include "results/cli/completion.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <vector>
-
-#include "designs/library.hpp"
+#include "designs/describe.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/commands.hpp"
+#include "results/cli/printed.hpp"
 #include "results/export/formats.hpp"
 
 namespace flexopt {

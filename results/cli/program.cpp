@@ -5,54 +5,15 @@
 #include <system_error>
 
 #include "core/math/memory.hpp"
-#include "core/spec/spec_error.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/commands.hpp"
+#include "results/cli/printed.hpp"
 #include "results/cli/program.hpp"
-#include "results/cli/run_json.hpp"
 #include "results/run/progress.hpp"
 
 namespace {
 
 using namespace flexopt;
-
-int carry_out(const CommandLine& line) {
-  switch (line.command) {
-    case Command::run:
-      return run_job(line);
-    case Command::merge:
-      return merge_shards(line);
-    case Command::validate:
-      return validate_job(line);
-    case Command::designs:
-      return describe_designs(line);
-    case Command::quantities:
-      return list_quantities(line);
-    case Command::expand:
-      return expand_job(line);
-    case Command::schema:
-      return print_schema(line);
-    case Command::check_gradients:
-      return check_gradients(line);
-    case Command::report:
-      return rewrite_report(line);
-    case Command::export_files:
-      return export_job(line);
-    case Command::atlas:
-      return make_atlas_file(line);
-    case Command::explore:
-      return explore_job(line);
-    case Command::watch:
-      return watch_run(line);
-    case Command::show:
-      return show_mechanism(line);
-    case Command::new_job:
-      return write_new_job(line);
-    case Command::completion:
-      return print_completion(line);
-  }
-  return exit_bug;
-}
 
 void print_faults(const SpecError& error) {
   const auto& faults = error.faults();
@@ -65,7 +26,7 @@ void print_faults(const SpecError& error) {
 /// Carries out a command and reports errors: for people on stderr, with --json for programs on
 /// stdout.
 int reported(const CommandLine& line) try {
-  return carry_out(line);
+  return line.command(line);
 } catch (const SpecError& error) {
   line.json ? print_wrong_input(error) : print_faults(error);
   return exit_wrong_input;

@@ -1,10 +1,10 @@
-#include "results/cli/quantity_list.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 #include <vector>
+
+#include "results/cli/printed.hpp"
 
 namespace flexopt {
 namespace {
@@ -31,16 +31,10 @@ std::string cost_of(const QuantityRow& row) {
 
 /// How the errors of a quantity are estimated.
 const char* estimate_of(const QuantityRow& row) {
-  switch (row.error) {
-    case ErrorKind::none:
-      return "-";
-    case ErrorKind::motion:
-      return "of path";
-    case ErrorKind::stress:
-      return "coarse";
-    default:
-      return "yes";
-  }
+  return row.error == ErrorKind::none     ? "-"
+         : row.error == ErrorKind::motion ? "of path"
+         : row.error == ErrorKind::stress ? "coarse"
+                                          : "yes";
 }
 
 template <class Of>

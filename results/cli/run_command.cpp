@@ -8,18 +8,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/spec/spec_error.hpp"
 #include "results/cli/commands.hpp"
-#include "results/cli/run_json.hpp"
-#include "results/cli/summary.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
-#include "results/run/join_crew.hpp"
-#include "results/run/listed_designs.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
-#include "results/run/run_files.hpp"
 #include "results/run/shard.hpp"
 
 namespace flexopt {
@@ -41,19 +35,6 @@ extern "C" void say_how_to_resume(int signal) {
   (void)ignored;
   std::signal(signal, SIG_DFL);
   std::raise(signal);
-}
-
-RunRecord run_one(const Job& job, const std::filesystem::path& folder, int threads,
-                  RunListener& listener, Sharing* sharing) {
-  switch (job.kind) {
-    case JobKind::optimise:
-      return run_optimisation(job, folder, threads, listener, sharing);
-    case JobKind::compare:
-      return run_comparison(job, folder, threads, listener, sharing);
-    case JobKind::evaluate:
-      break;
-  }
-  return run_evaluation(job, folder, threads, listener, {}, sharing);
 }
 
 using Clock = std::chrono::steady_clock;
@@ -82,7 +63,7 @@ int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
     const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
     return end(written, nullptr);
   }
-  RunRecord record = run_one(job, folder.path(), line.threads, progress, sharing);
+  RunRecord record = run_any(job, folder.path(), line.threads, progress, {}, sharing);
   record.timings["total"] = seconds();
   return end(write_run(folder.path(), record), &record);
 }
@@ -100,7 +81,7 @@ int run_shard(const Job& job, const CommandLine& line, const Shard& shard, Outpu
   std::map<std::string, double> timings;
   try {
     if (job.designs.empty())
-      run_one(job, folder.path(), line.threads, progress, &sharing);
+      run_any(job, folder.path(), line.threads, progress, {}, &sharing);
     else
       run_listed_designs(job, folder.path(), line.threads, progress, timings, &sharing);
   } catch (const ShardEnds&) {
@@ -128,12 +109,6 @@ void check_own_job(const CommandLine& line) {
                     "expected another folder: the run's job.json would replace the job itself");
 }
 
-/// Listener that prints nothing, for processes other than the leader.
-class Silent : public RunListener {
-  void say(const std::string&) override {}
-  void step(const RunStep&) override {}
-};
-
 /// A process of mpirun that answers what the first one asks.
 int help_run(const CommandLine& line, Crew& crew) {
   try {
@@ -142,7 +117,7 @@ int help_run(const CommandLine& line, Crew& crew) {
     Silent silent;
     std::map<std::string, double> timings;
     if (job.designs.empty())
-      run_one(job, {}, line.threads, silent, &sharing);
+      run_any(job, {}, line.threads, silent, {}, &sharing);
     else
       run_listed_designs(job, {}, line.threads, silent, timings, &sharing);
   } catch (const CrewDismissed&) {

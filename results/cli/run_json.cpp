@@ -1,10 +1,8 @@
-#include "results/cli/run_json.hpp"
-
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
-#include "results/cli/stroke_table.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/version.hpp"
 

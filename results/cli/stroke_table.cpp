@@ -1,5 +1,3 @@
-#include "results/cli/stroke_table.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "results/cli/printed.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {

@@ -1,16 +1,12 @@
-#include "results/cli/summary.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <string_view>
-#include <vector>
 
-#include "results/cli/stroke_table.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "results/drawing/dimension_lines.hpp"
-#include "results/drawing/svg.hpp"
+#include "results/drawing/picture.hpp"
 #include "results/drawing/view_picture.hpp"
 
 namespace flexopt {

@@ -1,5 +1,3 @@
-#include "results/drawing/dimension_lines.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,8 @@
 #include <limits>
 #include <numbers>
 #include <utility>
+
+#include "results/drawing/view_picture.hpp"
 
 namespace flexopt {
 

@@ -1,7 +1,7 @@
-#include "results/drawing/leaf_angles.hpp"
-
 #include <cmath>
 #include <numbers>
+
+#include "results/drawing/measures.hpp"
 
 namespace flexopt {
 

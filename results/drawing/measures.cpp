@@ -1,11 +1,7 @@
 #include "results/drawing/measures.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
-
-#include "results/drawing/leaf_angles.hpp"
 
 namespace flexopt {
 

@@ -1,10 +1,9 @@
-#include "results/drawing/parts_picture.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "core/mechanism/profile.hpp"
+#include "results/drawing/view_picture.hpp"
 #include "results/export/parts.hpp"
 
 namespace flexopt {

@@ -105,20 +105,14 @@ void Picture::append(const Picture& other) {
 }
 
 void Picture::move(const Point2& by) {
-  for (DrawnPart& part : parts) {
-    part.box.low += by;
-    part.box.high += by;
-  }
+  for (DrawnPart& part : parts) part.box.move(by);
   for (DrawnShape& shape : shapes)
     for (Point2& p : shape.points) p += by;
   for (DrawnDimension& dimension : dimensions) {
     for (Point2& p : dimension.line) p += by;
     dimension.vertex += by;
   }
-  for (DrawnLabel& label : labels) {
-    label.box.low += by;
-    label.box.high += by;
-  }
+  for (DrawnLabel& label : labels) label.box.move(by);
 }
 
 Box2 Picture::extent() const {

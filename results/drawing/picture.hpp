@@ -20,6 +20,7 @@ struct Box2 {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
+  void move(const Point2& by) { low += by, high += by; }
   bool overlaps(const Box2& other, double margin = 0) const;
   /// Whether any of the line from a to b is inside.
   bool meets(const Point2& a, const Point2& b) const;
@@ -86,5 +87,13 @@ std::vector<std::string> wrapped(const std::string& text, double width, double s
 /// How much `added` would stand in the way of what is there already: words on words most of all,
 /// then words on lines, then lines on lines.
 double conflict(const Picture& added, const Picture& there);
+
+// Writes pictures as SVG.
+
+/// A document of its own, with colours for light and dark. Each dimension is a group with its
+/// parameter, value [SI] and pixels a metre as `data-` attributes; a named part of the picture is a
+/// `<view>`; words are exactly as wide as
+/// planned, whatever the letters of the reader are.
+std::string svg_of(const Picture& picture, const std::string& title);
 
 }  // namespace flexopt

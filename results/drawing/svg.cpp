@@ -1,8 +1,6 @@
-#include "results/drawing/svg.hpp"
-
 #include <fmt/format.h>
 
-#include <iterator>
+#include "results/drawing/picture.hpp"
 
 namespace flexopt {
 

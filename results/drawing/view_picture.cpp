@@ -5,8 +5,6 @@
 #include <numbers>
 
 #include "core/mechanism/profile.hpp"
-#include "results/drawing/dimension_lines.hpp"
-#include "results/drawing/parts_picture.hpp"
 
 namespace flexopt {
 
@@ -99,20 +97,14 @@ void add_measures(const PlacedDesign& design, const MeasuredView& view, const Pr
   for (const ShownMeasure& m : measures) {
     const Point2 a = on(m.from), b = on(m.to);
     const DimensionText text = text_of(design, m.parameter);
-    switch (m.along) {
-      case ShownMeasure::Along::angle:
-        add_guide(m, on, picture);
-        lines.angle(text, a, {m.axis[0], -m.axis[1]}, b);
-        break;
-      case ShownMeasure::Along::way:
-        lines.length(text, a, b, (b - a).normalized(), false);
-        break;
-      case ShownMeasure::Along::right:
-        lines.length(text, a, b, {1, 0}, true);
-        break;
-      case ShownMeasure::Along::up:
-        lines.length(text, a, b, {0, 1}, true);
-        break;
+    if (m.along == ShownMeasure::Along::angle) {
+      add_guide(m, on, picture);
+      lines.angle(text, a, {m.axis[0], -m.axis[1]}, b);
+    } else if (m.along == ShownMeasure::Along::way) {
+      lines.length(text, a, b, (b - a).normalized(), false);
+    } else {
+      const Point2 axis = Point2::Unit(m.along == ShownMeasure::Along::right ? 0 : 1);
+      lines.length(text, a, b, axis, true);
     }
   }
 }

@@ -1,17 +1,11 @@
-#include "results/export/ccx_deck.hpp"
-
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <tuple>
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
-#include "results/export/ccx_limits.hpp"
-#include "results/export/ccx_lines.hpp"
 #include "results/export/ccx_model.hpp"
-#include "results/export/ccx_ties.hpp"
+#include "results/export/writers.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {

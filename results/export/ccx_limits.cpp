@@ -1,13 +1,9 @@
-#include "results/export/ccx_limits.hpp"
-
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <limits>
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/spec/spec_error.hpp"
+#include "results/export/ccx_model.hpp"
 
 namespace flexopt {
 

@@ -1,11 +1,9 @@
 #include "results/export/ccx_model.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/joint.hpp"
-#include "results/export/ccx_limits.hpp"
 
 namespace flexopt {
 

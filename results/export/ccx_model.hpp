@@ -1,11 +1,16 @@
 #pragma once
 // A mechanism as CalculiX sees it: nodes of solid leaves, rigid bodies, springs. Node numbers count
 // from one.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/math/types.hpp"
 #include "results/export/exported.hpp"
 #include "results/export/solid_mesh.hpp"
 
@@ -103,5 +108,67 @@ class CcxModel {
   std::vector<std::pair<int, int>> ranges_;
   int at_O_ = 0;
 };
+
+// What a deck of CalculiX cannot carry.
+
+/// Throws SpecError that names every such item of the mechanism and of its loads.
+void check_carried_by_ccx(const Exported& exported);
+
+/// Checks what a deck carries about axes that stay fixed, while those of flexopt turn with bodies.
+/// Throws SpecError where this matters at this point of the stroke.
+void check_near_in_ccx(const Exported& exported, const PathPoint& point);
+
+// Lines of a deck of CalculiX.
+
+/// CalculiX reads 20 characters of a number: 12 digits with sign and exponent.
+class CcxLines {
+ public:
+  template <class... T>
+  void line(fmt::format_string<T...> format, T&&... values) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<T>(values)...);
+    text_ += '\n';
+  }
+  void numbers(const std::vector<int>& list) {
+    for (std::size_t k = 0; k < list.size(); k += 12) {
+      const auto begin = list.begin() + static_cast<std::ptrdiff_t>(k);
+      const auto end = list.begin() + static_cast<std::ptrdiff_t>(std::min(k + 12, list.size()));
+      line("{},", fmt::join(begin, end, ", "));
+    }
+  }
+  std::string text() && { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+/// Text of a name on one line, for use in comments.
+std::string one_line(std::string text);
+
+/// One term of an equation: factor times a degree of freedom of a node.
+struct CcxTerm {
+  int node = 0, dof = 0;
+  double factor = 0;
+};
+/// The sum of the terms is zero; the first depends on the others.
+void write_equation(const std::vector<CcxTerm>& terms, CcxLines& deck);
+
+/// Terms of a · u of a node; a unit vector, the largest component first.
+std::vector<CcxTerm> terms_along(int node, const Vector3d& axis);
+
+// What ties rigid bodies in a deck of CalculiX: springs, bushings, joints; and their point masses.
+
+/// Writes the elements; `number`: of elements so far.
+///
+/// Joints are stiff linear springs between nodes that lie in one place, as many times as stiff as
+/// the stiffest leaf along itself as `pin_stiffness` says: one such pin lets bodies turn about it,
+/// two on an axis let them turn about that. A bushing with the matrix K, energy ½ eᵀ K e in e = q −
+/// q′, becomes linear springs −S_ij between each two of its degrees of freedom, S = [K −K; −K K],
+/// and against the ground Σ_j K_ij besides; its axes stay where they are.
+void write_ties(const CcxModel& model, int number, CcxLines& deck);
+
+/// What joints hold that CalculiX takes as equations: slides on the ground.
+void write_slides(const CcxModel& model, CcxLines& deck);
+
+inline constexpr double pin_stiffness = 1e4;
 
 }  // namespace flexopt

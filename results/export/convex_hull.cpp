@@ -1,7 +1,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "results/export/triangles.hpp"
+#include "results/export/parts.hpp"
 
 // This file is compiled alone because of the macros of qhull.
 extern "C" {

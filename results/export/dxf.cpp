@@ -1,15 +1,11 @@
-#include "results/export/dxf.hpp"
-
 #include <fmt/format.h>
 
-#include <array>
 #include <cctype>
-#include <cmath>
 #include <iterator>
-#include <vector>
 
 #include "core/mechanism/profile.hpp"
 #include "results/export/parts.hpp"
+#include "results/export/writers.hpp"
 
 namespace flexopt {
 

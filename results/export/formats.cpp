@@ -6,16 +6,10 @@
 #include <algorithm>
 
 #include "core/spec/spec_error.hpp"
-#include "results/export/ccx_deck.hpp"
-#include "results/export/dxf.hpp"
-#include "results/export/gltf.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/spacar.hpp"
-#include "results/export/step.hpp"
-#include "results/export/stl.hpp"
-#include "results/export/vtu.hpp"
+#include "results/export/writers.hpp"
 #include "results/files/folder.hpp"
-#include "results/report/embedded.hpp"
+#include "results/report/report.hpp"
 
 namespace flexopt {
 

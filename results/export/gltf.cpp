@@ -1,5 +1,3 @@
-#include "results/export/gltf.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstring>
@@ -7,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "results/export/parts.hpp"
+#include "results/export/writers.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/version.hpp"
 

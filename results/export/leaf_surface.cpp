@@ -1,10 +1,8 @@
-#include "results/export/leaf_surface.hpp"
-
 #include <algorithm>
-#include <cmath>
 
 #include "core/mechanism/profile.hpp"
-#include "results/files/scene_modes.hpp"
+#include "results/export/parts.hpp"
+#include "results/files/scene.hpp"
 
 namespace flexopt {
 

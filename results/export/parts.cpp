@@ -1,6 +1,5 @@
 #include "results/export/parts.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/math/rotation.hpp"

@@ -1,5 +1,3 @@
-#include "results/export/spacar.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,6 +5,7 @@
 
 #include "core/response/quantities.hpp"
 #include "results/export/spacar_model.hpp"
+#include "results/export/writers.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {

@@ -1,10 +1,9 @@
-#include "results/export/vtu.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "results/files/scene_modes.hpp"
+#include "results/export/writers.hpp"
+#include "results/files/scene.hpp"
 #include "results/files/vtk.hpp"
 
 namespace flexopt {

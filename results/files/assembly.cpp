@@ -1,8 +1,7 @@
-#include "results/files/assembly.hpp"
-
 #include <cassert>
 
 #include "core/response/quantities.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {

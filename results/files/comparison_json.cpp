@@ -6,20 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 
 namespace {
 
 using Json = OrderedJson;
-
-/// Strokes of several drives by their names.
-Json strokes_json(const VectorXd& strokes, const std::vector<Drive>& drives) {
-  Json json = Json::object();
-  for (std::size_t k = 0; k < drives.size(); ++k)
-    json[drives[k].name] = strokes[static_cast<Eigen::Index>(k)];
-  return json;
-}
 
 Json figures_json(const std::optional<ErrorFigures>& figures,
                   const std::vector<ComparedDesign>& designs, const std::vector<Drive>& drives) {

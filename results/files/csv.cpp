@@ -12,7 +12,6 @@
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "results/files/csv_text.hpp"
-#include "results/files/folder.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {
@@ -25,6 +24,12 @@ namespace {
 
 std::string headed(const std::string& name, const std::string& unit) {
   return text_cell(unit.empty() ? name : name + " [" + unit + "]");
+}
+
+/// The number of this name; empty where there is none.
+std::string own(const ParameterValues& values, const std::string& name) {
+  const auto found = values.find(name);
+  return found == values.end() ? std::string() : number_cell(found->second);
 }
 
 struct Column {
@@ -134,21 +139,22 @@ std::vector<Column> path_columns(const StrokeResponse& response, const DriveList
   return columns;
 }
 
+std::string objective_cell(const Objective& goal, const DriveList& drives) {
+  return headed(
+      "objective: " + (goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke)
+                                               : goal.expression),
+      goal_unit(goal.quantity, drives));
+}
+
 std::vector<std::string> history_header(const Job& job, const Family& family,
                                         const DriveList& drives) {
   const OptimiseSpec& spec = *job.optimise;
-  const Objective& goal = spec.objective;
   std::vector<std::string> cells{"start", "number", "ok", "difference"};
   for (const Variable& variable : spec.variables)
     cells.push_back(headed(variable.parameter, parameter_unit(family, variable.parameter)));
-  const std::string objective =
-      goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke) : goal.expression;
-  cells.push_back(headed("objective: " + objective,
-                         goal.expression.empty() ? quantity_unit(goal.quantity, drives) : "SI"));
+  cells.push_back(objective_cell(spec.objective, drives));
   for (const Constraint& constraint : spec.constraints)
-    cells.push_back(headed(constraint.label, constraint.expression.empty()
-                                                 ? quantity_unit(constraint.quantity, drives)
-                                                 : "SI"));
+    cells.push_back(headed(constraint.label, goal_unit(constraint.quantity, drives)));
   cells.insert(cells.end(), {"violation [1]", "best", "message", "stage", "accuracy"});
   return cells;
 }
@@ -265,10 +271,7 @@ std::string history_csv(const Job& job, const Optimum& optimum, const DriveList&
     std::vector<std::string> cells{fmt::format("{}", record.start),
                                    fmt::format("{}", record.number), record.ok ? "true" : "false",
                                    record.difference ? "true" : "false"};
-    for (const Variable& variable : spec.variables) {
-      const auto found = record.variables.find(variable.parameter);
-      cells.push_back(found == record.variables.end() ? "" : number_cell(found->second));
-    }
+    for (const Variable& v : spec.variables) cells.push_back(own(record.variables, v.parameter));
     cells.push_back(when_ok(record.objective));
     for (std::size_t i = 0; i < spec.constraints.size(); ++i)
       cells.push_back(i < record.constraints.size() ? when_ok(record.constraints[i]) : "");
@@ -285,17 +288,10 @@ std::string history_csv(const Job& job, const Optimum& optimum, const DriveList&
 std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList& drives) {
   assert(job.optimise && job.optimise->pareto);
   const OptimiseSpec& spec = *job.optimise;
-  const auto unit = [&](const std::string& quantity) {
-    return quantity.empty() ? std::string("SI") : quantity_unit(quantity, drives);
-  };
-  const Objective& goal = spec.objective;
-  const std::string first =
-      goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke) : goal.expression;
+  const std::string unit = goal_unit(spec.pareto->quantity, drives);
   std::vector<std::string> cells{
-      "point", headed("bound", unit(spec.pareto->quantity)),
-      headed("objective: " + first, unit(goal.quantity)),
-      headed("second: " + spec.pareto->label, unit(spec.pareto->quantity)),
-      headed("d objective / d bound", "SI")};
+      "point", headed("bound", unit), objective_cell(spec.objective, drives),
+      headed("second: " + spec.pareto->label, unit), headed("d objective / d bound", "SI")};
   for (const Parameter& p : parameters_of(job)) cells.push_back(headed(p.name, p.unit));
   cells.insert(cells.end(), {"violation [1]", "feasible", "status", "evaluations", "message"});
   std::string text = row(cells);
@@ -304,10 +300,7 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList
     const auto when_ok = [&](double value) { return p.ok ? number_cell(value) : std::string(); };
     cells = {fmt::format("{}", i), number_cell(p.bound), when_ok(p.objective), when_ok(p.second),
              number_cell(p.trade_off)};
-    for (const Parameter& of : parameters_of(job)) {
-      const auto found = p.parameters.find(of.name);
-      cells.push_back(found == p.parameters.end() ? "" : number_cell(found->second));
-    }
+    for (const Parameter& of : parameters_of(job)) cells.push_back(own(p.parameters, of.name));
     cells.insert(cells.end(), {when_ok(p.violation), p.feasible ? "true" : "false", p.status,
                                fmt::format("{}", p.evaluations), text_cell(p.stop_reason)});
     text += row(cells);
@@ -322,10 +315,6 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
   for (std::size_t d = 0; d < comparison.designs.size(); ++d) {
     const ComparedDesign& design = comparison.designs[d];
     const Sample& sample = design.sample;
-    const auto own = [](const ParameterValues& values, const std::string& name) {
-      const auto found = values.find(name);
-      return found == values.end() ? std::string() : number_cell(found->second);
-    };
     double largest_stroke = 0;
     for (const double s : sample.stroke)
       if (std::abs(s) > std::abs(largest_stroke)) largest_stroke = s;
@@ -357,31 +346,12 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
   return text;
 }
 
-void write_path_csv(const std::filesystem::path& folder, const RunRecord& record) {
+std::string path_csv(const RunRecord& record) {
   const DriveList drives(record.mechanism);
-  write_file(folder / "path.csv",
-             record.job.cases.empty()
-                 ? path_csv(response_of(record), drives, record.job.request,
-                            record.errors.empty() ? nullptr : &record.errors.front())
-                 : cases_csv(responses_of(record), drives, record.job.cases, record.errors));
-}
-
-void write_history_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  assert(record.optimum);
-  write_file(folder / "history.csv",
-             history_csv(record.job, *record.optimum, DriveList(record.mechanism)));
-}
-
-void write_pareto_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  assert(record.optimum && record.optimum->pareto);
-  write_file(folder / "pareto.csv",
-             pareto_csv(record.job, *record.optimum->pareto, DriveList(record.mechanism)));
-}
-
-void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  assert(record.comparison);
-  write_file(folder / "comparison.csv",
-             comparison_csv(record.job, *record.comparison, DriveList(record.mechanism)));
+  if (!record.job.cases.empty())
+    return cases_csv(responses_of(record), drives, record.job.cases, record.errors);
+  return path_csv(response_of(record), drives, record.job.request,
+                  record.errors.empty() ? nullptr : &record.errors.front());
 }
 
 }  // namespace flexopt

@@ -1,6 +1,5 @@
 #pragma once
 // Tables for spreadsheets and scripts: comma separated, one header line with units, SI.
-#include <filesystem>
 #include <string>
 
 #include "core/response/quantities.hpp"
@@ -19,6 +18,9 @@ std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const
                       const std::vector<JobCase>& cases,
                       const std::vector<StrokeErrors>& errors = {});
 
+/// The path that a run is about, or those of all load cases.
+std::string path_csv(const RunRecord& record);
+
 /// One row for each evaluated design, in the order start, number; `best` is the objective of the
 /// best feasible design up to and including this row, `difference` marks neighbours for
 /// derivatives.
@@ -30,11 +32,5 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList
 /// One row for each design and model: parameters and symbols, ratios of the widest leaf, points
 /// reached, and the worst error of each quantity.
 std::string comparison_csv(const Job& job, const Comparison& comparison, const DriveList& drives);
-
-void write_path_csv(const std::filesystem::path& folder, const RunRecord& record);
-void write_history_csv(const std::filesystem::path& folder, const RunRecord& record);
-void write_pareto_csv(const std::filesystem::path& folder, const RunRecord& record);
-
-void write_comparison_csv(const std::filesystem::path& folder, const RunRecord& record);
 
 }  // namespace flexopt

@@ -51,6 +51,13 @@ void write_file(const fs::path& file, std::string_view content) {
                     "expected a file that can be written: " + words(failed));
 }
 
+void write_or_remove(const fs::path& file, std::string_view content) {
+  if (content.empty())
+    fs::remove(file);
+  else
+    write_file(file, content);
+}
+
 std::string read_file(const fs::path& file) {
   std::error_code error;
   if (fs::is_directory(file, error))

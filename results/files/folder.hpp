@@ -13,6 +13,8 @@ void check_writable(const std::filesystem::path& folder);
 /// Writes a file as write_whole (core/files/draft.hpp) does. Throws SpecError (pointer --out) if
 /// that fails; the old file then stays untouched.
 void write_file(const std::filesystem::path& file, std::string_view content);
+/// Writes a file, or removes that of an earlier run where there is no content.
+void write_or_remove(const std::filesystem::path& file, std::string_view content);
 
 /// The content of a file. Throws SpecError if it cannot be read.
 std::string read_file(const std::filesystem::path& file);

@@ -1,5 +1,3 @@
-#include "results/files/maps.hpp"
-
 #include <fmt/format.h>
 
 #include <cassert>
@@ -9,6 +7,7 @@
 #include "results/files/csv_text.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {
@@ -16,10 +15,6 @@ namespace flexopt {
 namespace {
 
 using Json = OrderedJson;
-
-std::string unit_of(const Constraint& quantity, const DriveList& drives) {
-  return quantity.expression.empty() ? quantity_unit(quantity.quantity, drives) : "SI";
-}
 
 /// A row of values for each value of the first parameter.
 Json rows_json(const MapValues& values, std::size_t columns) {
@@ -60,7 +55,7 @@ Json map_json(const RunRecord& record, const MapSpec& map, const ResponseMap& fo
       json.update({{"quantity", of.quantity}, {"over_stroke", name_of(of.over_stroke)}});
     else
       json["expression"] = of.expression;
-    json["unit"] = unit_of(of, drives);
+    json["unit"] = goal_unit(of.quantity, drives);
     json["values"] = rows_json(found.quantities[q], columns);
     quantities.push_back(std::move(json));
   }
@@ -97,7 +92,7 @@ std::string maps_csv(const RunRecord& record) {
                           csv::text_cell(map.parameters[1].parameter),
                           csv::number_cell(found.parameters[1][k % columns]),
                           csv::text_cell(map.quantities[q].label),
-                          csv::text_cell(unit_of(map.quantities[q], drives)),
+                          csv::text_cell(goal_unit(map.quantities[q].quantity, drives)),
                           csv::number_cell(found.quantities[q][k]),
                           found.margin.empty() ? "" : csv::number_cell(found.margin[k])});
   }
@@ -105,10 +100,7 @@ std::string maps_csv(const RunRecord& record) {
 }
 
 void write_maps_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  if (!record.maps.empty())
-    write_file(folder / "maps.csv", maps_csv(record));
-  else
-    std::filesystem::remove(folder / "maps.csv");
+  write_or_remove(folder / "maps.csv", record.maps.empty() ? "" : maps_csv(record));
 }
 
 }  // namespace flexopt

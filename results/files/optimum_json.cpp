@@ -1,13 +1,12 @@
 // The part "optimum" of result.json.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "results/files/path_point_json.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {

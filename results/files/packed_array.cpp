@@ -1,11 +1,11 @@
-#include "results/files/packed_array.hpp"
-
 #include <zlib.h>
 
 #include <cassert>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+
+#include "results/files/scene.hpp"
 
 namespace flexopt {
 

@@ -1,6 +1,5 @@
-#include "results/files/path_point_json.hpp"
-
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -9,8 +8,7 @@
 #include "core/response/fatigue_law.hpp"
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
-#include "results/files/run_record.hpp"
-#include "results/files/state_space.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 
@@ -18,19 +16,26 @@ std::string key_of(const std::string& name) { return name.substr(0, name.find('.
 
 OrderedJson vector_json(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 
-namespace {
-
-using Json = OrderedJson;
-
-Json matrix_json(const Matrix6d& m) {
-  Json rows = Json::array();
-  for (int i = 0; i < 6; ++i) {
-    Json row = Json::array();
-    for (int j = 0; j < 6; ++j) row.push_back(m(i, j));
+OrderedJson rows_json(const MatrixXd& matrix) {
+  OrderedJson rows = OrderedJson::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    OrderedJson row = OrderedJson::array();
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
     rows.push_back(std::move(row));
   }
   return rows;
 }
+
+OrderedJson strokes_json(const VectorXd& strokes, const std::vector<Drive>& drives) {
+  OrderedJson json = OrderedJson::object();
+  for (std::size_t k = 0; k < drives.size(); ++k)
+    json[drives[k].name] = strokes[static_cast<Eigen::Index>(k)];
+  return json;
+}
+
+namespace {
+
+using Json = OrderedJson;
 
 Json mode_json(const Mode& mode, const char* drive) {
   return {{"frequency", mode.frequency},
@@ -137,16 +142,8 @@ Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mec
 }
 
 const char* name_of(CapacityLimit limit) {
-  switch (limit) {
-    case CapacityLimit::stress:
-      return "stress";
-    case CapacityLimit::instability:
-      return "instability";
-    case CapacityLimit::stiffness:
-      return "stiffness";
-    default:
-      return "none";
-  }
+  constexpr std::array names{"stress", "instability", "stiffness", "none"};
+  return names[static_cast<std::size_t>(limit)];
 }
 
 /// What ends the growth of each load; null where no capacity was asked for.
@@ -262,8 +259,8 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
     return json;
   }
   add_quantities(point, json);
-  json["compliance"] = {{"drive_free", matrix_json(point.compliance_free)},
-                        {"drive_locked", matrix_json(point.compliance_locked)}};
+  json["compliance"] = {{"drive_free", rows_json(point.compliance_free)},
+                        {"drive_locked", rows_json(point.compliance_locked)}};
   json["modes"] = modes_json(point);
   json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
   if (point.notch_stress)

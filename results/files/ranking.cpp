@@ -1,5 +1,3 @@
-#include "results/files/ranking.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
+
+#include "results/files/result_json.hpp"
 
 namespace flexopt {
 

@@ -1,10 +1,10 @@
-#include "results/files/result_context.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <utility>
@@ -14,9 +14,9 @@
 #include "core/response/fatigue_law.hpp"
 #include "core/response/mobility/mobility.hpp"
 #include "core/response/quantities.hpp"
-#include "designs/s_n_curve_json.hpp"
+#include "designs/family.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "results/files/path_point_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {
@@ -24,23 +24,6 @@ namespace flexopt {
 namespace {
 
 using Json = OrderedJson;
-
-}  // namespace
-
-Json material_json(const Material& material) {
-  return {{"name", material.name},
-          {"youngs_modulus", material.youngs_modulus},
-          {"poissons_ratio", material.poissons_ratio},
-          {"density", material.density},
-          {"allowable_stress", optional_json(material.allowable_stress)},
-          {"yield_strength", optional_json(material.yield_strength)},
-          {"ultimate_strength", optional_json(material.ultimate_strength)},
-          {"endurance_limit", optional_json(material.endurance_limit)},
-          {"s_n_curve", material.s_n_curve ? Json(written_s_n_curve(*material.s_n_curve)) : Json()},
-          {"thermal_expansion", optional_json(material.thermal_expansion)}};
-}
-
-namespace {
 
 /// Which model the leaf needs, with the estimated errors of the cheaper ones.
 Json validity_json(const LeafSpring& leaf) {
@@ -57,7 +40,99 @@ Json validity_json(const LeafSpring& leaf) {
             {"plate", optional_json(v.plate)}}}};
 }
 
+/// One unit for all numbers of a key, or one for each component.
+void add_quantity_units(const DriveList& drives, Json& units) {
+  std::map<std::string, std::set<std::string>> of_key;
+  for (const Quantity& q : quantities(drives)) of_key[key_of(q.name)].insert(q.unit);
+  for (const Quantity& q : quantities(drives)) {
+    const std::string key = key_of(q.name);
+    if (of_key[key].size() == 1)
+      units[key] = q.unit;
+    else
+      units[key][q.name.substr(key.size() + 1)] = q.unit;
+  }
+}
+
+/// The direction of the drive, in words where it is not one of the end-effector along a global
+/// axis; of drives with names under these.
+Json drive_json(const Mechanism& mechanism) {
+  const auto body = [&](int b) {
+    return b < 0 ? std::string("ground") : mechanism.bodies[static_cast<std::size_t>(b)].name;
+  };
+  const auto one = [&](const Drive& drive) -> Json {
+    const std::string direction(direction_names[static_cast<std::size_t>(index(drive.direction))]);
+    const bool own_axes = drive.axes != Matrix3d::Identity();
+    if (!own_axes && drive.body == mechanism.end_effector && drive.other == ground)
+      return direction;
+    std::string text = direction + " of " + body(drive.body);
+    if (drive.other != ground) text += " relative to " + body(drive.other);
+    if (own_axes) text += " in axes of its own";
+    return text;
+  };
+  if (mechanism.drives.empty()) return nullptr;
+  if (!DriveList(mechanism).named()) return one(mechanism.drives.front());
+  Json json = Json::object();
+  for (const Drive& drive : mechanism.drives) json[drive.name] = one(drive);
+  return json;
+}
+
+const char* name_of(MeanStress rule) {
+  constexpr std::array names{"Goodman", "Gerber", "Soderberg"};
+  return names[static_cast<std::size_t>(rule)];
+}
+
+/// Describes the cycles for which fatigue is assessed, and how.
+std::string cycles_text(const StressRules& rules) {
+  const FatigueRule& rule = rules.fatigue_rule;
+  const std::string cycles =
+      rule.stress_ratio
+          ? fmt::format(
+                "cycles of stress ratio {:g} up to the largest von Mises stress of each point",
+                *rule.stress_ratio)
+          : "the worst cycle between two points of the stroke at every place, with the signs of "
+            "its stresses: von Mises stress of their amplitudes, first invariant of their means "
+            "(Sines), compression counted as none; all constant loads, errors of assembly and "
+            "warmth are in the mean";
+  return fmt::format("{}; {}, {} fillets", cycles, name_of(rule.mean_stress),
+                     rules.fillet ? "with" : "without");
+}
+
+/// What a material lacks, of the first leaf that lacks something.
+std::string lacking_text(const RunRecord& record,
+                         std::string (*missing)(const Material&, const FatigueRule&)) {
+  const StrokeRequest& request = record.job.request;
+  const FatigueRule& rule = request.stress.fatigue_rule;
+  for (const LeafSpring& leaf : record.mechanism.leaves)
+    if (const std::string lacks = missing(leaf.material, rule); !lacks.empty())
+      return fmt::format("the material of {} has no {}", leaf.name, lacks);
+  return "a stroke of one point has no cycle, and no stress_ratio is given";
+}
+
+Json largest_json(const LargestError& largest, const Job& job) {
+  Json json = {{"quantity", largest.name}, {"point", largest.point}};
+  if (!job.cases.empty()) json["case"] = job.cases[largest.path].name;
+  json["relative"] = largest.relative;
+  json["of_it"] = {{"elements_along", largest.along},
+                   {"elements_across", largest.across},
+                   {"reduction", largest.reduction},
+                   {"theory", largest.theory}};
+  return json;
+}
+
 }  // namespace
+
+Json material_json(const Material& material) {
+  return {{"name", material.name},
+          {"youngs_modulus", material.youngs_modulus},
+          {"poissons_ratio", material.poissons_ratio},
+          {"density", material.density},
+          {"allowable_stress", optional_json(material.allowable_stress)},
+          {"yield_strength", optional_json(material.yield_strength)},
+          {"ultimate_strength", optional_json(material.ultimate_strength)},
+          {"endurance_limit", optional_json(material.endurance_limit)},
+          {"s_n_curve", material.s_n_curve ? Json(written_s_n_curve(*material.s_n_curve)) : Json()},
+          {"thermal_expansion", optional_json(material.thermal_expansion)}};
+}
 
 Json constraints_json(const Mechanism& mechanism) {
   const Mobility m = mobility(mechanism);
@@ -111,23 +186,6 @@ Json leaf_geometry_json(const Mechanism& mechanism, const ModelOptions& model) {
   return leaves;
 }
 
-namespace {
-
-/// One unit for all numbers of a key, or one for each component.
-void add_quantity_units(const DriveList& drives, Json& units) {
-  std::map<std::string, std::set<std::string>> of_key;
-  for (const Quantity& q : quantities(drives)) of_key[key_of(q.name)].insert(q.unit);
-  for (const Quantity& q : quantities(drives)) {
-    const std::string key = key_of(q.name);
-    if (of_key[key].size() == 1)
-      units[key] = q.unit;
-    else
-      units[key][q.name.substr(key.size() + 1)] = q.unit;
-  }
-}
-
-}  // namespace
-
 Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest& request) {
   Json parameters = Json::object();
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
@@ -167,33 +225,6 @@ Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
   return list;
 }
 
-namespace {
-
-/// The direction of the drive, in words where it is not one of the end-effector along a global
-/// axis; of drives with names under these.
-Json drive_json(const Mechanism& mechanism) {
-  const auto body = [&](int b) {
-    return b < 0 ? std::string("ground") : mechanism.bodies[static_cast<std::size_t>(b)].name;
-  };
-  const auto one = [&](const Drive& drive) -> Json {
-    const std::string direction(direction_names[static_cast<std::size_t>(index(drive.direction))]);
-    const bool own_axes = drive.axes != Matrix3d::Identity();
-    if (!own_axes && drive.body == mechanism.end_effector && drive.other == ground)
-      return direction;
-    std::string text = direction + " of " + body(drive.body);
-    if (drive.other != ground) text += " relative to " + body(drive.other);
-    if (own_axes) text += " in axes of its own";
-    return text;
-  };
-  if (mechanism.drives.empty()) return nullptr;
-  if (!DriveList(mechanism).named()) return one(mechanism.drives.front());
-  Json json = Json::object();
-  for (const Drive& drive : mechanism.drives) json[drive.name] = one(drive);
-  return json;
-}
-
-}  // namespace
-
 Json conventions_json(const RunRecord& record) {
   const StrokeRequest& request = record.job.request;
   const ParasiticRule& rule = request.parasitic;
@@ -218,48 +249,6 @@ Json conventions_json(const RunRecord& record) {
   json["matrix_point"] = "the moved O, global axes";
   return json;
 }
-
-namespace {
-
-const char* name_of(MeanStress rule) {
-  switch (rule) {
-    case MeanStress::gerber:
-      return "Gerber";
-    case MeanStress::soderberg:
-      return "Soderberg";
-    default:
-      return "Goodman";
-  }
-}
-
-/// Describes the cycles for which fatigue is assessed, and how.
-std::string cycles_text(const StressRules& rules) {
-  const FatigueRule& rule = rules.fatigue_rule;
-  const std::string cycles =
-      rule.stress_ratio
-          ? fmt::format(
-                "cycles of stress ratio {:g} up to the largest von Mises stress of each point",
-                *rule.stress_ratio)
-          : "the worst cycle between two points of the stroke at every place, with the signs of "
-            "its stresses: von Mises stress of their amplitudes, first invariant of their means "
-            "(Sines), compression counted as none; all constant loads, errors of assembly and "
-            "warmth are in the mean";
-  return fmt::format("{}; {}, {} fillets", cycles, name_of(rule.mean_stress),
-                     rules.fillet ? "with" : "without");
-}
-
-/// What a material lacks, of the first leaf that lacks something.
-std::string lacking_text(const RunRecord& record,
-                         std::string (*missing)(const Material&, const FatigueRule&)) {
-  const StrokeRequest& request = record.job.request;
-  const FatigueRule& rule = request.stress.fatigue_rule;
-  for (const LeafSpring& leaf : record.mechanism.leaves)
-    if (const std::string lacks = missing(leaf.material, rule); !lacks.empty())
-      return fmt::format("the material of {} has no {}", leaf.name, lacks);
-  return "a stroke of one point has no cycle, and no stress_ratio is given";
-}
-
-}  // namespace
 
 Json stress_checks_json(const RunRecord& record) {
   const StressRules& rules = record.job.request.stress;
@@ -295,6 +284,45 @@ Json stress_checks_json(const RunRecord& record) {
              "surface, size, reliability and welds: endurance_limit and s_n_curve must have "
              "them in them")},
       {"notch_sensitivity", check(false, "fillets count in full, for the mean stress as well")}};
+}
+
+Json point_errors_json(const std::vector<EstimatedError>& errors) {
+  Json relative = Json::object(), absolute = Json::object();
+  for (const QuantityRow& row : quantity_rows())
+    if (row.error == ErrorKind::none) {
+      const std::string key = row.name.substr(0, row.name.find('.'));
+      relative[key] = absolute[key] = nullptr;
+    }
+  for (const EstimatedError& error : errors) {
+    relative[Json::json_pointer(error.pointer)] = error.scale > 0 ? Json(error.relative()) : Json();
+    absolute[Json::json_pointer(error.pointer)] = error.absolute();
+  }
+  return {{"relative", std::move(relative)}, {"absolute", std::move(absolute)}};
+}
+
+Json accuracy_json(const RunRecord& record) {
+  const ModelOptions& model = record.job.model;
+  Json json = {{"accuracy", name_of(model.accuracy)}, {"mesh", model.mesh}};
+  for (const bool stresses : {false, true}) {
+    const auto largest = largest_error(record.errors, stresses);
+    json[stresses ? "largest_of_stresses" : "largest"] =
+        largest ? largest_json(*largest, record.job) : Json();
+  }
+  if (!record.chosen) return json;
+  json["tolerance"] = record.job.accuracy.tolerance;
+  json["met"] = meets_tolerance(record);
+  json["beyond"] = Json::array();
+  for (const LargestError& error : errors_beyond(record.errors, record.job.accuracy.tolerance))
+    json["beyond"].push_back(largest_json(error, record.job));
+  json["message"] = record.chosen->message;
+  json["tried"] = Json::array();
+  for (const TriedModel& tried : record.chosen->tried)
+    json["tried"].push_back(
+        {{"accuracy", name_of(tried.accuracy)},
+         {"mesh", tried.mesh},
+         {"largest", tried.message.empty() ? largest_json(tried.largest, record.job) : Json()},
+         {"message", tried.message}});
+  return json;
 }
 
 }  // namespace flexopt

@@ -5,18 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/reduction/atlas/tube_atlas.hpp"
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "results/files/accuracy_json.hpp"
-#include "results/files/assembly.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/maps.hpp"
-#include "results/files/path_point_json.hpp"
-#include "results/files/result_context.hpp"
-#include "results/files/state_space.hpp"
-#include "results/files/tolerances.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {
@@ -97,11 +92,10 @@ Json frequency_derivatives_json(const StrokeResponse& response, const Mechanism&
 Json frequency_ways_json(const StrokeResponse& response, const Mechanism& mechanism) {
   Json list = Json::array();
   for (const FrequencyWay& way : response.frequency_ways) {
-    Json strokes = Json::object(), modes = Json::array();
-    for (std::size_t k = 0; k < mechanism.drives.size(); ++k)
-      strokes[mechanism.drives[k].name] = way.strokes[static_cast<Eigen::Index>(k)];
+    Json modes = Json::array();
     for (const FrequencyDerivatives& d : way.modes) modes.push_back(mode_derivatives_json(d));
-    list.push_back({{"strokes", std::move(strokes)}, {"modes", std::move(modes)}});
+    list.push_back(
+        {{"strokes", strokes_json(way.strokes, mechanism.drives)}, {"modes", std::move(modes)}});
   }
   return list;
 }
@@ -180,16 +174,26 @@ Json extremes_json(const RunRecord& record) {
   return extremes;
 }
 
+/// The number at the pointer, or why there is none.
+std::optional<double> number_at(const OrderedJson& result, const std::string& pointer,
+                                std::string& why) try {
+  const OrderedJson& found = result.at(OrderedJson::json_pointer(pointer));
+  if (found.is_number()) return found.get<double>();
+  why =
+      fmt::format("{} is {}, not a number", pointer, found.is_null() ? "null" : found.type_name());
+  return std::nullopt;
+} catch (const OrderedJson::exception&) {
+  why = fmt::format("{} is not in the result", pointer);
+  return std::nullopt;
+}
+
 }  // namespace
 
 OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPlace& place) {
   const auto& [name, request] = job.cases[place.load_case];
   Json stroke = request.points[place.point];
-  if (!request.strokes.empty() && DriveList(mechanism).named()) {
-    stroke = Json::object();
-    for (std::size_t k = 0; k < mechanism.drives.size(); ++k)
-      stroke[mechanism.drives[k].name] = request.strokes[place.point][static_cast<Eigen::Index>(k)];
-  }
+  if (!request.strokes.empty() && DriveList(mechanism).named())
+    stroke = strokes_json(request.strokes[place.point], mechanism.drives);
   return {{"case", name}, {"point", place.point}, {"stroke", std::move(stroke)}};
 }
 
@@ -236,10 +240,44 @@ OrderedJson make_result(const RunRecord& record) {
   return result;
 }
 
+void write_timings(const std::filesystem::path& folder,
+                   const std::map<std::string, double>& seconds) {
+  write_file(folder / "timings.json", json_text({{"unit", "s"}, {"seconds", seconds}}));
+}
+
 void write_result(const std::filesystem::path& folder, const OrderedJson& result) {
   write_file(folder / "result.json", json_text(result));
 }
 
 bool usable(const OrderedJson& result) { return result.at("status") == "ok"; }
+
+std::vector<std::string> check_expectations(const std::vector<Expectation>& expectations,
+                                            OrderedJson& result) {
+  OrderedJson list = OrderedJson::array();
+  std::vector<std::string> failures;
+  for (const Expectation& expected : expectations) {
+    std::string why;
+    const auto value = number_at(result, expected.pointer, why);
+    const bool ok = value && std::abs(*value - expected.value) <= expected.tolerance;
+    if (value && !ok)
+      why = fmt::format("{} = {}, expected {} ± {} ({})", expected.pointer, *value, expected.value,
+                        expected.tolerance, expected.source);
+    if (!ok) failures.push_back(why);
+    list.push_back({{"pointer", expected.pointer},
+                    {"expected", expected.value},
+                    {"tolerance", expected.tolerance},
+                    {"value", value ? OrderedJson(*value) : OrderedJson()},
+                    {"ok", ok},
+                    {"source", expected.source}});
+  }
+  if (expectations.empty()) return failures;
+  result["expectations"] = std::move(list);
+  if (!failures.empty() && result["status"] == "ok") {
+    result["status"] = "expectation_failed";
+    result["message"] = fmt::format("{} of {} expected numbers differ; first: {}.", failures.size(),
+                                    expectations.size(), failures.front());
+  }
+  return failures;
+}
 
 }  // namespace flexopt

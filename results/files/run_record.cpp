@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
+#include <array>
 #include <tuple>
 
 namespace flexopt {
@@ -92,30 +92,14 @@ void conclude_evaluation(RunRecord& record) {
 
 void conclude_optimisation(RunRecord& record) {
   const Optimum& optimum = *record.optimum;
-  const char* verdict = nullptr;
-  switch (optimum.status) {
-    case OptimumStatus::optimal:
-      record.status = "ok";
-      verdict = "A feasible optimum was found";
-      break;
-    case OptimumStatus::local:
-      record.status = "ok";
-      verdict = "A feasible optimum was found, perhaps not the best one,";
-      break;
-    case OptimumStatus::feasible:
-      record.status = "not_converged";
-      verdict = "The best design is feasible but the search had not converged";
-      break;
-    case OptimumStatus::infeasible:
-      record.status = "infeasible";
-      verdict = "No design met every constraint; the least violating one is given";
-      break;
-    case OptimumStatus::failed:
-      record.status = "failed";
-      verdict = "No design could be evaluated";
-      break;
-  }
-  assert(verdict);
+  constexpr std::array<std::pair<const char*, const char*>, 5> verdicts{
+      {{"ok", "A feasible optimum was found"},
+       {"ok", "A feasible optimum was found, perhaps not the best one,"},
+       {"not_converged", "The best design is feasible but the search had not converged"},
+       {"infeasible", "No design met every constraint; the least violating one is given"},
+       {"failed", "No design could be evaluated"}}};
+  const auto& [status, verdict] = verdicts[static_cast<std::size_t>(optimum.status)];
+  record.status = status;
   record.message = fmt::format("{} in {}", verdict,
                                plural(static_cast<std::size_t>(optimum.evaluations), "evaluation"));
   if (optimum.failed_evaluations > 0)
@@ -239,16 +223,8 @@ std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, 
 }
 
 std::string name_of(JobKind kind) {
-  switch (kind) {
-    case JobKind::evaluate:
-      return "evaluate";
-    case JobKind::optimise:
-      return "optimise";
-    case JobKind::compare:
-      return "compare";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"evaluate", "optimise", "compare"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 std::string name_of(Accuracy accuracy) {
@@ -256,69 +232,24 @@ std::string name_of(Accuracy accuracy) {
 }
 
 std::string name_of(PointStatus status) {
-  switch (status) {
-    case PointStatus::converged:
-      return "converged";
-    case PointStatus::no_equilibrium:
-      return "no_equilibrium";
-    case PointStatus::left_branch:
-      return "left_branch";
-    case PointStatus::not_reached:
-      return "not_reached";
-    case PointStatus::limit_reached:
-      return "limit_reached";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"converged", "no_equilibrium", "left_branch", "not_reached",
+                             "limit_reached"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 std::string name_of(ModeKind kind) {
-  switch (kind) {
-    case ModeKind::drive:
-      return "drive";
-    case ModeKind::end_effector:
-      return "end_effector";
-    case ModeKind::intermediate_body:
-      return "intermediate_body";
-    case ModeKind::leaf:
-      return "leaf";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"drive", "end_effector", "intermediate_body", "leaf"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 std::string name_of(OverStroke over) {
-  switch (over) {
-    case OverStroke::min:
-      return "min";
-    case OverStroke::max:
-      return "max";
-    case OverStroke::max_abs:
-      return "max_abs";
-    case OverStroke::first:
-      return "first";
-    case OverStroke::last:
-      return "last";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"min", "max", "max_abs", "first", "last"};
+  return names[static_cast<std::size_t>(over)];
 }
 
 std::string name_of(OptimumStatus status) {
-  switch (status) {
-    case OptimumStatus::optimal:
-      return "optimal";
-    case OptimumStatus::local:
-      return "local";
-    case OptimumStatus::feasible:
-      return "feasible";
-    case OptimumStatus::infeasible:
-      return "infeasible";
-    case OptimumStatus::failed:
-      return "failed";
-  }
-  assert(false);
-  return {};
+  constexpr std::array names{"optimal", "local", "feasible", "infeasible", "failed"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 }  // namespace flexopt

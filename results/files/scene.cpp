@@ -6,11 +6,9 @@
 
 #include "core/mechanism/profile.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/problem/evaluation_log.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/mode_branches.hpp"
-#include "results/files/packed_array.hpp"
-#include "results/files/path_point_json.hpp"
-#include "results/files/scene_modes.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 
@@ -27,10 +25,8 @@ constexpr Budget whole_budget{8'000'000, 4'000'000}, start_budget{2'000'000, 1'0
     front_budget{400'000, 0};
 constexpr std::size_t report_budget = 7'000'000;  ///< of a job that lists designs, compressed
 
-Json triple_json(const Vector3d& v) { return {v[0], v[1], v[2]}; }
-
 Json columns_json(const Matrix3d& m) {
-  return {triple_json(m.col(0)), triple_json(m.col(1)), triple_json(m.col(2))};
+  return {vector_json(m.col(0)), vector_json(m.col(1)), vector_json(m.col(2))};
 }
 
 Json bodies_json(const Mechanism& mechanism) {
@@ -38,12 +34,12 @@ Json bodies_json(const Mechanism& mechanism) {
   for (const RigidBody& body : mechanism.bodies) {
     Json json = {{"name", body.name},
                  {"end_effector", body.role == BodyRole::end_effector},
-                 {"reference", triple_json(body.reference)},
-                 {"center_of_mass", triple_json(body.center_of_mass)},
+                 {"reference", vector_json(body.reference)},
+                 {"center_of_mass", vector_json(body.center_of_mass)},
                  {"mass", body.mass},
                  {"box", nullptr}};
     if (body.box)
-      json["box"] = {{"center", triple_json(body.box->center)},
+      json["box"] = {{"center", vector_json(body.box->center)},
                      {"half_edges", columns_json(body.box->half_edges)}};
     bodies.push_back(std::move(json));
   }
@@ -85,22 +81,22 @@ Json ties_json(const Mechanism& mechanism) {
                               {"type", types[static_cast<std::size_t>(joint.type)]},
                               {"body", joint.body},
                               {"other", joint.other},
-                              {"place", triple_json(joint.place)},
-                              {"axis", triple_json(joint.axis)}});
+                              {"place", vector_json(joint.place)},
+                              {"axis", vector_json(joint.axis)}});
   }
   for (const Spring& spring : mechanism.springs)
     ties["springs"].push_back(
         {{"name", spring.name},
          {"body", spring.body},
          {"other", spring.other},
-         {"place", triple_json(spring.place)},
-         {"other_place", spring.matrix ? Json() : triple_json(spring.other_place)}});
+         {"place", vector_json(spring.place)},
+         {"other_place", spring.matrix ? Json() : vector_json(spring.other_place)}});
   for (const Drive& drive : mechanism.drives)
     ties["drives"].push_back({{"name", drive.name},
                               {"body", drive.body},
                               {"other", drive.other},
                               {"direction", direction_names[index(drive.direction)]},
-                              {"axis", triple_json(drive.axes.col(index(drive.direction) % 3))}});
+                              {"axis", vector_json(drive.axes.col(index(drive.direction) % 3))}});
   return ties;
 }
 
@@ -112,9 +108,9 @@ Json loads_json(const LoadCase& loads, const Mechanism& mechanism) {
       const Vector3d reference = mechanism.bodies[static_cast<std::size_t>(body)].reference;
       list.push_back({{"name", load.name},
                       {"body", body},
-                      {"place", triple_json(load.place.value_or(reference + load.arm))},
-                      {"force", triple_json(load.force)},
-                      {"moment", triple_json(load.moment)},
+                      {"place", vector_json(load.place.value_or(reference + load.arm))},
+                      {"force", vector_json(load.force)},
+                      {"moment", vector_json(load.moment)},
                       {"growing", growing}});
     }
   };
@@ -213,12 +209,11 @@ Json evaluations_json(const RunRecord& record) {
   const std::size_t width = 2 + variables.size() + constraints.size();
   std::vector<float> rows;
   Json start = Json::array(), number = Json::array(), stage = Json::array();
-  constexpr std::array<const char*, 4> stages{"search", "stock", "pareto", "verification"};
   for (const EvaluationRecord& e : optimum.history) {
     if (e.difference) continue;
     start.push_back(e.start);
     number.push_back(e.number);
-    stage.push_back(stages[static_cast<std::size_t>(e.stage)]);
+    stage.push_back(name_of(e.stage));
     const float none = std::nanf("");
     rows.push_back(e.ok ? static_cast<float>(e.objective) : none);
     rows.push_back(e.ok ? static_cast<float>(e.violation) : none);
@@ -312,10 +307,8 @@ OrderedJson merged_scene(const std::vector<OrderedJson>& scenes,
 }
 
 void write_scene(const std::filesystem::path& folder, const OrderedJson& scene) {
-  if (scene.is_object() && !scene.value("designs", Json()).empty())
-    write_file(folder / "scene.json", scene.dump());
-  else
-    std::filesystem::remove(folder / "scene.json");  // of an earlier run
+  const bool some = scene.is_object() && !scene.value("designs", Json()).empty();
+  write_or_remove(folder / "scene.json", some ? scene.dump() : "");
 }
 
 OrderedJson read_scene(const std::filesystem::path& folder) {

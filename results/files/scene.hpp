@@ -1,9 +1,14 @@
 #pragma once
 // scene.json: what the report draws in three dimensions. Every equilibrium and every mode is there
 // once, on the meshes of the leaves; the page makes the motion between them.
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "core/response/response.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/run_record.hpp"
 
@@ -11,7 +16,7 @@ namespace flexopt {
 
 /// {"flexopt_scene": 1, "designs": [...], "evaluations"}. The first design is the one of the
 /// result; others are its other load cases ("case" has their names), the start of an optimisation
-/// and the points of its front. Arrays are those of packed_array.hpp; SI units, global axes. Of a
+/// and the points of its front. Arrays are those of packed_floats; SI units, global axes. Of a
 /// design:
 ///     bodies, leaves, joints, springs, drives, loads   the undeflected mechanism
 ///     frames         index in the path of every point that is drawn
@@ -38,5 +43,43 @@ void write_scene(const std::filesystem::path& folder, const OrderedJson& scene);
 
 /// The scene in a folder; nothing where there is none.
 OrderedJson read_scene(const std::filesystem::path& folder);
+
+// The natural modes of a scene.
+
+/// The key "modes" of a design in scene.hpp, for these points of the path; `points`: mesh points of
+/// all leaves. Signs follow from frame to frame. Null where no point has shapes of its modes.
+OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>& path,
+                       const std::vector<std::size_t>& frames, std::size_t points);
+
+/// Positions of the mesh lines of a leaf, as shares of its length from base to tip.
+std::vector<double> places_along(const LeafShape& shape);
+
+/// Motion of the points of a leaf whose edges follow their bodies: cubic along the leaf, as a
+/// slender leaf bends. For models that do not tell their own. 3 numbers a point, in the order of
+/// the shape.
+VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const PathPoint& point,
+                           const VectorXd& body_motion);
+
+// Tracks modes from one point of the path to the next.
+
+/// For every point of the path (empty where it has no modes), the branch of each of its modes. The
+/// modes of a point continue the branches of the nearest earlier point with modes to which they are
+/// most similar, each once: cos² of the angle between the motions (Mode::motion) at least 0.3.
+/// Other modes begin a branch. `drive`: whose list of modes.
+std::vector<std::vector<int>> mode_branches(const std::vector<PathPoint>& path, DriveState drive);
+
+// Arrays of numbers as text inside a JSON document: compressed by zlib, then base64.
+
+/// {"type": "float32", "shape": [...], "data"}: the bytes of little-endian numbers, all first bytes
+/// before all second ones and so on, compressed and in base64. The first index runs slowest; the
+/// product of `shape` is the number of values.
+OrderedJson packed_floats(const std::vector<float>& values, const std::vector<std::size_t>& shape);
+
+/// {"type": "int16", "shape", "data"}: the same, each row of the first index less the row before
+/// it, which compresses better where rows are alike.
+OrderedJson packed_rows(const std::vector<std::int16_t>& values,
+                        const std::vector<std::size_t>& shape);
+
+std::string base64(const std::string& bytes);
 
 }  // namespace flexopt

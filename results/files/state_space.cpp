@@ -1,5 +1,3 @@
-#include "results/files/state_space.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,21 +5,12 @@
 
 #include "results/files/csv_text.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 namespace {
 
 using Json = OrderedJson;
-
-Json rows_json(const MatrixXd& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
 
 const StateSpace* first_model(const StrokeResponse& response) {
   for (const PathPoint& point : response.path)
@@ -133,11 +122,7 @@ std::string state_space_script(const StrokeResponse& response, const std::string
 
 void write_state_space(const std::filesystem::path& folder, const StrokeResponse& response,
                        const std::string& title) {
-  const std::string text = state_space_script(response, title);
-  if (text.empty())
-    std::filesystem::remove(folder / "state_space.m");  // of an earlier run
-  else
-    write_file(folder / "state_space.m", text);
+  write_or_remove(folder / "state_space.m", state_space_script(response, title));
 }
 
 }  // namespace flexopt

@@ -1,5 +1,3 @@
-#include "results/files/tolerances.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,8 +7,8 @@
 
 #include "core/response/quantities.hpp"
 #include "results/files/csv_text.hpp"
-#include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/units.hpp"
 
 namespace flexopt {
@@ -169,13 +167,6 @@ std::string tolerances_csv(const RunRecord& record) {
     text += csv::row(cells);
   }
   return text;
-}
-
-void write_tolerances_csv(const std::filesystem::path& folder, const RunRecord& record) {
-  if (record.tolerances)
-    write_file(folder / "tolerances.csv", tolerances_csv(record));
-  else
-    std::filesystem::remove(folder / "tolerances.csv");
 }
 
 }  // namespace flexopt

@@ -17,6 +17,10 @@ std::string quantity_unit(const std::string& quantity, const DriveList& drives) 
   return found == known.end() ? "" : found->unit;
 }
 
+std::string goal_unit(const std::string& quantity, const DriveList& drives) {
+  return quantity.empty() ? "SI" : quantity_unit(quantity, drives);
+}
+
 std::string parameter_unit(const Family& family, const std::string& parameter) {
   const Parameter* found = find_parameter(family, parameter);
   return found ? found->unit : "";

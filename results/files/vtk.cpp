@@ -91,20 +91,13 @@ void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoi
   namespace fs = std::filesystem;
   bool any = false;
   for (std::size_t i = 0; i < path.size(); ++i) {
-    const fs::path file = folder / file_name(i);
-    if (path[i].shapes.empty()) {
-      fs::remove(file);
-    } else {
-      write_file(file, shape_vtu(path[i].shapes));
-      any = true;
-    }
+    const bool drawn = !path[i].shapes.empty();
+    write_or_remove(folder / file_name(i), drawn ? shape_vtu(path[i].shapes) : "");
+    any = any || drawn;
   }
   for (std::size_t i = path.size(); fs::remove(folder / file_name(i)); ++i) {
   }
-  if (any)
-    write_file(folder / "shapes.pvd", shapes_pvd(path));
-  else
-    fs::remove(folder / "shapes.pvd");
+  write_or_remove(folder / "shapes.pvd", any ? shapes_pvd(path) : "");
 }
 
 }  // namespace flexopt

@@ -14,23 +14,6 @@
 #include "results/run/run_files.hpp"
 
 namespace flexopt {
-namespace {
-
-RunRecord record_of(const Job& job, const RunOptions& options,
-                    const std::vector<std::string>& along, RunListener& listener) {
-  switch (job.kind) {
-    case JobKind::optimise:
-      return run_optimisation(job, options.folder, options.threads, listener);
-    case JobKind::compare:
-      return run_comparison(job, options.folder, options.threads, listener);
-    case JobKind::evaluate:
-      break;
-  }
-  return run_evaluation(job, options.folder, options.threads, listener, along);
-}
-
-}  // namespace
-
 Job as_kind(const Job& job, JobKind kind) {
   if (!job.designs.empty())
     throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
@@ -54,7 +37,7 @@ FinishedRun run(const Job& job, const RunOptions& options, RunListener& listener
   std::optional<OutputFolder> folder;
   if (!options.folder.empty()) folder.emplace(options.folder);
   try {
-    RunRecord record = record_of(job, options, along, listener);
+    RunRecord record = run_any(job, options.folder, options.threads, listener, along);
     record.timings["total"] =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (folder)

@@ -1,5 +1,4 @@
 // flexopt._core: the C++ side of the Python package, which gives it a face.
-#include <fmt/format.h>
 #include <pybind11/eigen.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>

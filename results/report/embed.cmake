@@ -1,7 +1,7 @@
 # flexopt_embed(TARGET SOURCE.cpp NAME=FILE ...): the files become bytes of the binary, read by
 # embedded_file("NAME"). The assembler includes them, so the build stays fast.
 function(flexopt_embed target output)
-  set(assembly "// Written by CMake: the files inside the binary.\n#include \"results/report/embedded.hpp\"\n\n")
+  set(assembly "// Written by CMake: the files inside the binary.\n#include \"results/report/report.hpp\"\n\n")
   set(table "")
   set(externs "")
   set(files "")

@@ -1,5 +1,3 @@
-#include "results/run/interrupted.hpp"
-
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -14,11 +12,12 @@
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/problem/evaluation_log.hpp"
-#include "optim/search/screening.hpp"
+#include "optim/search/optimise.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
-#include "results/run/listed_designs.hpp"
+#include "results/run/run.hpp"
+#include "results/run/run_files.hpp"
 
 namespace flexopt {
 

@@ -1,5 +1,3 @@
-#include "results/run/listed_designs.hpp"
-
 #include <fmt/format.h>
 
 #include <chrono>
@@ -7,12 +5,9 @@
 #include <utility>
 
 #include "core/spec/spec_error.hpp"
-#include "results/files/expectations.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/ranking.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
-#include "results/files/timings.hpp"
 #include "results/report/report.hpp"
 #include "results/run/run.hpp"
 
@@ -38,9 +33,7 @@ OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threa
     if (keeps) fs::create_directories(own);
     std::optional<RunRecord> found;
     try {
-      found = job.kind == JobKind::optimise
-                  ? run_optimisation(*design.job, own, threads, listener, sharing)
-                  : run_evaluation(*design.job, own, threads, listener, {}, sharing);
+      found = run_any(*design.job, own, threads, listener, {}, sharing);
     } catch (const ShardEnds&) {
     }
     if (!found || (sharing && !sharing->complete())) continue;
@@ -76,10 +69,7 @@ WrittenRun write_listed_designs(const fs::path& folder, const Job& job, OrderedJ
                                 const std::map<std::string, double>& timings) {
   WrittenRun written;
   written.failed_expectations = check_expectations(job.expect, result);
-  if (result.contains("ranking"))
-    write_file(folder / "ranking.csv", ranking_csv(result));
-  else
-    fs::remove(folder / "ranking.csv");  // of an earlier run
+  write_or_remove(folder / "ranking.csv", result.contains("ranking") ? ranking_csv(result) : "");
   write_timings(folder, timings);
   const OrderedJson scene = scene_of(folder, job, result);
   write_scene(folder, scene);

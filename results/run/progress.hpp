@@ -28,6 +28,12 @@ class RunListener {
   virtual void step(const RunStep& step) = 0;
 };
 
+/// Prints nothing.
+class Silent : public RunListener {
+  void say(const std::string&) override {}
+  void step(const RunStep&) override {}
+};
+
 /// Writes what can be written: that nobody hears it, because a stream is closed or its disk full,
 /// ends no run.
 void put(std::FILE* stream, const std::string& text);

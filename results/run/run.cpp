@@ -1,21 +1,23 @@
 #include "results/run/run.hpp"
 
 #include <fmt/format.h>
+
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "core/elements/leaf/leaf_element.hpp"
 #include "core/response/accuracy/model_choice.hpp"
+#include "core/response/models/leaf_models.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/compare/compare.hpp"
 #include "optim/maps/response_map.hpp"
-#include "optim/problem/shared_units.hpp"
+#include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
-#include "optim/search/answer.hpp"
 #include "optim/search/optimise.hpp"
-#include "optim/search/stock.hpp"
+#include "optim/search/stages.hpp"
 #include "optim/tolerances/tolerance_study.hpp"
+#include "results/files/result_json.hpp"
 #include "results/files/version.hpp"
-#include "results/run/run_files.hpp"
 #include "results/run/steps.hpp"
 
 namespace flexopt {
@@ -342,6 +344,41 @@ RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, in
   }
   conclude(record);
   return record;
+}
+
+RunRecord run_any(const Job& job, const std::filesystem::path& folder, int threads,
+                  RunListener& listener, const std::vector<std::string>& along, Sharing* sharing) {
+  if (job.kind == JobKind::optimise)
+    return run_optimisation(job, folder, threads, listener, sharing);
+  if (job.kind == JobKind::compare) return run_comparison(job, folder, threads, listener, sharing);
+  return run_evaluation(job, folder, threads, listener, along, sharing);
+}
+
+RunRecord undeflected(const Job& job) {
+  if (!job.designs.empty())
+    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
+                    "a job of one design can be shown");
+  RunRecord record;
+  record.job = job;
+  record.mechanism = make_mechanism(job, job.design.parameters);
+  PathPoint point;
+  for (const auto& leaf : make_full_leaves(record.mechanism, job.model))
+    point.shapes.push_back(leaf->shape());
+  point.bodies.resize(record.mechanism.bodies.size());
+  record.response.path = {point};
+  record.cases.assign(job.cases.size(), record.response);
+  record.status = "undeflected";
+  record.message = "The mechanism as designed; no equilibrium was computed.";
+  return record;
+}
+
+OrderedJson undeflected_result(const RunRecord& record) {
+  OrderedJson result = make_result(record);
+  for (const char* key : {"case", "cases", "extremes"}) result.erase(key);
+  result["status"] = record.status;
+  result["message"] = record.message;
+  result["path"] = OrderedJson::array();
+  return result;
 }
 
 }  // namespace flexopt

@@ -5,17 +5,12 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/csv.hpp"
-#include "results/files/expectations.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/maps.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/scene.hpp"
-#include "results/files/state_space.hpp"
-#include "results/files/timings.hpp"
-#include "results/files/tolerances.hpp"
 #include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
-#include "results/run/interrupted.hpp"
 
 namespace flexopt {
 
@@ -32,6 +27,17 @@ OrderedJson read_json(const fs::path& file) {
   }
 }
 
+/// True where the folder holds a finished run, false where an unfinished one. Throws SpecError.
+bool is_finished(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw SpecError("", folder.string(), "expected the output folder of a run");
+  if (holds_finished_run(folder)) return true;
+  if (!fs::exists(folder / "job.json"))
+    throw SpecError("", folder.string(),
+                    "expected the output folder of a run: no result.json in it");
+  return false;
+}
+
 }  // namespace
 
 void write_job(const fs::path& folder, const Job& job) {
@@ -43,20 +49,17 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   const bool again = fs::exists(folder / "result.json");  // else what is there is somebody's
   OrderedJson result = make_result(record);
   written.failed_expectations = check_expectations(record.job.expect, result);
-  fs::remove(folder / (record.comparison ? "path.csv" : "comparison.csv"));  // of an earlier run
-  if (record.comparison)
-    write_comparison_csv(folder, record);
-  else
-    write_path_csv(folder, record);
-  if (record.optimum)
-    write_history_csv(folder, record);
-  else
-    fs::remove(folder / "history.csv");
-  if (record.optimum && record.optimum->pareto)
-    write_pareto_csv(folder, record);
-  else
-    fs::remove(folder / "pareto.csv");
-  write_tolerances_csv(folder, record);
+  const DriveList drives(record.mechanism);
+  const auto& optimum = record.optimum;
+  const auto& comparison = record.comparison;
+  write_or_remove(folder / "comparison.csv",
+                  comparison ? comparison_csv(record.job, *comparison, drives) : "");
+  write_or_remove(folder / "path.csv", comparison ? "" : path_csv(record));
+  write_or_remove(folder / "history.csv", optimum ? history_csv(record.job, *optimum, drives) : "");
+  write_or_remove(folder / "pareto.csv", optimum && optimum->pareto
+                                             ? pareto_csv(record.job, *optimum->pareto, drives)
+                                             : "");
+  write_or_remove(folder / "tolerances.csv", record.tolerances ? tolerances_csv(record) : "");
   write_maps_csv(folder, record);
   write_shapes(folder, response_of(record).path);
   write_state_space(folder, response_of(record), record.job.name);
@@ -91,21 +94,6 @@ bool holds_finished_run(const fs::path& folder) {
   // A newer job.json: this result is of an earlier run, and the newer one was interrupted.
   return !fs::exists(job_file) || result.value("job", OrderedJson()) == read_json(job_file);
 }
-
-namespace {
-
-/// True where the folder holds a finished run, false where an unfinished one. Throws SpecError.
-bool is_finished(const fs::path& folder) {
-  if (!fs::is_directory(folder))
-    throw SpecError("", folder.string(), "expected the output folder of a run");
-  if (holds_finished_run(folder)) return true;
-  if (!fs::exists(folder / "job.json"))
-    throw SpecError("", folder.string(),
-                    "expected the output folder of a run: no result.json in it");
-  return false;
-}
-
-}  // namespace
 
 ShownRun read_run(const fs::path& folder) {
   GrowingLog log;

@@ -1,10 +1,13 @@
 #pragma once
 // All files of a run in its folder.
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "optim/problem/evaluation_record.hpp"
+#include "optim/problem/line_log.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/run_record.hpp"
 
@@ -35,14 +38,36 @@ struct ShownRun {
   bool finished = true;
 };
 
+/// The evaluations of a log that may still grow: each line is read once.
+class GrowingLog {
+ public:
+  /// All whole records of evaluations.jsonl so far; the last line may be torn. Unlike the
+  /// optimiser's own reader this takes a log of any version and leaves the file alone. Begins anew
+  /// where another file has taken its place. Throws SpecError where a line is no evaluation or does
+  /// not fit its checksum.
+  const std::vector<EvaluationRecord>& read(const std::filesystem::path& file);
+
+ private:
+  std::filesystem::path file_;
+  std::uint64_t inode_ = 0;
+  std::size_t read_ = 0;  ///< bytes of whole lines
+  CheckedLines lines_;
+  std::vector<EvaluationRecord> records_;
+};
+
 /// Result and scene in a folder; of an interrupted optimisation or comparison what its evaluations
 /// tell so far. Throws SpecError where the folder holds no run.
 ShownRun read_run(const std::filesystem::path& folder);
-class GrowingLog;
 /// Reads a run that is shown again and again: what was read of its log is kept in `log`.
 ShownRun read_run(const std::filesystem::path& folder, GrowingLog& log);
 
 /// Reads the result alone.
 OrderedJson read_result(const std::filesystem::path& folder);
+
+/// What job.json and evaluations.jsonl of an unfinished run tell: status "interrupted", the history
+/// and the best design so far, and no path; the scene has the evaluations. Throws SpecError where
+/// they tell nothing.
+/// `log`: what was read of it before, if anything.
+ShownRun interrupted_run(const std::filesystem::path& folder, GrowingLog& log);
 
 }  // namespace flexopt

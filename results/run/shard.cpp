@@ -3,17 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/job/job_in_folder.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/problem/evaluation_log.hpp"
-#include "optim/problem/line_log.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/json_text.hpp"
+#include "results/files/program_part.hpp"
 #include "results/files/version.hpp"
 #include "results/run/run_files.hpp"
 
@@ -103,6 +103,12 @@ std::vector<fs::path> folders_of(const Job& job) {
   for (const ListedDesign& design : job.designs) folders.emplace_back(design.folder);
   if (folders.empty()) folders.emplace_back();
   return folders;
+}
+
+SpecError no_mpi(const std::string& why) {
+  return {"mpirun", std::to_string(started_together()) + " processes",
+          "this flexopt cannot share a run by MPI (" + why +
+              "): build it where Open MPI is (libopenmpi-dev), or use --shard"};
 }
 
 }  // namespace
@@ -229,6 +235,33 @@ std::string array_text(const std::vector<int>& numbers) {
     if (end > i + 1) text += "-" + std::to_string(numbers[end - 1]);
   }
   return text;
+}
+
+int started_together() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* size = std::getenv(name)) return std::atoi(size);
+  return 0;
+}
+
+std::unique_ptr<Crew> join_crew() {
+  if (started_together() < 2) return nullptr;
+  // global: Open MPI loads parts of its own that look for it
+  const PartFunction join = part_function("flexopt_mpi.so", "flexopt_join_crew", PartNames::global);
+  if (!join.address) throw no_mpi(join.missing);
+  return std::unique_ptr<Crew>(reinterpret_cast<Crew* (*)()>(join.address)());
+}
+
+void tell_job(Crew& crew, const Job& job, const fs::path& job_folder) {
+  crew.tell(nlohmann::json{build_id(), document_of(job), job_folder.string()}.dump());
+}
+
+Job hear_job(Crew& crew) {
+  const auto told = nlohmann::json::parse(crew.hear());
+  if (told.at(0) != build_id())
+    throw SpecError("mpirun", build_id(),
+                    fmt::format("expected the flexopt of the first process, {}",
+                                told.at(0).get<std::string>()));
+  return parse_job_in(told.at(2).get<std::string>(), told.at(1));
 }
 
 }  // namespace flexopt

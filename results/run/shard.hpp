@@ -1,6 +1,7 @@
 #pragma once
-// Shards of a run: what a folder says of its own, and the union of their logs.
+// Runs that are shared: as shards, whose parts are merged, or by the processes of mpirun.
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,8 @@
 #include "optim/numerics/sharing.hpp"
 
 namespace flexopt {
+
+// Shards of a run: what a folder says of its own, and the union of their logs.
 
 /// Shard from a text such as "3/16". Throws SpecError (pointer --shard).
 Shard read_shard(const std::string& text);
@@ -42,5 +45,19 @@ void merge_logs(const FoundShards& found, const std::vector<std::filesystem::pat
 
 /// Text of numbers for an --array of Slurm: {1, 2, 3, 7} become "1-3,7".
 std::string array_text(const std::vector<int>& numbers);
+
+// Joins the processes that mpirun has started to a crew.
+
+/// How many processes the launcher of MPI says that it started; 0 where none did.
+int started_together();
+
+/// The crew of these processes; null where this process was started alone. MPI is in a library of
+/// its own, flexopt_mpi.so, which nothing else loads. Throws SpecError where it is not there.
+std::unique_ptr<Crew> join_crew();
+
+/// Leader: tells the others the job, and the folder that files it names are relative to.
+void tell_job(Crew& crew, const Job& job, const std::filesystem::path& job_folder);
+/// The others: the job of the leader. Throws SpecError where that is another build of flexopt.
+Job hear_job(Crew& crew);
 
 }  // namespace flexopt

@@ -56,9 +56,7 @@ RunStep step_of(const ScreeningProgress& progress, double seconds) {
                .total = progress.designs,
                .what = "designs screened",
                .text = "designs screened",
-               .goals = {},
-               .replayed = progress.replayed,
-               .at_most = false};
+               .replayed = progress.replayed};
   if (progress.failed > 0) step.goals = fmt::format("{} without values", progress.failed);
   if (progress.failed > 0) step.text += ", " + step.goals;
   if (progress.replayed > 0) step.text += fmt::format(", {} from the log", progress.replayed);
@@ -72,9 +70,7 @@ RunStep step_of(const CompareProgress& progress) {
                .total = progress.total,
                .what = "evaluations",
                .text = "evaluations",
-               .goals = {},
-               .replayed = progress.replayed,
-               .at_most = false};
+               .replayed = progress.replayed};
   if (progress.failed > 0) step.goals = fmt::format("{} failed", progress.failed);
   if (progress.failed > 0) step.text += ", " + step.goals;
   if (progress.replayed > 0) step.text += fmt::format(", {} from the log", progress.replayed);
@@ -83,13 +79,7 @@ RunStep step_of(const CompareProgress& progress) {
 
 LoopProgress counted(RunListener& listener, const std::string& what) {
   return [&listener, what](int done, int total) {
-    listener.step({.done = done,
-                   .total = total,
-                   .what = what,
-                   .text = {},
-                   .goals = {},
-                   .replayed = 0,
-                   .at_most = false});
+    listener.step({.done = done, .total = total, .what = what});
   };
 }
 

@@ -1,8 +1,5 @@
-#include "results/server/connections.hpp"
-
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -16,7 +13,8 @@
 #include <system_error>
 
 #include "core/spec/spec_error.hpp"
-#include "results/server/request_text.hpp"
+#include "results/server/guard.hpp"
+#include "results/server/local_server.hpp"
 
 namespace flexopt {
 
@@ -165,16 +163,9 @@ bool Connections::read_from(Client& client) {
   if (leaves) return true;
   client.bytes.append(buffer.data(), static_cast<std::size_t>(got));
   RequestText request = read_request(client.bytes);
-  switch (request.state) {
-    case RequestText::State::incomplete:
-      return true;
-    case RequestText::State::refused:
-      refuse(client, request.status, request.reason);
-      return true;
-    case RequestText::State::whole:
-      break;
-  }
-  return hand_over(client, std::move(request.text));
+  if (request.state == RequestText::State::whole) return hand_over(client, std::move(request.text));
+  if (request.state == RequestText::State::refused) refuse(client, request.status, request.reason);
+  return true;
 }
 
 bool Connections::send_to(Client& client) {

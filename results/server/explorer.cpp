@@ -17,17 +17,6 @@ namespace flexopt {
 
 namespace {
 
-/// Listener that prints nothing: one evaluation has no progress to show.
-class Silent : public RunListener {
-  void say(const std::string&) override {}
-  void step(const RunStep&) override {}
-};
-
-/// Unit of a goal's value, as the part "optimum" of a result has it.
-std::string unit_of(const std::string& quantity, const DriveList& drives) {
-  return quantity.empty() ? "SI" : quantity_unit(quantity, drives);
-}
-
 /// Objective and constraints of the job at the design of the record, whose paths it takes.
 OrderedJson goals_of(const Job& job, RunRecord& record) {
   const DesignProblem problem(job, Evaluators(evaluate_stroke, by_differences));
@@ -54,7 +43,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
        {"role", "objective"},
        {"sense", objective.maximise ? "maximise" : "minimise"},
        {"value", problem.objective(values)},
-       {"unit", unit_of(objective.quantity, drives)},
+       {"unit", goal_unit(objective.quantity, drives)},
        {"as", objective.misassembled ? "worst" : objective.margin.text()}});
   const std::vector<double> reached = problem.constraints(values);
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
@@ -66,7 +55,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
                      {"max", optional_json(c.max)},
                      {"met", missed <= spec.constraint_tolerance},
                      {"value", reached[i]},
-                     {"unit", unit_of(c.quantity, drives)},
+                     {"unit", goal_unit(c.quantity, drives)},
                      {"as", c.misassembled ? "worst" : c.margin.text()}});
   }
   return goals;
@@ -83,7 +72,7 @@ Job evaluation_of(Job job) {
 }
 
 OrderedJson look_at(const Job& job) {
-  Silent nobody;
+  Silent nobody;  // one evaluation has no progress to show
   RunRecord record = run_evaluation(evaluation_of(job), {}, 1, nobody);
   if (record.status == "no_equilibrium" || record.status == "left_branch" ||
       record.status == "limit_reached" || record.status == "failed")

@@ -1,12 +1,38 @@
 #pragma once
-// A job as something to try numbers on: a move of its sliders → what the page shows.
+// The numbers of a job that may be moved, their ranges, and the job with other values for them.
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "optim/job/job.hpp"
 #include "results/files/json_text.hpp"
-#include "results/server/sliders.hpp"
 
 namespace flexopt {
+
+/// A number of a design that can be moved, SI.
+struct Slider {
+  std::string name, unit, meaning;
+  double value = 0;  ///< of the job
+  double min = 0, max = 0;
+  bool whole = false;  ///< a number of things
+};
+
+/// Sliders of a job: the variables of an optimisation with their bounds, or every parameter of an
+/// evaluated design that is a number, from half to twice its value, as far as the design allows it.
+/// A parameter that is zero goes to both sides as far as half the largest parameter of its unit,
+/// or, where all of these are zero, through its whole range. Throws SpecError for a job that has no
+/// single design to show, or nothing to move.
+std::vector<Slider> sliders_of(const Job& job);
+
+/// {"parameters": {"length": 0.04, …}}, SI; those that are not named keep the job's value. Throws
+/// SpecError for anything else: other names, other values than numbers, numbers out of range.
+ParameterValues read_move(const std::string& body, const std::vector<Slider>& sliders);
+
+/// The job's document with these numbers (of sliders_of), and without numbers that are expected of
+/// the old ones.
+nlohmann::json moved_job(const Job& job, const ParameterValues& values);
+
+// A job as something to try numbers on: a move of its sliders → what the page shows.
 
 class Explorer {
  public:

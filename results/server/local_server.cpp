@@ -11,11 +11,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <string_view>
 
 #include "core/spec/spec_error.hpp"
 #include "results/server/guard.hpp"
-#include "results/server/request_text.hpp"
 
 namespace flexopt {
 

@@ -1,10 +1,9 @@
-#include "results/server/request_text.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <optional>
 #include <vector>
+
+#include "results/server/guard.hpp"
 
 namespace flexopt {
 

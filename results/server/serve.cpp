@@ -2,8 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "results/report/embedded.hpp"
-#include "results/report/page_text.hpp"
+#include "results/report/report.hpp"
 #include "results/server/explorer.hpp"
 #include "results/server/local_server.hpp"
 #include "results/server/newest_move.hpp"

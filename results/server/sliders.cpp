@@ -1,16 +1,14 @@
-#include "results/server/sliders.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "results/server/explorer.hpp"
 
 namespace flexopt {
 

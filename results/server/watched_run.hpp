@@ -5,7 +5,7 @@
 #include <mutex>
 #include <string>
 
-#include "results/run/interrupted.hpp"
+#include "results/run/run_files.hpp"
 
 namespace flexopt {
 

@@ -1,5 +1,3 @@
-#include "results/start/first_goals.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "core/response/space/room_taken.hpp"
 #include "core/spec/spec_error.hpp"
+#include "results/start/start_design.hpp"
 
 namespace flexopt {
 namespace {

@@ -1,5 +1,3 @@
-#include "results/start/first_stroke.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
+#include "results/start/start_design.hpp"
 
 namespace flexopt {
 namespace {

@@ -31,4 +31,19 @@ double round_below(double value);
 /// "0.4 mm", "45 deg", "20 g" of a value in SI; plain numbers and zero stay numbers.
 OrderedJson readable(double value, const std::string& unit);
 
+// Stroke of a design in its first job.
+
+/// "stroke" of a new job: from rest to the largest of 1, 2, 5, 10 … mm or deg, of all drives alike,
+/// up to which the path is stable and the stress stays below `allowed` [Pa], on a coarse mesh by
+/// this model. Throws SpecError where not even a thousandth can be followed.
+OrderedJson first_stroke(const StartDesign& start, const ModelOptions& model, double allowed);
+
+// What the first optimisation of a design looks for, and among what.
+
+/// "optimise" of a new job: the highest parasitic frequency over the stroke, at no more than the
+/// allowable stress and in a tenth more room than the start takes. Sizes, angles and ratios vary
+/// between half and twice the start (angles by 17°), or less, so that the design is sound at the
+/// corners of their box; counts and masses do not.
+OrderedJson first_goals(const StartDesign& start);
+
 }  // namespace flexopt

@@ -40,7 +40,6 @@ set(tested_by
   designs/flatten_leaves designs/test_design_files
   designs/formula_words designs/test_design_files
   designs/materials designs/test_families
-  designs/s_n_curve_json optim/job/test_job_stress
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/system core/equilibrium/test_joints
   core/math/eigenvalue_branches core/response/test_principal_stiffness
@@ -128,17 +127,14 @@ set(tested_by
   optim/job/search_tables optim/job/test_job_optimise
   optim/job/job_tolerances optim/tolerances/test_tolerance_study
   optim/search/answer optim/search/test_optimise
-  optim/problem/assembly_box optim/problem/test_misassembled_goals
   optim/problem/check_gradients results/cli/test_command_line
   optim/problem/gradient_checker results/cli/test_command_line
-  optim/problem/crew_evaluation results/mpi/test_mpi_crew
   optim/problem/design_problem optim/search/test_exact_gradients
   optim/problem/goal_bounds optim/search/test_optimise
   optim/problem/goal_readings optim/search/test_exact_gradients
   optim/problem/evaluation_book optim/problem/test_evaluation_log
   optim/problem/line_log optim/problem/test_evaluation_log
   optim/problem/posing optim/search/test_exact_gradients
-  optim/search/help_optimise results/mpi/test_mpi_crew
   optim/search/pareto optim/search/test_stages
   optim/search/search optim/search/test_optimise
   optim/search/stock optim/search/test_stages
@@ -148,7 +144,6 @@ set(tested_by
   optim/solvers/trials optim/solvers/test_optimiser
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
-  results/cli/new_command results/start/test_new_job
   results/cli/run_command results/run/test_shard
   results/cli/run_json results/cli/test_terminal
   results/cli/stroke_table results/cli/test_summary
@@ -158,7 +153,6 @@ set(tested_by
   results/drawing/svg results/drawing/test_design_drawing
   results/drawing/view_picture results/drawing/test_design_drawing
   results/export/ccx_limits results/export/test_ccx_deck
-  results/export/ccx_lines results/export/test_ccx_ties
   results/export/ccx_model results/export/test_ccx_deck
   results/export/convex_hull results/export/test_triangles
   results/export/formats results/cli/test_export_command
@@ -166,7 +160,6 @@ set(tested_by
   results/export/parts results/export/test_stl
   results/export/spacar_model results/export/test_spacar
   results/export/step_writer results/export/test_step
-  results/files/accuracy_json results/cli/test_estimates
   results/files/comparison_json results/files/test_comparison
   results/files/csv_text results/files/test_csv
   results/files/optimum_json results/run/test_run_files
@@ -174,22 +167,18 @@ set(tested_by
   results/files/result_context results/files/test_result_json
   results/files/tolerances jobs/test_load_cases
   results/run/interrupted jobs/test_optimise_resumes
-  results/run/join_crew results/mpi/test_mpi_crew
   results/cli/program results/cli/test_command_line
   results/library/jobs results/library/test_flexopt
   results/library/posed_goals results/python/test_posed_goals
   results/library/problem results/library/test_flexopt
   results/library/results results/library/test_flexopt
   results/library/runs results/python/test_runs
-  results/report/page_text results/report/test_report
   results/start/first_goals results/start/test_new_job
   results/start/first_stroke results/start/test_new_job
-  results/start/start_design results/start/test_new_job
   results/server/local_server results/server/test_serve
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files
   results/run/steps results/cli/test_terminal
-  results/run/undeflected results/cli/test_show_command
   results/files/run_record results/run/test_run_files
   results/files/scene_modes results/files/test_scene
 )

@@ -11,11 +11,6 @@ using namespace flexopt;
 
 namespace {
 
-struct Silent : RunListener {
-  void say(const std::string&) override {}
-  void step(const RunStep&) override {}
-};
-
 /// Of a call, and of the end of the result before it.
 double microseconds(const Job& job, std::shared_ptr<const RunRecord>& kept) {
   using Clock = std::chrono::steady_clock;

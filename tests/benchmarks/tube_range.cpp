@@ -21,7 +21,7 @@
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/stiffness.hpp"
-#include "optim/compare/samples.hpp"
+#include "optim/compare/comparison.hpp"
 #include "optim/numerics/parallel.hpp"
 #include "support/one_stroke.hpp"
 

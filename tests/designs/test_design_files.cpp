@@ -13,8 +13,6 @@
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
-#include "designs/expand.hpp"
-#include "designs/library.hpp"
 #include "support/families.hpp"
 #include "support/wrong_designs.hpp"
 

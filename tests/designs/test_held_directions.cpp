@@ -9,7 +9,7 @@
 #include "core/response/mobility/mobility.hpp"
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/expand.hpp"
+#include "designs/describe.hpp"
 #include "support/random_design.hpp"
 
 using namespace flexopt;

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <set>
 
-#include "designs/design_shape.hpp"
+#include "designs/describe.hpp"
 #include "optim/job/job.hpp"
 
 namespace flexopt::fuzz {

@@ -10,11 +10,11 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
-#include "designs/design_shape.hpp"
+#include "designs/describe.hpp"
 #include "designs/family.hpp"
 #include "optim/job/job.hpp"
 #include "optim/problem/evaluation_log.hpp"
-#include "optim/problem/line_checksum.hpp"
+#include "optim/problem/line_log.hpp"
 #include "tests/fuzz/demands.hpp"
 
 namespace flexopt::fuzz {

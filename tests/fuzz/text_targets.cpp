@@ -8,7 +8,6 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/quantity.hpp"
 #include "results/server/guard.hpp"
-#include "results/server/request_text.hpp"
 #include "tests/fuzz/demands.hpp"
 #include "tests/fuzz/targets.hpp"
 

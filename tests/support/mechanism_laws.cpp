@@ -9,7 +9,7 @@
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/expand.hpp"
+#include "designs/describe.hpp"
 
 namespace flexopt::laws {
 

@@ -9,7 +9,6 @@
 
 #include "core/spec/quantity.hpp"
 #include "designs/family.hpp"
-#include "designs/materials.hpp"
 #include "support/random_design.hpp"
 
 namespace flexopt {

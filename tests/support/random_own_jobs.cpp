@@ -14,8 +14,8 @@
 
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/expand.hpp"
-#include "designs/materials.hpp"
+#include "designs/describe.hpp"
+#include "designs/family.hpp"
 #include "optim/job/job.hpp"
 #include "support/random_design.hpp"
 #include "support/random_jobs.hpp"

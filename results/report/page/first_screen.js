@@ -2,7 +2,7 @@
 import {least, max, min} from "d3";
 import {case_chooser} from "./cases.js";
 import {stroke_text} from "./comparison.js";
-import {allowable, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, load_unit_of, optimum, parameter_text, path, place_text, quantities, rest_point, result, stroke_unit, supports, undeflected} from "./result.js";
+import {allowable, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, optimum, parameter_text, path, quantities, rest_point, result, stroke_unit, supports, undeflected} from "./result.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
 
 const stress_share = () => {

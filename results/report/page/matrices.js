@@ -1,6 +1,6 @@
 // The 6 × 6 compliance at the stroke shown, and its copies for other programs.
 import {converged, drive_units, place_text, stroke_unit} from "./result.js";
-import {listen, state} from "./state.js";
+import {listen} from "./state.js";
 import {action_button, chooser, copy_text, element, number_text, quantity_text, table_of} from "./text.js";
 import {point_now} from "./view_panel.js";
 

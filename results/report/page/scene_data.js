@@ -10,7 +10,7 @@ function bytes_of(text) {
   return unzlibSync(bytes);
 }
 
-/// Numbers of an array of packed_array.hpp, in order: the file has the first bytes of all numbers,
+/// Numbers of an array of packed_floats, in order: the file has the first bytes of all numbers,
 /// then the second ones, and so on.
 export function unpacked(array) {
   const by_place = bytes_of(array.data), size = array.type === "float32" ? 4 : 2, n = by_place.length / size;

@@ -3,7 +3,7 @@ import {brushY, extent, groups, least, range, select} from "d3";
 import * as Plot from "@observablehq/plot";
 import {palette} from "./colors.js";
 import {line_chart, narrow} from "./charts.js";
-import {goal_factor, goal_text, goal_unit, job, optimum, parameter_text, result} from "./result.js";
+import {goal_factor, goal_text, goal_unit, job, optimum, result} from "./result.js";
 import {evaluations, unpacked} from "./scene_data.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of} from "./text.js";
 import {stop_text} from "./stages.js";

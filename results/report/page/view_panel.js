@@ -3,7 +3,7 @@
 import {max, range, ticks} from "d3";
 import {svg_element} from "./charts.js";
 import {stress_color} from "./colors.js";
-import {allowable, converged, drive_units, load_path, path, place_text, quantities, result, stroke_unit, undeflected} from "./result.js";
+import {allowable, converged, drive_units, load_path, path, result, stroke_unit, undeflected} from "./result.js";
 import {designs} from "./scene_data.js";
 import {listen, set, state} from "./state.js";
 import {action_button, chooser, element, number_text, quantity_text, readable, shown_factor, shown_unit, without_noise} from "./text.js";

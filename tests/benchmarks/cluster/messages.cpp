@@ -16,7 +16,7 @@
 
 #include "optim/numerics/sharing.hpp"
 #include "optim/problem/line_log.hpp"
-#include "results/run/join_crew.hpp"
+#include "results/run/shard.hpp"
 
 namespace {
 

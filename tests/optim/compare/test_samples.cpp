@@ -1,8 +1,7 @@
-#include "optim/compare/samples.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include "optim/compare/comparison.hpp"
 #include "support/guide.hpp"
 
 using namespace flexopt;

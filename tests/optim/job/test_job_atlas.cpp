@@ -6,7 +6,7 @@
 #include "core/reduction/atlas/atlas_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
-#include "optim/job/job_atlas.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "support/base_jobs.hpp"
 #include "support/small_atlas.hpp"

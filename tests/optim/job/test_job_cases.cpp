@@ -1,10 +1,9 @@
 // Load cases of a job: what they inherit, and what goals may say of them.
-#include "optim/job/job_cases.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_sections.hpp"
 
 using namespace flexopt;
 using nlohmann::json;

@@ -1,10 +1,9 @@
 // A job that lists designs is as many jobs of one design each.
-#include "optim/job/job_designs.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_sections.hpp"
 
 using namespace flexopt;
 using nlohmann::json;

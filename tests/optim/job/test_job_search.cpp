@@ -1,9 +1,8 @@
 // What a job leaves open of its search is filled in; what is wrong is in tests/jobs/wrong.
-#include "optim/job/job_search.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include "optim/job/job_sections.hpp"
 #include "support/guide.hpp"
 
 using namespace flexopt;

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/job/job_stroke.hpp"
+#include "optim/job/job_sections.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

@@ -1,5 +1,3 @@
-#include "optim/numerics/nearest_better.hpp"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,7 +1,7 @@
-#include "optim/numerics/normal_quantile.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
+
+#include "optim/numerics/unit_points.hpp"
 
 using namespace flexopt;
 

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "designs/family.hpp"
-#include "optim/problem/frequency_groups.hpp"
+#include "optim/problem/gradient_checker.hpp"
 
 using namespace flexopt;
 

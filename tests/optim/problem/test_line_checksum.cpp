@@ -1,5 +1,3 @@
-#include "optim/problem/line_checksum.hpp"
-
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>

@@ -1,9 +1,8 @@
-#include "optim/problem/shared_units.hpp"
-
 #include <catch2/catch.hpp>
 #include <fstream>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/problem/evaluation_log.hpp"
 #include "support/fixture.hpp"
 #include "support/leaf_job.hpp"
 

@@ -1,6 +1,6 @@
-#include "optim/problem/tolerance_slopes.hpp"
-
 #include <catch2/catch.hpp>
+
+#include "optim/problem/robust_goals.hpp"
 
 using namespace flexopt;
 

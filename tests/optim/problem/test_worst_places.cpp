@@ -1,7 +1,7 @@
-#include "optim/problem/worst_places.hpp"
-
 #include <catch2/catch.hpp>
 #include <functional>
+
+#include "optim/problem/misassembled_goals.hpp"
 
 using namespace flexopt;
 

@@ -1,8 +1,7 @@
 // What is called optimal: the best design of all that were evaluated, wherever the search began.
-#include "optim/search/confirmation.hpp"
-
 #include <catch2/catch.hpp>
 
+#include "optim/search/stages.hpp"
 #include "support/guide.hpp"
 #include "support/random_searches.hpp"
 

@@ -1,6 +1,6 @@
-#include "optim/search/different_ends.hpp"
-
 #include <catch2/catch.hpp>
+
+#include "optim/search/stages.hpp"
 
 using namespace flexopt;
 

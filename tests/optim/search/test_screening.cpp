@@ -1,6 +1,4 @@
 // A box with a wide hill and a narrow, higher one: what a screening sees that a few starts do not.
-#include "optim/search/screening.hpp"
-
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>

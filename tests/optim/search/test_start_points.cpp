@@ -1,8 +1,7 @@
-#include "optim/search/start_points.hpp"
-
 #include <catch2/catch.hpp>
 
 #include "optim/numerics/unit_points.hpp"
+#include "optim/search/stages.hpp"
 #include "support/guide.hpp"
 
 using namespace flexopt;

@@ -1,6 +1,6 @@
-#include "optim/tolerances/linear_goal.hpp"
-
 #include <catch2/catch.hpp>
+
+#include "optim/tolerances/tolerance_study.hpp"
 
 using namespace flexopt;
 

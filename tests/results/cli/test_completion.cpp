@@ -4,9 +4,9 @@
 #include <set>
 #include <sstream>
 
-#include "designs/library.hpp"
+#include "designs/describe.hpp"
 #include "results/cli/command_line.hpp"
-#include "results/cli/completion.hpp"
+#include "results/cli/printed.hpp"
 #include "support/program.hpp"
 
 using namespace flexopt;

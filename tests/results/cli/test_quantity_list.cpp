@@ -1,12 +1,11 @@
 // Every number that `flexopt quantities` lists, everywhere: goals, their derivatives, result.json,
 // path.csv. The table of quantities drives these tests: a new row is in them by itself.
-#include "results/cli/quantity_list.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "optim/problem/design_problem.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/csv.hpp"
 #include "results/files/result_json.hpp"
 

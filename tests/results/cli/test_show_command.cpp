@@ -4,7 +4,7 @@
 
 #include "optim/job/job.hpp"
 #include "results/files/scene.hpp"
-#include "results/run/undeflected.hpp"
+#include "results/run/run.hpp"
 #include "support/program.hpp"
 
 using namespace flexopt;

@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "results/cli/summary.hpp"
+#include "results/cli/printed.hpp"
 #include "support/fixture.hpp"
 
 using namespace flexopt;

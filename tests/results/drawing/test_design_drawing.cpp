@@ -8,8 +8,8 @@
 
 #include "designs/describe.hpp"
 #include "results/drawing/design_drawing.hpp"
+#include "results/drawing/picture.hpp"
 #include "results/drawing/placed_design.hpp"
-#include "results/drawing/svg.hpp"
 #include "support/families.hpp"
 
 using namespace flexopt;

@@ -1,11 +1,10 @@
 // Angles of arcs and of folds: which parameter they are, and in which view.
-#include "results/drawing/leaf_angles.hpp"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <numbers>
 
 #include "designs/describe.hpp"
+#include "results/drawing/measures.hpp"
 #include "support/families.hpp"
 
 using namespace flexopt;

@@ -1,5 +1,3 @@
-#include "results/export/ccx_deck.hpp"
-
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -10,6 +8,7 @@
 #include "core/math/rotation.hpp"
 #include "core/spec/spec_error.hpp"
 #include "results/export/ccx_model.hpp"
+#include "results/export/writers.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;

@@ -1,11 +1,10 @@
 // Springs of a deck have the energy of what they stand for.
-#include "results/export/ccx_ties.hpp"
-
 #include <catch2/catch.hpp>
 #include <map>
 #include <regex>
 #include <sstream>
 
+#include "results/export/ccx_model.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;

@@ -59,7 +59,7 @@ TEST_CASE("Bricks of a leaf are not inside out and fill its volume", "[results][
     CAPTURE(leaf.name);
     const auto [volume, least] = volume_of(solid_mesh(leaf, {.along = 24}));
     CHECK(least > 0);
-    CHECK(volume == Approx(leaf_volume(leaf)).epsilon(1e-3));
+    CHECK(volume == Approx(test::leaf_volume(leaf)).epsilon(1e-3));
   }
 }
 

@@ -1,5 +1,3 @@
-#include "results/export/spacar.hpp"
-
 #include <catch2/catch.hpp>
 #include <map>
 #include <regex>
@@ -7,6 +5,7 @@
 #include <sstream>
 
 #include "core/spec/spec_error.hpp"
+#include "results/export/writers.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;

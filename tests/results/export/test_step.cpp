@@ -1,5 +1,3 @@
-#include "results/export/step.hpp"
-
 #include <catch2/catch.hpp>
 #include <numbers>
 
@@ -18,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "results/export/writers.hpp"
 #include "support/binary.hpp"
 #include "support/fixture.hpp"
 #endif
@@ -62,7 +61,7 @@ void check_volumes(const Exported& exported, const PathPoint* point) {
     CAPTURE(parts[i].name);
     const bool is_leaf = i < exported.mechanism.leaves.size();
     const double expected =
-        is_leaf && !point ? leaf_volume(exported.mechanism.leaves[i]) : parts[i].volume();
+        is_leaf && !point ? test::leaf_volume(exported.mechanism.leaves[i]) : parts[i].volume();
     CHECK(found[i] == Approx(1e9 * expected).epsilon(1e-3));
   }
 }
@@ -104,8 +103,8 @@ TEST_CASE("Flat leaves have their fillets, others a note", "[results][export]") 
   for (std::size_t i = 0; i < guide.mechanism.leaves.size(); ++i) {
     const LeafSpring& leaf = guide.mechanism.leaves[i];
     const double corners = 4 * (1 - std::numbers::pi / 4) * radius * radius * leaf.width;
-    CHECK(corners > 5e-4 * leaf_volume(leaf));
-    CHECK(found[i] == Approx(1e9 * (leaf_volume(leaf) + corners)).epsilon(1e-6));
+    CHECK(corners > 5e-4 * test::leaf_volume(leaf));
+    CHECK(found[i] == Approx(1e9 * (test::leaf_volume(leaf) + corners)).epsilon(1e-6));
   }
   guide.undeflected = false;
   guide.strokes = guide.largest_strokes();

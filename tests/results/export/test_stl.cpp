@@ -1,11 +1,11 @@
-#include "results/export/stl.hpp"
-
 #include <array>
 #include <catch2/catch.hpp>
 #include <map>
 #include <sstream>
 
 #include "results/export/parts.hpp"
+#include "results/export/solid_mesh.hpp"
+#include "results/export/writers.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 
@@ -69,7 +69,7 @@ void check_solids(const Exported& exported, const PathPoint* point) {
     CHECK(solids[i].watertight());
     CHECK(solids[i].volume() > 0);
     if (i < leaves.size())
-      CHECK(solids[i].volume() == Approx(1e9 * leaf_volume(leaves[i])).epsilon(1e-3));
+      CHECK(solids[i].volume() == Approx(1e9 * test::leaf_volume(leaves[i])).epsilon(1e-3));
   }
 }
 

@@ -2,7 +2,7 @@
 #include <map>
 #include <utility>
 
-#include "results/export/triangles.hpp"
+#include "results/export/parts.hpp"
 
 using namespace flexopt;
 

@@ -1,10 +1,9 @@
-#include "results/export/vtu.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <iterator>
 #include <sstream>
 
+#include "results/export/writers.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;

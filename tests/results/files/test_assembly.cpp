@@ -1,11 +1,10 @@
 // The worst and the critical errors of assembly of a run: in result.json and in the summary.
-#include "results/files/assembly.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "results/cli/summary.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "support/fixture.hpp"

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "optim/compare/compare.hpp"
-#include "results/cli/summary.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/csv.hpp"
 #include "results/files/result_json.hpp"
 #include "results/report/report.hpp"

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "results/files/expectations.hpp"
+#include "results/files/result_json.hpp"
 
 using namespace flexopt;
 

@@ -1,9 +1,8 @@
-#include "results/files/maps.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/fixture.hpp"
 
 using namespace flexopt;

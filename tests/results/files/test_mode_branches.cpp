@@ -1,7 +1,7 @@
-#include "results/files/mode_branches.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
+
+#include "results/files/scene.hpp"
 
 using namespace flexopt;
 

@@ -1,9 +1,9 @@
-#include "results/files/packed_array.hpp"
-
 #include <zlib.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+
+#include "results/files/scene.hpp"
 
 using namespace flexopt;
 

@@ -1,9 +1,9 @@
 // Which design is best: the order, and what the whole result takes from it.
-#include "results/files/ranking.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "results/files/result_json.hpp"
 
 using namespace flexopt;
 

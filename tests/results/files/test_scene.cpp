@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "results/files/scene_modes.hpp"
 #include "support/fixture.hpp"
 #include "support/models.hpp"
 

@@ -1,10 +1,9 @@
 // Linear models in files: JSON that has them whole, and a script that reads back to the same bits.
-#include "results/files/state_space.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "results/files/result_parts.hpp"
 #include "support/fixture.hpp"
 
 using namespace flexopt;

@@ -1,10 +1,10 @@
-#include "results/files/timings.hpp"
-
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "results/files/result_json.hpp"
 
 using namespace flexopt;
 

@@ -7,7 +7,6 @@
 
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
-#include "results/report/embedded.hpp"
 #include "results/report/report.hpp"
 #include "support/fixture.hpp"
 

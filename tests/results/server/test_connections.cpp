@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/spec/spec_error.hpp"
-#include "results/server/connections.hpp"
+#include "results/server/local_server.hpp"
 #include "support/loopback.hpp"
 
 using namespace flexopt;

@@ -26,11 +26,6 @@ json optimised() {
   return job;
 }
 
-class Silent : public RunListener {
-  void say(const std::string&) override {}
-  void step(const RunStep&) override {}
-};
-
 }  // namespace
 
 TEST_CASE("A moved design has the numbers of a run of the job with these values",

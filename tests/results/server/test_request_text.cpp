@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "results/server/request_text.hpp"
+#include "results/server/guard.hpp"
 
 using namespace flexopt;
 using Catch::Contains;

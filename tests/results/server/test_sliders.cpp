@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
-#include "results/server/sliders.hpp"
+#include "results/server/explorer.hpp"
 
 using namespace flexopt;
 using Catch::Contains;

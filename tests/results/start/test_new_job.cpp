@@ -6,7 +6,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
-#include "optim/job/job_in_folder.hpp"
+#include "optim/job/job_sections.hpp"
 #include "results/run/run.hpp"
 #include "results/start/start_design.hpp"
 #include "support/program.hpp"

@@ -1,0 +1,306 @@
+#pragma once
+// The readers of the sections of a job, each with the tables that describe it.
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mechanism/model_options.hpp"
+#include "core/response/quantities.hpp"
+#include "core/spec/fault_list.hpp"
+#include "core/spec/field_table.hpp"
+#include "designs/family.hpp"
+#include "optim/job/job.hpp"
+
+namespace flexopt {
+
+// A job with several load cases: as many jobs of one case each, which share all else.
+
+/// The load cases of a job, in alphabetical order, and which of them is being read.
+struct CaseNames {
+  std::vector<std::string> all;  ///< empty: a job with one case, which has no name
+  std::string own;
+};
+
+/// Keys of a job that a case may have instead: what acts on the mechanism, and where it goes.
+const std::vector<std::string>& case_keys();
+
+/// Whether the document has "cases".
+bool lists_cases(const nlohmann::json& document);
+
+/// What "cases" may hold, from the fields of a whole job.
+Field cases_field(const std::vector<Field>& of_job);
+
+/// Reads every case with the rest of the document by `read_one`: a key that the case has stands in
+/// the place of the job's own (a stroke in that of a load_path, too, and the other way round), all
+/// others are the job's. The job that comes back is that of the first case, with all of them in
+/// `Job::cases`. Faults stand where the document has what is wrong: /cases/up/loads/0/force, say.
+Job read_cases(const nlohmann::json& document, FaultList& faults,
+               const std::function<Job(const nlohmann::json& document, const CaseNames& cases,
+                                       FaultList& faults)>& read_one);
+
+// What goals and variables of a job have in common, whatever section they stand in.
+
+/// What the job defines that its goals may take into account.
+struct Borne {
+  bool tolerances = false, assembly_tolerances = false;
+};
+
+/// What goals need to know of the rest of the job.
+struct GoalContext {
+  const Family& family;
+  const DesignSpec& design;
+  const StrokeRequest& request;
+  std::vector<Quantity> quantities;
+  ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
+  std::vector<FormulaName> names;  ///< of these, the family's first
+  const CaseNames& cases;
+  Borne borne;
+  FaultList& faults;
+
+  GoalContext(const Family& family, const Job& job, const CaseNames& cases, Borne borne,
+              FaultList& faults);
+
+  /// The load case that a goal names; empty where it is over all of them. Throws SpecError.
+  std::string load_case(const nlohmann::json& goal, const JsonPointer& at) const;
+  /// Whether what the goal asks of the job is for this load case to answer.
+  bool counts(const std::string& load_case) const {
+    return load_case.empty() || load_case == cases.own;
+  }
+  const Quantity* find_quantity(const std::string& name) const;
+  /// The quantity of that name, with what it asks of the rest of the job. Throws SpecError.
+  const Quantity& quantity(const std::string& name, const std::string& load_case,
+                           const JsonPointer& at) const;
+};
+
+/// Throws SpecError where a formula of the parameters is asked for at places of the stroke.
+void forbid_over_stroke(const nlohmann::json& read, const JsonPointer& at);
+
+/// "max_stress max over stroke, case up"
+std::string goal_label(const Constraint& goal);
+
+/// A quantity over the stroke, or a formula, without bounds. `usual`: which value over the stroke
+/// is meant where `read` does not say; nothing: it must. Throws SpecError.
+Constraint read_measure(nlohmann::json& read, const GoalContext& context, const JsonPointer& at,
+                        const std::optional<OverStroke>& usual);
+
+/// Name and bounds of a parameter that may differ; the bounds are written back in SI. Faults of the
+/// bounds go to the context. Throws SpecError for what cannot differ.
+Variable read_range(nlohmann::json& read, const GoalContext& context, const JsonPointer& at);
+
+// The tables that describe a job file: keys, units, ranges, defaults, meaning.
+
+/// The job of a family: its parameters, and the unit of its stroke. Without a family: what any job
+/// may hold, for the schema and for jobs whose family is not readable.
+Shape job_shape(const Family* family);
+/// Schema of a job with "accuracy": "auto", whose model.tolerance bounds the estimated errors.
+Shape with_error_tolerance(Shape job);
+/// Whether a job's document asks for that.
+bool chooses_accuracy(const nlohmann::json& document);
+
+/// The numbers of a family parameter: unit and range.
+Shape parameter_shape(const Parameter& parameter);
+
+/// The section "model", and an entry of "models": a name and any keys of the model.
+Shape model_shape();
+Shape model_entry_shape();
+
+/// What the section "model" says; `at` is its place. What its keys contradict is added to `faults`.
+ModelChoice read_model(const nlohmann::json& read, const JsonPointer& at, FaultList& faults);
+
+/// Refuses a model that the design's leaves do not allow: plates of wires, or of a material with a
+/// Poisson's ratio above a half. Throws SpecError.
+void check_leaf_model(const DesignSpec& design, const ModelOptions& model, const JsonPointer& at);
+
+/// Fills in the section "optimise". `read` has passed its table; bounds get their units here, and
+/// `read` is completed with what was decided; `job` is read but for its sections, and takes notes.
+/// What is wrong is added to `faults`; parts that depend on something wrong are not checked.
+/// Goals may name one of `cases`, and count `tolerances` where the job has some.
+OptimiseSpec read_optimise(nlohmann::json& read, const Family& family, Job& job,
+                           const CaseNames& cases, Borne borne, FaultList& faults);
+
+/// Fills in the sections "samples" and "models" of a job that has passed its table, and completes
+/// them in `read` with what was decided. Faults as in read_optimise.
+CompareSpec read_compare(nlohmann::json& read, const Family& family, const Job& job,
+                         FaultList& faults);
+
+// The design of a job: where it comes from, its numbers, its material.
+
+/// What the document takes its design from: a family by name, a file relative to `folder`, or a
+/// mechanism that is written into it. Null where there is none that can be read.
+std::shared_ptr<const Family> design_source(const nlohmann::json& document,
+                                            const std::string& folder, FaultList& faults);
+
+/// Whether the design is one leaf whose section may be a circle: its width is then its thickness.
+bool may_be_wire(const Family& family);
+
+/// A wire needs no width: it is the thickness.
+nlohmann::json with_width_of_wire(nlohmann::json document);
+
+/// Whether nothing is wrong with what makes the geometry.
+bool is_geometry_sound(const Family& family, const FaultList& faults);
+
+/// Reads the design of a job. Without a family, the material alone.
+DesignSpec read_design(nlohmann::json& read, const nlohmann::json& written,
+                       const std::shared_ptr<const Family>& family, FaultList& faults,
+                       std::vector<std::string>& notes);
+
+// A job that lists several designs: as many jobs of one design each, which share all else.
+
+/// Whether the document has "designs".
+bool lists_designs(const nlohmann::json& document);
+
+/// Reads every design with the rest of the document by `read_one`. The job that comes back is that
+/// of the first design, with all of them in `Job::designs`. Faults stand where the document has
+/// what is wrong: /designs/2/parameters/length, say.
+Job read_listed_designs(
+    const nlohmann::json& document, FaultList& faults,
+    const std::function<Job(const nlohmann::json& document, FaultList& faults)>& read_one);
+
+/// Completes the schema of a job of one design.
+void add_designs_to_schema(nlohmann::json& schema);
+
+/// Parses a job as parse_job does; files that the job names are relative to `folder`.
+Job parse_job_in(const std::string& folder, const nlohmann::json& document);
+
+// What acts on the mechanism of a job: the end-effector's body, the stroke, loads.
+
+EndEffector read_end_effector(const nlohmann::json& read, FaultList& faults,
+                              std::vector<std::string>& notes);
+
+/// Adds to `request`, which holds what stands at the head of the job.
+void read_request(nlohmann::json& read, const nlohmann::json& as_written, const Family* family,
+                  FaultList& faults, StrokeRequest& request);
+
+/// Checks that nothing rigid is attached to O where O is a material point of a leaf.
+void check_material_point(const Job& job, FaultList& faults);
+
+/// The bodies that loads name, once these are known; `loads` are those of the job that were sound.
+void find_loaded_bodies(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
+                        std::vector<DeadLoad>& loads);
+
+/// Gravity, temperature and errors of assembly, once the leaves are known. `notes`: which leaves
+/// are full models because of them.
+void read_surroundings(const nlohmann::json& read, const Mechanism& mechanism,
+                       const ModelOptions& model, FaultList& faults, LoadCase& loads,
+                       std::vector<std::string>& notes);
+
+// Where the drives of a design go: the stroke of one, and the strokes of drives with names.
+
+/// What "stroke" may hold. Without drives (null) its unit is not known.
+Shape stroke_shape(const DriveList* drives);
+
+/// Sets the points of the request, and the strokes of drives with names. `read` has passed the
+/// shape; it gets what was left to defaults. Throws SpecError.
+void read_stroke(nlohmann::json& read, const nlohmann::json& as_written, const DriveList& drives,
+                 StrokeRequest& request);
+
+// How large loads at O may get: the key "load_capacity" of a job.
+
+Field load_capacity_field();
+
+/// Reads it against the drives, the end-effector and the materials. `request` has its loads.
+void read_load_capacity(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
+                        StrokeRequest& request);
+
+// How stresses are judged: the keys "fillet" and "fatigue" of a job.
+
+/// The keys "fillet" and "fatigue" of a job.
+std::vector<Field> stress_fields();
+
+/// Reads the two keys against the leaves and their materials into the rules of a request whose path
+/// is read.
+void read_stress_rules(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
+                       StrokeRequest& request);
+
+/// Why the request does not answer a quantity made of stress; empty if it does.
+const char* missing_for_stress(const std::string& quantity, const StrokeRequest& request);
+
+// Harmonic motion and linear models: the keys "dynamics" and "export" of a job.
+
+/// The keys "dynamics" and "export" of a job.
+std::vector<Field> dynamics_fields();
+
+/// Reads the two keys against the mechanism and the stroke points, which `request` has.
+void read_dynamics(const nlohmann::json& read, const Mechanism& mechanism,
+                   const ModelOptions& model, FaultList& faults, StrokeRequest& request);
+
+/// Why the request does not answer a quantity of the dynamics; empty if it does.
+const char* missing_for_dynamics(const std::string& quantity, const StrokeRequest& request);
+
+// A box of errors of assembly, of which the worst is looked for: the key "assembly_tolerances".
+
+Field assembly_tolerances_field();
+
+/// Whether a goal, read but for this, counts at the worst errors of assembly of the box; throws
+/// SpecError where it cannot.
+bool read_misassembled(nlohmann::json& goal, const GoalContext& context, const Constraint& read,
+                       const JsonPointer& at);
+
+/// Whether a goal of the job, read or not, names the box.
+bool names_the_box(const nlohmann::json& job);
+
+/// Reads it against the leaves and what goals may name. `in_goals`: some goals name it.
+AssemblyTolerances read_assembly_tolerances(nlohmann::json& read, const Mechanism& mechanism,
+                                            bool in_goals, const GoalContext& context);
+
+/// Lets the worst values of the goals be sought as those of `quantities` are.
+void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec);
+
+// The sections "tolerances" and "tolerance_samples" of a job.
+
+/// What the two sections may hold.
+Field tolerances_field();
+Field tolerance_samples_field();
+
+/// The key of a goal that makes tolerances or assembly errors count in it.
+Field under_field();
+Field margin_field();
+
+/// Reads from a goal how tolerances count, and completes what was read. `tolerances`: the job has
+/// some. Throws SpecError.
+ToleranceMargin read_margin(nlohmann::json& goal, bool tolerances, const JsonPointer& at);
+
+/// The goals without the tolerances and errors of assembly that they bear.
+OptimiseSpec without_margins(OptimiseSpec goals);
+
+/// Reads both sections of a job that is read but for its other sections. `read` has passed its
+/// shape, and is completed with what was decided. What is wrong is added to `faults`.
+TolerancesSpec read_tolerances(nlohmann::json& read, const Family& family, const Job& job,
+                               FaultList& faults);
+
+// The section "maps" of a job.
+
+/// Reads the section of a job that is read but for its other sections. `read` has passed its shape,
+/// and is completed with what was decided. What is wrong is added to `faults`.
+std::vector<MapSpec> read_maps(nlohmann::json& read, const Family& family, const Job& job,
+                               const CaseNames& cases, FaultList& faults);
+
+// Who searches, and where the searches begin.
+
+/// The section "algorithm", filled in with what it leaves open. Throws SpecError.
+Algorithm read_algorithm(nlohmann::json& read);
+
+/// Throws SpecError where there are constraints, or a front, which is found by them, and the
+/// algorithm takes none.
+void check_takes_goals(const OptimiseSpec& spec);
+
+/// Fills in starts and screened designs where the section "optimise" leaves them open, and says
+/// what does not go with its "search".
+void settle_search(nlohmann::json& read, OptimiseSpec& spec, FaultList& faults);
+
+// The atlas that a job's leaves are looked up in.
+
+/// Opens the atlas of a model that wants one, unless it has it. Returns why there is none; empty if
+/// there is, or if the model wants none or is of full accuracy.
+std::string find_atlas(ModelOptions& model);
+
+/// What is odd about the atlas of a model, for the user's eyes; empty if nothing is.
+std::string note_on_atlas(ModelOptions model);
+
+/// The model with reduced leaves, looked up where it allows that and there is a look-up table.
+ModelOptions on_reduced_leaves(ModelOptions model);
+
+}  // namespace flexopt
