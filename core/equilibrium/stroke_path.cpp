@@ -235,6 +235,8 @@ bool ends_stretched(double before, double strain_before, double reached, double 
 
 // A step of a way is taken for one along its branch up to this departure().
 constexpr double largest_departure = 0.05;
+// So many of the bifurcations on a way are named.
+constexpr int named_crossings = 3;
 
 // A way of parameter 0 to 1.
 struct Way {
@@ -254,18 +256,20 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   double reached = 0, step = 1;
   Overstretched overstretched;
   // A step is halved so often where Newton's method fails; beside a bifurcation, where the branch
-  // turns sharply, somewhat more often: a mechanism that is pressed goes on along the branch to
-  // which its imperfection turns. Of errors of assembly the state of the perfect mechanism is
-  // looked for, which tells that they buckle its leaves.
-  int most_halvings = way.moves ? options.max_halvings : 0;
-  const int near_bifurcations = most_halvings + (way.moves ? 10 : 0);
-  const int most_for_stability = most_halvings + (way.assembles ? -4 : way.moves ? 4 : 0);
+  // of an imperfect mechanism turns sharply, more often. Where errors of assembly grow, a change of
+  // stability is accepted after few halvings: a long step then lands on the unstable state of the
+  // perfect mechanism, which tells that the errors buckle a leaf.
+  const int fewest_halvings = way.moves ? options.max_halvings : 0;
+  const int near_bifurcations = fewest_halvings + (way.moves ? 10 : 0);
+  const int most_for_stability = fewest_halvings + (way.assembles ? -4 : way.moves ? 4 : 0);
+  int most_halvings = fewest_halvings;
   int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;
   int before_crossing = -1;  // halvings where one was first seen
   bool halved = false;
   double strain = 0;  // of the last good state
   BranchState here;   // likewise
   std::string crossings;
+  int crossed = 0;
   Equilibrium result;
   while (reached < 1) {
     if (negative < 0) {
@@ -305,7 +309,7 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
       ++sub_steps;
       const bool ends =
           halved && target < 1 && ends_stretched(reached, strain, target, system.strain());
-      if (now != negative)
+      if (now != negative && ++crossed <= named_crossings)
         crossings += fmt::format(
             "{}stability is {} between {} {} and {}", crossings.empty() ? "" : "; ",
             now > negative ? "lost" : "regained", way.what, way.name(reached), way.name(target));
@@ -316,6 +320,7 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
         in_succession = 0;
         before_crossing = -1;
       }
+      if (before_crossing < 0 && halvings <= fewest_halvings) most_halvings = fewest_halvings;
       reached = target;
       negative = now;
       strain = system.strain();
@@ -344,7 +349,7 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
       // leaves that are pulled straight are at the end of their reach, whatever ends the way
       result.left_branch = result.left_branch && strain < 0.05 * largest_strain;
       result.message = way.moves ? fmt::format(
-                                       "no equilibrium between {:.4g} and {:.4g} of the {} "
+                                       "no equilibrium between {:.7g} and {:.7g} of the {} "
                                        "step: {}",
                                        reached, failed, way.what, result.message)
                                  : fmt::format("no equilibrium: {}", result.message);
@@ -355,13 +360,12 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
     in_succession = 0;
   }
   result.sub_steps = std::max(sub_steps, 1);
+  if (crossed > named_crossings)
+    crossings += fmt::format("; and {} changes more", crossed - named_crossings);
   result.crossings = std::move(crossings);
   return result;
 }
 
-}  // namespace
-
-namespace {
 std::string listed(const VectorXd& strokes) {
   std::string text;
   for (Eigen::Index k = 0; k < strokes.size(); ++k)

@@ -6,7 +6,7 @@
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/profile.hpp"
 
-namespace flexopt {
+namespace flexopt::test {
 
 /// Volume of the leaf [m³]; of a fold with its mitre.
 inline double leaf_volume(const LeafSpring& leaf) {
@@ -28,4 +28,4 @@ inline double leaf_volume(const LeafSpring& leaf) {
   return volume * leaf.length;
 }
 
-}  // namespace flexopt
+}  // namespace flexopt::test

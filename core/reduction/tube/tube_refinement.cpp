@@ -244,7 +244,7 @@ std::string TubeLeaf::doubt(const Surroundings& surroundings) {
 std::string TubeLeaf::buckling() {
   if (!indefinite_alone_) return {};
   const bool buckles = condensed().negative_pivots() > 0;
-  return buckles ? "it buckles between its edges" : rebuilt_gap_;
+  return buckles ? "as a reduced leaf it would buckle between its edges" : rebuilt_gap_;
 }
 
 LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {

@@ -114,7 +114,8 @@ BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
     weight_ = 1 / first_rate_;
   }
   const double size = std::hypot(weight_ * measure(bodies), 1.0);
-  // between stable states the load does not turn: P·u̇ = u̇ᵀK u̇ > 0
+  // states that are kept have no negative pivot (stride), so that the load does not turn between
+  // them: P·u̇ = u̇ᵀK u̇ > 0
   here.along = {side / size * bodies, side / size};
   here.rate = std::make_unique<StiffnessRate>(factor, shared_, *model_, branch_->named());
   here.rate->set_direction(side / size * state, side / size);

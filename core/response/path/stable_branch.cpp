@@ -38,18 +38,22 @@ std::optional<Push> push_of_bodies(const System& system, bool driven) {
   return Push{motion / (counted[largest] > 0 ? counted.norm() : -counted.norm())};
 }
 
-// Along the normal of a leaf that buckles between its edges, if it has mass: uniform load q bends a
-// clamped strip by q L⁴/(384 E I).
+// Along the normals of the leaves that buckle between their edges, if they have mass: a uniform
+// load q bends a clamped strip by q L⁴/(384 E I). Normals of opposite leaves count as one.
 std::optional<Push> push_of_leaves(const System& system) {
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
   for (int i = 0; i < system.leaves(); ++i) {
     const LeafSpring& leaf = system.mechanism().leaves[static_cast<std::size_t>(i)];
     if (system.leaf(i).evaluation().negative_pivots == 0 || leaf.material.density == 0) continue;
     const double L = leaf.length, t = leaf.thickness;
-    return Push{VectorXd::Zero(system.size()), 32 * leaf.material.youngs_modulus * t * t /
-                                                   (leaf.material.density * L * L * L) *
-                                                   leaf.edge_axes(0).col(2)};
+    const Vector3d own = 32 * leaf.material.youngs_modulus * t * t /
+                         (leaf.material.density * L * L * L) * leaf.edge_axes(0).col(2);
+    sum += sum.dot(own) < 0 ? Vector3d(-own) : own;
+    ++count;
   }
-  return std::nullopt;
+  if (count == 0) return std::nullopt;
+  return Push{VectorXd::Zero(system.size()), sum / count};
 }
 
 // Dead loads along the motion, of so much work on it [J], and weight of leaves alone.
@@ -76,6 +80,8 @@ std::unique_ptr<System> with_loads(System& system, LoadCase loads) {
   state.leaves.clear();
   for (int i = 0; i < system.leaves(); ++i) {
     leaves.push_back(system.leaf(i).full_model({}));
+    // a copy keeps its weight, and a system sets that of leaves alone that its loads act inside
+    leaves.back()->act({1, loads.gravity});
     state.leaves.push_back(leaves.back()->save());
   }
   auto other = std::make_unique<System>(system.mechanism(), std::move(leaves), std::move(loads));
@@ -83,19 +89,18 @@ std::unique_ptr<System> with_loads(System& system, LoadCase loads) {
   return other;
 }
 
-// From rest with extra loads, which are then taken away.
-StableBranch around(System& unstable, const Push& push, double first, const ModelOptions& model,
-                    StrokeRequest request, std::size_t point) {
+constexpr const char* why = "the stable branch";
+
+// From rest with extra loads, which are then taken away. `stiffness`: of the mechanism at rest
+// against the motion of the push.
+StableBranch around(System& unstable, const Push& push, double stiffness, double first,
+                    const ModelOptions& model, StrokeRequest request, std::size_t point) {
   StableBranch found;
   request.newton.max_halvings += more_halvings;
   const Mechanism& mechanism = unstable.mechanism();
   const bool driven = request.loads.driven();
   std::optional<VectorXd> strokes;
   if (driven) strokes = request.strokes_at(point, mechanism.drives.size());
-  const char* why = "the stable branch";
-  System at_rest(mechanism, make_full_leaves(mechanism, model, why), {});
-  at_rest.assemble();
-  const double stiffness = push.motion.dot(VectorXd(at_rest.tangent() * push.motion));
   for (double amplitude = first;; amplitude *= left) {
     if (amplitude < least_amplitude) amplitude = 0;
     LoadCase loads = unstable.loads();
@@ -136,9 +141,12 @@ StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
 
 StableBranch lead_to_stable_branch(System& system, const Push& push, const ModelOptions& model,
                                    const StrokeRequest& request, std::size_t point) {
+  System at_rest(system.mechanism(), make_full_leaves(system.mechanism(), model, why), {});
+  at_rest.assemble();
+  const double stiffness = push.motion.dot(VectorXd(at_rest.tangent() * push.motion));
   StableBranch found;
   for (const double first : first_amplitudes) {
-    found = around(system, push, first, model, request, point);
+    found = around(system, push, stiffness, first, model, request, point);
     if (found.system) break;
   }
   found.push = push;
