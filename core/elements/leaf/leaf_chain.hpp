@@ -44,7 +44,6 @@ class LeafChain final : public LeafElement {
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   std::string rebuilt_gap() const override;
 
-
  private:
   int segments() const { return static_cast<int>(segments_.size()); }
   /// d(lines between)/d(edges), (displacement, spin) each.

@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 
-
 namespace flexopt {
 namespace {
 
