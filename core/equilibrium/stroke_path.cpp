@@ -55,6 +55,8 @@ namespace {
 constexpr double violation_weight = 1e4;
 // A last step below that [lengths / L] is not made: it is rounding, or next to it.
 constexpr double as_good_as_none = 1e-12;
+// After a longer one [lengths / L] the tangent is assembled once more.
+constexpr double longest_last_step = 1e-6;
 
 // What is wrong where the joints' conditions, and the strokes' if they are held, depend on each
 // other at this state; empty if they do not.
@@ -180,8 +182,9 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
       result.converged = true;
       result.drive_loads = loads_of_drives(system, equations, x);
       if (result.drive_loads.size() > 0) result.drive_load = result.drive_loads[0];
-      // the step is known: with it the state is as good as the loads are
-      if (!stalled && size > as_good_as_none) {
+      // The step is known: with it the state is as good as the loads are. After a long one, as that
+      // of a leaf that is merely pulled, the tangent still has the linearised stress.
+      if (!stalled && (size > as_good_as_none || previous > longest_last_step)) {
         system.move(equations.motion(x));
         if (equations.conditions() > 0) system.add_to_multipliers(equations.multipliers(x));
         system.assemble();

@@ -284,7 +284,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// Why the potential is not accurate enough here; empty where it is.
   std::string doubt(const Surroundings& surroundings);
   /// Why the leaf has to be a full one although its series has converged.
-  std::string buckling();
+  std::string buckling(const Surroundings& surroundings);
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Strains from the tables of stress. Null without tables, and where they do not hold;

@@ -94,6 +94,9 @@ constexpr double largest_change_along_ray = 0.003;
 /// (R21), and of a drive load, (R22).
 constexpr double largest_own_change = 0.01, largest_load_change = 0.01;
 
+/// Of the stiffness of the mechanism by the full leaf in the place of one that is indefinite alone.
+constexpr double largest_change_beside_full = 0.01;
+
 /// What changes of a drive's load and stiffness are relative to at least, of what all leaves add to
 /// them without signs.
 constexpr double least_share = 0.1;
@@ -239,12 +242,23 @@ std::string TubeLeaf::doubt(const Surroundings& surroundings) {
   return {};
 }
 
-// A leaf that buckles between its edges has an indefinite stiffness on its own. Its series ends
-// before that load and does not show it.
-std::string TubeLeaf::buckling() {
+// A leaf that comes near to buckling between its edges has an indefinite stiffness on its own. Its
+// series has a pole at that load, which its last degree need not show: the full leaf is asked.
+std::string TubeLeaf::buckling(const Surroundings& surroundings) {
   if (!indefinite_alone_) return {};
-  const bool buckles = condensed().negative_pivots() > 0;
-  return buckles ? "as a reduced leaf it would buckle between its edges" : rebuilt_gap_;
+  const PlateLeaf& plate = condensed();
+  if (plate.negative_pivots() > 0) return "as a reduced leaf it would buckle between its edges";
+  if (!rebuilt_gap_.empty()) return rebuilt_gap_;
+  const std::optional<EdgeSurroundings> about = surroundings();
+  if (!about) return "it is not stable, nor is the mechanism";
+  const Matrix12d change = scale_.global_tangent(plate.tangent()) - evaluation_.tangent;
+  const double changes = std::max(relative_change(change, about->compliance),
+                                  relative_change(change, compliance_with_free_drives(*about)));
+  if (!(changes <= largest_change_beside_full))
+    return fmt::format(
+        "the full leaf at its state changes the stiffness of the mechanism by {:.2g} > {:.2g}",
+        changes, largest_change_beside_full);
+  return {};
 }
 
 LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
@@ -262,7 +276,7 @@ LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
   }
   const std::string reason = doubt(surroundings);
   if (reason.empty()) {
-    const std::string buckled = buckling();
+    const std::string buckled = buckling(surroundings);
     if (buckled.empty()) return {};
     return {true, full_model(buckled)};
   }

@@ -83,6 +83,8 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
 }
 
 constexpr const char* no_equilibrium = "no equilibrium with reduced leaves";
+constexpr const char* unbelieved_crossing =
+    "reduced leaves that are not believed lost their stability on the way";
 
 std::vector<const LeafElement*> models_of(const System& system) {
   std::vector<const LeafElement*> models;
@@ -195,8 +197,9 @@ class BranchWalk {
   void load();
   Equilibrium step(Stage stage);
   Equilibrium advance(Stage stage);
-  enum class Full { those_that_are, all };
-  Equilibrium go_again(Stage stage, Full which);
+  /// `all_full_because`: makes all leaves full ones for this reason; null: keeps those that are
+  /// not.
+  Equilibrium go_again(Stage stage, const char* all_full_because = nullptr);
   Equilibrium on_fresh_full_leaves(Stage stage);
   Equilibrium reach(std::size_t k);
   void add_branching(System& system, Equilibrium& equilibrium, std::size_t k, PathPoint& point,
@@ -283,7 +286,9 @@ Equilibrium BranchWalk::advance(Stage stage) {
       system().restore(before);
       equilibrium = step(stage);
     } else if (full_leaves() > full && !away_) {
-      equilibrium = go_again(stage, Full::those_that_are);
+      equilibrium = go_again(stage);
+    } else if (!last.crossings.empty() && !away_) {
+      equilibrium = go_again(stage, unbelieved_crossing);
     } else {
       equilibrium = step(stage);
       if (equilibrium.crossings.empty()) equilibrium.crossings = last.crossings;
@@ -300,13 +305,13 @@ Equilibrium BranchWalk::advance(Stage stage) {
 }
 
 // From the beginning of the way, with full leaves where there are such now, or everywhere.
-Equilibrium BranchWalk::go_again(Stage stage, Full which) {
+Equilibrium BranchWalk::go_again(Stage stage, const char* all_full_because) {
   std::vector<std::optional<std::string>> reasons(mechanism_.leaves.size());
   for (int i = 0; i < home_->leaves(); ++i)
     if (home_->leaf(i).is_full())
       reasons[i] = home_->leaf(i).report().reason;
-    else if (which == Full::all)
-      reasons[i] = no_equilibrium;
+    else if (all_full_because)
+      reasons[i] = all_full_because;
   home_->return_home();
   home_->assemble();
   const Place home = place_of(*home_);
@@ -334,7 +339,7 @@ Equilibrium BranchWalk::on_fresh_full_leaves(Stage stage) {
 // From where the way stands or, of other branches, by another way.
 Equilibrium BranchWalk::reach(std::size_t k) {
   Equilibrium equilibrium = advance(k);
-  if (!equilibrium.converged && !system().all_full()) equilibrium = go_again(k, Full::all);
+  if (!equilibrium.converged && !system().all_full()) equilibrium = go_again(k, no_equilibrium);
   if (!equilibrium.converged && other_branch_) {
     StableBranch again = lead_to_stable_branch(system(), *other_branch_, model_, request_, k);
     if (again.system) {

@@ -62,6 +62,24 @@ TEST_CASE("the answer at a point is the same whatever other points there are, an
   CHECK(all.path[3].drive_loads[0] == Approx(-20.08).margin(0.01));
 }
 
+TEST_CASE("a leaf that is pulled passes no bifurcation, whatever its model", "[ways]") {
+  Mechanism m = models::single_leaf(0.1, 0.01, 5e-4, Direction::ux);
+  m.bodies[0].held = {false, false, false, true, true, true};
+  StrokeRequest request;
+  request.outputs = {Output::equilibrium, Output::stiffness};
+  request.points = {2e-4};
+  PathPoint exact;
+  for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
+    const PathPoint p = evaluate_stroke(m, {.accuracy = accuracy, .mesh = {6, 2}}, request).path[0];
+    CAPTURE(accuracy == Accuracy::full, p.message);
+    CHECK(p.stable);
+    CHECK_FALSE(p.bifurcation_passed);
+    CHECK(p.message.empty());
+    if (accuracy == Accuracy::full) exact = p;
+    CHECK(p.drive_stiffness == Approx(exact.drive_stiffness).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("in order, the way leads through the points as they are listed", "[ways]") {
   const Mechanism m = pressed_leaf();
   StrokeRequest request =
