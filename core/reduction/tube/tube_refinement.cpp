@@ -94,7 +94,8 @@ constexpr double largest_change_along_ray = 0.003;
 /// (R21), and of a drive load, (R22).
 constexpr double largest_own_change = 0.01, largest_load_change = 0.01;
 
-/// Of the stiffness of the mechanism by the full leaf in the place of one that is indefinite alone.
+/// Of the stiffness of the mechanism, drives held, by the full leaf in the place of one that is
+/// indefinite alone.
 constexpr double largest_change_beside_full = 0.01;
 
 /// What changes of a drive's load and stiffness are relative to at least, of what all leaves add to
@@ -252,13 +253,13 @@ std::string TubeLeaf::buckling(const Surroundings& surroundings) {
   const std::optional<EdgeSurroundings> about = surroundings();
   if (!about) return "it is not stable, nor is the mechanism";
   const Matrix12d change = scale_.global_tangent(plate.tangent()) - evaluation_.tangent;
-  const double changes = std::max(relative_change(change, about->compliance),
-                                  relative_change(change, compliance_with_free_drives(*about)));
-  if (!(changes <= largest_change_beside_full))
-    return fmt::format(
-        "the full leaf at its state changes the stiffness of the mechanism by {:.2g} > {:.2g}",
-        changes, largest_change_beside_full);
-  return {};
+  const double held = relative_change(change, about->compliance),
+               free = relative_change(change, compliance_with_free_drives(*about));
+  if (held <= largest_change_beside_full && free <= largest_degree_change) return {};
+  return fmt::format(
+      "the full leaf at its state changes the stiffness of the mechanism by {:.2g}, drives free by "
+      "{:.2g}",
+      held, free);
 }
 
 LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
