@@ -56,7 +56,7 @@ constexpr double violation_weight = 1e4;
 // A last step below that [lengths / L] is not made: it is rounding, or next to it.
 constexpr double as_good_as_none = 1e-12;
 // After a longer one [lengths / L] the tangent is assembled once more.
-constexpr double longest_last_step = 1e-4;
+constexpr double longest_last_step = 1e-5;
 
 // What is wrong where the joints' conditions, and the strokes' if they are held, depend on each
 // other at this state; empty if they do not.

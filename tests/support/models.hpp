@@ -61,6 +61,16 @@ inline Mechanism single_leaf(double length, double width, double thickness,
   return mechanism;
 }
 
+/// A leaf between edges that stay parallel, pressed along itself (x) and sheared (y).
+inline Mechanism pressed_leaf() {
+  Mechanism m = models::single_leaf(0.05, 0.01, 2e-4);
+  m.bodies[0].held = {false, false, true, true, true, true};
+  m.drives = {make_drive(Direction::ux), make_drive(Direction::uy)};
+  m.drives[0].name = "x";
+  m.drives[1].name = "y";
+  return m;
+}
+
 /// Two leaves along x, O on the line of their tips.
 inline Mechanism guide(double length, double width, double thickness, double spacing = 0.06,
                        double mass = 0.5, double inertia = 4e-4) {

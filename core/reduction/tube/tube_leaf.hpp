@@ -281,10 +281,14 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// What the highest degree adds to the stiffness along the ray, the one against the drive, over
   /// that of the unloaded flat leaf: (R19). Zero of leaves without dead load, beams and arcs.
   double change_along_ray(const HighestDegree& highest) const;
-  /// Why the potential is not accurate enough here; empty where it is.
-  std::string doubt(const Surroundings& surroundings);
-  /// Why the leaf has to be a full one although its series has converged.
-  std::string buckling(const Surroundings& surroundings);
+  /// Why the potential is not believed here; empty where it is.
+  struct Doubt {
+    std::string reason;
+    bool better_potential_helps = true;  ///< else the full leaf has to take over
+  };
+  Doubt doubt(const Surroundings& surroundings);
+  /// The same for a leaf that is indefinite alone, by the full leaf rebuilt at its state.
+  std::string doubt_beside_full(const EdgeSurroundings& about);
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Strains from the tables of stress. Null without tables, and where they do not hold;
@@ -303,9 +307,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LeafSpring leaf_;
   int index_;
   std::string reason_;
-  bool doubted_alone_ = false;     ///< the last test needed the mechanism
-  bool indefinite_alone_ = false;  ///< its own stiffness is not positive
-  int centred_ = 0;                ///< so often expanded anew about its forces
+  bool doubted_alone_ = false;  ///< the last test needed the mechanism
+  int centred_ = 0;             ///< so often expanded anew about its forces
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;
   EdgePoses edges_;  ///< scaled

@@ -94,8 +94,8 @@ constexpr double largest_change_along_ray = 0.003;
 /// (R21), and of a drive load, (R22).
 constexpr double largest_own_change = 0.01, largest_load_change = 0.01;
 
-/// Of the stiffness of the mechanism, drives held, by the full leaf in the place of one that is
-/// indefinite alone.
+/// Largest relative change of the stiffness of the mechanism, drives held, by the full leaf in the
+/// place of one that is indefinite alone.
 constexpr double largest_change_beside_full = 0.01;
 
 /// What changes of a drive's load and stiffness are relative to at least, of what all leaves add to
@@ -199,7 +199,23 @@ double TubeLeaf::change_along_ray(const HighestDegree& highest) const {
   return std::abs(ray.dot(change * ray)) / (shape.mean_width() * ray.dot(bending * ray));
 }
 
-std::string TubeLeaf::doubt(const Surroundings& surroundings) {
+// A leaf that comes near to buckling between its edges has an indefinite stiffness on its own. Its
+// series has a pole at that load, which its last degree need not show: the full leaf is asked.
+std::string TubeLeaf::doubt_beside_full(const EdgeSurroundings& about) {
+  const PlateLeaf& plate = condensed();
+  if (plate.negative_pivots() > 0) return "as a reduced leaf it would buckle between its edges";
+  if (!rebuilt_gap_.empty()) return rebuilt_gap_;
+  const Matrix12d change = scale_.global_tangent(plate.tangent()) - evaluation_.tangent;
+  const double held = relative_change(change, about.compliance),
+               free = relative_change(change, compliance_with_free_drives(about));
+  if (held <= largest_change_beside_full && free <= largest_degree_change) return {};
+  return fmt::format(
+      "the full leaf at its state changes the stiffness of the mechanism by {:.2g}, drives free by "
+      "{:.2g}",
+      held, free);
+}
+
+TubeLeaf::Doubt TubeLeaf::doubt(const Surroundings& surroundings) {
   const int degree = model_->potential().degree();
   const double largest = degree == 7                          ? largest_change_of_degree_7
                          : model_->range().centre().isZero(0) ? largest_degree_change
@@ -210,56 +226,37 @@ std::string TubeLeaf::doubt(const Surroundings& surroundings) {
   };
   const HighestDegree highest = highest_degree();
   const std::optional<double> alone = relative_change(highest.stiffness, response_.mixed.hessian);
-  indefinite_alone_ = !alone;
-  doubted_alone_ = indefinite_alone_ || too_large(*alone);
+  doubted_alone_ = !alone || too_large(*alone);
   const double own = own_change(highest);
   if (own > largest_own_change)
-    return fmt::format(
+    return {fmt::format(
         "its potential has not converged: degree {} changes its forces by {:.2g} > {:.2g}", degree,
-        own, largest_own_change);
+        own, largest_own_change)};
   if (alone && !too_large(*alone / least_share)) return {};
   if (const double along_ray = doubted_alone_ ? change_along_ray(highest) : 0;
       along_ray > largest_change_along_ray)
-    return fmt::format(
+    return {fmt::format(
         "its potential has not converged: degree {} changes its stiffness against the drive by "
         "{:.2g} > {:.2g} of what it is without load",
-        degree, along_ray, largest_change_along_ray);
+        degree, along_ray, largest_change_along_ray)};
   const std::optional<EdgeSurroundings> about = surroundings();
-  if (!about) return "it is not stable, nor is the mechanism";
+  if (!about) return {"it is not stable, nor is the mechanism"};
   const DegreeChanges changes = changes_in(*about, highest);
   if (const double change = std::max(changes.held, changes.free); too_large(change)) {
     std::string reason = fmt::format(
         "its potential has not converged: degree {} changes the stiffness of the mechanism{} by "
         "{:.2g}",
         degree, change > changes.held ? ", drives free," : "", change);
-    return reason + (change > largest ? fmt::format(" > {:.2g}", largest)
-                                      : fmt::format(", what comes next would by {:.2g} > {:.2g}",
-                                                    next * change, largest_next_change));
+    return {reason + (change > largest ? fmt::format(" > {:.2g}", largest)
+                                       : fmt::format(", what comes next would by {:.2g} > {:.2g}",
+                                                     next * change, largest_next_change))};
   }
   if (changes.load > largest_load_change)
-    return fmt::format(
+    return {fmt::format(
         "its potential has not converged: degree {} changes a drive load by {:.2g} > {:.2g}",
-        degree, changes.load, largest_load_change);
-  return {};
-}
-
-// A leaf that comes near to buckling between its edges has an indefinite stiffness on its own. Its
-// series has a pole at that load, which its last degree need not show: the full leaf is asked.
-std::string TubeLeaf::buckling(const Surroundings& surroundings) {
-  if (!indefinite_alone_) return {};
-  const PlateLeaf& plate = condensed();
-  if (plate.negative_pivots() > 0) return "as a reduced leaf it would buckle between its edges";
-  if (!rebuilt_gap_.empty()) return rebuilt_gap_;
-  const std::optional<EdgeSurroundings> about = surroundings();
-  if (!about) return "it is not stable, nor is the mechanism";
-  const Matrix12d change = scale_.global_tangent(plate.tangent()) - evaluation_.tangent;
-  const double held = relative_change(change, about->compliance),
-               free = relative_change(change, compliance_with_free_drives(*about));
-  if (held <= largest_change_beside_full && free <= largest_degree_change) return {};
-  return fmt::format(
-      "the full leaf at its state changes the stiffness of the mechanism by {:.2g}, drives free by "
-      "{:.2g}",
-      held, free);
+        degree, changes.load, largest_load_change)};
+  if (alone) return {};
+  return {.reason = doubt_beside_full(*about), .better_potential_helps = false};
 }
 
 LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
@@ -275,14 +272,10 @@ LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
       return {.changed = true, .replacement = {}};
     return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
   }
-  const std::string reason = doubt(surroundings);
-  if (reason.empty()) {
-    const std::string buckled = buckling(surroundings);
-    if (buckled.empty()) return {};
-    return {true, full_model(buckled)};
-  }
+  const auto [reason, better_potential_helps] = doubt(surroundings);
+  if (reason.empty()) return {};
   // a series that changes its forces by more than they are says nothing of those to expand about
-  if (own_change(highest_degree()) < 1)
+  if (better_potential_helps && own_change(highest_degree()) < 1)
     if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason))
       return {true, std::move(better)};
   return {true, full_model(reason)};

@@ -52,8 +52,8 @@ class BranchTracer {
     /// Of the factor to that of the singular state ahead.
     double distance() const { return ahead->step * std::abs(along.factor); }
   };
-  /// Where the branch stands, to larger factors (`side` 1) or smaller ones (-1). `start`: near the
-  /// mode, or empty.
+  /// Linearises where the branch stands, to larger factors (`side` 1) or smaller ones (-1).
+  /// `start`: near the mode, or empty.
   Look look(int side, const VectorXd& start);
 
   /// From where the branch stands until its tangent is singular, the limit is reached (the branch

@@ -263,7 +263,8 @@ Equilibrium BranchWalk::step(Stage stage) {
 // Steps, then again as long as a leaf of limited range wants its model changed: where there is an
 // equilibrium, or where the way to it has ended. Where leaves have merely got more bent states the
 // step is made anew: without them it has led anywhere. Where leaves have become full ones all of
-// the way is. Other reduced models go on from where the last ones have led, and have to find an
+// the way is, and all leaves become full where the ones that were not believed lost their
+// stability. Other reduced models go on from where the last ones have led, and have to find an
 // equilibrium nearby.
 Equilibrium BranchWalk::advance(Stage stage) {
   constexpr int most_rounds = 12, most_failures = 2;

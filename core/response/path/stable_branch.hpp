@@ -13,8 +13,8 @@ namespace flexopt {
 struct Push {
   /// (displacement, spin) of the bodies along which loads push; zero where bodies are not pushed.
   VectorXd motion;
-  /// Where the leaves are pushed between their edges: the acceleration that would bend the leaf
-  /// that buckles by its length [m/s²]; else zero.
+  /// The weight of the leaves that pushes them between their edges: the acceleration that would
+  /// bend a leaf that buckles by its length [m/s²]; zero where bodies are pushed.
   Vector3d acceleration = Vector3d::Zero();
 };
 
@@ -30,7 +30,8 @@ struct StableBranch {
 /// buckles between its edges to the side of its normal.
 StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
                                 const StrokeRequest& request, std::size_t point);
-/// The same at another point, by a push that led there before. `system`: with the loads.
+/// Leads to the stable branch at another point by a push that led there before. `system`: with the
+/// loads.
 StableBranch lead_to_stable_branch(System& system, const Push& push, const ModelOptions& model,
                                    const StrokeRequest& request, std::size_t point);
 

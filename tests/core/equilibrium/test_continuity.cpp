@@ -17,16 +17,6 @@ System full_system(const Mechanism& m, LoadCase loads = {}) {
 
 VectorXd strokes(double x, double y) { return Eigen::Vector2d(x, y); }
 
-// A leaf between edges that stay parallel, pressed along itself and sheared.
-Mechanism pressed_leaf() {
-  Mechanism m = models::single_leaf(0.05, 0.01, 2e-4);
-  m.bodies[0].held = {false, false, true, true, true, true};
-  m.drives = {make_drive(Direction::ux), make_drive(Direction::uy)};
-  m.drives[0].name = "x";
-  m.drives[1].name = "y";
-  return m;
-}
-
 }  // namespace
 
 TEST_CASE("the departure of states of one branch falls faster than the step", "[continuity]") {
@@ -68,7 +58,7 @@ TEST_CASE("slopes along growing loads are those of the states beside", "[continu
 }
 
 TEST_CASE("the straight and the buckled leaf are on different branches", "[continuity]") {
-  const Mechanism m = pressed_leaf();
+  const Mechanism m = models::pressed_leaf();
   const VectorXd growth = strokes(-5e-5, 0);
   System bowed = full_system(m);
   for (const VectorXd& to : {strokes(0, 1e-4), strokes(-3e-4, 1e-4), strokes(-3e-4, 0)})

@@ -11,16 +11,7 @@ using namespace flexopt;
 
 namespace {
 
-// A leaf pressed along itself (x) and sheared (y), its base turned by 5 mrad: it buckles early.
-Mechanism pressed_leaf() {
-  Mechanism m = models::single_leaf(0.05, 0.01, 2e-4);
-  m.bodies[0].held = {false, false, true, true, true, true};
-  m.drives = {make_drive(Direction::ux), make_drive(Direction::uy)};
-  m.drives[0].name = "x";
-  m.drives[1].name = "y";
-  return m;
-}
-
+// With the base of the leaf turned by 5 mrad: it buckles early.
 StrokeRequest to(std::vector<VectorXd> strokes) {
   StrokeRequest request;
   request.outputs = {Output::equilibrium, Output::stiffness};
@@ -39,7 +30,7 @@ const ModelOptions full_beam{.accuracy = Accuracy::full, .flexure = Flexure::bea
 
 TEST_CASE("the answer at a point is the same whatever other points there are, and in any order",
           "[ways]") {
-  const Mechanism m = pressed_leaf();
+  const Mechanism m = models::pressed_leaf();
   const std::vector<VectorXd> points{at(0, 3e-3),          at(-6e-4, 8e-3),    at(-1.18e-3, 1e-2),
                                      at(-1.18e-3, 8.8e-3), at(-1.18e-3, 4e-3), at(-1.18e-3, 0),
                                      at(-5.9e-4, 4.4e-3)};
@@ -81,7 +72,7 @@ TEST_CASE("a leaf that is pulled passes no bifurcation, whatever its model", "[w
 }
 
 TEST_CASE("in order, the way leads through the points as they are listed", "[ways]") {
-  const Mechanism m = pressed_leaf();
+  const Mechanism m = models::pressed_leaf();
   StrokeRequest request =
       to({at(0, 3e-3), at(-6e-4, 8e-3), at(-1.18e-3, 1e-2), at(-1.18e-3, 8e-3)});
   request.in_order = true;
@@ -106,7 +97,7 @@ TEST_CASE("in order, the way leads through the points as they are listed", "[way
 TEST_CASE("a bifurcation that the way passes is told with its place", "[ways]") {
   // perfect: at Euler's load of the clamped leaf, 4 π² EI/L² over EA/L, it goes on straight and
   // unstable
-  const Mechanism m = pressed_leaf();
+  const Mechanism m = models::pressed_leaf();
   StrokeRequest request = to({at(-4e-6, 0)});
   request.loads.assembly.clear();
   const StrokeResponse r = evaluate_stroke(m, full_beam, request);
