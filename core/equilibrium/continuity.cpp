@@ -11,6 +11,9 @@
 namespace flexopt {
 namespace {
 
+// Of lengths over the longest leaf, of energies, of changes inside leaves.
+constexpr double rounding = 1e-6;
+
 // Displacement over the length of the system, and rotation vector.
 Vector6d motion_between(const BodyPose& from, const BodyPose& to, double length) {
   Vector6d motion;
@@ -19,16 +22,34 @@ Vector6d motion_between(const BodyPose& from, const BodyPose& to, double length)
   return motion;
 }
 
+// Of motions of all bodies, displacements over the length.
+double size_of(const VectorXd& motion, double length) {
+  double sum = 0;
+  for (Eigen::Index b = 0; b < motion.size(); b += 6)
+    sum += (motion.segment<3>(b) / length).squaredNorm() + motion.segment<3>(b + 3).squaredNorm();
+  return std::sqrt(sum);
+}
+
 // What rounding makes of the energies: strains are differences of lengths.
 double rounding_of_energies(const System& system) {
-  constexpr double rounding = 1e-12;
+  constexpr double share = 1e-12;
   double largest = 0;
   const VectorXd diagonal = system.tangent().diagonal();
   for (Eigen::Index b = 0; b < diagonal.size(); b += 6)
     largest = std::max(
         {largest, system.length() * system.length() * diagonal.segment<3>(b).cwiseAbs().maxCoeff(),
          diagonal.segment<3>(b + 3).cwiseAbs().maxCoeff()});
-  return rounding * largest;
+  return share * largest;
+}
+
+// How far the end is from where both slopes lead the interior of a leaf, a quarter of it: the
+// branch of a leaf that buckles may turn, but not change its side.
+double inside(const LeafInterior& start, const LeafInterior& end, double step) {
+  constexpr double weight = 0.25;
+  if (start.unknowns.size() == 0 || start.unknowns.size() != end.unknowns.size()) return 0;
+  const VectorXd motion = end.unknowns - start.unknowns;
+  const double beside = (motion - 0.5 * step * (start.change + end.change)).norm();
+  return weight * beside / (motion.norm() + rounding * end.unknowns.norm());
 }
 
 }  // namespace
@@ -65,6 +86,8 @@ BranchState branch_state_of_strokes(const System& system, const VectorXd& stroke
   equations.assemble(VectorXd::Zero(system.size()), present_strokes(system) + strokes);
   const VectorXd x = equations.solve();
   state.slope = equations.motion(x);
+  for (int i = 0; i < system.leaves(); ++i)
+    state.interiors.push_back(system.leaf(i).interior(system.edge_increment(i, state.slope)));
   VectorXd loads(strokes.size()), change = VectorXd::Zero(strokes.size());
   equations.read_loads(x, change);
   const VectorXd multipliers = equations.conditions() > 0 ? equations.multipliers(x) : VectorXd();
@@ -86,12 +109,26 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
       driven ? std::optional(present_strokes(system)) : std::nullopt;
   const System::Snapshot here = system.save();
   const VectorXd rest = system.load() - system.internal_force();  // what Newton's method has left
+  NewtonEquations equations(system, driven);
+  equations.assemble(rest, strokes);
+  state.noise = size_of(equations.motion(equations.solve()), system.length()) / step;
+  // where errors of assembly grow, the unstable state is wanted
+  const bool assembles = growth.constant != 0 && !system.loads().assembly.empty(),
+             settled = system.correction() < rounding * step;
+  for (int i = 0; !assembles && settled && i < system.leaves(); ++i)
+    state.interiors.push_back(system.leaf(i).interior(Vector12d::Zero()));
   system.apply({here.factors.constant - step * growth.constant,
                 here.factors.growing - step * growth.growing});
   system.assemble();
-  NewtonEquations equations(system, driven);
   equations.assemble(system.load() - system.internal_force() - rest, strokes);
-  state.slope = -1 / step * equations.motion(equations.solve());
+  const VectorXd motion = equations.motion(equations.solve());
+  state.slope = -1 / step * motion;
+  for (std::size_t i = 0; i < state.interiors.size(); ++i) {
+    LeafInterior& interior = state.interiors[i];
+    const int leaf = static_cast<int>(i);
+    const LeafInterior moved = system.leaf(leaf).interior(system.edge_increment(leaf, motion));
+    interior.change = -1 / step * (moved.unknowns + moved.change - interior.unknowns);
+  }
   system.restore(here);
   system.assemble();
   return state;
@@ -99,7 +136,6 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
 
 double departure(const BranchState& start, const BranchState& end, double step,
                  const System& system) {
-  constexpr double rounding = 1e-6;  // of lengths over the longest leaf, and of the energies
   if (!start.slope.allFinite() || !end.slope.allFinite())
     return std::numeric_limits<double>::infinity();
   double moved = 0, beside = 0, of_moments = 0;
@@ -114,7 +150,11 @@ double departure(const BranchState& start, const BranchState& end, double step,
     moved += motion.squaredNorm();
     beside += (motion - led).squaredNorm();
   }
-  const double motion = std::sqrt(beside) / (std::sqrt(moved) + rounding);
+  const double blurred = 2 * step * (start.noise + end.noise);
+  double motion = std::max(0.0, std::sqrt(beside) - blurred) / (std::sqrt(moved) + rounding);
+  const bool sharp = blurred <= 0.05 * std::sqrt(moved);
+  for (std::size_t i = 0; sharp && i < std::min(start.interiors.size(), end.interiors.size()); ++i)
+    motion = std::max(motion, inside(start.interiors[i], end.interiors[i], step));
   if (!start.work || !end.work) return motion;
   const VectorXd change = end.place.energies - start.place.energies;
   const double work = 0.5 * step * (start.work->rate + end.work->rate) +

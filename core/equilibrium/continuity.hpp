@@ -25,7 +25,9 @@ inline constexpr double same_energy = 0.1, similar_energy = 0.5;
 /// An equilibrium of a way with a parameter p, and how the branch leaves it.
 struct BranchState {
   Place place;
-  VectorXd slope;  ///< (displacement, spin) of the bodies by p
+  VectorXd slope;    ///< (displacement, spin) of the bodies by p
+  double noise = 0;  ///< what rounding leaves open of the slope, lengths over the longest leaf's
+  std::vector<LeafInterior> interiors;  ///< of the leaves, their changes by p
   /// If p moves strokes: the work of the drives' loads by p, and its derivative by p along the
   /// branch [J].
   struct Work {
@@ -39,11 +41,14 @@ struct BranchState {
 BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes);
 
 /// Branch state where p grows loads, each by its share of `growth`; drives held or nothing driven.
-/// The system is moved to a state nearby and back.
+/// The system is moved to a state nearby and back. Without the interiors where errors of assembly
+/// grow: leaves that these buckle are to be found on the unstable branch of the perfect mechanism.
 BranchState branch_state_of_loads(System& system, LoadFactors growth, bool driven);
 
 /// How far the end is from where both slopes lead from the start, the larger of
 /// - the motion of the bodies beside the mean of both slopes, over the motion;
+/// - the same inside each full leaf, of which less is asked: a leaf that buckles between its edges
+///   turns sharply, and the other side of its branch differs by all of the buckle;
 /// - of ways of strokes the work of the drives beside the change of energy, over the changes of the
 ///   energies: the work by the two-point Hermite polynomial of the power.
 /// Both vanish with the third power of the step or faster on a smooth branch, and do not where the

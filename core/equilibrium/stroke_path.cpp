@@ -263,7 +263,7 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   // stability is accepted after few halvings: a long step then lands on the unstable state of the
   // perfect mechanism, which tells that the errors buckle a leaf.
   const int fewest_halvings = way.moves ? options.max_halvings : 0;
-  const int near_bifurcations = fewest_halvings + (way.moves ? 10 : 0);
+  const int near_bifurcations = fewest_halvings + (way.moves ? 12 : 0);
   const int most_for_stability = fewest_halvings + (way.assembles ? -4 : way.moves ? 4 : 0);
   int most_halvings = fewest_halvings;
   int halvings = 0, far = 0, sub_steps = 0, in_succession = 0, negative = -1;

@@ -218,13 +218,18 @@ void System::assemble() {
   tangent_.release(held_, true);
 }
 
+Vector12d System::edge_increment(int i, const VectorXd& dq) const {
+  Vector12d increment = Vector12d::Zero();
+  for (int end = 0; end < 2; ++end)
+    if (const int b = body(i, end); b >= 0)
+      increment.segment<6>(6 * end) = edge_map(i, end) * dq.segment<6>(6 * b);
+  return increment;
+}
+
 void System::move(const VectorXd& dq) {
   assembled_ = false;
-  std::vector<Vector12d> increments(leaves(), Vector12d::Zero());
-  for (int i = 0; i < leaves(); ++i)
-    for (int end = 0; end < 2; ++end)
-      if (const int b = body(i, end); b >= 0)
-        increments[i].segment<6>(6 * end) = edge_map(i, end) * dq.segment<6>(6 * b);
+  std::vector<Vector12d> increments;
+  for (int i = 0; i < leaves(); ++i) increments.push_back(edge_increment(i, dq));
   for (int b = 0; b < static_cast<int>(poses_.size()); ++b) {
     poses_[b].position += dq.segment<3>(6 * b);
     poses_[b].rotation =
@@ -255,6 +260,7 @@ void System::restore(const Snapshot& snapshot) {
 
 void System::return_home() {
   assert(home_);
+  ++replacements_;
   for (std::size_t i = 0; i < leaves_.size(); ++i)
     if (home_->leaves[i]) leaves_[i] = std::move(home_->leaves[i]);
   restore(home_->state);

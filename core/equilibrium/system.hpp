@@ -40,7 +40,10 @@ class System {
     std::swap(leaves_[i], leaf);
     if (home_ && !home_->leaves[i]) home_->leaves[i] = std::move(leaf);
     assembled_ = false;
+    ++replacements_;
   }
+  /// How often the model of a leaf was replaced: a snapshot may be restored to where it is the same.
+  int replacements() const { return replacements_; }
   /// Makes the present state, with the present models of the leaves, the one to which return_home()
   /// leads back.
   void stay_home() {
@@ -129,6 +132,8 @@ class System {
   /// Pose of an end of a leaf (0 base, 1 tip) and the map from its body's increment to the edge's.
   EdgePose edge_pose(int leaf, int end) const;
   Matrix6d edge_map(int leaf, int end) const;
+  /// Increments of a leaf's edges for those of all bodies.
+  Vector12d edge_increment(int leaf, const VectorXd& dq) const;
 
   /// Mass matrix of the rigid bodies about their moved reference points.
   BlockMatrix body_mass() const;
@@ -164,7 +169,7 @@ class System {
   BlockMatrix tangent_;
   std::shared_ptr<SparseAnalyses> analyses_;
   double energy_ = 0, correction_ = 0, strain_ = 0;
-  int negative_pivots_ = 0;
+  int negative_pivots_ = 0, replacements_ = 0;
   bool assembled_ = false;  ///< the results are those of the present state
   struct Home {
     Snapshot state;

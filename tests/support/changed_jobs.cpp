@@ -88,7 +88,7 @@ namespace {
 
 // Pulls a body along an axis of the ground: from so far away that it does not turn.
 json long_spring(const json& body, int axis, double stiffness, double length, double pull) {
-  constexpr double far = 1e4;
+  constexpr double far = 1e5;
   const Vector3d at = vector(body["at"]), other = at + far * length * Vector3d::Unit(axis);
   return {{"name", fmt::format("pulls {} along {}", body["name"].get<std::string>(), "xyz"[axis])},
           {"body", body["name"]},
@@ -345,13 +345,18 @@ std::optional<SprungJob> with_spring_for_drive(json job, const json& point, doub
   const json* body = body_of(job, name);
   if (!body || !body->contains("at")) return std::nullopt;
   json& m = mechanism_of(job);
-  m["springs"].push_back(long_spring(*body, static_cast<int>(d), stiffness, length,
-                                     point[own["name"].get<std::string>()]));
+  const json spring = long_spring(*body, static_cast<int>(d), stiffness, length,
+                                  point[own["name"].get<std::string>()]);
+  m["springs"].push_back(spring);
   m["drives"].erase(drive);
   json rest = point;
   rest.erase(own["name"].get<std::string>());
   job["stroke"] = {{"at", json::array({rest})}};
-  return SprungJob{job, drive, static_cast<int>(d), name};
+  return SprungJob{.job = job,
+                   .body = name,
+                   .anchor = vector(spring["other_at"]) - vector(spring["at"]),
+                   .free_length = spring["free_length"],
+                   .stiffness = stiffness};
 }
 
 }  // namespace flexopt

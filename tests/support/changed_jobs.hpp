@@ -55,9 +55,14 @@ std::optional<nlohmann::json> with_cut_leaf(nlohmann::json job);
 /// drive is another one, or the only one.
 struct SprungJob {
   nlohmann::json job;
-  std::size_t drive = 0;  ///< which it was
-  int axis = 0;
   std::string body;
+  Vector3d anchor;  ///< of the spring, from the undeflected place of what it pulls
+  double free_length = 0, stiffness = 0;
+
+  /// Load of the spring where the body has moved so.
+  double load(const Vector3d& displacement) const {
+    return stiffness * ((anchor - displacement).norm() - free_length);
+  }
 };
 std::optional<SprungJob> with_spring_for_drive(nlohmann::json job, const nlohmann::json& point,
                                                double stiffness, double length, std::size_t drive);

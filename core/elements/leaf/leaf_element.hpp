@@ -35,6 +35,11 @@ struct LeafEvaluation {
   int negative_pivots = 0;  ///< of the internal stiffness, edges held
 };
 
+/// The unknowns inside a leaf, as lengths over its own, and their linearised change with the edges.
+struct LeafInterior {
+  VectorXd unknowns, change;
+};
+
 /// Kept copy of a leaf's internal unknowns.
 struct LeafState {
   virtual ~LeafState() = default;
@@ -122,6 +127,10 @@ class LeafElement {
   /// Why the full leaf that a reduced one rebuilt at its present state, for frequencies or stress,
   /// is not to be believed; empty where it is, or where none was rebuilt.
   virtual std::string rebuilt_gap() const { return {}; }
+
+  /// Where the interior is and how it follows the edges: after evaluate(). Of a leaf without
+  /// unknowns of its own empty.
+  virtual LeafInterior interior(const Vector12d& /*dq*/) const { return {}; }
 
   virtual std::unique_ptr<LeafState> save() const = 0;
   virtual void restore(const LeafState& state) = 0;

@@ -126,6 +126,11 @@ const LeafEvaluation& FullLeaf::evaluate() {
   return evaluation_;
 }
 
+LeafInterior FullLeaf::interior(const Vector12d& dq) const {
+  if (plate_->has_point()) return {};
+  return {plate_->state().x, plate_->internal_step(scale_.scaled_increment(dq))};
+}
+
 std::unique_ptr<LeafElement> FullLeaf::full_model(const std::string&) {
   return std::make_unique<FullLeaf>(*this);
 }

@@ -33,6 +33,7 @@ class FullLeaf final : public LeafElement {
   void act(const LeafLoad& load) override;
   const LeafEvaluation& evaluate() override;
   const LeafEvaluation& evaluation() const override { return evaluation_; }
+  LeafInterior interior(const Vector12d& dq) const override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(DynamicsRequest request) override;

@@ -146,7 +146,7 @@ double relative_change(const Matrix12d& change, const Matrix12d& compliance) {
 /// Compliance of the edges with the drives free: that with them held and what the strokes add,
 /// stiffnesses of drives that (nearly) vanish replaced by shares of their parts.
 Matrix12d compliance_with_free_drives(const EdgeSurroundings& s) {
-  constexpr double softest = 1e-2;
+  constexpr double softest = 1e-5;
   if (s.strokes.cols() == 0) return s.compliance;
   const VectorXd unit = s.drive_stiffness.diagonal()
                             .cwiseAbs()

@@ -200,18 +200,12 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
     const LeafSpring& l = mechanism.leaves[i];
     if (l.fold) continue;  // never reduced
     const LeafScale scale(l, flexure_of(l, model));
-    auto edge_increment = [&](const VectorXd& q) {
-      Vector12d dq = Vector12d::Zero();
-      if (l.base >= 0) dq.head<6>() = system.edge_map(i, 0) * q.segment<6>(6 * l.base);
-      if (l.tip >= 0) dq.tail<6>() = system.edge_map(i, 1) * q.segment<6>(6 * l.tip);
-      return dq;
-    };
     EdgePoses edges{scale.scaled(system.edge_pose(i, 0)), scale.scaled(system.edge_pose(i, 1))};
     for (int e = 0; e < 2; ++e)  // as those of a flat leaf on the chord
       edges[e].axes = (edges[e].axes * l.middle(e).axes().transpose()).eval();
     const ChordFrame frame = chord_frame(edges, l.chord() / l.length);
     const auto bending = [&](const VectorXd& q) -> Eigen::Vector2d {
-      const Vector6d e = frame.B * scale.scaled_increment(edge_increment(q));
+      const Vector6d e = frame.B * scale.scaled_increment(system.edge_increment(i, q));
       return {e[theta1y], e[theta2y]};
     };
     if (!driven) motion[i].bending = bending(drive.col(0));
@@ -221,7 +215,7 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
             b.cwiseAbs().maxCoeff() > motion[i].bending.cwiseAbs().maxCoeff())
           motion[i].bending = b;
     const Vector12d force =
-        system.leaf(i).evaluation().tangent * (edge_increment(loaded) + forced[i]);
+        system.leaf(i).evaluation().tangent * (system.edge_increment(i, loaded) + forced[i]);
     motion[i].axial = l.axes.col(0).dot(force.segment<3>(6)) * scale.length / scale.energy;
   }
   return motion;

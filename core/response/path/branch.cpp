@@ -86,12 +86,6 @@ constexpr const char* no_equilibrium = "no equilibrium with reduced leaves";
 constexpr const char* unbelieved_crossing =
     "reduced leaves that are not believed lost their stability on the way";
 
-std::vector<const LeafElement*> models_of(const System& system) {
-  std::vector<const LeafElement*> models;
-  for (int i = 0; i < system.leaves(); ++i) models.push_back(&system.leaf(i));
-  return models;
-}
-
 // Why a leaf cannot give the exact modes and derivatives that a point is asked for; empty where all
 // can.
 std::string interior_gap(System& system, const StrokeRequest& request, std::size_t k) {
@@ -269,7 +263,8 @@ Equilibrium BranchWalk::step(Stage stage) {
 Equilibrium BranchWalk::advance(Stage stage) {
   constexpr int most_rounds = 12, most_failures = 2;
   const System::Snapshot before = system().save();
-  const std::vector<const LeafElement*> models = models_of(system());
+  const System* const begun = &system();
+  const int replacements = begun->replacements();
   const auto full_leaves = [&] {
     int count = 0;
     for (int i = 0; i < system().leaves(); ++i) count += system().leaf(i).is_full();
@@ -283,7 +278,7 @@ Equilibrium BranchWalk::advance(Stage stage) {
     const int full = full_leaves();
     if (!refine_leaves(system())) break;
     const Equilibrium last = std::move(equilibrium);
-    if (models_of(system()) == models) {
+    if (&system() == begun && begun->replacements() == replacements) {
       system().restore(before);
       equilibrium = step(stage);
     } else if (full_leaves() > full && !away_) {
