@@ -42,7 +42,8 @@ class System {
     assembled_ = false;
     ++replacements_;
   }
-  /// How often the model of a leaf was replaced: a snapshot may be restored to where it is the same.
+  /// How often the model of a leaf was replaced: a snapshot may be restored to where it is the
+  /// same.
   int replacements() const { return replacements_; }
   /// Makes the present state, with the present models of the leaves, the one to which return_home()
   /// leads back.

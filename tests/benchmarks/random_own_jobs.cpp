@@ -5,7 +5,8 @@
 // again), and of each finding the job and the one that it was compared with. "table LOG...": the
 // table of all seeds in these. "show SEED": its job. "look SEED [quick]": what the laws say of it.
 //
-// A seed that crashes, or takes more than two minutes of the processor, costs its process and is counted.
+// A seed that crashes, or takes more than two minutes of the processor, costs its process and is
+// counted.
 #include <fmt/format.h>
 #include <sys/time.h>
 #include <sys/wait.h>
