@@ -192,10 +192,11 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
       return result;
     }
     if (result.step > 2 || it == options.max_iterations) {
-      result.message = fmt::format(
-          "Newton stopped after {} iterations: step {:.1e} > {:.1e} (lengths / L), leaf correction "
-          "{:.1e}",
-          it, result.step, options.tolerance, system.correction());
+      const bool inside = system.correction() > result.step;
+      result.message =
+          fmt::format("Newton stopped after {} iterations: {} {:.1e} > {:.1e} (lengths / L)", it,
+                      inside ? "the step inside a leaf is" : "step",
+                      inside ? system.correction() : result.step, options.tolerance);
       return result;
     }
     if (give_up(prospect.look(it, result.step, system.strain()), system, result)) return result;

@@ -258,6 +258,21 @@ void System::restore(const Snapshot& snapshot) {
   for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
 }
 
+std::unique_ptr<System> System::on_full_leaves(LoadCase loads, const std::string& reason) {
+  std::vector<std::unique_ptr<LeafElement>> full;
+  Snapshot state = save();
+  state.leaves.clear();
+  for (const auto& leaf : leaves_) {
+    full.push_back(leaf->full_model(reason));
+    // a copy keeps its weight, and a system sets that of leaves alone that its loads act inside
+    full.back()->act({factors_.constant, factors_.constant * loads.gravity});
+    state.leaves.push_back(full.back()->save());
+  }
+  auto system = std::make_unique<System>(*mechanism_, std::move(full), std::move(loads));
+  system->restore(state);
+  return system;
+}
+
 void System::return_home() {
   assert(home_);
   ++replacements_;

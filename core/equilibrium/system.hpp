@@ -121,6 +121,9 @@ class System {
   };
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
+  /// The system at its present state on full leaves under other loads. `reason`: for the reports of
+  /// leaves that were reduced.
+  std::unique_ptr<System> on_full_leaves(LoadCase loads, const std::string& reason = {});
 
   /// Displacement and rotation of a leaf's end in its body, against the design.
   struct EdgeFit {

@@ -43,16 +43,8 @@ LoadCase with_more(const LoadCase& loads, const DeadLoad& more, double growing) 
 LoadBranch::LoadBranch(System& system, LoadCase loads, double factor, DriveState drive,
                        const NewtonOptions& options)
     : drive_(drive), strokes_(present_strokes(system)), options_(options) {
-  std::vector<std::unique_ptr<LeafElement>> leaves;
-  State state = system.save();
-  state.leaves.clear();
-  state.factors.growing = factor;
-  for (int i = 0; i < system.leaves(); ++i) {
-    leaves.push_back(system.leaf(i).full_model({}));
-    state.leaves.push_back(leaves.back()->save());
-  }
-  system_ = std::make_unique<System>(system.mechanism(), std::move(leaves), std::move(loads));
-  system_->restore(state);
+  system_ = system.on_full_leaves(std::move(loads));
+  apply(factor);
   drive_forces_ = VectorXd::Zero(system.size());
   system_->assemble();
 }

@@ -7,23 +7,6 @@
 #include "core/response/models/leaf_models.hpp"
 
 namespace flexopt {
-namespace {
-
-// The system at its present state with full leaves in the reduced ones' place.
-std::unique_ptr<System> with_full_leaves(System& system, const std::string& reason) {
-  std::vector<std::unique_ptr<LeafElement>> leaves;
-  System::Snapshot state = system.save();
-  state.leaves.clear();
-  for (int i = 0; i < system.leaves(); ++i) {
-    leaves.push_back(system.leaf(i).full_model(reason));
-    state.leaves.push_back(leaves.back()->save());
-  }
-  auto full = std::make_unique<System>(system.mechanism(), std::move(leaves), system.loads());
-  full->restore(state);
-  return full;
-}
-
-}  // namespace
 
 Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::size_t point) {
   if (!request.loads.driven()) return step_load(system, {1, request.points[point]}, request.newton);
@@ -43,7 +26,7 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
                                               const StrokeRequest& request, std::size_t point,
                                               const std::string& reason, Equilibrium& equilibrium) {
   const std::string why = reason.empty() ? "exact" : "exact: " + reason;
-  auto full = with_full_leaves(system, why);
+  auto full = system.on_full_leaves(system.loads(), why);
   const bool driven = request.loads.driven();
   const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
   std::optional<VectorXd> strokes;

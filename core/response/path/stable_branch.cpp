@@ -74,21 +74,6 @@ void add_push(const Push& push, double amplitude, double stiffness, double lengt
   }
 }
 
-std::unique_ptr<System> with_loads(System& system, LoadCase loads) {
-  std::vector<std::unique_ptr<LeafElement>> leaves;
-  System::Snapshot state = system.save();
-  state.leaves.clear();
-  for (int i = 0; i < system.leaves(); ++i) {
-    leaves.push_back(system.leaf(i).full_model({}));
-    // a copy keeps its weight, and a system sets that of leaves alone that its loads act inside
-    leaves.back()->act({1, loads.gravity});
-    state.leaves.push_back(leaves.back()->save());
-  }
-  auto other = std::make_unique<System>(system.mechanism(), std::move(leaves), std::move(loads));
-  other->restore(state);
-  return other;
-}
-
 constexpr const char* why = "the stable branch";
 
 // From rest with extra loads, which are then taken away. `stiffness`: of the mechanism at rest
@@ -110,7 +95,7 @@ StableBranch around(System& unstable, const Push& push, double stiffness, double
                                               std::move(loads));
       found.equilibrium = step_from_rest(*found.system, request, point);
     } else {
-      found.system = with_loads(*found.system, std::move(loads));
+      found.system = found.system->on_full_leaves(std::move(loads));
       found.equilibrium = solve_equilibrium(*found.system, strokes, request.newton);
     }
     const bool stable = found.equilibrium.converged && negative_pivots(*found.system, driven) == 0;
