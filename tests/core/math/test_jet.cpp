@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/math/jet.hpp"
+#include "support/slopes.hpp"
 
 using namespace flexopt;
 
@@ -22,7 +23,7 @@ Vector3d at(double s) {
 template <class F>
 void check(const Matrix3<Jet>& series, const F& f) {
   const double h = 2e-3;
-  const Matrix3d first = (8 * (f(at(h)) - f(at(-h))) - (f(at(2 * h)) - f(at(-2 * h)))) / (12 * h),
+  const Matrix3d first = test::slope_at_zero([&](double s) { return f(at(s)); }, h),
                  second = (16 * (f(at(h)) + f(at(-h))) - (f(at(2 * h)) + f(at(-2 * h))) -
                            30 * f(at(0))) /
                           (24 * h * h);

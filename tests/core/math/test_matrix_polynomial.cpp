@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/math/matrix_polynomial.hpp"
+#include "support/monomials.hpp"
 
 using namespace flexopt;
 
@@ -17,13 +18,7 @@ MatrixPolynomial some_polynomial(Eigen::Index rows, Eigen::Index cols, double se
 }
 
 MatrixXd at(const MatrixPolynomial& A, const Vector3d& x) {
-  MatrixXd sum = MatrixXd::Zero(A.rows(), A.cols());
-  for (int m = 0; m < A.size(); ++m) {
-    double power = 1;
-    for (int v = 0; v < 3; ++v) power *= std::pow(x[v], A.table().exponents(m)[v]);
-    sum += power * A[m];
-  }
-  return sum;
+  return test::polynomial_value(A, {x.data(), 3});
 }
 
 const Vector3d direction(0.3, -0.5, 0.4);

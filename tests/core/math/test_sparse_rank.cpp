@@ -15,6 +15,18 @@ Eigen::MatrixXd written_out(int rows, int columns, const std::vector<SparseEntry
   return A;
 }
 
+/// Rank and number of sums against a dense decomposition of the rows, brought to one length.
+DependentRows checked_rows(int rows, int columns, const std::vector<SparseEntry>& entries,
+                           double threshold) {
+  const DependentRows found = dependent_rows(rows, columns, entries, threshold);
+  const Eigen::MatrixXd unit = written_out(rows, columns, entries).rowwise().normalized();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(unit);
+  qr.setThreshold(threshold);
+  CHECK(found.rank == qr.rank());
+  REQUIRE(static_cast<int>(found.sums.size()) == rows - found.rank);
+  return found;
+}
+
 }  // namespace
 
 TEST_CASE("rows that depend on others are found with their factors", "[math][sparse]") {
@@ -52,11 +64,7 @@ TEST_CASE("rank and sums of rows are those of the dense matrix", "[math][sparse]
         if (e.row == from) entries.push_back({i, e.column, 0.3 * (i - from) * e.value});
   const Eigen::MatrixXd A = written_out(n, 40, entries);
   const Eigen::MatrixXd unit = A.rowwise().normalized();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(unit);
-  qr.setThreshold(1e-8);
-  const DependentRows found = dependent_rows(n, 40, entries, 1e-8);
-  CHECK(found.rank == qr.rank());
-  REQUIRE(static_cast<int>(found.sums.size()) == n - found.rank);
+  const DependentRows found = checked_rows(n, 40, entries, 1e-8);
   Eigen::MatrixXd factors = Eigen::MatrixXd::Zero(n, n - found.rank);
   for (std::size_t k = 0; k < found.sums.size(); ++k)
     for (const auto& [row, factor] : found.sums[k])
@@ -92,14 +100,9 @@ TEST_CASE("ranks of chains and stars are those of the dense matrix", "[math][spa
     if (b % 5 == 0) add(b, -1, 4);  // of rank two
   }
   const Eigen::MatrixXd A = written_out(row, 6 * bodies, entries);
-  const Eigen::MatrixXd unit = A.rowwise().normalized();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(unit);
-  qr.setThreshold(1e-10);
-  const DependentRows found = dependent_rows(row, 6 * bodies, entries, 1e-10);
-  CHECK(found.rank == qr.rank());
+  const DependentRows found = checked_rows(row, 6 * bodies, entries, 1e-10);
   CHECK(found.rank < row);
   CHECK(rank_of(row, 6 * bodies, entries, 1e-10) == found.rank);
-  REQUIRE(static_cast<int>(found.sums.size()) == row - found.rank);
   for (const auto& sum : found.sums) {
     Eigen::RowVectorXd zero = Eigen::RowVectorXd::Zero(6 * bodies);
     double sizes = 0;

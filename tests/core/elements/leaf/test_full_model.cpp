@@ -11,8 +11,8 @@
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
-#include "core/response/response.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"
 
@@ -26,12 +26,10 @@ struct Case {
 };
 
 ModelOptions reduced(Reduction method, Flexure flexure, std::array<int, 2> cut) {
-  ModelOptions model;
-  model.method = method;
-  model.flexure = flexure;
-  model.mesh = flexure == Flexure::beam ? std::array{8, 1} : std::array{8, 4};
-  model.superelements = cut;
-  return model;
+  return {.flexure = flexure,
+          .mesh = flexure == Flexure::beam ? std::array{8, 1} : std::array{8, 4},
+          .method = method,
+          .superelements = cut};
 }
 
 std::vector<Case> cases() {
@@ -111,10 +109,8 @@ TEST_CASE("the full model of a reduced leaf is the equilibrium of the full leaf 
   const Mechanism m = turned_leaf();
   for (const Case& c : cases()) {
     INFO(c.name);
-    ModelOptions at_full = c.model;
-    at_full.accuracy = Accuracy::full;
     System system(m, make_reduced_leaves(m, c.model, 0.02));
-    System reference(m, make_full_leaves(m, at_full));
+    System reference(m, make_full_leaves(m, c.model));
     REQUIRE(step_to(system, 0.018, {}).converged);  // a manifold is hard to bend further
     REQUIRE(step_to(reference, 0.018, {}).converged);
     LeafElement& leaf = system.leaf(0);
@@ -165,10 +161,8 @@ TEST_CASE(
     m.leaves[0].tip = free_tip ? free_edge : ground;
     m.leaves[0].point = point;
     const ModelOptions model = reduced(Reduction::linear_craig_bampton, Flexure::plate, {4, 2});
-    ModelOptions at_full = model;
-    at_full.accuracy = Accuracy::full;
     System system(m, make_reduced_leaves(m, model, 2e-3));
-    System reference(m, make_full_leaves(m, at_full));
+    System reference(m, make_full_leaves(m, model));
     const double stroke = free_tip ? 0.02 : 1e-3;
     REQUIRE(step_to(system, stroke, {}).converged);
     const Equilibrium expected = step_to(reference, stroke, {});
@@ -248,15 +242,9 @@ TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say
         Lost{"manifold", leaf, reduced(quadratic_manifold, Flexure::plate, {1, 0}), 0.07},
         Lost{"chain", leaf, reduced(quadratic_manifold, Flexure::plate, {2, 0}), 0.085}}) {
     INFO(c.name);
-    StrokeRequest request;
-    request.points = {c.stroke};
-    request.outputs.remove(Output::stress);
-    ModelOptions at_full = c.model;
-    at_full.accuracy = Accuracy::full;
-    const StrokeResponse found = evaluate_stroke(c.mechanism, c.model, request),
-                         expected = evaluate_stroke(c.mechanism, at_full, request);
-    REQUIRE(found.status == Status::ok);
-    REQUIRE(expected.status == Status::ok);
+    const StrokeRequest request{.points = {c.stroke}, .outputs = test::without_stress()};
+    const StrokeResponse found = test::evaluated(c.mechanism, c.model, request),
+                         expected = test::evaluated(c.mechanism, test::full(c.model), request);
     for (const LeafReport& report : found.path[0].leaves) {
       CHECK(report.model == "full");
       CHECK(report.reason == "no equilibrium with reduced leaves");

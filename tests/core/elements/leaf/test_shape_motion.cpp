@@ -4,8 +4,8 @@
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
+#include "support/leaf_laws.hpp"
 #include "support/models.hpp"
-#include "support/moved.hpp"
 
 using namespace flexopt;
 
@@ -18,13 +18,11 @@ struct Case {
 };
 
 ModelOptions options(Accuracy accuracy, Reduction method, Flexure flexure, int segments) {
-  ModelOptions model;
-  model.accuracy = accuracy;
-  model.method = method;
-  model.flexure = flexure;
-  model.mesh = flexure == Flexure::beam ? std::array{8, 1} : std::array{6, 4};
-  model.superelements = {segments, 0};
-  return model;
+  return {.accuracy = accuracy,
+          .flexure = flexure,
+          .mesh = flexure == Flexure::beam ? std::array{8, 1} : std::array{6, 4},
+          .method = method,
+          .superelements = {segments, 0}};
 }
 
 std::vector<Case> cases() {
@@ -48,13 +46,6 @@ std::unique_ptr<LeafElement> element(const Mechanism& m, const ModelOptions& mod
   return std::move(leaves[0]);
 }
 
-void settle(LeafElement& leaf, const EdgePoses& edges, const Vector12d& dq) {
-  leaf.evaluate();
-  leaf.move(edges, dq);
-  for (int k = 0; k < 60 && leaf.evaluate().correction > 1e-13; ++k)
-    leaf.move(edges, Vector12d::Zero());
-}
-
 VectorXd places(LeafElement& leaf) {
   const LeafShape shape = leaf.shape();
   VectorXd all(3 * static_cast<Eigen::Index>(shape.deflected.size()));
@@ -71,8 +62,7 @@ TEST_CASE("The motion that modes are drawn with is the derivative of the shape",
   m.leaves[0].axes = rotation_exp({0.3, -0.2, 0.5}) * m.leaves[0].axes;
   m.bodies[0].reference = m.bodies[0].center_of_mass = m.leaves[0].tip_middle();
   const LeafSpring& spring = m.leaves[0];
-  const EdgePoses rest{EdgePose{spring.origin, spring.axes},
-                       EdgePose{spring.tip_middle(), spring.axes}};
+  const EdgePoses rest = test::edges_at_rest(spring);
   Vector12d bend = Vector12d::Zero(), way;
   bend.segment<3>(6) = spring.axes * Vector3d(-1e-5, 0, 4e-3);
   bend.segment<3>(9) = spring.axes * Vector3d(0.02, -0.03, 0);
@@ -83,8 +73,8 @@ TEST_CASE("The motion that modes are drawn with is the derivative of the shape",
     CAPTURE(c.name);
     const auto leaf = element(m, c.model);
     constexpr int steps = 8;  // one alone need not converge
-    for (int k = 1; k <= steps; ++k)
-      settle(*leaf, moved(rest, (1.0 * k / steps) * bend), (1.0 / steps) * bend);
+    for (int k = 0; k < steps; ++k)
+      test::settled(*leaf, moved(rest, (1.0 * k / steps) * bend), (1.0 / steps) * bend);
     const LeafDynamics dynamics = leaf->dynamics({2, true});
     const VectorXd middle = places(*leaf);
     // The base is held: a model may leave its columns out.
@@ -92,16 +82,14 @@ TEST_CASE("The motion that modes are drawn with is the derivative of the shape",
     REQUIRE(dynamics.shape_motion.cols() == dynamics.mass.cols());
     const VectorXd motion = dynamics.shape_motion.leftCols<12>() * way;
     const auto state = leaf->save();
-    std::array<VectorXd, 2> ends;
     const EdgePoses bent = moved(rest, bend);
-    for (const int side : {0, 1}) {
+    const auto places_at = [&](double t) {
       leaf->restore(*state);
       leaf->move(bent, Vector12d::Zero());
-      const Vector12d dq = (side == 0 ? -step : step) * way;
-      settle(*leaf, moved(bent, dq), dq);
-      ends[static_cast<std::size_t>(side)] = places(*leaf);
-    }
-    const VectorXd difference = (ends[1] - ends[0]) / (2 * step);
+      test::settled(*leaf, bent, t * way);
+      return places(*leaf);
+    };
+    const VectorXd difference = (places_at(step) - places_at(-step)) / (2 * step);
     CHECK((motion - difference).cwiseAbs().maxCoeff() <
           c.tolerance * difference.cwiseAbs().maxCoeff());
     // At the cuts nothing is interpolated: the middle of the section is a node.

@@ -1,16 +1,12 @@
 // Leaves that are circular arcs when stress-free: laws, closed forms and derivatives.
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/elements/plate/plate_leaf.hpp"
-#include "core/elements/plate/plate_mesh_rate.hpp"
-#include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/arc.hpp"
-#include "core/mechanism/profile.hpp"
 #include "support/plate_laws.hpp"
 
 using namespace flexopt;
@@ -18,12 +14,6 @@ using namespace flexopt::plate_laws;
 
 namespace {
 
-std::vector<double> sampled(double (*f)(double)) {
-  std::vector<double> p;
-  for (const double s : profile_stations()) p.push_back(f(s));
-  return p;
-}
-double wave(double s) { return 1 + 0.3 * std::sin(4 * s) - 0.2 * s; }
 double notch(double s) { return 1 + 2 * (s - 0.45) * (s - 0.45); }
 
 PlateShape shape(Flexure flexure, double angle, bool varies = false) {
@@ -127,19 +117,18 @@ TEST_CASE("force and tangent of a curved leaf are derivatives of its energy", "[
     const PlateLeaf::State state = random_state(*mesh, 3);
     check_interior_derivatives(leaf, state, random_direction(state.x.size(), 4));
     // and with the edges
-    const auto held = [&](double h) {
+    Vector6d way;
+    way << 0.2, 0.5, -0.3, 0.3, -0.7, 0.4;
+    const auto move_edge = [&](double h) {
       PlateLeaf::State moved = state;
-      moved.edges[1].position += h * Vector3d(0.2, 0.5, -0.3);
-      moved.edges[1].axes = rotation_exp(h * Vector3d(0.3, -0.7, 0.4)) * state.edges[1].axes;
+      moved.edges[1].position += h * way.head<3>();
+      moved.edges[1].axes = rotation_exp(h * way.tail<3>()) * state.edges[1].axes;
       leaf.set_state(moved);
       leaf.linearise();
       return leaf.energy();
     };
-    const auto rate = [&](double h) { return (held(h) - held(-h)) / (2 * h); };
-    const double work = (4 * rate(5e-5) - rate(1e-4)) / 3;
-    held(0);
-    Vector6d way;
-    way << 0.2, 0.5, -0.3, 0.3, -0.7, 0.4;
+    const double work = test::slope_at_zero(move_edge, 5e-5);
+    move_edge(0);
     CHECK(leaf.edge_force().tail<6>().dot(way) == Approx(work).epsilon(1e-7));
   }
 }
@@ -167,7 +156,6 @@ TEST_CASE("an arc bends to another arc under a moment alone", "[curve][slow]") {
 }
 
 TEST_CASE("stiffness of a ring segment in its plane", "[curve]") {
-  // Compliance of the tip: ∫ (moment at s of a unit load)² / EI + pull² / EA + shear² / kGA ds
   for (const double angle : {0.3, M_PI / 2, M_PI})
     for (const double thickness : {0.005, 0.01}) {
       PlateShape s = shape(Flexure::beam, angle);
@@ -176,29 +164,12 @@ TEST_CASE("stiffness of a ring segment in its plane", "[curve]") {
       const auto mesh = std::make_shared<PlateMesh>(s);
       PlateLeaf leaf(mesh);
       leaf.assemble();
-      const ArcPoint<double> tip = arc_point(angle, 1.0);
       const double EI = mesh->bending_stiffness(), EA = 12 * EI / (thickness * thickness),
                    nu = s.poissons_ratio,
                    GA = 10 * (1 + nu) / (12 + 11 * nu) * shear_ratio(nu) * EA;
-      Matrix3d C = Matrix3d::Zero();
-      constexpr int points = 2000;
-      for (int k = 0; k < points; ++k) {
-        const ArcPoint<double> p = arc_point(angle, (k + 0.5) / points);
-        // of Fx, Fz and My at the tip: moment about y at s, and pull along the arc
-        const Vector3d moment(tip.z - p.z, -(tip.x - p.x), 1), pull(p.cosine, p.sine, 0),
-            cut(-p.sine, p.cosine, 0);
-        C += (moment * moment.transpose() / EI + pull * pull.transpose() / EA +
-              cut * cut.transpose() / GA) /
-             points;
-      }
-      Matrix3d K;
-      const int rows[] = {6, 8, 10};
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) K(i, j) = leaf.tangent()(rows[i], rows[j]);
-      const Matrix3d found = K.inverse();
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-          CHECK(std::abs(found(i, j) - C(i, j)) < 2e-4 * std::sqrt(C(i, i) * C(j, j)));
+      const auto arc = [&](double at) { return arc_point(angle, at); };
+      check_flexibility(flexibility(leaf, in_its_plane), flexibility_in_plane(arc, EI, EA, GA),
+                        2e-4);
     }
 }
 
@@ -233,14 +204,7 @@ TEST_CASE("stiffness of a ring segment out of its plane", "[curve]") {
             shear * shear.transpose() / GA) /
            points;
     }
-    Matrix3d K;
-    const int rows[] = {7, 9, 11};
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) K(i, j) = leaf.tangent()(rows[i], rows[j]);
-    const Matrix3d found = K.inverse();
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        CHECK(std::abs(found(i, j) - C(i, j)) < 5e-3 * std::sqrt(C(i, i) * C(j, j)));
+    check_flexibility(flexibility(leaf, {7, 9, 11}), C, 5e-3);
   }
 }
 
@@ -269,54 +233,8 @@ TEST_CASE("the compliance of an arc converges faster than the third power of its
 
 TEST_CASE("operators change along the angle of an arc as their differences do", "[curve]") {
   for (const auto& [flexure, varies] : cases) {
-    const PlateShape at = shape(flexure, 0.9, varies);
-    const PlateMesh mesh(at);
     std::vector<ProfileRate> directions{{{}, {}, 1.0}};
     if (varies) directions.push_back({sampled(wave), sampled(notch), 0.5});
-    const PlateMeshRate rate(mesh, directions);
-    for (int p = 0; p < rate.directions(); ++p) {
-      const auto moved = [&](double h) {
-        return PlateMesh(plate_laws::moved(at, rate.direction[p], h));
-      };
-      const double h = p == 1 ? 1e-5 : 1e-4;
-      const PlateMesh plus = moved(h), minus = moved(-h), plus2 = moved(2 * h),
-                      minus2 = moved(-2 * h);
-      const PlateMeshRate::Shape& by = rate.shape[p];
-      const auto compare = [&](bool constant, auto found, auto part) {
-        const MatrixXd d =
-            (8 * (part(plus) - part(minus)) - (part(plus2) - part(minus2))) / (12 * h);
-        const double rounding = 1e-7 * part(mesh).norm() + 1e-12;
-        if (constant)
-          CHECK(d.norm() <= rounding);
-        else
-          CHECK((found() - d).norm() <= 1e-8 * d.norm() + rounding);
-      };
-      const int ny = mesh.elements_across();
-      for (int i = 0; i < mesh.elements_along(); ++i)
-        for (int j = 0; j < ny; ++j) {
-          const std::size_t k = i * ny + j;
-          using E = PlateMesh::Element;
-          const auto of = [&](auto part) {
-            return [&, part](const PlateMesh& m) { return MatrixXd(part(m.element(i, j))); };
-          };
-          compare(
-              false, [&] { return MatrixXd(by.bending[k]); },
-              of([](const E& e) { return e.bending; }));
-          compare(
-              by.metric.empty(), [&] { return MatrixXd(by.metric[k].matrix()); },
-              of([](const E& e) { return e.metric.matrix(); }));
-          compare(
-              by.curvature.empty(), [&] { return by.curvature[k]; },
-              of([](const E& e) { return e.curvature; }));
-          compare(
-              by.curvature_weight.empty(),
-              [&] { return MatrixXd(by.curvature_weight[k].matrix()); },
-              of([](const E& e) { return e.curvature_weight.matrix(); }));
-        }
-      for (int line = 0; line < mesh.lines(); ++line)
-        compare(
-            by.undeflected.empty(), [&] { return by.undeflected[line]; },
-            [&](const PlateMesh& m) { return m.undeflected(line); });
-    }
+    check_mesh_rate(shape(flexure, 0.9, varies), directions);
   }
 }

@@ -4,7 +4,8 @@
 #include <numbers>
 
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
+#include "elastica.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"
 
@@ -14,43 +15,38 @@ namespace {
 
 System full_system(const Mechanism& m, std::array<int, 2> mesh, bool edge_term = true,
                    LoadCase loads = {}) {
-  ModelOptions options;
-  options.accuracy = Accuracy::full;
-  options.mesh = mesh;
-  options.free_edge_torsion = edge_term;
+  const ModelOptions options{
+      .accuracy = Accuracy::full, .mesh = mesh, .free_edge_torsion = edge_term};
   return System(m, make_full_leaves(m, options), std::move(loads));
+}
+
+Material without_poisson() {
+  Material m = models::steel();
+  m.poissons_ratio = 0;
+  return m;
+}
+
+/// A guide without Poisson's effect.
+Mechanism strips(double length, double width, double thickness, double mass, double inertia) {
+  Mechanism m = models::guide(length, width, thickness, 0.06, mass, inertia);
+  for (LeafSpring& leaf : m.leaves) leaf.material = without_poisson();
+  return m;
 }
 
 }  // namespace
 
 TEST_CASE("a narrow leaf without Poisson effect follows the elastica to PL²/EI = 10") {
-  // Bisshopp and Drucker, dead transverse tip force: elliptic integrals to 12 digits.
-  struct Row {
-    double load, w, u;
-  };
-  const Row rows[] = {{1, 0.3017207738, 0.0564332362834},
-                      {2, 0.493457480397, 0.160641720825},
-                      {5, 0.713791523612, 0.387628360724},
-                      {10, 0.81060902488, 0.554995597754}};
-  Material m = models::steel();
-  m.poissons_ratio = 0;
+  const Material m = without_poisson();
   const double L = 0.1, w = 1e-3, t = 1e-4;
   const Mechanism mechanism = models::single_leaf(L, w, t, Direction::rx, m);
   const double EI = m.youngs_modulus * w * t * t * t / 12;
   System system =
       full_system(mechanism, {32, 1}, false, {.constant = {{.force = {0, EI / (L * L), 0}}}});
-  for (const Row& row : rows) {
-    const Equilibrium e = step_load(system, {.constant = row.load}, {});
-    REQUIRE(e.converged);
-    const Vector3d d = system.pose(0).position - Vector3d(L, 0, 0);
-    CHECK(std::abs(d[1] / L - row.w) < 1e-4);
-    CHECK(std::abs(-d[0] / L - row.u) < 1e-4);
-  }
+  check_elastica(system, L, 1e-4);
 }
 
 TEST_CASE("an end moment bends a narrow leaf to a circle") {
-  Material m = models::steel();
-  m.poissons_ratio = 0;
+  const Material m = without_poisson();
   const double L = 0.1, w = 1e-3, t = 1e-4;
   const Mechanism mechanism = models::single_leaf(L, w, t, Direction::rz, m);
   System system = full_system(mechanism, {24, 1}, false);
@@ -88,19 +84,11 @@ TEST_CASE("a free strip in torsion has the solid's constant: G (b t³/3 − 0.21
 }
 
 TEST_CASE("a guide has the closed-form stiffness, shortening and axial compliance") {
-  Material m = models::steel();
-  m.poissons_ratio = 0;
+  const Material m = without_poisson();
   const double L = 0.1, w = 4e-3, t = 5e-4, x = 5e-3;
-  Mechanism mechanism = models::guide(L, w, t);
-  for (LeafSpring& l : mechanism.leaves) l.material = m;
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.mesh = {16, 2};
-  StrokeRequest request;
-  request.points = {0, x};
-  request.outputs.add(Output::stress);
-  const StrokeResponse r = evaluate_stroke(mechanism, model, request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r =
+      test::evaluated(strips(L, w, t, 0.5, 4e-4), {.accuracy = Accuracy::full, .mesh = {16, 2}},
+                      {.points = {0, x}});
   const double EI = m.youngs_modulus * w * t * t * t / 12, EA = m.youngs_modulus * w * t;
   const double shear = 12 * EI / (5.0 / 6 * m.shear_modulus() * w * t * L * L);
   CHECK(r.path[0].drive_stiffness == Approx(24 * EI / (L * L * L) / (1 + shear)).epsilon(1e-4));
@@ -117,17 +105,10 @@ TEST_CASE("a guide has the closed-form stiffness, shortening and axial complianc
 
 TEST_CASE("a leaf between two clamps vibrates like the clamped strip") {
   // Local leaf mode (22.373/2π L²) √(E t²/12ρ), seen as the lowest locked mode of a heavy guide.
-  Material m = models::steel();
-  m.poissons_ratio = 0;
-  Mechanism mechanism = models::guide(0.1, 5e-3, 5e-4, 0.06, 1e6, 1e6);
-  for (LeafSpring& l : mechanism.leaves) l.material = m;
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.mesh = {16, 2};
-  StrokeRequest request;
-  request.frequencies = 10;
-  const StrokeResponse r = evaluate_stroke(mechanism, model, request);
-  REQUIRE(r.status == Status::ok);
+  const Material m = without_poisson();
+  const StrokeResponse r =
+      test::evaluated(strips(0.1, 5e-3, 5e-4, 1e6, 1e6),
+                      {.accuracy = Accuracy::full, .mesh = {16, 2}}, {.frequencies = 10});
   const double expected = 22.3733 / (2 * std::numbers::pi * 0.01) *
                           std::sqrt(m.youngs_modulus * 25e-8 / 12 / m.density);
   int found = 0;

@@ -2,10 +2,26 @@
 #include <catch2/catch.hpp>
 
 #include "core/elements/plate/leaf_validity.hpp"
-#include "core/response/response.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
+
+namespace {
+
+struct PlateAndBeam {
+  StrokeResponse plate, beam;
+};
+PlateAndBeam plate_and_beam(const Mechanism& m, const std::vector<double>& strokes,
+                            std::array<int, 2> mesh) {
+  const StrokeRequest request{.points = strokes, .outputs = test::without_stress()};
+  ModelOptions model{.accuracy = Accuracy::full, .mesh = mesh};
+  const StrokeResponse plate = test::evaluated(m, model, request);
+  model.flexure = Flexure::beam;
+  return {plate, test::evaluated(m, model, request)};
+}
+
+}  // namespace
 
 TEST_CASE("slender leaves are beams, wide ones plates, wires always beams") {
   const auto needed = [](double length, double width, double thickness,
@@ -26,23 +42,10 @@ TEST_CASE(
     "difference to the plate") {
   for (const double width : {0.03, 0.1}) {
     const Mechanism m = models::guide(0.1, width, 5e-4);
-    StrokeRequest request;
-    request.points = {0, 0.0075, 0.015};
-    request.outputs.remove(Output::stress);
-    ModelOptions model;
-    model.accuracy = Accuracy::full;
-    const StrokeResponse plate = evaluate_stroke(m, model, request);
-    model.flexure = Flexure::beam;
-    const StrokeResponse beam = evaluate_stroke(m, model, request);
-    REQUIRE(plate.status == Status::ok);
-    REQUIRE(beam.status == Status::ok);
+    const auto [plate, beam] = plate_and_beam(m, {0, 0.0075, 0.015}, default_mesh);
     double worst = 0;
     for (std::size_t k = 0; k < plate.path.size(); ++k)
-      for (int d = 0; d < 6; ++d)
-        if (plate.path[k].support_stiffness[d])
-          worst = std::max(worst, std::abs(*beam.path[k].support_stiffness[d] /
-                                               *plate.path[k].support_stiffness[d] -
-                                           1));
+      worst = std::max(worst, test::support_error(beam.path[k], plate.path[k]));
     const double estimated = leaf_validity(m.leaves[0]).beam;
     CAPTURE(width, worst, estimated);
     CHECK(estimated < 3 * worst);
@@ -53,17 +56,7 @@ TEST_CASE(
 TEST_CASE("a narrow plate bends in its plane as its beam does") {
   for (const double ratio : {3.0, 4.0, 5.0, 7.0, 10.0}) {
     const Mechanism m = models::guide(0.1, ratio * 1e-3, 1e-3);
-    StrokeRequest request;
-    request.points = {0};
-    request.outputs.remove(Output::stress);
-    ModelOptions model;
-    model.accuracy = Accuracy::full;
-    model.mesh = {24, 8};
-    const StrokeResponse plate = evaluate_stroke(m, model, request);
-    model.flexure = Flexure::beam;
-    const StrokeResponse beam = evaluate_stroke(m, model, request);
-    REQUIRE(plate.status == Status::ok);
-    REQUIRE(beam.status == Status::ok);
+    const auto [plate, beam] = plate_and_beam(m, {0}, {24, 8});
     for (const Direction d : {Direction::uz, Direction::ry}) {
       CAPTURE(ratio, direction_names[index(d)]);
       // the clamps hinder the section, which only the plate knows

@@ -6,46 +6,17 @@
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
+#include "tip_stiffness.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-/// Of a notch between two rigid ends, moved along one direction with all others held.
-double stiffness(const LeafSpring& leaf, Direction along, std::array<int, 2> mesh) {
-  Mechanism mechanism;
-  mechanism.drives = {make_drive(along)};
-  mechanism.bodies = {models::body({0.5 * leaf.length, 0, 0}, 1, 1e-4)};
-  mechanism.leaves = {leaf};
-  for (int d = 0; d < 6; ++d)
-    mechanism.bodies[0].held[static_cast<std::size_t>(d)] = d != index(along);
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = Flexure::beam;
-  model.mesh = mesh;
-  StrokeRequest request;
-  request.points = {0};
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  const StrokeResponse response = evaluate_stroke(mechanism, model, request);
-  REQUIRE(response.status == Status::ok);
-  return 1 / response.path[0].compliance_free(index(along), index(along));
-}
-
-/// Against a moment in the plane, all else free.
-double turning(const LeafSpring& leaf, std::array<int, 2> mesh) {
-  Mechanism mechanism;
-  mechanism.drives = {make_drive(Direction::ry)};
-  mechanism.bodies = {models::body({0.5 * leaf.length, 0, 0}, 1, 1e-4)};
-  mechanism.leaves = {leaf};
-  const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = mesh};
-  StrokeRequest request;
-  request.points = {0};
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  const StrokeResponse response = evaluate_stroke(mechanism, model, request);
-  REQUIRE(response.status == Status::ok);
-  return 1 / response.path[0].compliance_free(index(Direction::ry), index(Direction::ry));
+/// Of a notch between two rigid ends, about its middle.
+double stiffness(const LeafSpring& leaf, Direction along, Others others, int elements) {
+  return tip_stiffness(
+      leaf, 0.5 * leaf.length, along, others,
+      {.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {elements, 1}});
 }
 
 /// A circular or parabolic notch as deep as its half length.
@@ -81,7 +52,7 @@ TEST_CASE("a beam of any thickness profile stretches by the integral of its sect
                exact = 1 / integral(leaf, [&](double, double t) { return 1 / (E * w * t); });
   for (const int along : {12, 24, 48}) {
     CAPTURE(ratio, circular, along);
-    CHECK(stiffness(leaf, Direction::ux, {along, 1}) == Approx(exact).epsilon(1e-3));
+    CHECK(stiffness(leaf, Direction::ux, Others::held, along) == Approx(exact).epsilon(1e-3));
   }
 }
 
@@ -94,7 +65,7 @@ TEST_CASE("a beam of any thickness profile turns in its plane as its sections do
                    1 / integral(leaf, [&](double, double t) { return 12 / (E * w * w * w * t); });
   CAPTURE(ratio);
   // the gradients of the shear soften it by (t/w)² of those of the bending
-  CHECK(turning(leaf, {24, 1}) == Approx(exact).epsilon(0.02));
+  CHECK(stiffness(leaf, Direction::ry, Others::free, 24) == Approx(exact).epsilon(0.02));
 }
 
 TEST_CASE("thick leaves whose thickness varies steeply are stable at rest",
@@ -104,10 +75,10 @@ TEST_CASE("thick leaves whose thickness varies steeply are stable at rest",
   // a notch: 4 mm in the middle, 64 mm at both ends
   for (const double s : profile_stations())
     leaf.thickness_profile.push_back(1 + 15 * (1 - std::sqrt(1 - std::pow(2 * s - 1, 2))));
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = GENERATE(Flexure::plate, Flexure::beam);
-  model.mesh = GENERATE(std::array{6, 2}, std::array{10, 4}, std::array{20, 8});
+  const ModelOptions model{
+      .accuracy = Accuracy::full,
+      .flexure = GENERATE(Flexure::plate, Flexure::beam),
+      .mesh = GENERATE(std::array{6, 2}, std::array{10, 4}, std::array{20, 8})};
   System system(mechanism, make_full_leaves(mechanism, model));
   system.assemble();
   CHECK(negative_pivots(system, true) == 0);

@@ -1,9 +1,7 @@
 // Wide leaves in their plane: (E16) and (E17) of core/elements/README.md.
 #include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/response/response.hpp"
-#include "support/models.hpp"
+#include "tip_stiffness.hpp"
 
 using namespace flexopt;
 
@@ -11,22 +9,9 @@ namespace {
 
 /// Stiffness over the thickness of a leaf that is moved along one direction, all others held.
 double per_thickness(double width, double thickness, Direction along, std::array<int, 2> mesh) {
-  constexpr double length = 0.06;
-  Mechanism mechanism;
-  mechanism.drives = {make_drive(along)};
-  mechanism.bodies = {models::body({length, 0, 0}, 1, 1e-4)};
-  mechanism.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness)};
-  for (int d = 0; d < 6; ++d)
-    mechanism.bodies[0].held[static_cast<std::size_t>(d)] = d != index(along);
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.mesh = mesh;
-  StrokeRequest request;
-  request.points = {0};
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  const StrokeResponse response = evaluate_stroke(mechanism, model, request);
-  REQUIRE(response.status == Status::ok);
-  return 1 / response.path[0].compliance_free(index(along), index(along)) / thickness;
+  const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0, 0}, 0.06, width, thickness);
+  const ModelOptions model{.accuracy = Accuracy::full, .mesh = mesh};
+  return tip_stiffness(leaf, 0.06, along, Others::held, model) / thickness;
 }
 
 }  // namespace

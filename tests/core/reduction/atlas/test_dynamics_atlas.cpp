@@ -11,7 +11,7 @@
 #include "core/math/decompositions.hpp"
 #include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "core/response/response.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
 #include "support/small_atlas.hpp"
 
@@ -62,35 +62,13 @@ CompressedNumbers compressed(double tolerance) {
                   std::vector<bool>(static_cast<std::size_t>(grid.size()), true), tolerance);
 }
 
-double frequency_error(const StrokeResponse& found, const StrokeResponse& truth) {
-  REQUIRE(found.status == Status::ok);
-  REQUIRE(truth.status == Status::ok);
-  double worst = 0;
-  for (std::size_t k = 0; k < truth.path.size(); ++k) {
-    const PathPoint &a = found.path[k], &b = truth.path[k];
-    REQUIRE(a.frequencies_free.size() == b.frequencies_free.size());
-    for (std::size_t i = 0; i < b.frequencies_free.size(); ++i)
-      worst = std::max(worst, std::abs(a.frequencies_free[i] / b.frequencies_free[i] - 1));
-    for (std::size_t i = 0; i < b.frequencies_locked.size(); ++i)
-      worst = std::max(worst, std::abs(a.frequencies_locked[i] / b.frequencies_locked[i] - 1));
-  }
-  return worst;
-}
-
 StrokeRequest sweep(double end) {
-  StrokeRequest request;
-  request.points = {0, 0.3 * end, 0.6 * end, end};
-  request.frequencies = 6;
-  request.outputs = {Output::equilibrium, Output::frequencies_free, Output::frequencies_locked};
-  return request;
+  return {.points = {0, 0.3 * end, 0.6 * end, end},
+          .outputs = {Output::equilibrium, Output::frequencies_free, Output::frequencies_locked},
+          .frequencies = 6};
 }
 
-ModelOptions looked_up() {
-  ModelOptions model;
-  model.mesh = small_box().mesh;
-  model.atlas = atlas();
-  return model;
-}
+ModelOptions looked_up() { return {.mesh = small_box().mesh, .atlas = atlas()}; }
 
 Mechanism hinge() {
   Mechanism hinge = models::hinge(0.08, 4e-4, {{1, 0.0125, 0.025}, {-1, -0.0125, 0.025}});
@@ -154,14 +132,14 @@ TEST_CASE("frequencies of looked-up leaves are those of built ones", "[slow]") {
   ModelOptions built = looked_up();
   built.atlas = nullptr;
   const StrokeRequest request = sweep(0.25);
-  const StrokeResponse found = evaluate_stroke(hinge(), looked_up(), request);
+  const StrokeResponse found = test::evaluated(hinge(), looked_up(), request);
   for (const PathPoint& p : found.path)
     for (const LeafReport& leaf : p.leaves) {
       CHECK(leaf.source == "atlas");
       CHECK(leaf.reason.empty());
       CHECK(leaf.check == 0);  // nothing was condensed
     }
-  CHECK(frequency_error(found, evaluate_stroke(hinge(), built, request)) < 2e-3);
+  CHECK(test::frequency_error(found, test::evaluated(hinge(), built, request)) < 2e-3);
 }
 
 TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base", "[slow]") {
@@ -172,14 +150,14 @@ TEST_CASE("a looked-up leaf vibrates the same whichever edge is called its base"
   for (LeafSpring& leaf : one.leaves) leaf.origin += 0.15 * leaf.length * leaf.axes.col(0);
   Mechanism other = one;
   for (LeafSpring& leaf : other.leaves) leaf = models::turned(leaf);
-  const StrokeResponse a = evaluate_stroke(one, looked_up(), request),
-                       b = evaluate_stroke(other, looked_up(), request);
+  const StrokeResponse a = test::evaluated(one, looked_up(), request),
+                       b = test::evaluated(other, looked_up(), request);
   for (const StrokeResponse* response : {&a, &b})
     for (const LeafReport& leaf : response->path.back().leaves) {
       CHECK(leaf.source == "atlas");
       CHECK(leaf.check == 0);
     }
-  CHECK(frequency_error(a, b) < 1e-8);
+  CHECK(test::frequency_error(a, b) < 1e-8);
 }
 
 TEST_CASE("an atlas keeps its tables of dynamics in its file", "[slow]") {

@@ -27,12 +27,12 @@ std::shared_ptr<const TubeAtlas> stressed_atlas() {
   return kept;
 }
 
+ModelOptions by_atlas() { return {.mesh = {4, 2}, .atlas = stressed_atlas()}; }
+
 TubeModel looked_up(const PlateShape& shape, const Eigen::Vector2d& ray) {
   const TubeAtlas& atlas = *stressed_atlas();
   const TubeAtlas::Tube tube = atlas.look_up(shape, ray);
-  TubeRange range;
-  range.sigma_max = 0.2;
-  return TubeModel(shape, range,
+  return TubeModel(shape, {.sigma_max = 0.2},
                    KnownTube{tube.directions,
                              tube.nodes,
                              {},
@@ -146,15 +146,11 @@ TEST_CASE("an atlas tells the errors of its stress, and mechanisms with it solve
     CHECK(ray.largest().stress < 5.5e-3);
     CHECK(ray.median().stress > 1e-7);
   }
-  StrokeRequest request;
-  request.points = {0, 0.005, 0.012};
-  request.outputs = {Output::equilibrium, Output::stress};
-  ModelOptions model;
-  model.mesh = std::array<int, 2>{4, 2};
+  const StrokeRequest request{.points = {0, 0.005, 0.012},
+                              .outputs = {Output::equilibrium, Output::stress}};
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4, 0.1);
-  const StrokeResponse built = evaluate_stroke(guide, model, request);
-  model.atlas = stressed_atlas();
-  const StrokeResponse found = evaluate_stroke(guide, model, request);
+  const StrokeResponse built = evaluate_stroke(guide, {.mesh = {4, 2}}, request),
+                       found = evaluate_stroke(guide, by_atlas(), request);
   for (std::size_t k = 1; k < found.path.size(); ++k) {
     CHECK(found.path[k].leaves[0].source == "atlas");
     CHECK(found.path[k].leaves[0].reason.empty());
@@ -169,17 +165,11 @@ TEST_CASE("a looked-up leaf is stressed the same whichever edge is called its ba
   for (LeafSpring& leaf : one.leaves) leaf.origin += 0.15 * leaf.length * leaf.axes.col(0);
   Mechanism other = one;
   for (LeafSpring& leaf : other.leaves) leaf = models::turned(leaf);
-  StrokeRequest request;
-  request.points = {0, 0.1, -0.12};
-  request.outputs = {Output::equilibrium, Output::stress};
-  Vector6d load = Vector6d::Zero();
-  load.head<3>() = Vector3d(3, 2, 1);
-  request.loads.constant = {load_at_O(load)};
-  ModelOptions model;
-  model.mesh = std::array<int, 2>{4, 2};
-  model.atlas = stressed_atlas();
-  const StrokeResponse a = evaluate_stroke(one, model, request),
-                       b = evaluate_stroke(other, model, request);
+  StrokeRequest request{.points = {0, 0.1, -0.12},
+                        .outputs = {Output::equilibrium, Output::stress}};
+  request.loads.constant = {{.force = {3, 2, 1}}};
+  const StrokeResponse a = evaluate_stroke(one, by_atlas(), request),
+                       b = evaluate_stroke(other, by_atlas(), request);
   for (std::size_t k = 0; k < request.points.size(); ++k) {
     for (const LeafReport& leaf : b.path[k].leaves) CHECK(leaf.reason.empty());
     CHECK(b.path[k].max_stress->value == Approx(a.path[k].max_stress->value).epsilon(1e-8));

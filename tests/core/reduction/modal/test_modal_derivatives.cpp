@@ -6,26 +6,19 @@
 
 #include "core/math/rotation.hpp"
 #include "core/reduction/frame/chord_edges.hpp"
+#include "support/slopes.hpp"
 
 using namespace flexopt;
 
 namespace {
 
 std::shared_ptr<const PlateMesh> beam(int elements, double width, double thickness) {
-  PlateShape shape;
-  shape.width = width;
-  shape.thickness = thickness;
-  shape.mesh = {elements, 1};
-  shape.flexure = Flexure::beam;
-  return std::make_shared<PlateMesh>(shape);
+  return std::make_shared<PlateMesh>(PlateShape{
+      .width = width, .thickness = thickness, .mesh = {elements, 1}, .flexure = Flexure::beam});
 }
 
 std::shared_ptr<const PlateMesh> plate() {
-  PlateShape shape;
-  shape.width = 0.4;
-  shape.thickness = 0.01;
-  shape.mesh = {4, 2};
-  return std::make_shared<PlateMesh>(shape);
+  return std::make_shared<PlateMesh>(PlateShape{.width = 0.4, .thickness = 0.01, .mesh = {4, 2}});
 }
 
 PlateLeaf assembled(std::shared_ptr<const PlateMesh> mesh, PlateSupport support = {}) {
@@ -130,8 +123,7 @@ TEST_CASE("modal derivatives of the boundary modes are those of the static solut
         bent.solve(X);
         return X;
       };
-      const MatrixXd difference =
-          (8 * (rates(h) - rates(-h)) - (rates(2 * h) - rates(-2 * h))) / (12 * h);
+      const MatrixXd difference = test::slope_at_zero(rates, h);
       for (int i = 0; i < 6; ++i) {
         const VectorXd exact = theta.col(pair_index(i, j));
         INFO("i " << i << ", j " << j << ", |theta| " << exact.norm());

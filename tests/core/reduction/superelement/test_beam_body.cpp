@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "core/elements/plate/beam_section.hpp"
-#include "core/response/response.hpp"
 #include "superelement_law.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
@@ -65,20 +65,15 @@ TEST_CASE("a chain of beam superelements bends as the full beam does", "[reducti
   cantilever.leaves[0].tip = free_edge;
   cantilever.leaves[0].point =
       LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  StrokeRequest request;
+  StrokeRequest request{.points = {0, 0.1, 0.5, 1}, .frequencies = 2};
   request.loads.growing = {load_at_O(Vector6d::Unit(1) * 1e5)};
-  request.points = {0, 0.1, 0.5, 1};
   request.outputs.add(Output::shapes);
-  request.frequencies = 2;
-  ModelOptions model{
-      .accuracy = Accuracy::full, .flexure = Flexure::beam, .warping = Warping::free};
-  const StrokeResponse full = evaluate_stroke(cantilever, model, request);
-  model.accuracy = Accuracy::reduced;
-  model.method = Reduction::linear_craig_bampton;
-  model.superelements = {10, 0};
-  const StrokeResponse chain = evaluate_stroke(cantilever, model, request);
-  REQUIRE(full.status == Status::ok);
-  REQUIRE(chain.status == Status::ok);
+  const ModelOptions model{.flexure = Flexure::beam,
+                           .warping = Warping::free,
+                           .method = Reduction::linear_craig_bampton,
+                           .superelements = {10, 0}};
+  const StrokeResponse full = test::evaluated(cantilever, test::full(model), request),
+                       chain = test::evaluated(cantilever, model, request);
   for (std::size_t k = 0; k < 4; ++k) {
     const PathPoint &a = chain.path[k], &b = full.path[k];
     CAPTURE(k, a.displacement.transpose(), b.displacement.transpose());

@@ -38,10 +38,8 @@ TEST_CASE("condensed bodies have six motions without energy and no more", "[redu
     CHECK(eigen.head<6>().cwiseAbs().maxCoeff() < 1e-12 * eigen.maxCoeff());
     CHECK(eigen[6] > 1e-7 * eigen.maxCoeff());
   }
-  const VectorXd eigen = scaled_eigenvalues(
-      condense(seed_patch(),
-               {.interface = Interface::corners, .mesh_nodes = {}, .vibration_modes = 0})
-          .superelement);
+  const VectorXd eigen =
+      scaled_eigenvalues(condense(seed_patch(), {.interface = Interface::corners}).superelement);
   CHECK(eigen.head<6>().cwiseAbs().maxCoeff() < 1e-12 * eigen.maxCoeff());
   CHECK(eigen[6] > 1e-8 * eigen.maxCoeff());  // bending against membrane: (t/L)² / 12
 }
@@ -50,8 +48,8 @@ TEST_CASE("reduced linear statics are those of the unreduced body", "[reduction]
   for (int m = 2; m <= 8; ++m) {
     const PlateBody body = irregular_plate(30 + m);
     const auto nodes = interface_nodes(40 + m, m);
-    const CondensedPlate condensed = condense(
-        body, {.interface = Interface::mesh_nodes, .mesh_nodes = nodes, .vibration_modes = 0});
+    const CondensedPlate condensed =
+        condense(body, {.interface = Interface::mesh_nodes, .mesh_nodes = nodes});
     const int n = 6 * m;
     const double L = body.plate.length, D = condensed.scale.energy;
     // coordinates of the nodes as rows over the unreduced dofs, written out once more
@@ -101,7 +99,7 @@ TEST_CASE("a segment between rigid edges is the undeflected plate leaf", "[reduc
   const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4);
   PlateBody body{leaf, {10, 4}, {}, {true, true}};
   const CondensedPlate condensed =
-      condense(body, {.interface = Interface::rigid_edges, .mesh_nodes = {}, .vibration_modes = 2});
+      condense(body, {.interface = Interface::rigid_edges, .vibration_modes = 2});
   check_superelement(condensed.superelement);
   LeafSpring flat = leaf;
   flat.axes.setIdentity();
@@ -130,9 +128,7 @@ TEST_CASE("a segment between rigid edges is the undeflected plate leaf", "[reduc
 TEST_CASE("a four-node patch passes constant strains, curvatures and twist exactly",
           "[reduction][patch]") {
   const PlateBody body = seed_patch();
-  const SuperelementModel model =
-      condense(body, {.interface = Interface::corners, .mesh_nodes = {}, .vibration_modes = 0})
-          .superelement;
+  const SuperelementModel model = condense(body, {.interface = Interface::corners}).superelement;
   check_superelement(model);
   const double a = 0.04, b = 0.05, t = body.plate.thickness, E = 21.5e9, nu = 0.3;
   const double A = E * t / (1 - nu * nu), D = A * t * t / 12, G = E / 2 / (1 + nu), area = a * b;
@@ -166,9 +162,7 @@ TEST_CASE("a four-node patch passes constant strains, curvatures and twist exact
 TEST_CASE("the forces of a constantly strained patch are its edge stresses", "[reduction][patch]") {
   // consistent nodal forces of a constant ε11: half of A ε b at each corner, no drilling moments
   const PlateBody body = seed_patch();
-  const SuperelementModel model =
-      condense(body, {.interface = Interface::corners, .mesh_nodes = {}, .vibration_modes = 0})
-          .superelement;
+  const SuperelementModel model = condense(body, {.interface = Interface::corners}).superelement;
   const double t = body.plate.thickness, A = 21.5e9 * t / (1 - 0.09);
   VectorXd q = VectorXd::Zero(24);
   for (int k = 0; k < 4; ++k) q[6 * k] = model.nodes[k][0];

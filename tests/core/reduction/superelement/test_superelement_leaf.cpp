@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
 #include "superelement_bodies.hpp"
+#include "support/evaluated.hpp"
+#include "support/leaf_laws.hpp"
 #include "support/models.hpp"
-#include "support/moved.hpp"
 #include "support/one_stroke.hpp"
 
 using namespace flexopt;
@@ -18,14 +18,7 @@ using namespace flexopt::bodies;
 namespace {
 
 ModelOptions linear(int along, int across) {
-  ModelOptions model;
-  model.method = Reduction::linear_craig_bampton;
-  model.superelements = {along, across};
-  return model;
-}
-
-System system_of(const Mechanism& m, const ModelOptions& model) {
-  return System(m, make_reduced_leaves(m, model, 0));
+  return {.method = Reduction::linear_craig_bampton, .superelements = {along, across}};
 }
 
 /// Compliance of a single leaf's tip at rest, forces and moments in one unit.
@@ -90,52 +83,19 @@ TEST_CASE("a superelement leaf's force and tangent are the derivatives of its en
     const ModelOptions model = linear(cut[0], cut[1]);
     SuperelementLeaf element(leaf, std::make_shared<SuperelementGrid>(leaf, model), 0);
     synthetic::Random random(3);
-    Vector12d q;
-    for (double& x : q) x = random();
-    // brought to internal equilibrium for any place of the edges
-    const auto solve = [&](const EdgePoses& from, const Vector12d& dq) -> LeafEvaluation {
-      element.evaluate();
-      element.move(moved(from, dq), dq);
-      for (int k = 0; k < 30; ++k) {
-        element.evaluate();
-        if (element.evaluation().correction < 1e-13) break;
-        element.move(moved(from, dq), Vector12d::Zero());
-      }
-      return element.evaluate();
-    };
     Vector12d unit;
     for (int i = 0; i < 12; ++i) unit[i] = i % 6 < 3 ? 1e-5 : 0.1;  // below buckling
-    const EdgePoses rest{EdgePose{leaf.origin, leaf.axes}, EdgePose{leaf.tip_middle(), leaf.axes}};
-    const Vector12d first = unit.cwiseProduct(q);
-    const LeafEvaluation at = solve(rest, first);
+    const EdgePoses rest = test::edges_at_rest(leaf);
+    const Vector12d first = unit.cwiseProduct(random.vector<12>());
+    const LeafEvaluation at = test::settled(element, rest, first);
     INFO("cut " << cut[0] << " × " << cut[1] << ", correction " << at.correction);
     REQUIRE(at.correction < 1e-11);
-    const EdgePoses bent = moved(rest, first);
-    const auto state = element.save();
     for (int k = 0; k < 6; ++k) {
-      Vector12d v;
-      for (double& x : v) x = random();
-      v = unit.cwiseProduct(v);
-      const auto energy = [&](double t) {
-        element.restore(*state);
-        return solve(bent, t * v);
-      };
-      const double h = 4e-4;
-      const LeafEvaluation p1 = energy(h), m1 = energy(-h), p2 = energy(2 * h), m2 = energy(-2 * h);
-      const double slope = (8 * (p1.energy - m1.energy) - (p2.energy - m2.energy)) / (12 * h);
-      CHECK(slope == Approx(at.force.dot(v)).epsilon(1e-7));
-      Matrix12d K = at.tangent;
-      for (int e = 0; e < 2; ++e)
-        K.block<3, 3>(6 * e + 3, 6 * e + 3) -= 0.5 * hat(Vector3d(at.force.segment<3>(6 * e + 3)));
-      const Vector12d change =
-          unit.cwiseProduct((8 * (p1.force - m1.force) - (p2.force - m2.force)) / (12 * h));
-      const Vector12d expected = unit.cwiseProduct(K * v);
-      CHECK((change - expected).norm() < 1e-7 * expected.norm());
+      const Vector12d v = unit.cwiseProduct(random.vector<12>());
+      test::check_leaf_derivatives(element, moved(rest, first), v, 4e-4, unit.asDiagonal(),
+                                   1e-7 * std::abs(at.force.dot(v)), 1e-7);
     }
-    // and rigid motions of the whole leaf leave its energy and forces alone
-    element.restore(*state);
-    element.evaluate();
-    CHECK(element.evaluation().energy > 0);
+    CHECK(at.energy > 0);
   }
 }
 
@@ -147,12 +107,8 @@ TEST_CASE(
   // Segments between rigid lines then converge to a stiffer leaf: the lines forbid the anticlastic
   // curvature (1/(1 − ν²) = 1.1 at worst); patches do not.
   const Mechanism guide = models::guide(0.1, 0.01, 5e-4);
-  ModelOptions full;
-  full.accuracy = Accuracy::full;
-  full.mesh = {16, 2};
-  StrokeRequest request;
-  request.points = {0, 0.02};
-  request.frequencies = 0;
+  const ModelOptions full{.accuracy = Accuracy::full, .mesh = {16, 2}};
+  const StrokeRequest request{.points = {0, 0.02}};
   const PathPoint exact = evaluate_stroke(guide, full, request).path[1];
   REQUIRE(exact.status == PointStatus::converged);
   struct Row {
@@ -181,7 +137,7 @@ TEST_CASE(
 
 TEST_CASE("a loaded and unloaded chain of superelements is back where it began", "[reduction]") {
   const Mechanism hinge = models::hinge(0.1, 5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
-  System system = system_of(hinge, linear(4, 2));
+  System system(hinge, make_reduced_leaves(hinge, linear(4, 2), 0));
   const NewtonOptions newton;
   for (int k = 1; k <= 100; ++k) {
     const double angle = 0.5 * (k <= 50 ? k : 100 - k) / 50;
@@ -198,14 +154,9 @@ TEST_CASE("a loaded and unloaded chain of superelements is back where it began",
 
 TEST_CASE("stress and shape of a superelement leaf are those of the full leaf", "[reduction]") {
   const Mechanism m = models::single_leaf(0.1, 0.03, 1e-3);
-  StrokeRequest request;
-  request.points = {0, 5e-4};
-  request.frequencies = 4;
-  request.outputs.add(Output::stress);
+  StrokeRequest request{.points = {0, 5e-4}, .frequencies = 4};
   request.outputs.add(Output::shapes);
-  ModelOptions full;
-  full.accuracy = Accuracy::full;
-  const PathPoint exact = evaluate_stroke(m, full, request).path[1];
+  const PathPoint exact = evaluate_stroke(m, test::full(), request).path[1];
   for (const auto& cut : {std::array{1, 0}, std::array{10, 4}}) {
     const PathPoint p = evaluate_stroke(m, linear(cut[0], cut[1]), request).path[1];
     INFO(cut[0] << " × " << cut[1] << " " << p.message);

@@ -9,9 +9,9 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
 #include "superelement_bodies.hpp"
-#include "support/moved.hpp"
+#include "support/evaluated.hpp"
+#include "support/leaf_laws.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;
@@ -19,11 +19,9 @@ using namespace flexopt::bodies;
 namespace {
 
 ModelOptions linear(int along, int across) {
-  ModelOptions model;
-  model.method = Reduction::linear_craig_bampton;
-  model.superelements = {along, across};
-  model.free_edge_torsion = false;
-  return model;
+  return {.free_edge_torsion = false,
+          .method = Reduction::linear_craig_bampton,
+          .superelements = {along, across}};
 }
 
 Mechanism with_point(double length, double width, double thickness, const Material& m,
@@ -47,18 +45,10 @@ Mechanism seed_cantilever() {
                     {.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true}, free_edge);
 }
 
-Vector6d force_y(double F) {
-  Vector6d load = Vector6d::Zero();
-  load[1] = F;
-  return load;
-}
-
 StrokeRequest load_path(double F, std::vector<double> points) {
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.loads.growing = {load_at_O(force_y(F))};
-  request.outputs.remove(Output::stress);
-  return request;
+  return {.points = std::move(points),
+          .loads = {.growing = {load_at_O(F * Vector6d::Unit(1))}},
+          .outputs = test::without_stress()};
 }
 
 }  // namespace
@@ -76,8 +66,7 @@ TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within it
   StrokeRequest request = load_path(250, {0, 0.1, 0.5, 1});
   for (const double across : {0.2, 0.0, 0.5, 0.8})
     request.probes.push_back({.name = "", .leaf = 0, .along = 0.5, .across = across});
-  const StrokeResponse r = evaluate_stroke(seed_plate(), linear(10, 10), request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(seed_plate(), linear(10, 10), request);
   for (const Row& row : rows) {
     const PathPoint& p = r.path[row.index];
     CHECK(p.leaves[0].model == "linear_craig_bampton");
@@ -90,8 +79,7 @@ TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within it
   }
   // twice as fine: nearer
   request.points = {0, 1};
-  const StrokeResponse fine = evaluate_stroke(seed_plate(), linear(20, 20), request);
-  REQUIRE(fine.status == Status::ok);
+  const StrokeResponse fine = test::evaluated(seed_plate(), linear(20, 20), request);
   CHECK(std::abs(1e3 * fine.path[1].displacement[1] / 6.17851 - 1) <
         0.5 * std::abs(1e3 * r.path[3].displacement[1] / 6.17851 - 1));
 }
@@ -101,8 +89,7 @@ TEST_CASE("10 × 1 linear superelements give the seed's cantilever within its 3 
   const double expected[][2] = {
       {2.986831, 0.5543638}, {4.889873, 1.579947}, {7.089432, 3.824957}, {8.063094, 5.491375}};
   const StrokeResponse r =
-      evaluate_stroke(seed_cantilever(), linear(10, 1), load_path(1e5, {0.1, 0.2, 0.5, 1}));
-  REQUIRE(r.status == Status::ok);
+      test::evaluated(seed_cantilever(), linear(10, 1), load_path(1e5, {0.1, 0.2, 0.5, 1}));
   for (int i = 0; i < 4; ++i) {
     CHECK(r.path[i].displacement[1] == Approx(expected[i][0]).epsilon(0.004));
     CHECK(-r.path[i].displacement[0] == Approx(expected[i][1]).epsilon(0.008));
@@ -110,8 +97,7 @@ TEST_CASE("10 × 1 linear superelements give the seed's cantilever within its 3 
   }
   // segments between rigid lines: stiffer, as a beam without anticlastic curvature
   const StrokeResponse lines =
-      evaluate_stroke(seed_cantilever(), linear(10, 0), load_path(1e5, {0.1, 1}));
-  REQUIRE(lines.status == Status::ok);
+      test::evaluated(seed_cantilever(), linear(10, 0), load_path(1e5, {0.1, 1}));
   CHECK(lines.path[0].displacement[1] < 0.97 * expected[0][0]);
   CHECK(lines.path[1].displacement[1] == Approx(expected[3][0]).epsilon(0.01));
 }
@@ -122,7 +108,7 @@ TEST_CASE("superelements loaded forth and back are where they began", "[reductio
     const Mechanism m = plate ? seed_plate() : seed_cantilever();
     const ModelOptions model = plate ? linear(10, 10) : linear(10, 1);
     const double most = plate ? 250 : 1e5;
-    const LoadCase loads{.growing = {load_at_O(force_y(most))}};
+    const LoadCase loads{.growing = {load_at_O(most * Vector6d::Unit(1))}};
     System system(m, make_reduced_leaves(m, model, 1, loads), loads);
     double farthest = 0;
     for (int k = 1; k <= 50; ++k) {
@@ -159,8 +145,7 @@ TEST_CASE("force and tangent at a superelement leaf's material point are derivat
     SuperelementLeaf element(leaf, std::make_shared<SuperelementGrid>(leaf, linear(3, 2)), 0);
     const auto solve = [&](const Vector12d& q, const Vector3d& u, const Vector12d& dq,
                            const Vector3d& du) {
-      const EdgePoses edges =
-          moved({EdgePose{leaf.origin, leaf.axes}, EdgePose{leaf.tip_middle(), leaf.axes}}, q);
+      const EdgePoses edges = moved(test::edges_at_rest(leaf), q);
       element.evaluate();
       element.displace_point(u, du);
       element.move(edges, dq);
@@ -181,26 +166,24 @@ TEST_CASE("force and tangent at a superelement leaf's material point are derivat
       Vector12d dq = random.vector<12>();
       for (int i = 0; i < 12; ++i) dq[i] *= i % 6 < 3 ? 1e-5 : 0.02;
       const Vector3d du = 1e-5 * random.vector<3>();
-      const auto shifted = [&](double t) {
-        element.restore(*state);
-        return solve(t * dq, u0 + t * du, t * dq, t * du);
-      };
-      const double h = 1e-3;  // truncation h⁴: 1e-8 at ten times it
-      const LeafEvaluation p = shifted(h), n = shifted(-h), pp = shifted(2 * h),
-                           nn = shifted(-2 * h);
-      CHECK((8 * (p.energy - n.energy) - (pp.energy - nn.energy)) / (12 * h) ==
-            Approx(at.force.dot(dq) + at.point->force.dot(du)).epsilon(1e-6));
-      const Vector3d change =
-          (8 * (p.point->force - n.point->force) - (pp.point->force - nn.point->force)) / (12 * h);
+      // energy, force of the edges and of the point; truncation h⁴: 1e-8 at ten times it
+      using Answer = Eigen::Matrix<double, 16, 1>;
+      const Answer slope = test::slope_at_zero(
+          [&](double t) {
+            element.restore(*state);
+            const LeafEvaluation there = solve(t * dq, u0 + t * du, t * dq, t * du);
+            Answer all;
+            all << there.energy, there.force, there.point->force;
+            return all;
+          },
+          1e-3);
+      CHECK(slope[0] == Approx(at.force.dot(dq) + at.point->force.dot(du)).epsilon(1e-6));
       const Vector3d expected = at.point->tangent * du + at.point->coupling * dq;
-      CHECK((change - expected).norm() < 1e-6 * expected.norm());
+      CHECK((slope.tail<3>() - expected).norm() < 1e-6 * expected.norm());
       // the edges feel the point as the point feels the edges
-      const Vector12d edge_change = (8 * (p.force - n.force) - (pp.force - nn.force)) / (12 * h);
-      Matrix12d K = at.tangent;
-      for (int e = 0; e < 2; ++e)
-        K.block<3, 3>(6 * e + 3, 6 * e + 3) -= 0.5 * hat(Vector3d(at.force.segment<3>(6 * e + 3)));
-      const Vector12d edge_expected = K * dq + at.point->coupling.transpose() * du;
-      CHECK((edge_change - edge_expected).norm() < 1e-6 * edge_expected.norm());
+      const Vector12d edge_expected =
+          test::force_derivative(at) * dq + at.point->coupling.transpose() * du;
+      CHECK((slope.segment<12>(1) - edge_expected).norm() < 1e-6 * edge_expected.norm());
     }
     // a rigid translation of edges and point carries the whole mass
     element.restore(*state);
@@ -219,8 +202,7 @@ TEST_CASE("force and tangent at a superelement leaf's material point are derivat
 }
 
 TEST_CASE("a material point that is no node gets the full leaf, and says why", "[reduction]") {
-  const StrokeResponse r = evaluate_stroke(seed_plate(), linear(10, 4), load_path(1, {0, 1}));
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(seed_plate(), linear(10, 4), load_path(1, {0, 1}));
   CHECK(r.path[1].leaves[0].model == "full");
   CHECK_THAT(r.path[1].leaves[0].reason, Catch::Contains("no node of [10, 4] superelements"));
 }

@@ -42,6 +42,21 @@ MixedEnergy relaxed(const TubePotential& t, const Vector6d& e, MixedState state 
   return condense(t, e, state);
 }
 
+/// A bent leaf whose forces are relaxed.
+struct Relaxed {
+  Vector6d e;
+  MixedState state;
+  MixedEnergy energy;
+
+  Relaxed(const TubePotential& tube, Random& random) : e(bent(random)) {
+    REQUIRE(relax(tube, e, state));
+    energy = condense(tube, e, state);
+  }
+};
+
+/// Sizes of deformations that count alike.
+const Vector6d sizes = (Vector6d() << 1e-4, 0.1, 1e-2, 0.1, 1e-2, 0.1).finished();
+
 /// The leaf bent by 0.2 rad at both ends (S shape), forces relaxed.
 struct BentLeaf {
   TubePotential tube = synthetic::tube(s_ray());
@@ -67,19 +82,19 @@ TEST_CASE("condensed gradient and Hessian are derivatives of the condensed energ
           "[reduction][mixed]") {
   Random random(21);
   const TubePotential t = tube(skew_ray());
-  const Vector6d scale = (Vector6d() << 1e-4, 0.1, 1e-2, 0.1, 1e-2, 0.1).finished();
   for (int n = 0; n < 10; ++n) {
-    const Vector6d e = bent(random), d = random.vector<6>().cwiseProduct(scale);
-    MixedState state;
-    REQUIRE(relax(t, e, state));
-    const MixedEnergy m = condense(t, e, state);
+    const Relaxed leaf(t, random);
+    const Vector6d d = random.vector<6>().cwiseProduct(sizes);
+    const MixedEnergy& m = leaf.energy;
     CHECK(m.gap.norm() < 1e-12);
     const auto first = [&](double h) {
-      return std::abs(relaxed(t, e + h * d, state).energy - m.energy - h * m.gradient.dot(d));
+      return std::abs(relaxed(t, leaf.e + h * d, leaf.state).energy - m.energy -
+                      h * m.gradient.dot(d));
     };
     const auto second = [&](double h) {
-      const Vector6d r = relaxed(t, e + h * d, state).gradient - m.gradient - h * m.hessian * d;
-      return r.cwiseProduct(scale).norm();
+      const Vector6d r =
+          relaxed(t, leaf.e + h * d, leaf.state).gradient - m.gradient - h * m.hessian * d;
+      return r.cwiseProduct(sizes).norm();
     };
     REQUIRE(m.gradient.norm() > 1e-3);
     CHECK(rate(first(1e-1), first(1e-2)) == Approx(2).margin(0.1));
@@ -92,28 +107,25 @@ TEST_CASE("the conjugate forces are the derivatives by the stiff deformations",
           "[reduction][mixed]") {
   Random random(22);
   const TubePotential t = tube(c_ray());
-  const Vector6d e = bent(random);
-  MixedState state;
-  REQUIRE(relax(t, e, state));
-  const MixedEnergy m = condense(t, e, state);
-  REQUIRE(state.f.norm() > 1e-3);
-  CHECK(m.gradient[elongation] == Approx(force_scale[0] * state.f[0]).epsilon(1e-10));
-  CHECK(m.gradient[theta1z] == Approx(force_scale[1] * state.f[1]).epsilon(1e-10));
-  CHECK(m.gradient[theta2z] == Approx(force_scale[2] * state.f[2]).epsilon(1e-10));
+  const Relaxed leaf(t, random);
+  const MixedEnergy& m = leaf.energy;
+  const Vector3d& f = leaf.state.f;
+  REQUIRE(f.norm() > 1e-3);
+  CHECK(m.gradient[elongation] == Approx(force_scale[0] * f[0]).epsilon(1e-10));
+  CHECK(m.gradient[theta1z] == Approx(force_scale[1] * f[1]).epsilon(1e-10));
+  CHECK(m.gradient[theta2z] == Approx(force_scale[2] * f[2]).epsilon(1e-10));
 }
 
 TEST_CASE("energy and gradient are right to first order in the residual", "[reduction][mixed]") {
   Random random(23);
   const TubePotential t = tube(s_ray());
-  const Vector6d e = bent(random);
-  MixedState state;
-  REQUIRE(relax(t, e, state));
-  const MixedEnergy m = condense(t, e, state);
+  const Relaxed leaf(t, random);
+  const MixedEnergy& m = leaf.energy;
   const Vector3d d = random.vector<3>();
   const auto off = [&](double h) {
-    MixedState s = state;
+    MixedState s = leaf.state;
     s.f += h * d;
-    return condense(t, e, s);
+    return condense(t, leaf.e, s);
   };
   REQUIRE(off(1e-1).gap.norm() > 1e-6);
   CHECK(rate((off(1e-1).gradient - m.gradient).norm(), (off(1e-2).gradient - m.gradient).norm()) ==
@@ -125,21 +137,17 @@ TEST_CASE("energy and gradient are right to first order in the residual", "[redu
 TEST_CASE("following an increment leaves a second-order gap", "[reduction][mixed]") {
   Random random(24);
   const TubePotential t = tube(s_ray());
-  const Vector6d e = bent(random);
-  MixedState state;
-  REQUIRE(relax(t, e, state));
-  condense(t, e, state);
-  const Vector6d d =
-      random.vector<6>().cwiseProduct((Vector6d() << 1e-4, 0.1, 1e-2, 0.1, 1e-2, 0.1).finished());
+  const Relaxed leaf(t, random);
+  const Vector6d d = random.vector<6>().cwiseProduct(sizes);
   const auto gap = [&](double h) {
-    MixedState s = state;
+    MixedState s = leaf.state;
     follow(s, h * d);
-    return condense(t, e + h * d, s).gap.norm();
+    return condense(t, leaf.e + h * d, s).gap.norm();
   };
   CHECK(rate(gap(1e-1), gap(1e-2)) == Approx(2).margin(0.1));
 
   // two half increments are one, an increment of zero is none
-  MixedState once = state, twice = state;
+  MixedState once = leaf.state, twice = leaf.state;
   follow(once, d);
   follow(twice, 0.5 * d);
   follow(twice, 0.5 * d);

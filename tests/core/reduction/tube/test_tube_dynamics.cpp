@@ -7,8 +7,10 @@
 #include "core/math/decompositions.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
+#include "support/monomials.hpp"
+#include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 
@@ -16,16 +18,6 @@ namespace {
 
 const double pi = std::numbers::pi;
 constexpr int P = TubeDynamics::amplitudes;
-
-MatrixXd at(const MatrixPolynomial& A, const Vector6d& x) {
-  MatrixXd sum = MatrixXd::Zero(A.rows(), A.cols());
-  for (int m = 0; m < A.size(); ++m) {
-    double power = 1;
-    for (int v = 0; v < 6; ++v) power *= std::pow(x[v], A.table().exponents(m)[v]);
-    sum += power * A[m];
-  }
-  return sum;
-}
 
 std::shared_ptr<TubeModel> tabulated_tube(const PlateShape& shape) {
   auto model = std::make_shared<TubeModel>(std::make_shared<PlateMesh>(shape), TubeRange{});
@@ -42,37 +34,17 @@ VectorXd held(const TubeDynamics::Answer& answer) {
       .head(4);
 }
 
-// Worst relative difference of all frequencies.
-double frequency_error(const StrokeResponse& found, const StrokeResponse& truth) {
-  double worst = 0;
-  const auto compare = [&](const std::vector<double>& a, const std::vector<double>& b) {
-    REQUIRE(a.size() == b.size());
-    for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] / b[i] - 1));
-  };
-  REQUIRE(found.status == Status::ok);
-  REQUIRE(truth.status == Status::ok);
-  for (std::size_t k = 0; k < truth.path.size(); ++k) {
-    compare(found.path[k].frequencies_free, truth.path[k].frequencies_free);
-    compare(found.path[k].frequencies_locked, truth.path[k].frequencies_locked);
-  }
-  return worst;
-}
-
 StrokeRequest sweep(double end, int points, int frequencies) {
-  StrokeRequest request;
-  request.points.clear();
-  for (int k = 0; k < points; ++k) request.points.push_back(end * k / (points - 1));
-  request.frequencies = frequencies;
-  request.outputs = {Output::equilibrium, Output::frequencies_free, Output::frequencies_locked};
-  return request;
+  return {.points = test::evenly(end, points),
+          .outputs = {Output::equilibrium, Output::frequencies_free, Output::frequencies_locked},
+          .frequencies = frequencies};
 }
 
 }  // namespace
 
 TEST_CASE("the expansion of the dynamics is that of exact states to second order") {
   const auto mesh = std::make_shared<PlateMesh>(flat);
-  Eigen::Matrix2d ray;
-  ray << 1, 1, 1, -1;
+  const Eigen::Matrix2d ray = synthetic::s_ray();
   ChordLeaf leaf(mesh);
   const InternalLoads loads = internal_loads(*mesh);
   const Vector3d scale = tube_force_scale(flat);
@@ -93,7 +65,9 @@ TEST_CASE("the expansion of the dynamics is that of exact states to second order
     const MatrixPolynomial DynamicsExpansion::*parts[] = {
         &DynamicsExpansion::k, &DynamicsExpansion::G,    &DynamicsExpansion::g,
         &DynamicsExpansion::F, &DynamicsExpansion::mass, &DynamicsExpansion::stations};
-    for (int p = 0; p < 6; ++p) rest[n][p] = ((exact.*parts[p])[0] - at(e.*parts[p], x)).norm();
+    for (int p = 0; p < 6; ++p)
+      rest[n][p] =
+          ((exact.*parts[p])[0] - test::polynomial_value(e.*parts[p], {x.data(), 6})).norm();
   }
   for (int p = 0; p < 6; ++p) {
     INFO("part " << p);
@@ -137,20 +111,18 @@ TEST_CASE("frequencies from tables are those of full leaves, both ways") {
   Mechanism hinge = models::hinge(0.1, 3.5e-4, {{1, 0.0125, 0.02}, {-1, -0.0125, 0.02}});
   hinge.bodies[0] = models::body({0, 0, 0}, 0.01, 1e-6);
   const StrokeRequest request = sweep(end, 41, 6);
-  const StrokeResponse found = evaluate_stroke(hinge, {}, request);
+  const StrokeResponse found = test::evaluated(hinge, {}, request);
   for (std::size_t k = 1; k < found.path.size(); ++k)  // rest belongs to the other side
     for (const LeafReport& leaf : found.path[k].leaves) {
       CHECK(leaf.reason.empty());
       CHECK(leaf.check == 0);  // nothing was condensed
     }
-  ModelOptions full;
-  full.accuracy = Accuracy::full;
-  full.leaf_modes = 12;
   StrokeRequest some = request;
   some.points = {request.points[0], request.points[10], request.points[25], request.points[40]};
   StrokeResponse at_some = found;
   at_some.path = {found.path[0], found.path[10], found.path[25], found.path[40]};
-  CHECK(frequency_error(at_some, evaluate_stroke(hinge, full, some)) < 2e-3);
+  CHECK(test::frequency_error(at_some,
+                              test::evaluated(hinge, test::full({.leaf_modes = 12}), some)) < 2e-3);
 }
 
 TEST_CASE("tables are made where they pay, and leaves beyond them are condensed and say so") {
@@ -164,32 +136,27 @@ TEST_CASE("tables are made where they pay, and leaves beyond them are condensed 
   // frequencies far above the internal motions that the tables hold
   Mechanism light = guide;
   light.bodies[0] = models::body({0.1, 0, 0}, 0.01, 1e-6);
-  const StrokeResponse many = evaluate_stroke(light, {}, sweep(0.01, 41, 20));
-  REQUIRE(many.status == Status::ok);
+  const StrokeResponse many = test::evaluated(light, {}, sweep(0.01, 41, 20));
   for (const LeafReport& leaf : many.path.back().leaves)
     CHECK_THAT(leaf.reason, Catch::Contains("more internal modes than the tables have"));
 }
 
 TEST_CASE("leaves with a profile, curved ones, beams and very wide ones have no tables") {
+  const auto change = GENERATE(
+      as<void (*)(PlateShape&)>(),
+      [](PlateShape& s) {
+        s.thickness_profile = {1, 0.8};
+      },
+      [](PlateShape& s) { s.curve = 0.3; },
+      [](PlateShape& s) { s.mesh[1] = 1, s.flexure = Flexure::beam; },
+      [](PlateShape& s) { s.thickness = s.width * s.width / 1300; });
   PlateShape shape = flat;
-  shape.thickness_profile = {1, 0.8};
-  CHECK(!tabulated_tube(shape)->dynamics());
-  shape = flat;
-  shape.curve = 0.3;
-  CHECK(!tabulated_tube(shape)->dynamics());
-  shape = flat;
-  shape.mesh[1] = 1;
-  shape.flexure = Flexure::beam;
-  CHECK(!tabulated_tube(shape)->dynamics());
-  shape = flat;
-  shape.thickness = shape.width * shape.width / 1300;
+  change(shape);
   CHECK(!tabulated_tube(shape)->dynamics());
 }
 
 TEST_CASE("tables grow with their tube") {
-  TubeRange range;
-  range.sigma_max = 0.05;
-  TubeModel model(std::make_shared<PlateMesh>(flat), range);
+  TubeModel model(std::make_shared<PlateMesh>(flat), {.sigma_max = 0.05});
   REQUIRE(model.built());
   model.make_dynamics();
   REQUIRE(model.dynamics());
@@ -197,9 +164,7 @@ TEST_CASE("tables grow with their tube") {
   // at a bent state the tables are its own expansion, whatever its neighbours
   const TubeDynamics::Answer grown = model.dynamics()->evaluate({0.2, 0, 0, Vector3d::Zero()});
   REQUIRE(grown.reason.empty());
-  TubeRange wide;
-  wide.sigma_max = 0.2;
-  TubeModel whole(std::make_shared<PlateMesh>(flat), wide);
+  TubeModel whole(std::make_shared<PlateMesh>(flat), {.sigma_max = 0.2});
   whole.make_dynamics();
   const VectorXd a = held(grown),
                  b = held(whole.dynamics()->evaluate({0.2, 0, 0, Vector3d::Zero()}));

@@ -5,9 +5,10 @@
 
 #include "core/math/polynomial.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
-#include "core/response/response.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
 #include "support/monomials.hpp"
+#include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 
@@ -20,14 +21,12 @@ struct Errors {
 };
 
 // Worst relative differences over the path.
-Errors compare(const Mechanism& mechanism, const StrokeRequest& request, ModelOptions model = {}) {
-  model.accuracy = Accuracy::full;
-  const StrokeResponse full = evaluate_stroke(mechanism, model, request);
-  model.accuracy = Accuracy::reduced;
-  const StrokeResponse reduced = evaluate_stroke(mechanism, model, request);
-  REQUIRE(full.status == Status::ok);
-  REQUIRE(reduced.status == Status::ok);
+Errors compare(const Mechanism& mechanism, const StrokeRequest& request,
+               const ModelOptions& model = {}) {
+  const StrokeResponse full = test::evaluated(mechanism, test::full(model), request),
+                       reduced = test::evaluated(mechanism, model, request);
   Errors worst;
+  worst.frequency = test::frequency_error(reduced, full);
   double motion = 0;
   for (const PathPoint& p : full.path)
     motion = std::max(
@@ -41,34 +40,18 @@ Errors compare(const Mechanism& mechanism, const StrokeRequest& request, ModelOp
           std::max(worst.stress, std::abs(b.max_stress->value / a.max_stress->value - 1));
     }
     worst.motion = std::max(worst.motion, (a.displacement - b.displacement).norm() / motion);
-    for (int d = 0; d < 6; ++d)
-      if (a.support_stiffness[d])
-        worst.support = std::max(worst.support,
-                                 std::abs(*b.support_stiffness[d] / *a.support_stiffness[d] - 1));
-    for (std::size_t i = 0; i < a.frequencies_free.size(); ++i)
-      worst.frequency =
-          std::max({worst.frequency, std::abs(b.frequencies_free[i] / a.frequencies_free[i] - 1),
-                    std::abs(b.frequencies_locked[i] / a.frequencies_locked[i] - 1)});
+    worst.support = std::max(worst.support, test::support_error(b, a));
   }
   return worst;
 }
 
 StrokeRequest to(double end, int points, int frequencies = 6) {
-  StrokeRequest request;
-  request.points.clear();
-  for (int k = 0; k < points; ++k) request.points.push_back(end * k / (points - 1));
-  request.frequencies = frequencies;
-  return request;
+  return {.points = test::evenly(end, points), .frequencies = frequencies};
 }
-
-}  // namespace
-
-namespace {
 
 void check_expansion(const PlateShape& shape) {
   const auto mesh = std::make_shared<PlateMesh>(shape);
-  Eigen::Matrix2d ray;
-  ray << 1, 1, 1, -1;
+  const Eigen::Matrix2d ray = synthetic::s_ray();
   const Vector3d scale = tube_force_scale(mesh->shape());
   for (const int order : {2, 3}) {
     ChordLeaf leaf(mesh);
@@ -117,16 +100,12 @@ TEST_CASE("where its elements stand adds nothing to the potential of a leaf") {
   const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.375, 0.0044, 0.3, {12, 5}, true});
   ChordLeaf leaf(mesh);
   REQUIRE(leaf.solve(Vector3d::Zero(), Vector3d::Zero()).converged);
-  Eigen::Matrix2d ray;
-  ray << 1, 1, 1, -1;
-  CHECK(std::abs(expand(leaf, 0, ray, 2).W[0]) < 5e-13);
+  CHECK(std::abs(expand(leaf, 0, synthetic::s_ray(), 2).W[0]) < 5e-13);
 }
 
 TEST_CASE("a rebuilt field is the full leaf's to second order in the transverse state") {
   const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
-  TubeRange range;
-  range.sigma_max = 0.3;
-  TubeModel model(mesh, range);
+  TubeModel model(mesh, {.sigma_max = 0.3});
   REQUIRE(model.built());
   const Vector3d scale = tube_force_scale(mesh->shape());
   ChordLeaf leaf(mesh);
@@ -163,39 +142,41 @@ TEST_CASE("a tube about moments is the leaf under them") {
   }
 }
 
-TEST_CASE("reduced guides agree with full ones from slender to very wide leaves", "[slow]") {
-  struct Leaf {
-    double length, width, thickness;  // mm
-  };
-  // w²/(L t) = 2, 18, 45, 67, 120, 240
-  const Leaf l = GENERATE(Leaf{100, 10, .5}, Leaf{100, 30, .5}, Leaf{100, 30, .2}, Leaf{60, 40, .4},
-                          Leaf{60, 60, .5}, Leaf{60, 60, .25});
-  const double L = l.length * 1e-3;
-  const Errors e =
-      compare(models::guide(L, l.width * 1e-3, l.thickness * 1e-3, 1.0), to(0.3 * L, 7));
+namespace {
+
+struct Size {
+  double length, width, thickness;  ///< [mm]
+};
+
+/// Returns the errors, of which the stress is left to check.
+Errors check_agreement(const Mechanism& mechanism, const StrokeRequest& request, const Size& l) {
+  const Errors e = compare(mechanism, request);
   INFO("w²/(Lt) = " << l.width * l.width / l.length / l.thickness);
   CHECK(e.drive < 1e-4);
   CHECK(e.motion < 1e-4);
   CHECK(e.support < 3e-3);
   CHECK(e.frequency < 3e-3);
+  return e;
+}
+
+}  // namespace
+
+TEST_CASE("reduced guides agree with full ones from slender to very wide leaves", "[slow]") {
+  // w²/(L t) = 2, 18, 45, 67, 120, 240
+  const Size l = GENERATE(Size{100, 10, .5}, Size{100, 30, .5}, Size{100, 30, .2}, Size{60, 40, .4},
+                          Size{60, 60, .5}, Size{60, 60, .25});
+  const Errors e =
+      check_agreement(models::guide(l.length * 1e-3, l.width * 1e-3, l.thickness * 1e-3, 1.0),
+                      to(0.3e-3 * l.length, 7), l);
   CHECK(e.stress < 1e-2);
 }
 
 TEST_CASE("reduced hinges agree with full ones to 45 degrees, both ways", "[slow]") {
   const double sign = GENERATE(1.0, -1.0);
-  struct Leaf {
-    double length, width, thickness;
-  };
-  const Leaf l =
-      GENERATE(Leaf{100, 10, .5}, Leaf{100, 30, .5}, Leaf{60, 40, .4}, Leaf{60, 60, .25});
-  const Errors e =
-      compare(models::three_leaf_hinge(l.length * 1e-3, l.width * 1e-3, l.thickness * 1e-3),
-              to(sign * pi / 4, 6));
-  INFO("w²/(Lt) = " << l.width * l.width / l.length / l.thickness);
-  CHECK(e.drive < 1e-4);
-  CHECK(e.motion < 1e-4);
-  CHECK(e.support < 3e-3);
-  CHECK(e.frequency < 3e-3);
+  const Size l =
+      GENERATE(Size{100, 10, .5}, Size{100, 30, .5}, Size{60, 40, .4}, Size{60, 60, .25});
+  check_agreement(models::three_leaf_hinge(l.length * 1e-3, l.width * 1e-3, l.thickness * 1e-3),
+                  to(sign * pi / 4, 6), l);
 }
 
 TEST_CASE("a leaf that leaves the box is replaced, and the result says so") {
@@ -213,17 +194,14 @@ TEST_CASE("a leaf that leaves the box is replaced, and the result says so") {
   StrokeRequest sideways = to(0.005, 2, 0);
   sideways.loads.constant = {{.moment = {2, 0, 1}}};
   const StrokeResponse r =
-      evaluate_stroke(models::single_leaf(0.1, 0.03, 5e-4), ModelOptions{}, sideways);
-  REQUIRE(r.status == Status::ok);
+      test::evaluated(models::single_leaf(0.1, 0.03, 5e-4), ModelOptions{}, sideways);
   CHECK(r.path[1].leaves[0].model == "full");
   CHECK(!r.path[1].leaves[0].reason.empty());
 }
 
 TEST_CASE("a tube grows when its leaf bends beyond it") {
   const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
-  TubeRange range;
-  range.sigma_max = 0.05;
-  TubeModel model(mesh, range);
+  TubeModel model(mesh, {.sigma_max = 0.05});
   REQUIRE(model.built());
   CHECK(model.potential().last_sigma() == Approx(0.05));
   REQUIRE(model.extend(0.2));

@@ -7,7 +7,7 @@
 #include "core/math/rotation.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"
 
@@ -18,11 +18,7 @@ namespace {
 const double pi = std::numbers::pi;
 
 StrokeRequest statics(double end, int points) {
-  StrokeRequest request;
-  request.points.clear();
-  for (int k = 0; k < points; ++k) request.points.push_back(end * k / (points - 1));
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  return request;
+  return {.points = test::evenly(end, points), .outputs = {Output::equilibrium, Output::stiffness}};
 }
 
 struct Outcome {
@@ -34,20 +30,15 @@ struct Outcome {
 };
 
 Outcome compare(const Mechanism& mechanism, const StrokeRequest& request) {
-  const StrokeResponse full = evaluate_stroke(mechanism, {.accuracy = Accuracy::full}, request);
-  const StrokeResponse reduced = evaluate_stroke(mechanism, ModelOptions{}, request);
-  REQUIRE(full.status == Status::ok);
-  REQUIRE(reduced.status == Status::ok);
+  const StrokeResponse full = test::evaluated(mechanism, test::full(), request),
+                       reduced = test::evaluated(mechanism, {}, request);
   Outcome worst;
   double load = 0;
   for (const PathPoint& p : full.path) load = std::max(load, std::abs(p.drive_load));
   for (std::size_t k = 0; k < full.path.size(); ++k) {
     const PathPoint &a = full.path[k], &b = reduced.path[k];
     worst.drive = std::max(worst.drive, std::abs(b.drive_load - a.drive_load) / load);
-    for (int d = 0; d < 6; ++d)
-      if (a.support_stiffness[d])
-        worst.support = std::max(worst.support,
-                                 std::abs(*b.support_stiffness[d] / *a.support_stiffness[d] - 1));
+    worst.support = std::max(worst.support, test::support_error(b, a));
     for (const LeafReport& leaf : b.leaves) {
       worst.replaced += leaf.replaced;
       worst.centred += leaf.degree == 5 && !leaf.reason.empty();
@@ -118,15 +109,14 @@ TEST_CASE("frequencies of leaves under more than they carry alone are those of f
   request.outputs = {Output::equilibrium, Output::frequencies_locked, Output::stress};
   request.frequencies = 3;
   request.loads.constant = {{.force = {-20, 0, -5}}};
-  const StrokeResponse full = evaluate_stroke(guide, {.accuracy = Accuracy::full}, request),
+  const StrokeResponse full = evaluate_stroke(guide, test::full(), request),
                        reduced = evaluate_stroke(guide, {}, request);
   double largest_step = 0;
   for (std::size_t k = 0; k < 7; ++k) {
     const PathPoint &a = full.path[k], &b = reduced.path[k];
     REQUIRE(a.status == PointStatus::converged);
     REQUIRE(b.status == PointStatus::converged);
-    for (std::size_t i = 0; i < a.frequencies_locked.size(); ++i)
-      CHECK(b.frequencies_locked[i] == Approx(a.frequencies_locked[i]).epsilon(1e-3));
+    CHECK(test::frequency_error(b.frequencies_locked, a.frequencies_locked) < 1e-3);
     CHECK(b.max_stress->value == Approx(a.max_stress->value).epsilon(2e-3));
     for (const LeafReport& leaf : b.leaves) largest_step = std::max(largest_step, leaf.check);
   }
@@ -165,14 +155,11 @@ TEST_CASE("the drive stiffness at rest is right near the load that buckles the f
   // the payload bends each leaf in its plane, which a mechanism with its drive held hardly feels
   Mechanism hinge = models::hinge(0.1, 3.8172e-4, {{1, 0.127, 0.249}, {-1, -0.127, 0.249}});
   for (LeafSpring& leaf : hinge.leaves) leaf.material.youngs_modulus = 11.28e6;
-  StrokeRequest request;
+  StrokeRequest request = statics(0, 2);
   request.points = {0};
-  request.outputs = {Output::equilibrium, Output::stiffness};
   request.loads.constant = {{.force = {-0.018, 0, 0}}};
-  const StrokeResponse full = evaluate_stroke(hinge, {.accuracy = Accuracy::full}, request),
-                       reduced = evaluate_stroke(hinge, {}, request);
-  REQUIRE(full.status == Status::ok);
-  REQUIRE(reduced.status == Status::ok);
+  const StrokeResponse full = test::evaluated(hinge, test::full(), request),
+                       reduced = test::evaluated(hinge, {}, request);
   CHECK(reduced.path[0].drive_stiffness == Approx(full.path[0].drive_stiffness).epsilon(2e-3));
 }
 
@@ -189,8 +176,7 @@ TEST_CASE("leaves that the stroke pulls straight are expanded about their pull",
 }
 
 TEST_CASE("a hinge without payload needs none of them", "[tube]") {
-  const StrokeResponse response = evaluate_stroke(cross_hinge(), {}, statics(pi / 6, 4));
-  REQUIRE(response.status == Status::ok);
+  const StrokeResponse response = test::evaluated(cross_hinge(), {}, statics(pi / 6, 4));
   for (const PathPoint& p : response.path)
     for (const LeafReport& leaf : p.leaves) {
       CHECK(leaf.degree == 5);
@@ -200,9 +186,7 @@ TEST_CASE("a hinge without payload needs none of them", "[tube]") {
 
 TEST_CASE("equal leaves share what takes over from their model", "[tube]") {
   const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
-  TubeRange range;
-  range.sigma_max = 0.3;
-  TubeModel model(mesh, range);
+  TubeModel model(mesh, {.sigma_max = 0.3});
   const Vector3d forces(-8, 0.5, -0.2);
   const auto first = model.successor(2, forces, 0.15);
   REQUIRE(first);

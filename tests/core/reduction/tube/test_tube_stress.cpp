@@ -9,9 +9,10 @@
 #include "core/math/polynomial.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
+#include "support/evaluated.hpp"
 #include "support/models.hpp"
 #include "support/monomials.hpp"
+#include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 
@@ -29,28 +30,15 @@ double von_mises(const PlateShape& shape, const Strains& e, bool positive) {
   return positive ? s.positive : s.negative;
 }
 
-StrokeRequest sweep(double end, int points) {
-  StrokeRequest request;
-  request.points.clear();
-  for (int k = 0; k < points; ++k) request.points.push_back(end * k / (points - 1));
-  return request;
-}
-
-StrokeResponse full_response(const Mechanism& mechanism, const StrokeRequest& request) {
-  ModelOptions full;
-  full.accuracy = Accuracy::full;
-  return evaluate_stroke(mechanism, full, request);
-}
+StrokeRequest sweep(double end, int points) { return {.points = test::evenly(end, points)}; }
 
 struct Errors {
   double stress = 0, place = 0;
   int others = 0;  ///< leaves whose stress is not from tables
 };
 Errors compare(const Mechanism& mechanism, const StrokeRequest& request) {
-  const StrokeResponse found = evaluate_stroke(mechanism, {}, request),
-                       truth = full_response(mechanism, request);
-  REQUIRE(found.status == Status::ok);
-  REQUIRE(truth.status == Status::ok);
+  const StrokeResponse found = test::evaluated(mechanism, {}, request),
+                       truth = test::evaluated(mechanism, test::full(), request);
   Errors worst;
   for (std::size_t k = 0; k < truth.path.size(); ++k) {
     const StressPeak &a = *found.path[k].max_stress, &b = *truth.path[k].max_stress;
@@ -70,8 +58,7 @@ TEST_CASE(
     "the expansion of strains and places is that of exact states to second order, in bending to "
     "third") {
   const auto mesh = std::make_shared<PlateMesh>(flat);
-  Eigen::Matrix2d ray;
-  ray << 1, 1, 1, -1;
+  const Eigen::Matrix2d ray = synthetic::s_ray();
   const Vector3d scale = tube_force_scale(flat);
   ChordLeaf leaf(mesh);
   const auto strains = [&] { return expand_stress(leaf, ray, expand_fields(leaf, ray, 2).fields); };
@@ -108,8 +95,7 @@ TEST_CASE(
 }
 
 TEST_CASE("what the strains change by across the ray is right between bent states, too") {
-  Eigen::Matrix2d ray;
-  ray << 1, 1, -1, 1;
+  const Eigen::Matrix2d ray = synthetic::c_ray();
   ChordLeaf leaf(std::make_shared<PlateMesh>(flat));
   TubeStress tables(flat, 0);
   const auto node = [&](double sigma, double tau) {
@@ -217,7 +203,7 @@ TEST_CASE("shapes from tables are those of full leaves") {
   request.outputs = {Output::equilibrium, Output::shapes};
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
   const StrokeResponse found = evaluate_stroke(guide, {}, request),
-                       truth = full_response(guide, request);
+                       truth = test::evaluated(guide, test::full(), request);
   for (std::size_t k = 0; k < truth.path.size(); ++k) {
     REQUIRE(found.path[k].leaves[0].reason.empty());
     const LeafShape &a = found.path[k].shapes[0], &b = truth.path[k].shapes[0];
@@ -235,12 +221,10 @@ TEST_CASE("shapes from tables are those of full leaves") {
 TEST_CASE("so are the stresses of clamped edges with fillets, under a load") {
   StrokeRequest request = sweep(0.02, 5);
   request.stress.fillet = 5e-4;
-  DeadLoad load;
-  load.force = {0, 0, -3};
-  request.loads.constant.push_back(load);
+  request.loads.constant = {{.force = {0, 0, -3}}};
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
   const StrokeResponse found = evaluate_stroke(guide, {}, request),
-                       truth = full_response(guide, request);
+                       truth = test::evaluated(guide, test::full(), request);
   for (std::size_t k = 1; k < truth.path.size(); ++k) {
     const StressPeak &a = *found.path[k].notch_stress, &b = *truth.path[k].notch_stress;
     CHECK(a.value == Approx(b.value).epsilon(3e-3));
@@ -261,27 +245,24 @@ TEST_CASE("where the tables of stress do not hold the leaf is rebuilt and says s
 }
 
 TEST_CASE("leaves with a profile, curved ones and beams have no tables of stress") {
+  const auto change = GENERATE(
+      as<void (*)(PlateShape&)>(),
+      [](PlateShape& s) {
+        s.thickness_profile = {1, 0.8};
+      },
+      [](PlateShape& s) { s.curve = 0.3; },
+      [](PlateShape& s) { s.mesh[1] = 1, s.flexure = Flexure::beam; });
   PlateShape shape = flat;
-  shape.thickness_profile = {1, 0.8};
-  CHECK(!tube(shape)->stress());
-  shape = flat;
-  shape.curve = 0.3;
-  CHECK(!tube(shape)->stress());
-  shape = flat;
-  shape.mesh[1] = 1;
-  shape.flexure = Flexure::beam;
+  change(shape);
   CHECK(!tube(shape)->stress());
 }
 
 TEST_CASE("tables of stress grow with their tube") {
-  TubeRange range;
-  range.sigma_max = 0.05;
-  TubeModel model(std::make_shared<PlateMesh>(flat), range);
+  TubeModel model(std::make_shared<PlateMesh>(flat), {.sigma_max = 0.05});
   REQUIRE(model.built());
   REQUIRE(model.stress());
   REQUIRE(model.extend(0.2));
-  range.sigma_max = 0.2;
-  TubeModel whole(std::make_shared<PlateMesh>(flat), range);
+  TubeModel whole(std::make_shared<PlateMesh>(flat), {.sigma_max = 0.2});
   const TubeStress::Place end{0.2, 0, 0, Vector3d::Zero()};
   const auto grown = model.stress()->evaluate(end).strains,
              made = whole.stress()->evaluate(end).strains;
