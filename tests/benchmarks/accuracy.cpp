@@ -11,6 +11,7 @@
 
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
@@ -68,8 +69,7 @@ std::vector<Case> cases(const Leaf& l, int frequencies) {
   const double L = l.length * 1e-3, w = l.width * 1e-3, t = l.thickness * 1e-3;
   auto to = [&](double end, int points) {
     StrokeRequest r;
-    r.points.clear();
-    for (int k = 0; k < points; ++k) r.points.push_back(end * k / (points - 1));
+    r.points = even_strokes(end, points);
     r.outputs.remove(Output::stress);
     r.frequencies = frequencies;
     return r;

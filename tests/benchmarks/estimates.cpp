@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -20,6 +19,7 @@
 #include "core/response/accuracy/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "tests/benchmarks/estimates/drawn_designs.hpp"
+#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
@@ -256,8 +256,6 @@ void chosen_table(const std::vector<Chosen>& all) {
   }
 }
 
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
 void cost_table() {
   const PageTable page("estimates cost");
   fmt::print("| | evaluated | estimates over that |\n|---|---|---|\n");
@@ -279,19 +277,14 @@ void cost_table() {
     for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full}) {
       const Mechanism mechanism = mechanism_of(drawn);
       StrokeRequest request = request_of(drawn);
-      request.points.clear();
-      for (int k = 0; k <= 10; ++k) request.points.push_back(drawn.stroke * k / 10);
+      request.points = even_strokes(drawn.stroke);
       request.frequencies = 8;
       const ModelOptions model = options(accuracy, default_mesh);
-      double path = 1e300, estimate = 1e300;
-      for (int i = 0; i < 3; ++i) {
-        const double start = processor_seconds();
-        const StrokeResponse response = evaluate_stroke(mechanism, model, request);
-        const double middle = processor_seconds();
-        estimate_errors(mechanism, model, request, response);
-        path = std::min(path, middle - start);
-        estimate = std::min(estimate, processor_seconds() - middle);
-      }
+      StrokeResponse response;
+      const double path =
+          least_seconds(3, [&] { response = evaluate_stroke(mechanism, model, request); });
+      const double estimate =
+          least_seconds(3, [&] { estimate_errors(mechanism, model, request, response); });
       fmt::print("| `{}`, 11 points, 8 + 8 frequencies, {} | {:.0f} ms | {:.1f} |\n", drawn.family,
                  accuracy == Accuracy::full ? "full" : "reduced", 1e3 * path, estimate / path);
     }

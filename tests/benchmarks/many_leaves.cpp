@@ -1,4 +1,4 @@
-// Time and memory against the number of leaves, in series and in parallel; where sparse pays.
+// Time and memory against the number of leaves, in series and in parallel.
 //
 // And a stage on six legs with 36 leaves.
 #include <fmt/format.h>
@@ -7,34 +7,22 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/response/mobility/mobility.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/modes/frequencies.hpp"
-#include "core/response/path/stiffness.hpp"
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
-#include "support/one_stroke.hpp"
+#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 using nlohmann::json;
 
 namespace {
-
-// Processor time of a call [s]: other work on the machine does not count.
-double seconds(const std::function<void()>& call) {
-  const std::clock_t start = std::clock();
-  call();
-  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
 
 // Largest memory of a call [MB], in a process of its own.
 double peak_memory(const std::function<void()>& call) {
@@ -235,8 +223,7 @@ void stage_on_six_legs() {
     const Mechanism mechanism =
         family->make({{"t", 4e-4}}, {}, materials().front().material, payload());
     StrokeRequest r;
-    r.points.clear();
-    for (int k = 0; k <= 10; ++k) r.points.push_back(stroke.to * k / 10);
+    r.points = even_strokes(stroke.to);
     r.frequencies = 6;
     r.outputs = Outputs::numbers().add(Output::shapes);
     fmt::print("| {} to {:.3g} |", stroke.direction, stroke.to);
@@ -247,40 +234,10 @@ void stage_on_six_legs() {
   }
 }
 
-// One Newton solve, the stiffness and the frequencies, dense and sparse.
-void crossing() {
-  const PageTable page("many_leaves sparse");
-  fmt::print(
-      "| bodies in series | unknowns | dense: equilibrium, stiffness, frequencies | sparse | "
-      "dense/sparse |\n|---|---|---|---|---|\n");
-  for (const int n : {4, 8, 12, 16, 20, 24, 32, 48, 64}) {
-    const Made made = make(cases[0], n);
-    const auto least = [&](Algebra algebra) {
-      double best = 1e9;
-      for (int run = 0; run < 3; ++run) {
-        System system(made.mechanism, make_full_leaves(made.mechanism, {.flexure = Flexure::beam}),
-                      {}, algebra);
-        (void)solve_equilibrium(system, 1e-5, {});
-        (void)natural_frequencies(system, {.count = 6});
-        best = std::min(best, seconds([&] {
-                          (void)solve_equilibrium(system, 1e-4, {});
-                          (void)end_effector_compliance(system);
-                          (void)natural_frequencies(system, {.count = 6});
-                        }));
-      }
-      return best;
-    };
-    const double dense = least(Algebra::dense), sparse = least(Algebra::sparse);
-    fmt::print("| {} | {} | {:.2f} ms | {:.2f} ms | {:.2f} |\n", n, 6 * n, 1e3 * dense,
-               1e3 * sparse, dense / sparse);
-  }
-}
-
 }  // namespace
 
 int main(int count, char** arguments) {
   const std::string only = count > 1 ? arguments[1] : "";
   if (only.empty() || only == "stage") stage_on_six_legs();
   if (only.empty() || only == "times") times();
-  if (only.empty() || only == "crossing") crossing();
 }

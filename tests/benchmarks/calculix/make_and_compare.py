@@ -4,15 +4,14 @@
 make_and_compare.py --flexopt build/release/flexopt --work /tmp/calculix [--case NAME]...
                     [--store calculix_solids.json] [--reuse calculix_solids.json]
 """
-import argparse
 import json
 import math
 import os
 import shutil
-import subprocess
 
 import numpy as np
 
+from program import parser_of, path_of, store, stored_numbers
 from solid_model import REFERENCE, ROTATION, Case, Folded, Leaf, Mesh, Model, run_ccx
 
 DIRECTIONS = ["ux", "uy", "uz", "rx", "ry", "rz"]
@@ -258,34 +257,28 @@ def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, 
             "mesh": [mesh.along, mesh.across, mesh.through, mesh.grade], "path": path}
 
 
+def material_of(case):
+    return {"youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
+            "density": case.density}
+
+
 def record(case, solid):
     """What is stored of a case."""
     return {**{k: solid[k] for k in ("unknowns", "material", "mesh", "path")},
             "design": case.flexopt, "mass": case.mass, "inertia": case.inertia,
-            "youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
-            "density": case.density}
+            **material_of(case)}
 
 
-def run_flexopt(program, case, accuracy, mesh, folder):
-    model = {"accuracy": accuracy}
-    if mesh:
-        model["mesh"] = mesh
-    job = {"flexopt": 1, "name": case.name, "job": "evaluate",
-           "design": {**case.flexopt,
-                      "material": {"youngs_modulus": case.youngs_modulus,
-                                   "poissons_ratio": case.poissons_ratio,
-                                   "density": case.density}},
-           "end_effector": {"mass": case.mass, "inertia": [case.inertia] * 3},
-           "stroke": {"at": case.strokes}, "model": model, "frequencies": MODES}
-    os.makedirs(folder, exist_ok=True)
-    with open(os.path.join(folder, "job.json"), "w") as file:
-        json.dump(job, file, indent=2)
-    subprocess.run([program, "run", os.path.join(folder, "job.json"), "--out",
-                    os.path.join(folder, "out"), "--quiet"], check=True,
-                   stdout=subprocess.DEVNULL)
-    with open(os.path.join(folder, "out", "result.json")) as file:
-        path = json.load(file)["path"]
-    return [{**p, "frequencies": p["frequencies"]["drive_locked"]} for p in path]
+def job_of(case, model):
+    return {"flexopt": 1, "name": case.name, "job": "evaluate",
+            "design": {**case.flexopt, "material": material_of(case)},
+            "end_effector": {"mass": case.mass, "inertia": [case.inertia] * 3},
+            "stroke": {"at": case.strokes}, "model": model, "frequencies": MODES}
+
+
+def run_flexopt(program, case, model, folder):
+    return [{**p, "frequencies": p["frequencies"]["drive_locked"]}
+            for p in path_of(program, job_of(case, model), folder)]
 
 
 def differences(case, points, reference):
@@ -316,47 +309,32 @@ def print_table(title, case, strokes, rows):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flexopt", required=True)
-    parser.add_argument("--work", required=True, help="scratch folder")
-    parser.add_argument("--case", action="append", choices=list(CASES))
+    parser = parser_of(__doc__, CASES)
     parser.add_argument("--material", choices=["plate", "isotropic"], default="plate")
     parser.add_argument("--finite-loads", type=int, nargs="+", default=[],
                         help="0-5: check these compliances by finite loads")
-    parser.add_argument("--mesh", type=int, nargs=3, help="along across through, instead")
-    parser.add_argument("--store", help="write CalculiX's numbers here")
-    parser.add_argument("--reuse", help="take CalculiX's numbers from here")
     options = parser.parse_args()
-    stored = {"cases": {}}
-    if options.store and os.path.exists(options.store):
-        with open(options.store) as file:
-            stored = json.load(file)
-    if options.reuse:
-        with open(options.reuse) as file:
-            reuse = json.load(file)["cases"]
+    stored = stored_numbers(options, {"cases": {}})
     for name in options.case or CASES:
         case, mesh = CASES[name]
         if options.mesh:
             mesh = Mesh(*options.mesh)
         folder = os.path.join(options.work, name)
         if options.reuse:
-            solid = reuse[name]
+            solid = stored["cases"][name]
         else:
             solid = solve_case(case, mesh, options.material, folder, options.finite_loads)
             print(json.dumps({"case": name, "unknowns": solid["unknowns"],
                               "checks": [p["checks"] for p in solid["path"]]}), flush=True)
-        for title, accuracy, plate_mesh in [("full 16x4", "full", [16, 4]),
-                                            ("full 20x6", "full", [20, 6]),
-                                            ("reduced", "reduced", None)]:
-            points = run_flexopt(options.flexopt, case, accuracy, plate_mesh,
+        for title, model in [("full 16x4", {"accuracy": "full", "mesh": [16, 4]}),
+                             ("full 20x6", {"accuracy": "full", "mesh": [20, 6]}),
+                             ("reduced", {"accuracy": "reduced"})]:
+            points = run_flexopt(options.flexopt, case, model,
                                  os.path.join(folder, title.replace(" ", "_")))
             print_table(f"{name}, {title}", case, case.strokes,
                         differences(case, points, solid["path"]))
-        if options.store:
-            stored["cases"][name] = record(case, solid)
-            with open(options.store, "w") as file:
-                json.dump(stored, file, indent=1)
+        stored["cases"][name] = record(case, solid)
+        store(options, stored)
 
 
 if __name__ == "__main__":
