@@ -1,8 +1,6 @@
 // How good estimated errors are: against fine meshes, over sampled designs of ten families.
 //
-// bench_estimates [DESIGNS] takes so many designs of each family (8), none of them used to fit the
-// factors. bench_estimates DESIGNS --csv FILE [SEED] writes others as numbers to FILE, which
-// fit_estimates.py makes the factors from.
+// bench_estimates [DESIGNS] takes so many designs of each family (8).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,8 +23,6 @@
 using namespace flexopt;
 
 namespace {
-
-constexpr std::array<int, 2> finer_mesh{16, 7};
 
 StrokeRequest request_of(const Drawn& drawn) {
   StrokeRequest request;
@@ -80,11 +76,6 @@ std::vector<Values> truth_of(const Mechanism& mechanism, const StrokeRequest& re
   return truth;
 }
 
-struct Paths {
-  StrokeResponse reduced, own, along, across;
-  double length = 0;  ///< longest_leaf
-};
-
 /// Numbers that have an estimate and are not zero, with their truth.
 template <class Visit>
 void each_with_truth(const StrokeErrors& errors, const std::vector<Values>& truth,
@@ -96,42 +87,20 @@ void each_with_truth(const StrokeErrors& errors, const std::vector<Values>& trut
         visit(number, found->second, k);
 }
 
-/// The same with their values on full leaves.
-struct OnMeshes {
-  double own, along, across;
-};
-template <class Visit>
-void each_on_meshes(const StrokeResponse& response, const Paths& paths,
-                    const std::array<int, 2>& mesh, const std::vector<Values>& truth,
-                    const Visit& visit) {
-  std::vector<std::array<Values, 3>> values;
-  for (std::size_t k = 0; k < truth.size(); ++k)
-    values.push_back({values_of(paths.own.path[k]), values_of(paths.along.path[k]),
-                      values_of(paths.across.path[k])});
-  each_with_truth(
-      errors_of(response, {&paths.own, &paths.along, &paths.across, mesh, paths.length}), truth,
-      [&](const EstimatedError& number, double true_value, std::size_t k) {
-        const auto& [own, along, across] = values[k];
-        visit(number, OnMeshes{own.at(number.name), along.at(number.name), across.at(number.name)},
-              true_value, k);
-      });
-}
-
-/// The numbers of one path, a line each: what estimates are made of, and the truth.
-void write_csv(std::FILE* file, int design, const std::string& family, const Paths& paths,
-               const std::array<int, 2>& mesh, const std::vector<Values>& truth) {
-  each_on_meshes(
-      paths.own, paths, mesh, truth,
-      [&](const EstimatedError& number, const OnMeshes& on, double true_value, std::size_t k) {
-        fmt::print(file, "{},{},{},{},{},{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", design,
-                   family, mesh[0], mesh[1], k, number.name, static_cast<int>(number.kind),
-                   number.scale, on.own, on.along, on.across, true_value);
-      });
-}
-
-void judge(const StrokeResponse& response, const Paths& paths, const std::array<int, 2>& mesh,
+/// The numbers of a reduced path on the default mesh, estimated by full ones on this mesh and two
+/// finer ones; nothing where one of the paths is not whole.
+bool judge(const Mechanism& mechanism, const StrokeRequest& request,
            const std::vector<Values>& truth, const std::string& family,
            std::vector<Judged>& numbers) {
+  const std::array<int, 2> mesh = default_mesh;
+  const auto run = [&](Accuracy accuracy, const std::array<int, 2>& elements) {
+    return evaluate_stroke(mechanism, options(accuracy, elements), request);
+  };
+  const StrokeResponse reduced = run(Accuracy::reduced, mesh), own = run(Accuracy::full, mesh),
+                       along = run(Accuracy::full, more_along(mesh)),
+                       across = run(Accuracy::full, more_across(mesh));
+  for (const StrokeResponse* one : {&reduced, &own, &along, &across})
+    if (one->status != Status::ok) return false;
   // (S26) with its sign, of the order that errors mostly have
   constexpr double order = 2.7;
   const auto rest = [](int elements, int more) {
@@ -139,14 +108,18 @@ void judge(const StrokeResponse& response, const Paths& paths, const std::array<
   };
   const double of_along = rest(mesh[0], more_along(mesh)[0]),
                of_across = rest(mesh[1], more_across(mesh)[1]);
-  each_on_meshes(
-      response, paths, mesh, truth,
-      [&](const EstimatedError& number, const OnMeshes& on, double true_value, std::size_t) {
-        const double better =
-            on.own + of_along * (on.along - on.own) + of_across * (on.across - on.own);
+  each_with_truth(
+      errors_of(reduced, {&own, &along, &across, mesh, longest_leaf(mechanism)}), truth,
+      [&](const EstimatedError& number, double true_value, std::size_t k) {
+        const auto on = [&](const StrokeResponse& path) {
+          return values_of(path.path[k]).at(number.name);
+        };
+        const double coarse = on(own), better = coarse + of_along * (on(along) - coarse) +
+                                                of_across * (on(across) - coarse);
         numbers.push_back({number.kind, family, std::abs(number.value - true_value) / number.scale,
                            number.relative(), std::abs(better - true_value) / number.scale});
       });
+  return true;
 }
 
 double percentile(std::vector<double> sorted, double share) {
@@ -185,8 +158,8 @@ constexpr const char* columns =
     "| | numbers | error, median | 99 % | estimate, median | error below it | it within 5 times | "
     "extrapolated, median | 99 % |\n|---|---|---|---|---|---|---|---|---|\n";
 
-void table(const std::string& name, const std::vector<Judged>& numbers) {
-  const PageTable page(name);
+void kinds_table(const std::vector<Judged>& numbers) {
+  const PageTable page("estimates reduced");
   fmt::print("{}", columns);
   constexpr std::pair<ErrorKind, const char*> kinds[] = {{ErrorKind::load, "drive load"},
                                                          {ErrorKind::stiffness, "stiffness"},
@@ -290,66 +263,36 @@ void cost_table() {
     }
 }
 
-/// Designs on which nothing but the factors is fitted.
-constexpr unsigned other_seeds = 500000;
-
 }  // namespace
 
 int main(int argc, char** argv) {
   keep_freed_memory();
   const int designs = argc > 1 ? std::atoi(argv[1]) : 8;
-  std::FILE* csv = argc > 3 ? std::fopen(argv[3], "w") : nullptr;
-  const unsigned seed = argc > 4 ? static_cast<unsigned>(std::atoi(argv[4]))
-                        : csv    ? other_seeds
-                                 : 0;
-  if (csv) fmt::print(csv, "design,family,n,m,point,name,kind,scale,own,along,across,truth\n");
-  std::vector<Judged> reduced, finer, full;
+  std::vector<Judged> numbers;
   std::vector<Chosen> chosen{{.tolerance = 0.01}, {.tolerance = 0.003}};
-  int failed = 0, design = 0;
+  int failed = 0;
   for (int i = 0; i < designs; ++i)
-    for (std::size_t f = 0; f < draws().size(); ++f, ++design) {
-      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1) + seed);
+    for (std::size_t f = 0; f < draws().size(); ++f) {
+      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1));
       Drawn drawn = draws()[f](random);
       drawn.mass = random.even_in_logarithm(0.01, 1);
       const StrokeRequest request = request_of(drawn);
       try {
         const Mechanism mechanism = mechanism_of(drawn);
         const std::vector<Values> truth = truth_of(mechanism, request);
-        bool whole = !truth.empty();
-        const auto run = [&](Accuracy accuracy, const std::array<int, 2>& mesh) {
-          StrokeResponse response = evaluate_stroke(mechanism, options(accuracy, mesh), request);
-          whole = whole && response.status == Status::ok;
-          return response;
-        };
-        for (const std::array<int, 2>& mesh : {default_mesh, finer_mesh}) {
-          Paths paths{.length = longest_leaf(mechanism)};
-          paths.own = run(Accuracy::full, mesh);
-          paths.along = run(Accuracy::full, more_along(mesh));
-          paths.across = run(Accuracy::full, more_across(mesh));
-          if (!csv) paths.reduced = run(Accuracy::reduced, mesh);
-          if (!whole) break;
-          if (csv) {
-            write_csv(csv, design, drawn.family, paths, mesh, truth);
-            continue;
-          }
-          const bool own = mesh == default_mesh;
-          judge(paths.reduced, paths, mesh, truth, drawn.family, own ? reduced : finer);
-          if (own) judge(paths.own, paths, mesh, truth, drawn.family, full);
-        }
+        const bool whole =
+            !truth.empty() && judge(mechanism, request, truth, drawn.family, numbers);
         failed += !whole;
-        if (whole && !csv && i < 2)  // they take long
+        if (whole && i < 2)  // they take long
           for (Chosen& of : chosen) choose(mechanism, request, truth, of);
       } catch (const SpecError&) {
         ++failed;  // sizes that make no mechanism
       }
-      std::fprintf(stderr, "\r%d designs", design + 1);
+      fmt::print(stderr, "\r{} designs", static_cast<std::size_t>(i) * draws().size() + f + 1);
     }
-  std::fprintf(stderr, ", %d without a whole path\n", failed);
-  if (csv) return std::fclose(csv) == 0 ? 0 : 1;
-  table("estimates reduced", reduced);
-  table("estimates full", full);
-  table("estimates finer", finer);
-  families_table(reduced);
+  fmt::print(stderr, ", {} without a whole path\n", failed);
+  kinds_table(numbers);
+  families_table(numbers);
   chosen_table(chosen);
   cost_table();
 }

@@ -8,6 +8,7 @@
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
+#include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 
@@ -99,8 +100,7 @@ namespace {
 // What every number of a mechanism is compared with: places with the longest leaf, entries of a
 // matrix with its largest.
 std::vector<double> scales_of(const Mechanism& mechanism) {
-  double length = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  const double length = longest_leaf(mechanism);
   std::vector<double> scales;
   const auto put = [&](std::size_t count, double scale) {
     scales.insert(scales.end(), count, scale);
