@@ -19,6 +19,9 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "support"))
+from shared_jobs import CLOCKED, differences  # noqa: E402
+
 HINGE = {
     "flexopt": 1, "name": "killed",
     "design": {"family": "cross_hinge", "material": "stavax",
@@ -50,8 +53,6 @@ KINDS = {
     "maps": {"job": "evaluate", "optimise": SEARCH} | MAP,
     "tolerances": {"job": "evaluate", "optimise": SEARCH} | TOLERANCES,
 }
-# what the clock decides
-TIMED = {"timings.json", "evaluations.seconds.jsonl"}
 
 
 class Runner:
@@ -72,28 +73,6 @@ class Runner:
         return process.returncode, words
 
 
-def content(out, kind):
-    """Files that have to be the same; of a comparison without its times."""
-    files = {}
-    for name in sorted(os.listdir(out)):
-        path = os.path.join(out, name)
-        if name in TIMED or not os.path.isfile(path):
-            continue
-        with open(path, "rb") as file:
-            files[name] = file.read()
-    if kind == "compare":
-        files.pop("report.html", None)
-        result = json.loads(files.pop("result.json"))
-        for model in result["comparison"]["models"]:
-            model.pop("speed_up", None), model.pop("speed_up_with_reduction", None)
-        files["result.json"] = json.dumps(result).encode()
-    return files
-
-
-def differences(a, b):
-    return sorted(name for name in set(a) | set(b) if a.get(name) != b.get(name))
-
-
 def fresh(folder, name):
     out = os.path.join(folder, name)
     shutil.rmtree(out, ignore_errors=True)
@@ -101,7 +80,7 @@ def fresh(folder, name):
 
 
 def logs_of(out):
-    return [os.path.join(out, n) for n in sorted(os.listdir(out)) if n.startswith("evaluations") and n.endswith("jsonl") and n not in TIMED]
+    return [os.path.join(out, n) for n in sorted(os.listdir(out)) if n.startswith("evaluations") and n.endswith("jsonl") and n not in CLOCKED]
 
 
 def main():
@@ -125,10 +104,9 @@ def main():
             if code != 0:
                 findings.append(f"{kind}: exit code {code}: {words}")
                 continue
-            wanted = content(through, kind)
 
             def compare(what, out):
-                other = differences(wanted, content(out, kind))
+                other = differences(through, out)
                 if other:
                     findings.append(f"{kind}, {what}: other bytes in {', '.join(other)}")
                 return not other
