@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -17,7 +16,6 @@
 #include "core/response/accuracy/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "tests/benchmarks/estimates/drawn_designs.hpp"
-#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
@@ -229,40 +227,6 @@ void chosen_table(const std::vector<Chosen>& all) {
   }
 }
 
-void cost_table() {
-  const PageTable page("estimates cost");
-  fmt::print("| | evaluated | estimates over that |\n|---|---|---|\n");
-  Drawn guide{"parallel_guide",
-              {{"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}, {"spacing", 0.1}},
-              {},
-              0.02,
-              1},
-      hinge{"three_flexure_cross_hinge",
-            {{"length", 0.06},
-             {"outer_width", 0.02},
-             {"inner_width", 0.04},
-             {"thickness", 4e-4},
-             {"gap", 1e-3}},
-            {},
-            std::numbers::pi / 6,
-            1};
-  for (const Drawn& drawn : {guide, hinge})
-    for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full}) {
-      const Mechanism mechanism = mechanism_of(drawn);
-      StrokeRequest request = request_of(drawn);
-      request.points = even_strokes(drawn.stroke);
-      request.frequencies = 8;
-      const ModelOptions model = options(accuracy, default_mesh);
-      StrokeResponse response;
-      const double path =
-          least_seconds(3, [&] { response = evaluate_stroke(mechanism, model, request); });
-      const double estimate =
-          least_seconds(3, [&] { estimate_errors(mechanism, model, request, response); });
-      fmt::print("| `{}`, 11 points, 8 + 8 frequencies, {} | {:.0f} ms | {:.1f} |\n", drawn.family,
-                 accuracy == Accuracy::full ? "full" : "reduced", 1e3 * path, estimate / path);
-    }
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -294,5 +258,4 @@ int main(int argc, char** argv) {
   kinds_table(numbers);
   families_table(numbers);
   chosen_table(chosen);
-  cost_table();
 }

@@ -3,10 +3,7 @@
 // Those of tests/support/job_invariants.hpp. Arguments: how many instead of 2000, the first.
 // A third one is a log, to which every job adds a line as it ends; jobs that are in it already are
 // not run again. "table LOG...": the table of all jobs in these, of each seed the last.
-// "show SEED [FACTOR]": the job of a seed, so many times as large. "paths COUNT [FIRST]": a line a
-// job of how its points ended and after how many Newton iterations, to compare two programs.
-//
-// A job that crashes is counted: tests/benchmarks/campaign.
+// "show SEED [FACTOR]": the job of a seed, so many times as large. A job that crashes is counted.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,10 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "core/math/work_count.hpp"
-#include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
-#include "optim/job/job.hpp"
 #include "support/job_invariants.hpp"
 #include "support/random_jobs.hpp"
 #include "tests/benchmarks/campaign/campaign.hpp"
@@ -100,38 +94,6 @@ void add(const json& line, Count& count) {
   most(count.slowest, "seconds");
 }
 
-// + stable, - unstable, x no equilibrium, . not reached, ! limit.
-char sign_of(const PathPoint& point) {
-  switch (point.status) {
-    case PointStatus::converged:
-      return point.stable ? '+' : '-';
-    case PointStatus::no_equilibrium:
-      return 'x';
-    case PointStatus::limit_reached:
-      return '!';
-    default:
-      return '.';
-  }
-}
-
-void print_path(int seed) {
-  const json document = random_job(static_cast<unsigned long long>(seed));
-  std::string signs = "refused";
-  const long long before = counted_iterations();
-  try {
-    const Job job = parse_job(document);
-    const StrokeResponse response =
-        evaluate_stroke(make_mechanism(job, job.design.parameters), job.model, job.request);
-    signs.clear();
-    for (const PathPoint& point : response.path) signs += sign_of(point);
-  } catch (const SpecError&) {
-  }
-  fmt::print("{} {} {} {} {}\n", seed, document["design"]["family"].get<std::string>(),
-             document["model"]["accuracy"].get<std::string>(), signs,
-             counted_iterations() - before);
-  std::fflush(stdout);
-}
-
 void print_findings(const json& line) {
   const int seed = line["seed"];
   if (line.contains("crashed")) {
@@ -189,11 +151,6 @@ int main(int arguments, char** values) {
     const double factor = arguments > 3 ? std::atof(values[3]) : 1;
     const json job = random_job(std::strtoull(values[2], nullptr, 10));
     fmt::print("{}\n", scaled_job(job, factor).dump(2));
-    return 0;
-  }
-  if (mode == "paths") {
-    const int first = arguments > 3 ? std::atoi(values[3]) : 0;
-    for (int seed = first; seed < first + std::atoi(values[2]); ++seed) print_path(seed);
     return 0;
   }
   if (mode == "table") {
