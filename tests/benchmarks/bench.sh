@@ -47,7 +47,7 @@ case ${1:-} in
   '')
     echo "./flexopt bench NAME runs one of these and writes its tables into the pages:"
     list
-    echo "In tests/benchmarks, with Python: calculix (solid elements), kills, memory."
+    echo "In tests/benchmarks, with Python: calculix (solid elements), kills."
     exit 0
     ;;
   --targets)

@@ -38,8 +38,8 @@ class BentModel(Model):
     """The first leg along x, an arc about z, the second leg; the lines on which the legs meet are
     those of the case."""
 
-    def __init__(self, case, mesh, material, radius):
-        super().__init__(dataclasses.replace(case, leaves=[]), mesh, material)
+    def __init__(self, case, mesh, radius):
+        super().__init__(dataclasses.replace(case, leaves=[]), mesh)
         self.case = case
         first, second = case.leaves[0].legs
         t, width, corner = case.thickness, first.width, np.array(first.tip)
@@ -141,7 +141,7 @@ def main():
             if options.reuse:
                 solid = stored["cases"][title]
             else:
-                solid = solve_case(case, Mesh(*(options.mesh or (16, 8, 2))), "plate", folder,
+                solid = solve_case(case, Mesh(*(options.mesh or (16, 8, 2))), folder,
                                    make_model=lambda *a: BentModel(*a, ratio * case.thickness))
             stored["cases"][title] = record(bent, solid)
             store(options, stored)

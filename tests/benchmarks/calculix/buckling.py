@@ -23,7 +23,7 @@ def solid_factors(folder, name, size, mesh):
     case = guide(name, *size, [0.0])
     factors = {}
     for drive in ("drive_locked", "drive_free"):
-        lines = Model(case, mesh, "plate").header()
+        lines = Model(case, mesh).header()
         if drive == "drive_locked":
             lines.append(f"{REFERENCE}, {case.drive + 1}, {case.drive + 1}, 0.")
         lines += ["*STEP", "*BUCKLE", "4, 1e-4", "*CLOAD", f"{REFERENCE}, 1, {-PAYLOAD}",

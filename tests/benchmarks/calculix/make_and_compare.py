@@ -153,11 +153,10 @@ def eigenvalues(dat):
     return found
 
 
-def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, linear=True):
-    """CalculiX's answer at every stroke of a case. `finite_loads`: directions whose compliance at
-    the last stroke is also found from two nonlinear steps. Without `linear` no stiffnesses and
+def solve_case(case, mesh, folder, make_model=Model, linear=True):
+    """CalculiX's answer at every stroke of a case. Without `linear` no stiffnesses and
     frequencies."""
-    model = make_model(case, mesh, material)
+    model = make_model(case, mesh)
     lines = model.header() + model.first_steps()
     before = sum(line.startswith("*STEP") for line in lines)
     for stroke in case.strokes:
@@ -209,22 +208,6 @@ def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, 
         compliance[case.drive, :] = 0
         compliance = to_spin @ compliance @ to_spin.T
         keep = [i for i in range(6) if i != case.drive]
-        finite = {}
-        for i in finite_loads if k + 1 == len(case.strokes) else []:
-            n, d = free[i]
-            size = 0.002 * case.thickness / compliance[i, i] if i < 3 else (
-                2e-4 / compliance[i, i])
-            ends = []
-            for load_size in (size, -size):
-                shutil.copy(os.path.join(folder, "path.rout"),
-                            os.path.join(folder, "finite.rin"))
-                u = tables(run_ccx(folder, "finite", [
-                    f"*RESTART, READ, STEP={step}", "*STEP, NLGEOM",
-                    "*CONTROLS, PARAMETERS=FIELD", "1e-6, 1e-5", "*STATIC", "1., 1.",
-                    "*CLOAD, OP=NEW", f"{n}, {d + 1}, {load_size:.15g}",
-                    "*NODE PRINT, NSET=O, FREQUENCY=1000", "U", "*END STEP"]))[-1][1]
-                ends.append(u[n][d])
-            finite[i] = (ends[0] - ends[1]) / (2 * size)
         block = compliance[np.ix_(keep, keep)]
         asymmetry = np.abs(block - block.T).max() / np.abs(block).max()
         stiffness = np.linalg.inv(block)
@@ -237,10 +220,6 @@ def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, 
         shapes[case.drive, :] = 0
         # Modes have unit modal mass.
         corrected = np.linalg.eigvalsh(np.diag(omega2) + shapes.T @ geometric @ shapes)
-        for i, value in finite.items():
-            d = keep.index(i)
-            print(f"compliance {DIRECTIONS[i]}: finite loads {value:.6e}, "
-                  f"linear + rigid body term {exact[d, d]:.6e}, linear {block[d, d]:.6e}")
         path.append({
             "stroke": stroke, "drive_load": load[case.drive],
             "displacement": displacement.tolist(), "rotation": rotation.tolist(),
@@ -253,7 +232,7 @@ def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, 
                     float(max(abs(exact[k, k] / block[k, k] - 1) for k in range(5))),
                 "rigid_body_term_in_frequency":
                     float(np.abs(np.sqrt(corrected[:MODES] / omega2[:MODES]) - 1).max())}})
-    return {"unknowns": model.unknowns, "material": material,
+    return {"unknowns": model.unknowns, "material": "plate",
             "mesh": [mesh.along, mesh.across, mesh.through, mesh.grade], "path": path}
 
 
@@ -309,11 +288,7 @@ def print_table(title, case, strokes, rows):
 
 
 def main():
-    parser = parser_of(__doc__, CASES)
-    parser.add_argument("--material", choices=["plate", "isotropic"], default="plate")
-    parser.add_argument("--finite-loads", type=int, nargs="+", default=[],
-                        help="0-5: check these compliances by finite loads")
-    options = parser.parse_args()
+    options = parser_of(__doc__, CASES).parse_args()
     stored = stored_numbers(options, {"cases": {}})
     for name in options.case or CASES:
         case, mesh = CASES[name]
@@ -323,7 +298,7 @@ def main():
         if options.reuse:
             solid = stored["cases"][name]
         else:
-            solid = solve_case(case, mesh, options.material, folder, options.finite_loads)
+            solid = solve_case(case, mesh, folder)
             print(json.dumps({"case": name, "unknowns": solid["unknowns"],
                               "checks": [p["checks"] for p in solid["path"]]}), flush=True)
         for title, model in [("full 16x4", {"accuracy": "full", "mesh": [16, 4]}),

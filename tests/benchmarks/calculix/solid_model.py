@@ -298,8 +298,8 @@ def solid_cards(leaves):
 class Model:
     """The mesh of a case and what every deck of it shares."""
 
-    def __init__(self, case, mesh, material):
-        self.case, self.mesh, self.material = case, mesh, material
+    def __init__(self, case, mesh):
+        self.case = case
         self.nodes = {REFERENCE: np.array(case.reference), ROTATION: np.array(case.reference)}
         self.masses, self.base, self.tip = [], [], []
         self.leaves = []  # (cells, axes, leaf) of every leaf, or part of one
@@ -332,10 +332,7 @@ class Model:
         out += ["*MASS, ELSET=POINTS", f"{c.mass / 6:.12g}"]
         e, nu = c.youngs_modulus, c.poissons_ratio
         for name, thickness in (("FLAT", "y"), ("ARC", "x")):
-            if self.material == "plate":
-                out += plate_material(name, e, nu, c.density, thickness)
-            else:
-                out += isotropic_material(name, e, nu, c.density)
+            out += plate_material(name, e, nu, c.density, thickness)
         out += isotropic_material("CORNER", e, nu, c.density)
         out += sections
         out += ["*NSET, NSET=BASE", chunks(self.base), "*NSET, NSET=TIP", chunks(self.tip),

@@ -32,8 +32,8 @@ class Surroundings:
 class PlacedModel(Model):
     """A mesh whose first leaf has its base edge elsewhere, whose leaves are warm or heavy."""
 
-    def __init__(self, case, mesh, material, around):
-        super().__init__(case, mesh, material)
+    def __init__(self, case, mesh, around):
+        super().__init__(case, mesh)
         self.around = around
         # the edge that sits elsewhere is a rigid body of its own
         self.handles = ()
@@ -144,9 +144,7 @@ def row(p, q):
 
 
 def main():
-    parser = parser_of(__doc__, CASES)
-    parser.add_argument("--material", choices=["plate", "isotropic"], default="plate")
-    options = parser.parse_args()
+    options = parser_of(__doc__, CASES).parse_args()
     stored = stored_numbers(options, {})
     print("| case | accuracy | stroke | drive | " + " | ".join(DIRECTIONS)
           + " | worst frequency | motion of O, flexopt [um, urad] | CalculiX |")
@@ -157,8 +155,7 @@ def main():
         if options.reuse:
             solid = stored[name]
         else:
-            solid = solve_case(case, mesh, options.material, folder,
-                               make_model=lambda *a: PlacedModel(*a, around),
+            solid = solve_case(case, mesh, folder, make_model=lambda *a: PlacedModel(*a, around),
                                linear=around.linear())
         for title, model in (("full 16x4", {"accuracy": "full", "mesh": [16, 4]}),
                              ("full 20x6", {"accuracy": "full", "mesh": [20, 6]}),
