@@ -1,6 +1,6 @@
 // Frequencies of every method against full order over the stroke.
 //
-// The tables of core/response/modes/README.md. Full order: the full leaf with 40 of its own modes.
+// The table of core/response/modes/README.md. Full order: the full leaf with 40 of its own modes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -92,23 +92,19 @@ struct MassOptions {
     return fmt::format("{} | {}", mass == LeafMass::constant ? "constant" : "consistent",
                        modes > 0 ? "yes" : "no");
   }
-  ModelOptions on(ModelOptions model) const {
-    model.mass = mass;
-    model.leaf_modes = modes;
-    return model;
-  }
+  ModelOptions model() const { return {.mass = mass, .leaf_modes = modes}; }
 };
 constexpr MassOptions mass_options[] = {{LeafMass::consistent, 2},
                                         {LeafMass::consistent, 0},
                                         {LeafMass::constant, 2},
                                         {LeafMass::constant, 0}};
 
-std::vector<Variant> variants(const ModelOptions& base) {
+std::vector<Variant> variants() {
   std::vector<Variant> made;
   for (const auto& [name, accuracy] :
        {std::pair{"full", Accuracy::full}, {"mixed_potential", Accuracy::reduced}})
     for (const MassOptions& options : mass_options) {
-      ModelOptions model = options.on(base);
+      ModelOptions model = options.model();
       model.accuracy = accuracy;
       made.push_back({fmt::format("{} | {}", name, options.text()), model});
     }
@@ -117,7 +113,7 @@ std::vector<Variant> variants(const ModelOptions& base) {
         {Reduction::modal_derivatives, "modal_derivatives"},
         {Reduction::quadratic_manifold, "quadratic_manifold"}})
     for (const int n : {1, 2, 4}) {
-      ModelOptions model = mass_options[0].on(base);
+      ModelOptions model = mass_options[0].model();
       model.method = method;
       model.superelements = {n, 0};
       made.push_back({fmt::format("{}, n = {} | {}", name, n, mass_options[0].text()), model});
@@ -125,12 +121,11 @@ std::vector<Variant> variants(const ModelOptions& base) {
   return made;
 }
 
-void table(Flexure flexure) {
+}  // namespace
+
+int main() {
   const std::vector<Case> all = cases();
-  ModelOptions base;
-  base.flexure = flexure;
-  if (flexure == Flexure::beam) base.mesh = {16, 1};
-  const PageTable page(flexure == Flexure::beam ? "frequencies beam" : "frequencies plate");
+  const PageTable page("frequencies plate");
   fmt::print("| method | mass | internal modes |");
   for (const Case& c : all) fmt::print(" {} |", c.name);
   fmt::print("\n|---|---|---|");
@@ -138,12 +133,12 @@ void table(Flexure flexure) {
   fmt::print("\n");
   std::vector<StrokeResponse> truths;
   for (const Case& c : all) {
-    ModelOptions model = base;
+    ModelOptions model;
     model.accuracy = Accuracy::full;
     model.leaf_modes = 40;
     truths.push_back(path(c, model));
   }
-  for (const Variant& v : variants(base)) {
+  for (const Variant& v : variants()) {
     fmt::print("| {} |", v.name);
     for (std::size_t k = 0; k < all.size(); ++k) {
       const StrokeResponse found = path(all[k], v.model);
@@ -164,41 +159,4 @@ void table(Flexure flexure) {
     }
     fmt::print("\n");
   }
-}
-
-// Where along the stroke the options matter, and what they do to the lowest frequencies alone.
-void along_stroke() {
-  const PageTable page("frequencies stroke");
-  fmt::print(
-      "| case | mass | internal "
-      "modes | 0 | 1/4 or 5° | 1/2 or 10° | 3/4 or 20° | all or 30° | lowest, "
-      "drive free | lowest, drive locked |\n|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const Case& c : cases()) {
-    ModelOptions model;
-    model.accuracy = Accuracy::full;
-    model.leaf_modes = 40;
-    const StrokeResponse truth = path(c, model);
-    model.accuracy = Accuracy::reduced;
-    for (const MassOptions& options : mass_options) {
-      const StrokeResponse found = path(c, options.on(model));
-      fmt::print("| {} | {} |", c.name, options.text());
-      for (std::size_t i = 0; i < found.path.size(); ++i)
-        fmt::print(" {} |", percent(error(found.path[i], truth.path[i]).worst));
-      double free = 0, locked = 0;
-      for (std::size_t i = 0; i < found.path.size(); ++i) {
-        const PathPoint &a = found.path[i], &b = truth.path[i];
-        free = std::max(free, std::abs(a.frequencies_free[0] / b.frequencies_free[0] - 1));
-        locked = std::max(locked, std::abs(a.frequencies_locked[0] / b.frequencies_locked[0] - 1));
-      }
-      fmt::print(" {} | {} |\n", percent(free), percent(locked));
-    }
-  }
-}
-
-}  // namespace
-
-int main() {
-  table(Flexure::plate);
-  table(Flexure::beam);
-  along_stroke();
 }
