@@ -38,7 +38,6 @@ struct Judged {
   ErrorKind kind;
   std::string family;
   double error = 0, estimate = 0;
-  double improved = 0;  ///< error of the value that the finer meshes are extrapolated to
 };
 
 using Values = std::map<std::string, double>;
@@ -99,23 +98,11 @@ bool judge(const Mechanism& mechanism, const StrokeRequest& request,
                        across = run(Accuracy::full, more_across(mesh));
   for (const StrokeResponse* one : {&reduced, &own, &along, &across})
     if (one->status != Status::ok) return false;
-  // (S26) with its sign, of the order that errors mostly have
-  constexpr double order = 2.7;
-  const auto rest = [](int elements, int more) {
-    return 1 / (1 - std::pow(static_cast<double>(more) / elements, -order));
-  };
-  const double of_along = rest(mesh[0], more_along(mesh)[0]),
-               of_across = rest(mesh[1], more_across(mesh)[1]);
   each_with_truth(
       errors_of(reduced, {&own, &along, &across, mesh, longest_leaf(mechanism)}), truth,
-      [&](const EstimatedError& number, double true_value, std::size_t k) {
-        const auto on = [&](const StrokeResponse& path) {
-          return values_of(path.path[k]).at(number.name);
-        };
-        const double coarse = on(own), better = coarse + of_along * (on(along) - coarse) +
-                                                of_across * (on(across) - coarse);
+      [&](const EstimatedError& number, double true_value, std::size_t) {
         numbers.push_back({number.kind, family, std::abs(number.value - true_value) / number.scale,
-                           number.relative(), std::abs(better - true_value) / number.scale});
+                           number.relative()});
       });
   return true;
 }
@@ -132,7 +119,7 @@ void row(const std::string& name, const std::vector<Judged>& numbers,
   // an error below this is rounding or zero by symmetry: it must be covered, nothing else
   constexpr double exact = 1e-6;
   int all = 0, covered = 0, sharp = 0, judged = 0;
-  std::vector<double> errors, estimates, improved;
+  std::vector<double> errors, estimates;
   for (const Judged& n : numbers) {
     if (!counts(n)) continue;
     ++all;
@@ -142,19 +129,17 @@ void row(const std::string& name, const std::vector<Judged>& numbers,
     sharp += n.estimate <= 5 * n.error;
     errors.push_back(n.error);
     estimates.push_back(n.estimate);
-    improved.push_back(n.improved);
   }
   if (judged == 0) return;
   const auto share = [](int part, int of) { return 100.0 * part / of; };
-  fmt::print("| {} | {} | {:.2g} | {:.2g} | {:.2g} | {:.2f} % | {:.1f} % | {:.2g} | {:.2g} |\n",
-             name, all, percentile(errors, 0.5), percentile(errors, 0.99),
-             percentile(estimates, 0.5), share(covered, all), share(sharp, judged),
-             percentile(improved, 0.5), percentile(improved, 0.99));
+  fmt::print("| {} | {} | {:.2g} | {:.2g} | {:.2g} | {:.2f} % | {:.1f} % |\n", name, all,
+             percentile(errors, 0.5), percentile(errors, 0.99), percentile(estimates, 0.5),
+             share(covered, all), share(sharp, judged));
 }
 
 constexpr const char* columns =
-    "| | numbers | error, median | 99 % | estimate, median | error below it | it within 5 times | "
-    "extrapolated, median | 99 % |\n|---|---|---|---|---|---|---|---|---|\n";
+    "| | numbers | error, median | 99 % | estimate, median | error below it | it within 5 times |\n"
+    "|---|---|---|---|---|---|---|\n";
 
 void kinds_table(const std::vector<Judged>& numbers) {
   const PageTable page("estimates reduced");
