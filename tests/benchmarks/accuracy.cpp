@@ -1,6 +1,6 @@
 // How far a mesh is from a fine one, and a reduced leaf from the full one on the same mesh.
 //
-//   bench_accuracy [mesh | reduced | order]     one table; all of them without an argument
+//   bench_accuracy [mesh | reduced]     one table; both without an argument
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
@@ -68,8 +69,7 @@ std::vector<Case> cases(const Leaf& l, int frequencies) {
   const double L = l.length * 1e-3, w = l.width * 1e-3, t = l.thickness * 1e-3;
   auto to = [&](double end, int points) {
     StrokeRequest r;
-    r.points.clear();
-    for (int k = 0; k < points; ++k) r.points.push_back(end * k / (points - 1));
+    r.points = even_strokes(end, points);
     r.outputs.remove(Output::stress);
     r.frequencies = frequencies;
     return r;
@@ -120,36 +120,10 @@ void reduced_table() {
     }
 }
 
-void order_table() {
-  // the 60 × 40 × 0.4 mm guide at 0.1 L, against 32 × 16 elements
-  const PageTable page("accuracy order");
-  fmt::print(
-      "| elements | drive load | support stiffness | order: drive load | support stiffness |\n");
-  fmt::print("|---|---|---|---|---|\n");
-  const Mechanism m = models::guide(0.06, 0.04, 4e-4, 1.0);
-  StrokeRequest r;
-  r.points = {0.006};
-  r.outputs.remove(Output::stress);
-  const StrokeResponse fine = evaluate_stroke(m, {.accuracy = Accuracy::full, .mesh = {32, 16}}, r);
-  double previous[2] = {0, 0};
-  for (const int n : {4, 6, 8, 12, 16}) {
-    const Errors e =
-        differences(fine, evaluate_stroke(m, {.accuracy = Accuracy::full, .mesh = {n, n / 2}}, r));
-    fmt::print("| {}×{} | {:.1e} | {:.1e} |", n, n / 2, e.drive, e.support);
-    if (n == 8 || n == 16)  // from half the elements
-      fmt::print(" {:.1f} | {:.1f} |\n", std::log2(previous[0] / e.drive),
-                 std::log2(previous[1] / e.support));
-    else
-      fmt::print(" | |\n");
-    if (n == 4 || n == 8) previous[0] = e.drive, previous[1] = e.support;
-  }
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string table = argc > 1 ? argv[1] : "";
   if (table.empty() || table == "reduced") reduced_table();
-  if (table.empty() || table == "order") order_table();
   if (table.empty() || table == "mesh") mesh_table();
 }

@@ -1,12 +1,12 @@
-// The atlas of tubes: errors against tubes built anew, size, times of making and looking up.
+// The atlas of tubes: errors against tubes built anew, times of mechanisms with and without it.
+//
+// An atlas whose file is an argument spares the making.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <ctime>
-#include <filesystem>
 #include <functional>
 #include <random>
 #include <thread>
@@ -14,26 +14,14 @@
 
 #include "core/reduction/atlas/atlas_file.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
-#include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-// Processor time of a call, of all threads [s]: other work on the machine does not count.
-double seconds(const std::function<void()>& call) {
-  const auto now = [] {
-    timespec time{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  };
-  const double start = now();
-  call();
-  return now() - start;
-}
 
 double median(std::vector<double> x) {
   std::sort(x.begin(), x.end());
@@ -107,8 +95,7 @@ class HingeSizes {
 
 StrokeRequest hinge_request(int frequencies, bool stress) {
   StrokeRequest request;
-  request.points.clear();
-  for (int k = 0; k < 11; ++k) request.points.push_back(0.5 * k / 10);
+  request.points = even_strokes(0.5);
   request.frequencies = frequencies;
   request.outputs = {Output::equilibrium, Output::stiffness};
   if (frequencies > 0) request.outputs.add({Output::frequencies_free, Output::frequencies_locked});
@@ -158,125 +145,15 @@ void hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
   }
 }
 
-// The same with the model ready: what a path takes once its leaves are there. Least processor time
-// of some runs of each in turn, less the least time that the leaves took.
-void ready_hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
-  const PageTable page("atlas ready");
-  fmt::print(
-      "| asked for beside 6 × 6 | looked up | full on 10×4 | full | full on 10×4, full / looked up "
-      "|\n|---|---|---|---|---|\n");
-  for (const bool stress : {false, true}) {
-    const StrokeRequest request = hinge_request(8, stress);
-    std::array<ModelOptions, 3> models{};  // looked up, full and coarser, full
-    models[0].atlas = atlas;
-    models[1].accuracy = models[2].accuracy = Accuracy::full;
-    models[1].mesh = {10, 4};
-    std::array<std::vector<double>, 3> times, ratios;
-    HingeSizes sizes;
-    for (int k = 0; k < 8; ++k) {
-      const Mechanism hinge = sizes.next();
-      std::array<double, 3> whole{1e9, 1e9, 1e9}, leaves = whole, least{};
-      for (int run = 0; run < 5; ++run)
-        for (std::size_t m = 0; m < models.size(); ++m)
-          for (int again = 0; again < (m == 0 ? 8 : 1); ++again) {
-            StrokeResponse found;
-            whole[m] = std::min(
-                whole[m], seconds([&] { found = evaluate_stroke(hinge, models[m], request); }));
-            leaves[m] = std::min(leaves[m], found.seconds_coefficients);
-          }
-      for (std::size_t m = 0; m < models.size(); ++m) least[m] = whole[m] - leaves[m];
-      for (std::size_t m = 0; m < models.size(); ++m) {
-        times[m].push_back(least[m]);
-        ratios[m].push_back(least[m] / least[0]);
-      }
-    }
-    fmt::print("| 8 + 8 frequencies{} | {:.2f} ms | {:.1f} ms | {:.1f} ms | {:.1f}, {:.1f} |\n",
-               stress ? ", stress" : "", 1e3 * median(times[0]), 1e3 * median(times[1]),
-               1e3 * median(times[2]), median(ratios[1]), median(ratios[2]));
-  }
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  // An atlas that is there spares the making.
-  OpenedAtlas opened;
-  double making = 0;
-  std::filesystem::path file =
-      std::filesystem::temp_directory_path() / "flexopt_bench_atlas" / "tubes.atlas";
-  if (argc > 1) {
-    file = argv[1];
-  } else {
-    MadeAtlas made;
-    making = seconds([&] { made = make_atlas({}, {.loop = on_two_cores}); });
-    if (!made.atlas || !write_atlas(*made.atlas, file).empty()) return 1;
-  }
-  const double opening = seconds([&] { opened = open_atlas(file); });
-  if (!opened.atlas) return 1;
-  const TubeAtlas& atlas = *opened.atlas;
-  errors(atlas.check());
-
-  {
-    const PageTable page("atlas times");
-    const AtlasSettings& s = atlas.settings();
-    std::mt19937 random(3);
-    const auto in = [&](double a, double b) {
-      return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
-    };
-    const auto shape = [&](double nu) {
-      return PlateShape{in(0.15, 2), in(1.0 / 500, 1.0 / 60), nu, s.mesh, s.free_edge_torsion};
-    };
-    double sum = 0;
-    const auto each = [&](int runs, const std::function<void()>& call) {
-      std::vector<double> all;
-      for (int k = 0; k < runs; ++k) all.push_back(seconds(call));
-      return 1e3 * median(all);
-    };
-    const auto look_up = [&](const Eigen::Vector2d& ray, double nu) {
-      return each(400, [&] { sum += atlas.look_up(shape(nu), ray).nodes[1].W[30]; });
-    };
-    fmt::print("| | |\n|---|---|\n");
-    if (making > 0)
-      fmt::print("| made, {} leaves, check included | {:.0f} s of processor time |\n",
-                 s.shapes() * s.tables(), making);
-    fmt::print("| size | {:.1f} MB |\n",
-               1e-6 * static_cast<double>(std::filesystem::file_size(file)));
-    fmt::print("| opened, contents checked | {:.0f} ms |\n", 1e3 * opening);
-    fmt::print("| look-up on a ray of the atlas, ν of the atlas | {:.3f} ms |\n",
-               look_up({1, -1}, 0.3));
-    fmt::print("| … between rays | {:.3f} ms |\n", look_up({1, -0.3}, 0.3));
-    fmt::print("| … between rays, ν = 0.33 | {:.3f} ms |\n", look_up({1, -0.3}, 0.33));
-    fmt::print("| look-up and potential, ready for use | {:.3f} ms |\n", each(200, [&] {
-                 const PlateShape one = shape(0.3);
-                 const TubeAtlas::Tube tube = atlas.look_up(one, {1, -1});
-                 sum += TubeModel(one, {.ray = {1, -1}, .sigma_max = 0.4},
-                                  KnownTube{tube.directions, tube.nodes, {}, {}, {}})
-                            .potential()
-                            .last_sigma();
-               }));
-    const auto dynamics = [&](const Eigen::Vector2d& ray, StationsWanted stations) {
-      return each(
-          200, [&] { sum += atlas.dynamics(shape(0.3), ray, 0.4, stations)[1].table.even(0, 0); });
-    };
-    fmt::print("| tables of the dynamics, on a ray | {:.3f} ms |\n",
-               dynamics({1, -1}, StationsWanted::no));
-    fmt::print("| … between rays | {:.3f} ms |\n", dynamics({1, -0.3}, StationsWanted::no));
-    fmt::print("| … with motions of the stations | {:.3f} ms |\n",
-               dynamics({1, -0.3}, StationsWanted::yes));
-    const auto stress = [&](const Eigen::Vector2d& ray) {
-      return each(200, [&] { sum += atlas.look_up_stress(shape(0.3), ray)[1].even(0, 0); });
-    };
-    fmt::print("| tables of stress, on a ray | {:.3f} ms |\n", stress({1, -1}));
-    fmt::print("| … between rays | {:.3f} ms |\n", stress({1, -0.3}));
-    fmt::print("| the potential built | {:.1f} ms |\n", each(12, [&] {
-                 sum += TubeModel(std::make_shared<PlateMesh>(shape(0.3)),
-                                  {.ray = {1, -1}, .sigma_max = 0.4})
-                            .potential()
-                            .last_sigma();
-               }));
-    fmt::print(stderr, "sum {}\n", sum);  // keeps the calls alive
-  }
-  hinges(opened.atlas);
-  ready_hinges(opened.atlas);
-  if (argc == 1) std::filesystem::remove_all(file.parent_path());
+  std::shared_ptr<const TubeAtlas> atlas;
+  if (argc > 1)
+    atlas = open_atlas(argv[1]).atlas;
+  else
+    atlas = make_atlas({}, {.loop = on_two_cores}).atlas;
+  if (!atlas) return 1;
+  errors(atlas->check());
+  hinges(atlas);
 }

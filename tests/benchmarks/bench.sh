@@ -47,9 +47,7 @@ case ${1:-} in
   '')
     echo "./flexopt bench NAME runs one of these and writes its tables into the pages:"
     list
-    echo "In tests/benchmarks, with Python: calculix (solid elements), modal_derivative_paper and"
-    echo "plate_paper (figures of two papers), python_calls (calls of the Python module beside those"
-    echo "of library_calls)."
+    echo "In tests/benchmarks, with Python: calculix (solid elements), kills."
     exit 0
     ;;
   --targets)

@@ -1,18 +1,14 @@
 // How good estimated errors are: against fine meshes, over sampled designs of ten families.
 //
-// bench_estimates [DESIGNS] takes so many designs of each family (8), none of them used to fit the
-// factors. bench_estimates DESIGNS --csv FILE [SEED] writes others as numbers to FILE, which
-// fit_estimates.py makes the factors from.
+// bench_estimates [DESIGNS] takes so many designs of each family (8).
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <functional>
 #include <map>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -25,8 +21,6 @@
 using namespace flexopt;
 
 namespace {
-
-constexpr std::array<int, 2> finer_mesh{16, 7};
 
 StrokeRequest request_of(const Drawn& drawn) {
   StrokeRequest request;
@@ -44,7 +38,6 @@ struct Judged {
   ErrorKind kind;
   std::string family;
   double error = 0, estimate = 0;
-  double improved = 0;  ///< error of the value that the finer meshes are extrapolated to
 };
 
 using Values = std::map<std::string, double>;
@@ -80,11 +73,6 @@ std::vector<Values> truth_of(const Mechanism& mechanism, const StrokeRequest& re
   return truth;
 }
 
-struct Paths {
-  StrokeResponse reduced, own, along, across;
-  double length = 0;  ///< longest_leaf
-};
-
 /// Numbers that have an estimate and are not zero, with their truth.
 template <class Visit>
 void each_with_truth(const StrokeErrors& errors, const std::vector<Values>& truth,
@@ -96,57 +84,27 @@ void each_with_truth(const StrokeErrors& errors, const std::vector<Values>& trut
         visit(number, found->second, k);
 }
 
-/// The same with their values on full leaves.
-struct OnMeshes {
-  double own, along, across;
-};
-template <class Visit>
-void each_on_meshes(const StrokeResponse& response, const Paths& paths,
-                    const std::array<int, 2>& mesh, const std::vector<Values>& truth,
-                    const Visit& visit) {
-  std::vector<std::array<Values, 3>> values;
-  for (std::size_t k = 0; k < truth.size(); ++k)
-    values.push_back({values_of(paths.own.path[k]), values_of(paths.along.path[k]),
-                      values_of(paths.across.path[k])});
-  each_with_truth(
-      errors_of(response, {&paths.own, &paths.along, &paths.across, mesh, paths.length}), truth,
-      [&](const EstimatedError& number, double true_value, std::size_t k) {
-        const auto& [own, along, across] = values[k];
-        visit(number, OnMeshes{own.at(number.name), along.at(number.name), across.at(number.name)},
-              true_value, k);
-      });
-}
-
-/// The numbers of one path, a line each: what estimates are made of, and the truth.
-void write_csv(std::FILE* file, int design, const std::string& family, const Paths& paths,
-               const std::array<int, 2>& mesh, const std::vector<Values>& truth) {
-  each_on_meshes(
-      paths.own, paths, mesh, truth,
-      [&](const EstimatedError& number, const OnMeshes& on, double true_value, std::size_t k) {
-        fmt::print(file, "{},{},{},{},{},{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", design,
-                   family, mesh[0], mesh[1], k, number.name, static_cast<int>(number.kind),
-                   number.scale, on.own, on.along, on.across, true_value);
-      });
-}
-
-void judge(const StrokeResponse& response, const Paths& paths, const std::array<int, 2>& mesh,
+/// The numbers of a reduced path on the default mesh, estimated by full ones on this mesh and two
+/// finer ones; nothing where one of the paths is not whole.
+bool judge(const Mechanism& mechanism, const StrokeRequest& request,
            const std::vector<Values>& truth, const std::string& family,
            std::vector<Judged>& numbers) {
-  // (S26) with its sign, of the order that errors mostly have
-  constexpr double order = 2.7;
-  const auto rest = [](int elements, int more) {
-    return 1 / (1 - std::pow(static_cast<double>(more) / elements, -order));
+  const std::array<int, 2> mesh = default_mesh;
+  const auto run = [&](Accuracy accuracy, const std::array<int, 2>& elements) {
+    return evaluate_stroke(mechanism, options(accuracy, elements), request);
   };
-  const double of_along = rest(mesh[0], more_along(mesh)[0]),
-               of_across = rest(mesh[1], more_across(mesh)[1]);
-  each_on_meshes(
-      response, paths, mesh, truth,
-      [&](const EstimatedError& number, const OnMeshes& on, double true_value, std::size_t) {
-        const double better =
-            on.own + of_along * (on.along - on.own) + of_across * (on.across - on.own);
+  const StrokeResponse reduced = run(Accuracy::reduced, mesh), own = run(Accuracy::full, mesh),
+                       along = run(Accuracy::full, more_along(mesh)),
+                       across = run(Accuracy::full, more_across(mesh));
+  for (const StrokeResponse* one : {&reduced, &own, &along, &across})
+    if (one->status != Status::ok) return false;
+  each_with_truth(
+      errors_of(reduced, {&own, &along, &across, mesh, longest_leaf(mechanism)}), truth,
+      [&](const EstimatedError& number, double true_value, std::size_t) {
         numbers.push_back({number.kind, family, std::abs(number.value - true_value) / number.scale,
-                           number.relative(), std::abs(better - true_value) / number.scale});
+                           number.relative()});
       });
+  return true;
 }
 
 double percentile(std::vector<double> sorted, double share) {
@@ -161,7 +119,7 @@ void row(const std::string& name, const std::vector<Judged>& numbers,
   // an error below this is rounding or zero by symmetry: it must be covered, nothing else
   constexpr double exact = 1e-6;
   int all = 0, covered = 0, sharp = 0, judged = 0;
-  std::vector<double> errors, estimates, improved;
+  std::vector<double> errors, estimates;
   for (const Judged& n : numbers) {
     if (!counts(n)) continue;
     ++all;
@@ -171,22 +129,20 @@ void row(const std::string& name, const std::vector<Judged>& numbers,
     sharp += n.estimate <= 5 * n.error;
     errors.push_back(n.error);
     estimates.push_back(n.estimate);
-    improved.push_back(n.improved);
   }
   if (judged == 0) return;
   const auto share = [](int part, int of) { return 100.0 * part / of; };
-  fmt::print("| {} | {} | {:.2g} | {:.2g} | {:.2g} | {:.2f} % | {:.1f} % | {:.2g} | {:.2g} |\n",
-             name, all, percentile(errors, 0.5), percentile(errors, 0.99),
-             percentile(estimates, 0.5), share(covered, all), share(sharp, judged),
-             percentile(improved, 0.5), percentile(improved, 0.99));
+  fmt::print("| {} | {} | {:.2g} | {:.2g} | {:.2g} | {:.2f} % | {:.1f} % |\n", name, all,
+             percentile(errors, 0.5), percentile(errors, 0.99), percentile(estimates, 0.5),
+             share(covered, all), share(sharp, judged));
 }
 
 constexpr const char* columns =
-    "| | numbers | error, median | 99 % | estimate, median | error below it | it within 5 times | "
-    "extrapolated, median | 99 % |\n|---|---|---|---|---|---|---|---|---|\n";
+    "| | numbers | error, median | 99 % | estimate, median | error below it | it within 5 times |\n"
+    "|---|---|---|---|---|---|---|\n";
 
-void table(const std::string& name, const std::vector<Judged>& numbers) {
-  const PageTable page(name);
+void kinds_table(const std::vector<Judged>& numbers) {
+  const PageTable page("estimates reduced");
   fmt::print("{}", columns);
   constexpr std::pair<ErrorKind, const char*> kinds[] = {{ErrorKind::load, "drive load"},
                                                          {ErrorKind::stiffness, "stiffness"},
@@ -256,107 +212,35 @@ void chosen_table(const std::vector<Chosen>& all) {
   }
 }
 
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-void cost_table() {
-  const PageTable page("estimates cost");
-  fmt::print("| | evaluated | estimates over that |\n|---|---|---|\n");
-  Drawn guide{"parallel_guide",
-              {{"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}, {"spacing", 0.1}},
-              {},
-              0.02,
-              1},
-      hinge{"three_flexure_cross_hinge",
-            {{"length", 0.06},
-             {"outer_width", 0.02},
-             {"inner_width", 0.04},
-             {"thickness", 4e-4},
-             {"gap", 1e-3}},
-            {},
-            std::numbers::pi / 6,
-            1};
-  for (const Drawn& drawn : {guide, hinge})
-    for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full}) {
-      const Mechanism mechanism = mechanism_of(drawn);
-      StrokeRequest request = request_of(drawn);
-      request.points.clear();
-      for (int k = 0; k <= 10; ++k) request.points.push_back(drawn.stroke * k / 10);
-      request.frequencies = 8;
-      const ModelOptions model = options(accuracy, default_mesh);
-      double path = 1e300, estimate = 1e300;
-      for (int i = 0; i < 3; ++i) {
-        const double start = processor_seconds();
-        const StrokeResponse response = evaluate_stroke(mechanism, model, request);
-        const double middle = processor_seconds();
-        estimate_errors(mechanism, model, request, response);
-        path = std::min(path, middle - start);
-        estimate = std::min(estimate, processor_seconds() - middle);
-      }
-      fmt::print("| `{}`, 11 points, 8 + 8 frequencies, {} | {:.0f} ms | {:.1f} |\n", drawn.family,
-                 accuracy == Accuracy::full ? "full" : "reduced", 1e3 * path, estimate / path);
-    }
-}
-
-/// Designs on which nothing but the factors is fitted.
-constexpr unsigned other_seeds = 500000;
-
 }  // namespace
 
 int main(int argc, char** argv) {
   keep_freed_memory();
   const int designs = argc > 1 ? std::atoi(argv[1]) : 8;
-  std::FILE* csv = argc > 3 ? std::fopen(argv[3], "w") : nullptr;
-  const unsigned seed = argc > 4 ? static_cast<unsigned>(std::atoi(argv[4]))
-                        : csv    ? other_seeds
-                                 : 0;
-  if (csv) fmt::print(csv, "design,family,n,m,point,name,kind,scale,own,along,across,truth\n");
-  std::vector<Judged> reduced, finer, full;
+  std::vector<Judged> numbers;
   std::vector<Chosen> chosen{{.tolerance = 0.01}, {.tolerance = 0.003}};
-  int failed = 0, design = 0;
+  int failed = 0;
   for (int i = 0; i < designs; ++i)
-    for (std::size_t f = 0; f < draws().size(); ++f, ++design) {
-      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1) + seed);
+    for (std::size_t f = 0; f < draws().size(); ++f) {
+      Random random(static_cast<unsigned>(1000 * f + static_cast<std::size_t>(i) + 1));
       Drawn drawn = draws()[f](random);
       drawn.mass = random.even_in_logarithm(0.01, 1);
       const StrokeRequest request = request_of(drawn);
       try {
         const Mechanism mechanism = mechanism_of(drawn);
         const std::vector<Values> truth = truth_of(mechanism, request);
-        bool whole = !truth.empty();
-        const auto run = [&](Accuracy accuracy, const std::array<int, 2>& mesh) {
-          StrokeResponse response = evaluate_stroke(mechanism, options(accuracy, mesh), request);
-          whole = whole && response.status == Status::ok;
-          return response;
-        };
-        for (const std::array<int, 2>& mesh : {default_mesh, finer_mesh}) {
-          Paths paths{.length = longest_leaf(mechanism)};
-          paths.own = run(Accuracy::full, mesh);
-          paths.along = run(Accuracy::full, more_along(mesh));
-          paths.across = run(Accuracy::full, more_across(mesh));
-          if (!csv) paths.reduced = run(Accuracy::reduced, mesh);
-          if (!whole) break;
-          if (csv) {
-            write_csv(csv, design, drawn.family, paths, mesh, truth);
-            continue;
-          }
-          const bool own = mesh == default_mesh;
-          judge(paths.reduced, paths, mesh, truth, drawn.family, own ? reduced : finer);
-          if (own) judge(paths.own, paths, mesh, truth, drawn.family, full);
-        }
+        const bool whole =
+            !truth.empty() && judge(mechanism, request, truth, drawn.family, numbers);
         failed += !whole;
-        if (whole && !csv && i < 2)  // they take long
+        if (whole && i < 2)  // they take long
           for (Chosen& of : chosen) choose(mechanism, request, truth, of);
       } catch (const SpecError&) {
         ++failed;  // sizes that make no mechanism
       }
-      std::fprintf(stderr, "\r%d designs", design + 1);
+      fmt::print(stderr, "\r{} designs", static_cast<std::size_t>(i) * draws().size() + f + 1);
     }
-  std::fprintf(stderr, ", %d without a whole path\n", failed);
-  if (csv) return std::fclose(csv) == 0 ? 0 : 1;
-  table("estimates reduced", reduced);
-  table("estimates full", full);
-  table("estimates finer", finer);
-  families_table(reduced);
+  fmt::print(stderr, ", {} without a whole path\n", failed);
+  kinds_table(numbers);
+  families_table(numbers);
   chosen_table(chosen);
-  cost_table();
 }

@@ -1,6 +1,6 @@
 // Frequencies of every method against full order over the stroke.
 //
-// The tables of core/response/modes/README.md. Full order: the full leaf with 40 of its own modes.
+// The table of core/response/modes/README.md. Full order: the full leaf with 40 of its own modes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -84,46 +84,48 @@ struct Variant {
   ModelOptions model;
 };
 
-std::vector<Variant> variants(Flexure flexure) {
-  ModelOptions base;
-  base.flexure = flexure;
-  if (flexure == Flexure::beam) base.mesh = {16, 1};
-  std::vector<Variant> made;
-  const auto add = [&](const std::string& name, ModelOptions model) {
-    for (const LeafMass mass : {LeafMass::consistent, LeafMass::constant})
-      for (const int modes : {2, 0}) {
-        model.mass = mass;
-        model.leaf_modes = modes;
-        made.push_back({fmt::format("{} | {} | {}", name,
-                                    mass == LeafMass::constant ? "constant" : "consistent",
-                                    modes > 0 ? "yes" : "no"),
-                        model});
-      }
-  };
-  ModelOptions full = base;
-  full.accuracy = Accuracy::full;
-  add("full", full);
-  add("mixed_potential", base);
-  for (const int n : {1, 2, 4}) {
-    ModelOptions linear = base;
-    linear.method = Reduction::linear_craig_bampton;
-    linear.superelements = {n, 0};
-    add(fmt::format("linear_craig_bampton, n = {}", n), linear);
+/// The two options of a model's mass.
+struct MassOptions {
+  LeafMass mass;
+  int modes;
+  std::string text() const {
+    return fmt::format("{} | {}", mass == LeafMass::constant ? "constant" : "consistent",
+                       modes > 0 ? "yes" : "no");
   }
-  for (const auto& [method, name] : {std::pair{Reduction::modal_derivatives, "modal_derivatives"},
-                                     {Reduction::quadratic_manifold, "quadratic_manifold"}})
+  ModelOptions model() const { return {.mass = mass, .leaf_modes = modes}; }
+};
+constexpr MassOptions mass_options[] = {{LeafMass::consistent, 2},
+                                        {LeafMass::consistent, 0},
+                                        {LeafMass::constant, 2},
+                                        {LeafMass::constant, 0}};
+
+std::vector<Variant> variants() {
+  std::vector<Variant> made;
+  for (const auto& [name, accuracy] :
+       {std::pair{"full", Accuracy::full}, {"mixed_potential", Accuracy::reduced}})
+    for (const MassOptions& options : mass_options) {
+      ModelOptions model = options.model();
+      model.accuracy = accuracy;
+      made.push_back({fmt::format("{} | {}", name, options.text()), model});
+    }
+  for (const auto& [method, name] :
+       {std::pair{Reduction::linear_craig_bampton, "linear_craig_bampton"},
+        {Reduction::modal_derivatives, "modal_derivatives"},
+        {Reduction::quadratic_manifold, "quadratic_manifold"}})
     for (const int n : {1, 2, 4}) {
-      ModelOptions modal = base;
-      modal.method = method;
-      modal.superelements = {n, 0};
-      add(fmt::format("{}, n = {}", name, n), modal);
+      ModelOptions model = mass_options[0].model();
+      model.method = method;
+      model.superelements = {n, 0};
+      made.push_back({fmt::format("{}, n = {} | {}", name, n, mass_options[0].text()), model});
     }
   return made;
 }
 
-void table(Flexure flexure) {
+}  // namespace
+
+int main() {
   const std::vector<Case> all = cases();
-  const PageTable page(flexure == Flexure::beam ? "frequencies beam" : "frequencies plate");
+  const PageTable page("frequencies plate");
   fmt::print("| method | mass | internal modes |");
   for (const Case& c : all) fmt::print(" {} |", c.name);
   fmt::print("\n|---|---|---|");
@@ -132,13 +134,11 @@ void table(Flexure flexure) {
   std::vector<StrokeResponse> truths;
   for (const Case& c : all) {
     ModelOptions model;
-    model.flexure = flexure;
-    if (flexure == Flexure::beam) model.mesh = {16, 1};
     model.accuracy = Accuracy::full;
     model.leaf_modes = 40;
     truths.push_back(path(c, model));
   }
-  for (const Variant& v : variants(flexure)) {
+  for (const Variant& v : variants()) {
     fmt::print("| {} |", v.name);
     for (std::size_t k = 0; k < all.size(); ++k) {
       const StrokeResponse found = path(all[k], v.model);
@@ -159,47 +159,4 @@ void table(Flexure flexure) {
     }
     fmt::print("\n");
   }
-}
-
-// Where along the stroke the options matter, and what they do to the lowest frequencies alone.
-void along_stroke() {
-  const PageTable page("frequencies stroke");
-  fmt::print(
-      "| case | mass | internal "
-      "modes | 0 | 1/4 or 5° | 1/2 or 10° | 3/4 or 20° | all or 30° | lowest, "
-      "drive free | lowest, drive locked |\n|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const Case& c : cases()) {
-    ModelOptions model;
-    model.accuracy = Accuracy::full;
-    model.leaf_modes = 40;
-    const StrokeResponse truth = path(c, model);
-    model.accuracy = Accuracy::reduced;
-    for (const LeafMass mass : {LeafMass::consistent, LeafMass::constant})
-      for (const int modes : {2, 0}) {
-        model.mass = mass;
-        model.leaf_modes = modes;
-        const StrokeResponse found = path(c, model);
-        fmt::print("| {} | {} | {} |", c.name,
-                   mass == LeafMass::constant ? "constant" : "consistent",
-                   modes > 0 ? "yes" : "no");
-        for (std::size_t i = 0; i < found.path.size(); ++i)
-          fmt::print(" {} |", percent(error(found.path[i], truth.path[i]).worst));
-        double free = 0, locked = 0;
-        for (std::size_t i = 0; i < found.path.size(); ++i) {
-          const PathPoint &a = found.path[i], &b = truth.path[i];
-          free = std::max(free, std::abs(a.frequencies_free[0] / b.frequencies_free[0] - 1));
-          locked =
-              std::max(locked, std::abs(a.frequencies_locked[0] / b.frequencies_locked[0] - 1));
-        }
-        fmt::print(" {} | {} |\n", percent(free), percent(locked));
-      }
-  }
-}
-
-}  // namespace
-
-int main() {
-  table(Flexure::plate);
-  table(Flexure::beam);
-  along_stroke();
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <ctime>
 #include <memory>
 #include <vector>
 
@@ -13,24 +12,12 @@
 #include "core/response/quantities.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "designs/parametric_design.hpp"
+#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-template <class Work>
-double shortest(const Work& work) {
-  double best = 1e300;
-  for (int i = 0; i < 5; ++i) {
-    const double start = processor_seconds();
-    work();
-    best = std::min(best, processor_seconds() - start);
-  }
-  return best;
-}
 
 struct Subject {
   Mechanism mechanism;
@@ -43,7 +30,8 @@ double cost(const Subject& of, const ModelOptions& model, const StrokeRequest& r
             std::size_t parameters) {
   const std::vector<MechanismDirection> some(
       of.directions.begin(), of.directions.begin() + static_cast<std::ptrdiff_t>(parameters));
-  return shortest([&] { (void)evaluate_stroke_gradients(of.mechanism, some, model, request); });
+  return least_seconds(
+      5, [&] { (void)evaluate_stroke_gradients(of.mechanism, some, model, request); });
 }
 
 // Of all numbers f of a path along all sizes p: the largest difference of p df/dp, over the largest
@@ -103,7 +91,8 @@ void looked_up(const Subject& of, StrokeRequest request) {
                                                           request),
                             b = evaluate_stroke_gradients(of.mechanism, of.directions, full,
                                                           request);
-    const double plain = shortest([&] { (void)evaluate_stroke(of.mechanism, model, request); });
+    const double plain =
+        least_seconds(5, [&] { (void)evaluate_stroke(of.mechanism, model, request); });
     fmt::print("| {} | {:.2f} ms | {:.2f} | {:.2f} | {:.0f} | {:.1e} |\n", name, 1e3 * plain,
                cost(of, model, request, 1) / plain, cost(of, model, request, 12) / plain,
                cost(of, full, request, 12) / plain, largest_difference(of, a, b));
@@ -132,7 +121,8 @@ void full_leaves(const Subject& of, StrokeRequest request) {
     request.outputs = Outputs::numbers();
     if (free == 0) request.outputs.remove(Output::frequencies_free);
     if (!screening) request.outputs.remove(Output::frequency_derivatives);
-    const double plain = shortest([&] { (void)evaluate_stroke(of.mechanism, model, request); });
+    const double plain =
+        least_seconds(5, [&] { (void)evaluate_stroke(of.mechanism, model, request); });
     const double one = cost(of, model, request, 1), twelve = cost(of, model, request, 12);
     fmt::print("| {} drive free, {} locked{} | {:.2f} | {:.2f} | {:.3f} |\n", free, frequencies,
                screening ? ", screening" : "", one / plain, twelve / plain,
@@ -164,8 +154,7 @@ int main() {
   }
 
   StrokeRequest request;
-  request.points.clear();
-  for (int i = 0; i <= 10; ++i) request.points.push_back(0.35 * i / 10);
+  request.points = even_strokes(0.35);
   full_leaves(hinge, request);
   looked_up(hinge, request);
 }

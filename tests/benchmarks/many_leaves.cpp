@@ -1,40 +1,26 @@
-// Time and memory against the number of leaves, in series and in parallel; where sparse pays.
-//
-// And a stage on six legs with 36 leaves.
+// Time and memory against the number of leaves, in series and in parallel.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/response/mobility/mobility.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/modes/frequencies.hpp"
-#include "core/response/path/stiffness.hpp"
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
-#include "support/one_stroke.hpp"
+#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 using nlohmann::json;
 
 namespace {
-
-// Processor time of a call [s]: other work on the machine does not count.
-double seconds(const std::function<void()>& call) {
-  const std::clock_t start = std::clock();
-  call();
-  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
 
 // Largest memory of a call [MB], in a process of its own.
 double peak_memory(const std::function<void()>& call) {
@@ -189,98 +175,6 @@ void times() {
   }
 }
 
-// A stage on six legs like the T-Flex: 36 leaves, folds among them.
-json six_legs() {
-  return design(R"json({
-    "flexopt_design": 1,
-    "parameters": {"t": {"unit": "m", "default": "0.4 mm"}},
-    "frames": [{"name": "leg {i}", "turn": [["z", "60 deg*i"]], "repeat": {"i": [0, 5]}}],
-    "bodies": [
-      {"name": "end_effector", "at": [0, 0, 0.12]},
-      {"name": "arm {i}", "frame": "leg {i}", "repeat": {"i": [0, 5]}, "at": [0.12, 0, 0.04],
-       "mass": 0.05, "inertia": [2e-5, 2e-5, 2e-5]},
-      {"name": "fold {i} {j}", "frame": "leg {i}", "repeat": {"i": [0, 5], "j": [0, 1]},
-       "at": [0.12, "40 mm*(2*j - 1)", 0.12]}],
-    "leaves": [
-      {"name": "low {i} {j}", "frame": "leg {i}", "repeat": {"i": [0, 5], "j": [0, 1]},
-       "base": {"body": "ground", "at": ["120 mm + 20 mm*(2*j - 1)", "30 mm*(2*j - 1)", -0.03]},
-       "tip": {"body": "arm {i}", "at": ["120 mm + 10 mm*(1 - 2*j)", "30 mm*(2*j - 1)", 0.03]},
-       "across": [0, 1, 0], "width": "20 mm", "thickness": "t"},
-      {"name": "up {i} {j}", "frame": "leg {i}", "repeat": {"i": [0, 5], "j": [0, 1]},
-       "base": {"body": "arm {i}", "at": [0.12, "40 mm*(2*j - 1)", 0.05]},
-       "tip": {"body": "fold {i} {j}", "at": [0.12, "40 mm*(2*j - 1)", 0.12]},
-       "across": [0, 1, 0], "width": "15 mm", "thickness": "t"},
-      {"name": "in {i} {j}", "frame": "leg {i}", "repeat": {"i": [0, 5], "j": [0, 1]},
-       "base": {"body": "fold {i} {j}", "at": [0.12, "40 mm*(2*j - 1)", 0.12]},
-       "tip": {"body": "end_effector", "at": [0.085, "40 mm*(2*j - 1)", 0.12]},
-       "across": [0, 1, 0], "width": "15 mm", "thickness": "t"}],
-    "drive": {"direction": "uz"}})json");
-}
-
-void stage_on_six_legs() {
-  const PageTable page("many_leaves stage");
-  fmt::print(
-      "| stroke of 11 points, twelve frequencies each | default | the same, full |\n"
-      "|---|---|---|\n");
-  struct Stroke {
-    const char* direction;
-    double to;
-  };
-  for (const Stroke& stroke : {Stroke{"uz", 3e-3}, Stroke{"rx", 0.035}}) {
-    json text = six_legs();
-    text["drive"]["direction"] = stroke.direction;
-    FaultList faults;
-    const auto family = read_family(text, "/design/mechanism", "", faults);
-    faults.raise();
-    const Mechanism mechanism =
-        family->make({{"t", 4e-4}}, {}, materials().front().material, payload());
-    StrokeRequest r;
-    r.points.clear();
-    for (int k = 0; k <= 10; ++k) r.points.push_back(stroke.to * k / 10);
-    r.frequencies = 6;
-    r.outputs = Outputs::numbers().add(Output::shapes);
-    fmt::print("| {} to {:.3g} |", stroke.direction, stroke.to);
-    for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full})
-      fmt::print(" {:.2f} s |",
-                 seconds([&] { (void)evaluate_stroke(mechanism, {.accuracy = accuracy}, r); }));
-    fmt::print("\n");
-  }
-}
-
-// One Newton solve, the stiffness and the frequencies, dense and sparse.
-void crossing() {
-  const PageTable page("many_leaves sparse");
-  fmt::print(
-      "| bodies in series | unknowns | dense: equilibrium, stiffness, frequencies | sparse | "
-      "dense/sparse |\n|---|---|---|---|---|\n");
-  for (const int n : {4, 8, 12, 16, 20, 24, 32, 48, 64}) {
-    const Made made = make(cases[0], n);
-    const auto least = [&](Algebra algebra) {
-      double best = 1e9;
-      for (int run = 0; run < 3; ++run) {
-        System system(made.mechanism, make_full_leaves(made.mechanism, {.flexure = Flexure::beam}),
-                      {}, algebra);
-        (void)solve_equilibrium(system, 1e-5, {});
-        (void)natural_frequencies(system, {.count = 6});
-        best = std::min(best, seconds([&] {
-                          (void)solve_equilibrium(system, 1e-4, {});
-                          (void)end_effector_compliance(system);
-                          (void)natural_frequencies(system, {.count = 6});
-                        }));
-      }
-      return best;
-    };
-    const double dense = least(Algebra::dense), sparse = least(Algebra::sparse);
-    fmt::print("| {} | {} | {:.2f} ms | {:.2f} ms | {:.2f} |\n", n, 6 * n, 1e3 * dense,
-               1e3 * sparse, dense / sparse);
-  }
-}
-
 }  // namespace
 
-int main(int count, char** arguments) {
-  const std::string only = count > 1 ? arguments[1] : "";
-  if (only.empty() || only == "stage") stage_on_six_legs();
-  if (only.empty() || only == "times") times();
-  if (only.empty() || only == "crossing") crossing();
-}
+int main() { times(); }

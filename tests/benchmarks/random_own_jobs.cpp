@@ -8,26 +8,18 @@
 // A seed that crashes, or takes more than two minutes of the processor, costs its process and is
 // counted.
 #include <fmt/format.h>
-#include <sys/time.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <mutex>
-#include <set>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "support/differences.hpp"
 #include "support/random_jobs.hpp"
+#include "tests/benchmarks/campaign/campaign.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
@@ -35,10 +27,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr unsigned most_seconds = 120;
 constexpr double slow_point = 0.1;  // [s] of a job's evaluation, per point
-
-using Lines = std::map<int, json>;
 
 const char* name_of(Difference::End end) {
   constexpr const char* names[] = {"skipped", "no_answer", "kept", "broken"};
@@ -96,121 +85,7 @@ void print_findings(const json& line) {
                  law["error"].get<double>(), law["what"].get<std::string>());
 }
 
-Lines read_log(const std::filesystem::path& name) {
-  Lines lines;
-  std::ifstream in(name);
-  for (std::string text; std::getline(in, text);) {
-    json line = json::parse(text, nullptr, false);
-    if (!line.is_discarded()) lines[line["seed"]] = line;
-  }
-  return lines;
-}
-
-std::string read_line(std::FILE* in) {
-  std::string line;
-  for (int c = 0; (c = std::fgetc(in)) != EOF && c != '\n';) line += static_cast<char>(c);
-  return line;
-}
-
-class Campaign {
- public:
-  Campaign(int first, int count, std::filesystem::path folder)
-      : next_(first), end_(first + count), folder_(std::move(folder)) {
-    std::filesystem::create_directories(folder_);
-    lines_ = read_log(folder_ / "log.jsonl");
-    std::erase_if(lines_, [&](const auto& one) { return one.first < first || one.first >= end_; });
-    log_ = std::fopen((folder_ / "log.jsonl").c_str(), "a");
-    if (!log_) std::abort();
-  }
-  ~Campaign() { std::fclose(log_); }
-  Campaign(const Campaign&) = delete;
-  Campaign& operator=(const Campaign&) = delete;
-
-  Lines run(int processes) {
-    std::vector<std::thread> threads;
-    for (int k = 0; k < processes; ++k) threads.emplace_back([this] { work(); });
-    for (std::thread& one : threads) one.join();
-    return lines_;
-  }
-
- private:
-  static constexpr int batch = 10;
-
-  // Batches, each in a process of its own.
-  void work() {
-    for (;;) {
-      const int first = next_.fetch_add(batch);
-      if (first >= end_) return;
-      const int last = std::min(end_, first + batch);
-      for (int seed = first; seed < last;) seed = run_until_crash(seed, last);
-    }
-  }
-
-  int run_until_crash(int first, int last) {
-    std::vector<int> seeds;
-    {
-      const std::lock_guard lock(mutex_);
-      for (int seed = first; seed < last; ++seed)
-        if (!lines_.contains(seed)) seeds.push_back(seed);
-    }
-    int ends[2];
-    if (pipe(ends) != 0) std::abort();
-    const pid_t child = fork();
-    if (child == 0) {
-      close(ends[0]);
-      std::FILE* out = fdopen(ends[1], "w");
-      for (const int seed : seeds) {
-        // processor time: others may be at work beside
-        const itimerval limit{{}, {most_seconds, 0}};
-        setitimer(ITIMER_PROF, &limit, nullptr);
-        fmt::print(out, "{}\n", seed);
-        std::fflush(out);
-        fmt::print(out, "{}\n", line_of(seed, folder_).dump());
-        std::fflush(out);
-      }
-      std::_Exit(0);
-    }
-    close(ends[1]);
-    std::FILE* in = fdopen(ends[0], "r");
-    int next = last, begun_seed = -1;
-    for (std::string begun = read_line(in); !begun.empty(); begun = read_line(in)) {
-      begun_seed = std::atoi(begun.c_str());
-      const std::string ended = read_line(in);
-      if (ended.empty()) break;
-      add(begun_seed, json::parse(ended));
-      begun_seed = -1;
-    }
-    std::fclose(in);
-    int status = 0;
-    waitpid(child, &status, 0);
-    if (begun_seed >= 0) {
-      const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF;
-      add(begun_seed, {{"seed", begun_seed},
-                       {"status", late ? "too long" : "crashed"},
-                       {"crashed", late ? "took too long" : "crashed"}});
-      next = begun_seed + 1;
-    }
-    return next;
-  }
-
-  void add(int seed, json line) {
-    const std::lock_guard lock(mutex_);
-    fmt::print(log_, "{}\n", line.dump());
-    std::fflush(log_);
-    print_findings(line);
-    lines_[seed] = std::move(line);
-    if (lines_.size() % 100 == 0) fmt::print(stderr, "{} done\n", lines_.size());
-  }
-
-  std::atomic<int> next_;
-  int end_;
-  std::filesystem::path folder_;
-  Lines lines_;
-  std::mutex mutex_;
-  std::FILE* log_ = nullptr;
-};
-
-void print_table(const Lines& lines) {
+void print_table(const SeedLines& lines) {
   std::map<std::string, int> statuses;
   struct Count {
     int kept = 0, broken = 0, no_answer = 0;
@@ -279,18 +154,21 @@ int main(int arguments, char** values) {
     return 0;
   }
   if (mode == "table") {
-    Lines lines;
-    for (int k = 2; k < arguments; ++k)
-      for (auto& [seed, line] : read_log(values[k])) lines[seed] = line;
+    const SeedLines lines = read_logs({values + 2, values + arguments});
     for (const auto& [seed, line] : lines) print_findings(line);
     print_table(lines);
     return 0;
   }
-  const int count = arguments > 1 ? std::atoi(values[1]) : 1000;
-  const int first = arguments > 2 ? std::atoi(values[2]) : 0;
   const std::filesystem::path folder =
       arguments > 3 ? std::filesystem::path(values[3])
                     : std::filesystem::temp_directory_path() / "flexopt_own_jobs";
-  print_table(Campaign(first, count, folder).run(arguments > 4 ? std::atoi(values[4]) : 2));
+  std::filesystem::create_directories(folder);
+  print_table(run({.first = arguments > 2 ? std::atoi(values[2]) : 0,
+                   .count = arguments > 1 ? std::atoi(values[1]) : 1000,
+                   .log = folder / "log.jsonl",
+                   .processes = arguments > 4 ? std::atoi(values[4]) : 2,
+                   .most_seconds = 120,
+                   .line_of = [&](int seed) { return line_of(seed, folder); },
+                   .print_findings = print_findings}));
   return 0;
 }

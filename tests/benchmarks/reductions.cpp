@@ -1,15 +1,13 @@
 // Errors of the reductions over the stroke, against full leaves on the same mesh.
 //
 // Parallel guide to 0.3 L and cross hinge to 30° and 45°, beam leaves of 100 × 30 × 0.5 mm. Prints
-// the tables of core/reduction/modal/README.md: 32 elements a leaf, as in the planar prototype;
-// `bench_reductions coarse` takes 10, as in the paper.
+// the table of core/reduction/modal/README.md: 32 elements a leaf, as in the planar prototype.
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <functional>
 #include <numbers>
 #include <optional>
@@ -129,8 +127,7 @@ Leaves full_segments(const Mechanism& mechanism, const ModelOptions& model) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  const bool coarse = argc > 1 && std::strcmp(argv[1], "coarse") == 0;
+int main() {
   const double L = length, degree = std::numbers::pi / 180;
   std::vector<System2> systems;
   systems.push_back(
@@ -152,7 +149,7 @@ int main(int argc, char** argv) {
   };
   ModelOptions base;
   base.flexure = Flexure::beam;
-  base.mesh = {coarse ? 10 : 32, 1};
+  base.mesh = {32, 1};
   std::vector<Variant> variants;
   const auto add = [&](const char* name, Reduction method, ModalDerivativeSet set,
                        std::vector<int> cuts, int order = 5) {
@@ -171,7 +168,7 @@ int main(int argc, char** argv) {
   add("tube, degree 5", Reduction::mixed_potential, all, {1}, 5);
   add("tube, degree 7", Reduction::mixed_potential, all, {1}, 7);
 
-  const PageTable page(coarse ? "reductions coarse" : "reductions");
+  const PageTable page("reductions");
   fmt::print(
       "| | n | load guide | shift | support stiffness | frequency | load hinge 30° / 45° | "
       "shift | support stiffness | frequency | iterations |\n|");

@@ -2,31 +2,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
-#include <functional>
 #include <numbers>
-#include <vector>
 
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-// Least processor time of `runs` calls [s]: other work on the machine does not count.
-double least_seconds(int runs, const std::function<void()>& call) {
-  double least = 1e9;
-  for (int k = 0; k < runs; ++k) {
-    const std::clock_t start = std::clock();
-    call();
-    least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
-  }
-  return least;
-}
 
 void leaf_kernels() {
   const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0, 0}, 0.06, 0.04, 4e-4);
@@ -72,8 +59,7 @@ void leaf_kernels() {
 void hinge_paths() {
   Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
   StrokeRequest request;
-  request.points.clear();
-  for (int k = 0; k < 11; ++k) request.points.push_back(std::numbers::pi / 6 * k / 10);
+  request.points = even_strokes(std::numbers::pi / 6);
   request.outputs = {Output::equilibrium, Output::stiffness, Output::frequencies_free,
                      Output::frequencies_locked, Output::parasitic_frequency};
   const PageTable page("timings hinge");
@@ -107,46 +93,9 @@ void hinge_paths() {
   }
 }
 
-// Frequency derivatives, as a screening uses them, against the full path that they stand for.
-void screening() {
-  const PageTable page("timings screening");
-  fmt::print(
-      "| | frequencies | derivatives | full path of 11 points | ratio |\n|---|---|---|---|---|\n");
-  struct Case {
-    const char* name;
-    Mechanism mechanism;
-    double stroke;
-  };
-  Mechanism leaf = models::single_leaf(0.1, 0.03, 5e-4);
-  leaf.bodies[0] = models::body({0.1, 0, 0}, 0.3, 3e-4);
-  const Case cases[] = {
-      {"leaf spring", leaf, 0.02},
-      {"guide", models::guide(0.1, 0.03, 5e-4), 0.02},
-      {"cross hinge", models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}}), 0.5},
-      {"three-leaf hinge", models::three_leaf_hinge(0.06, 0.04, 4e-4), 0.5}};
-  for (const Case& c : cases)
-    for (const int frequencies : {2, 4, 8}) {
-      StrokeRequest path;
-      path.points.clear();
-      for (int k = 0; k < 11; ++k) path.points.push_back(c.stroke * k / 10);
-      path.frequencies = frequencies;
-      path.outputs.remove(Output::frequency_derivatives);
-      StrokeRequest derivatives = path;
-      derivatives.outputs = {Output::frequency_derivatives};
-      const ModelOptions full{.accuracy = Accuracy::full};
-      const auto least_cpu = [&](const StrokeRequest& request) {
-        return least_seconds(9, [&] { evaluate_stroke(c.mechanism, full, request); });
-      };
-      const double t_path = least_cpu(path), t_derivatives = least_cpu(derivatives);
-      fmt::print("| {} | {} | {:.2f} ms | {:.1f} ms | {:.3f} |\n", c.name, frequencies,
-                 t_derivatives * 1e3, t_path * 1e3, t_derivatives / t_path);
-    }
-}
-
 }  // namespace
 
 int main() {
   leaf_kernels();
   hinge_paths();
-  screening();
 }

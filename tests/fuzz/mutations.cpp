@@ -38,33 +38,13 @@ const std::string& word(RandomNumbers& random) {
 
 // Values at the edges of what a reader expects.
 json odd_value(RandomNumbers& random) {
-  static const std::vector<json> odd{nullptr,
-                                     true,
-                                     0,
-                                     -1,
-                                     1,
-                                     1e308,
-                                     -1e308,
-                                     1e-308,
-                                     0.1,
-                                     "",
-                                     "0 mm",
-                                     "-1 mm",
-                                     "1e9 km",
-                                     "nan m",
-                                     "1 N",
-                                     "2*length",
-                                     json::object(),
-                                     json::array(),
-                                     100000,
-                                     "5 deg",
-                                     1e16,
-                                     "\xff",
-                                     "/",
-                                     "..",
-                                     2147483648,
-                                     "inf",
-                                     "{i}"};
+  static const json odd = [] {
+    json values = json::parse(R"([
+      null, true, 0, -1, 1, 1e308, -1e308, 1e-308, 0.1, 1e16, 100000, 2147483648, {}, [],
+      "", "0 mm", "-1 mm", "1e9 km", "nan m", "1 N", "2*length", "5 deg", "inf", "/", "..", "{i}"])");
+    values.push_back("\xff");
+    return values;
+  }();
   if (random.chance(0.3)) return word(random);
   return odd[below(odd.size(), random)];
 }

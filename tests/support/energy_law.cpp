@@ -7,6 +7,7 @@
 
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
+#include "core/response/accuracy/error_estimate.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "support/bearable_loads.hpp"
 #include "support/mechanism_laws.hpp"
@@ -26,8 +27,7 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
   const System::Snapshot state = system.save();
   const int n = system.size();
   RandomNumbers random(seed);
-  double length = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  const double length = longest_leaf(mechanism);
   VectorXd along(n);
   for (int k = 0; k < n; ++k)
     along[k] = system.is_held(k) ? 0 : random.between(-1, 1) * (k % 6 < 3 ? length : 1);

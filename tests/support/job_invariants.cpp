@@ -11,6 +11,7 @@
 
 #include "core/math/decompositions.hpp"
 #include "core/math/work_limit.hpp"
+#include "core/response/accuracy/error_estimate.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
 #include "core/response/quantities.hpp"
@@ -29,12 +30,6 @@ namespace {
 constexpr double limit = 1e-6;
 // The nearest places of two leaves are sought from samples: rounding may choose another sample.
 constexpr double limit_of_clearance = 0.05;
-
-double length_of(const Mechanism& mechanism) {
-  double longest = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) longest = std::max(longest, leaf.length);
-  return longest;
-}
 
 void check_numbers(const PathPoint& point, const std::vector<Quantity>& all, JobVerdict& verdict) {
   for (const Quantity& quantity : all)
@@ -432,7 +427,7 @@ JobVerdict verdict_of(const json& document) {
                                                            : JobVerdict::End::no_equilibrium;
   verdict.message = response.message;
   const std::vector<Quantity> all = quantities(DriveList(mechanism));
-  const double length = length_of(mechanism);
+  const double length = longest_leaf(mechanism);
   for (const PathPoint& point : response.path) {
     ++verdict.points;
     if (point.status != PointStatus::converged) {

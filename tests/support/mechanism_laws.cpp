@@ -8,6 +8,7 @@
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
+#include "core/response/accuracy/error_estimate.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 
@@ -30,22 +31,65 @@ std::vector<double> numbers_of(const Mechanism& mechanism) {
   return numbers;
 }
 
-// What number k of a mechanism is.
-std::string label(const Mechanism& mechanism, std::size_t k) {
-  std::string last = "a body";
-  std::size_t count = 0;
-  const auto entered = [&](const std::string& name, std::size_t numbers) {
-    if (k >= count && k < count + numbers) last = fmt::format("{} ({})", name, k - count);
-    count += numbers;
+// What every number of a mechanism is, and what it is compared with: places with the longest leaf,
+// entries of a matrix with its largest.
+struct Kind {
+  std::string name;
+  double scale;
+  bool may_jump = false;  ///< a choice: the direction of a wire's width is any across the wire
+};
+
+std::vector<Kind> kinds_of(const Mechanism& mechanism) {
+  std::vector<Kind> kinds;
+  const double length = longest_leaf(mechanism);
+  std::size_t first = 0;  // of an item
+  const auto begin = [&] { first = kinds.size(); };
+  const auto put = [&](const std::string& of, std::size_t count, double scale) {
+    for (std::size_t k = 0; k < count; ++k)
+      kinds.push_back({fmt::format("{} ({})", of, kinds.size() - first), scale});
   };
-  for (const RigidBody& b : mechanism.bodies) entered(b.name, b.box ? 28 : 16);
-  for (const LeafSpring& l : mechanism.leaves)
-    entered(l.name, 18 + l.width_profile.size() + l.thickness_profile.size() + (l.point ? 2 : 0) +
-                        (l.curve ? 1 : 0) + (l.fold ? 3 : 0));
-  for (const Joint& j : mechanism.joints) entered(j.name, 6);
-  for (const Spring& s : mechanism.springs) entered(s.name, s.matrix ? 39 : 8);
-  entered("drive", 9 * mechanism.drives.size());
-  return last;
+  for (const RigidBody& body : mechanism.bodies) {
+    begin();
+    put(body.name, 3, length);
+    put(body.name, 1, body.mass);
+    put(body.name, 3, length);
+    put(body.name, 9, body.inertia.cwiseAbs().maxCoeff());
+    if (!body.box) continue;
+    put(body.name, 3, length);
+    put(body.name, 9, body.box->half_edges.cwiseAbs().maxCoeff());
+  }
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    begin();
+    put(leaf.name, 3, length);
+    put(leaf.name, 9, 1);
+    if (leaf.section == Section::circular)
+      for (std::size_t k = 6; k < 12; ++k) kinds[first + k].may_jump = true;
+    for (const double own : {leaf.length, leaf.width, leaf.thickness}) put(leaf.name, 1, own);
+    if (leaf.curve) put(leaf.name, 1, 1);
+    if (leaf.fold) put(leaf.name, 3, 1);
+    put(leaf.name, leaf.width_profile.size() + leaf.thickness_profile.size(), 1);
+    each_material_number(leaf.material, [&](auto, double own) { put(leaf.name, 1, own); });
+    if (leaf.point) put(leaf.name, 2, 1);
+  }
+  for (const Joint& joint : mechanism.joints) {
+    begin();
+    put(joint.name, 3, length);
+    put(joint.name, 3, 1);
+  }
+  for (const Spring& spring : mechanism.springs) {
+    begin();
+    put(spring.name, 3, length);
+    if (spring.matrix) {
+      put(spring.name, 36, spring.matrix->cwiseAbs().maxCoeff());
+    } else {
+      put(spring.name, 3, length);
+      put(spring.name, 1, spring.stiffness);
+      put(spring.name, 1, spring.free_length);
+    }
+  }
+  begin();
+  put("drive", 9 * mechanism.drives.size(), 1);
+  return kinds;
 }
 
 std::string names_of(const Mechanism& mechanism) {
@@ -70,7 +114,9 @@ void compare_bits(const Mechanism& a, const Mechanism& b, const std::string& how
   const std::vector<double> x = numbers_of(a), y = numbers_of(b);
   for (std::size_t k = 0; k < x.size() && k < y.size(); ++k)
     if (x[k] != y[k])
-      worst.add(1, 1, fmt::format("{}: {}, {:.17g} and {:.17g}", how, label(a, k), x[k], y[k]));
+      worst.add(
+          1, 1,
+          fmt::format("{}: {}, {:.17g} and {:.17g}", how, kinds_of(a).at(k).name, x[k], y[k]));
   if (x.size() != y.size()) worst.add(1, 1, how + ": how many numbers");
 }
 
@@ -94,84 +140,10 @@ Deviation ways_of_writing(const RandomDesign& design) {
   return worst;
 }
 
-namespace {
-
-// What every number of a mechanism is compared with: places with the longest leaf, entries of a
-// matrix with its largest.
-std::vector<double> scales_of(const Mechanism& mechanism) {
-  double length = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
-  std::vector<double> scales;
-  const auto put = [&](std::size_t count, double scale) {
-    scales.insert(scales.end(), count, scale);
-  };
-  for (const RigidBody& body : mechanism.bodies) {
-    put(3, length);
-    put(1, body.mass);
-    put(3, length);
-    put(9, body.inertia.cwiseAbs().maxCoeff());
-    if (body.box) {
-      put(3, length);
-      put(9, body.box->half_edges.cwiseAbs().maxCoeff());
-    }
-  }
-  for (const LeafSpring& leaf : mechanism.leaves) {
-    put(3, length);
-    put(9, 1);
-    for (const double own : {leaf.length, leaf.width, leaf.thickness}) put(1, own);
-    if (leaf.curve) put(1, 1);
-    if (leaf.fold) put(3, 1);
-    put(leaf.width_profile.size() + leaf.thickness_profile.size(), 1);
-    for (const double own :
-         {leaf.material.youngs_modulus, leaf.material.poissons_ratio, leaf.material.density})
-      put(1, own);
-    if (leaf.point) put(2, 1);
-  }
-  for (std::size_t k = 0; k < mechanism.joints.size(); ++k) {
-    put(3, length);
-    put(3, 1);
-  }
-  for (const Spring& spring : mechanism.springs) {
-    put(3, length);
-    if (spring.matrix) {
-      put(36, spring.matrix->cwiseAbs().maxCoeff());
-    } else {
-      put(3, length);
-      put(1, spring.stiffness);
-      put(1, spring.free_length);
-    }
-  }
-  put(9 * mechanism.drives.size(), 1);
-  return scales;
-}
-
-// Which numbers are a choice that may jump: the direction of a wire's width is any, across the axis
-// that the wire is least along.
-std::vector<bool> free_choices(const Mechanism& mechanism) {
-  std::vector<bool> free;
-  for (const RigidBody& body : mechanism.bodies) free.insert(free.end(), body.box ? 28 : 16, false);
-  for (const LeafSpring& leaf : mechanism.leaves) {
-    const auto first = static_cast<std::ptrdiff_t>(free.size());
-    free.insert(free.end(),
-                18 + leaf.width_profile.size() + leaf.thickness_profile.size() +
-                    (leaf.point ? 2 : 0) + (leaf.curve ? 1 : 0) + (leaf.fold ? 3 : 0),
-                false);
-    if (leaf.section == Section::circular)
-      std::fill(free.begin() + first + 6, free.begin() + first + 12, true);
-  }
-  std::size_t all = 0;
-  each_number(mechanism, [&](double) { ++all; });
-  free.resize(all, false);
-  return free;
-}
-
-}  // namespace
-
 Deviation derivatives(const RandomDesign& design) {
   Deviation worst;
   const Mechanism mechanism = design.make();
-  const std::vector<double> scales = scales_of(mechanism);
-  const std::vector<bool> free_choice = free_choices(mechanism);
+  const std::vector<Kind> kinds = kinds_of(mechanism);
   std::vector<std::string> names;
   for (const Parameter& p : design.family->parameters) names.push_back(p.name);
   const std::vector<MechanismDirection> exact =
@@ -195,10 +167,11 @@ Deviation derivatives(const RandomDesign& design) {
     const Derivatives& d = *near;
     const std::vector<double> rate = numbers_of(direction.rate);
     for (std::size_t k = 0; k < rate.size(); ++k) {
-      if (free_choice[k] && d.error[k] > 1e-3 * scales[k] / p) continue;
-      worst.add(rate[k] - d.value[k], std::max(std::abs(rate[k]), scales[k] / p),
-                fmt::format("{} along {}: {:.12g} and {:.12g}", label(direction.rate, k),
-                            direction.parameter, rate[k], d.value[k]));
+      const auto& [name, scale, may_jump] = kinds.at(k);
+      if (may_jump && d.error[k] > 1e-3 * scale / p) continue;
+      worst.add(rate[k] - d.value[k], std::max(std::abs(rate[k]), scale / p),
+                fmt::format("{} along {}: {:.12g} and {:.12g}", name, direction.parameter, rate[k],
+                            d.value[k]));
     }
   }
   return worst;

@@ -8,6 +8,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/response/accuracy/error_estimate.hpp"
 #include "core/response/mobility/mobility.hpp"
 #include "core/response/response.hpp"
 #include "support/bearable_loads.hpp"
@@ -66,8 +67,7 @@ StrokeResponse respond(const Mechanism& mechanism, const ModelOptions& model, co
 void add_differences(const Mechanism& here, const StrokeResponse& a, const Mechanism& there,
                      const StrokeResponse& b, const Turn& turn, double sign, double stroke,
                      Deviation& worst) {
-  double length = 0;
-  for (const LeafSpring& leaf : here.leaves) length = std::max(length, leaf.length);
+  const double length = longest_leaf(here);
   const Matrix6d T = turn.both();
   for (std::size_t k = 0; k < a.path.size(); ++k) {
     const PathPoint &p = a.path[k], &q = b.path[k];

@@ -4,28 +4,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "optim/numerics/unit_points.hpp"
 #include "optim/search/search.hpp"
 #include "support/guide.hpp"
+#include "support/random_design.hpp"
 
 namespace flexopt {
 namespace {
 
 using nlohmann::json;
 
-class Draw {
+class Draw : public RandomNumbers {
  public:
-  explicit Draw(unsigned seed) : engine_(seed * 7919ULL + 12345ULL) {}
-  double uniform(double a, double b) {
-    return a + (b - a) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
-  }
-  double even_in_log(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
-  int below(int n) { return std::min(n - 1, static_cast<int>(uniform(0, n))); }
-
- private:
-  std::mt19937_64 engine_;
+  explicit Draw(unsigned seed) : RandomNumbers(seed * 7919ULL + 12345ULL) {}
+  double even_in_log(double a, double b) { return std::exp(between(std::log(a), std::log(b))); }
+  int below(int n) { return std::min(n - 1, static_cast<int>(between(0, n))); }
 };
 
 struct Size {
@@ -56,7 +50,7 @@ RandomSearch random_search(unsigned seed, const std::string& algorithm) {
                  most = std::min(size.most, least * draw.even_in_log(2, 50));
     low.push_back(least);
     high.push_back(most);
-    fixed.push_back(draw.uniform(least, most));
+    fixed.push_back(draw.between(least, most));
   }
   std::vector<std::size_t> which{0, 1, 2, 3};
   for (std::size_t i = 0; i < 3; ++i)
@@ -76,7 +70,7 @@ RandomSearch random_search(unsigned seed, const std::string& algorithm) {
   std::vector<double> keeps = fixed;  // a design that keeps all constraints
   for (const std::size_t k : which) {
     variables.push_back({{"parameter", sizes[k].name}, {"min", low[k]}, {"max", high[k]}});
-    keeps[k] = draw.uniform(low[k], high[k]);
+    keeps[k] = draw.between(low[k], high[k]);
   }
   job["optimise"]["variables"] = variables;
   const Guide kept = guide_of(keeps);
@@ -109,7 +103,7 @@ RandomSearch random_search(unsigned seed, const std::string& algorithm) {
   job["optimise"]["objective"] = objective;
 
   json constraints = json::array();
-  const auto slack = [&] { return draw.uniform(1.0, 1.5); };
+  const auto slack = [&] { return draw.between(1.0, 1.5); };
   const double stiffness =
       guide::support(kept.modulus, kept.width, kept.thickness, kept.length, stroke);
   const int count = draw.below(4);

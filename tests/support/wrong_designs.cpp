@@ -22,6 +22,25 @@ json changed(const char* pointer, const json& value) {
   return document;
 }
 
+namespace {
+
+// A list of one part of the library, joined to the end-effector.
+json leaf_part(const char* joined, double thickness) {
+  return {{{"name", "p"},
+           {"design", "leaf_spring"},
+           {"join", {{joined, "end_effector"}}},
+           {"parameters", {{"length", 0.08}, {"width", 0.02}, {"thickness", thickness}}}}};
+}
+
+// A list of one spring or joint on the end-effector.
+json on_end_effector(const json& more) {
+  json item{{"name", "s"}, {"body", "end_effector"}, {"at", {0, 0, 0}}};
+  item.update(more);
+  return json::array({item});
+}
+
+}  // namespace
+
 const std::vector<WrongDesign>& wrong_designs() {
   static const std::vector<WrongDesign> designs{
       {"/leaves/0/tip/body", "end_efector", "/leaves/0/tip/body", "did you mean 'end_effector'"},
@@ -104,35 +123,11 @@ const std::vector<WrongDesign>& wrong_designs() {
        {{{"name", "a"}, {"turn", json::array({json::array({"w", 1})})}}},
        "/frames/0/turn/0/0",
        "expected"},
-      {"/joints",
-       {{{"name", "j"}, {"type", "revolute"}, {"body", "end_effector"}, {"at", {0, 0, 0}}}},
-       "/joints/0/axis",
-       "required"},
-      {"/springs",
-       {{{"name", "s"}, {"body", "end_effector"}, {"at", {0, 0, 0}}}},
-       "/springs/0/stiffness",
-       "one of the two"},
-      {"/parts",
-       {{{"name", "p"},
-         {"design", "leaf_spring"},
-         {"join", {{"stage", "end_effector"}}},
-         {"parameters", {{"length", 0.08}, {"width", 0.02}, {"thickness", 3e-4}}}}},
-       "/parts/0/join",
-       "the part has no such body"},
-      {"/parts",
-       {{{"name", "p"},
-         {"design", "leaf_spring"},
-         {"join", {{"end_effector", "end_effector"}}},
-         {"parameters", {{"length", 0.08}, {"width", 0.02}, {"thickness", 0.03}}}}},
-       "/parts/0",
-       "of the family leaf_spring"},
-      {"/parts",
-       {{{"name", "p"},
-         {"design", "leaf_spring"},
-         {"join", {{"end_effector", "end_effector"}}},
-         {"parameters", {{"length", 0.08}, {"width", 0.02}, {"thickness", 3e-4}}}}},
-       "/parts/0",
-       "intersect"},
+      {"/joints", on_end_effector({{"type", "revolute"}}), "/joints/0/axis", "required"},
+      {"/springs", on_end_effector(json::object()), "/springs/0/stiffness", "one of the two"},
+      {"/parts", leaf_part("stage", 3e-4), "/parts/0/join", "the part has no such body"},
+      {"/parts", leaf_part("end_effector", 0.03), "/parts/0", "of the family leaf_spring"},
+      {"/parts", leaf_part("end_effector", 3e-4), "/parts/0", "intersect"},
       {"/parts",
        {{{"name", "p"}, {"design", "paralel_guide"}}},
        "/parts/0/design",
@@ -176,34 +171,13 @@ const std::vector<WrongDesign>& wrong_designs() {
       {"/options", {{"file", {{"choices", {"a"}}}}}, "/options/file", "meaning of its own"},
       {"/drive/body", "ground", "/drive", "there is no body"},
       {"/springs",
-       {{{"name", "s"},
-         {"body", "end_effector"},
-         {"other", "end_effector"},
-         {"at", {0, 0, 0}},
-         {"other_at", {1, 0, 0}},
-         {"stiffness", 1}}},
-       "/springs/0",
-       "ties a body to itself"},
-      {"/joints",
-       {{{"name", "j"}, {"type", "ball"}, {"body", "end_effector"}, {"at", {0, 0, 0}}}},
-       "/joints/0/type",
-       "spherical"},
-      {"/springs",
-       {{{"name", "s"},
-         {"body", "end_effector"},
-         {"at", {0, 0, 0}},
-         {"other_at", {0, 0, 0}},
-         {"stiffness", 5}}},
-       "/springs/0/other_at",
-       "coincide"},
-      {"/springs",
-       {{{"name", "s"},
-         {"body", "end_effector"},
-         {"at", {0, 0, 0}},
-         {"other_at", {0, 0, 1}},
-         {"stiffness", -5}}},
-       "/springs/0/stiffness",
-       "negative"},
+       on_end_effector({{"other", "end_effector"}, {"other_at", {1, 0, 0}}, {"stiffness", 1}}),
+       "/springs/0", "ties a body to itself"},
+      {"/joints", on_end_effector({{"type", "ball"}}), "/joints/0/type", "spherical"},
+      {"/springs", on_end_effector({{"other_at", {0, 0, 0}}, {"stiffness", 5}}),
+       "/springs/0/other_at", "coincide"},
+      {"/springs", on_end_effector({{"other_at", {0, 0, 1}}, {"stiffness", -5}}),
+       "/springs/0/stiffness", "negative"},
       {"/drives", json::array({{{"name", "x"}, {"direction", "ux"}}}), "/drive", "one of the two"},
   };
   return designs;

@@ -17,8 +17,7 @@ namespace flexopt {
 namespace {
 
 /// How the differences between meshes become an error of each kind. Fitted to sampled designs of
-/// ten families by tests/benchmarks/fit_estimates.py; tests/benchmarks/estimates.cpp checks it on
-/// others.
+/// ten families; tests/benchmarks/estimates.cpp checks it on others.
 struct ErrorLaw {
   double safety = 0;  ///< error over what the differences say to second order
   double path = 0;    ///< share of the differences of the same number along the path

@@ -4,23 +4,18 @@ README.md, "Corners of folds".
 
 bent_corners.py --flexopt build/release/flexopt --work /tmp/calculix [--case NAME] [--radius R]...
 """
-import argparse
 import copy
 import dataclasses
-import json
 import math
 import os
 
 import numpy as np
 
 from make_and_compare import CASES, differences, print_table, record, run_flexopt, solve_case
-from solid_model import FIRST_MASS, Leaf, Mesh, Model, graded
+from program import parser_of, store, stored_numbers
+from solid_model import FIRST_MASS, ORDER, Leaf, Mesh, Model, graded
 
 FOLDS = [name for name in CASES if "fold" in name]
-# As in mesh_leaf: corners 1-8 of a C3D20, then mid-sides 9-20.
-ORDER = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2),
-         (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2), (1, 2, 2), (0, 1, 2),
-         (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
 Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -43,8 +38,8 @@ class BentModel(Model):
     """The first leg along x, an arc about z, the second leg; the lines on which the legs meet are
     those of the case."""
 
-    def __init__(self, case, mesh, material, radius):
-        super().__init__(dataclasses.replace(case, leaves=[]), mesh, material)
+    def __init__(self, case, mesh, radius):
+        super().__init__(dataclasses.replace(case, leaves=[]), mesh)
         self.case = case
         first, second = case.leaves[0].legs
         t, width, corner = case.thickness, first.width, np.array(first.tip)
@@ -71,8 +66,7 @@ class BentModel(Model):
         first_leg = Leaf(first.base, tuple(self.arc_start), width)
         second_leg = Leaf(tuple(self.arc_end), second.tip, width)
         arc = Leaf(tuple(self.arc_start), tuple(self.arc_end), width, curve=-self.turn, corner=True)
-        self.leaves = [(self.cells["arc"], (chord, np.cross(Z, chord), Z))]
-        self.solids = [arc]
+        self.leaves = [(self.cells["arc"], (chord, np.cross(Z, chord), Z), arc)]
         # the legs beside the arc belong to the corner
         for leg, part, axes, at in ((first_leg, "first", (x, y, Z), self.arc_start),
                                     (second_leg, "second",
@@ -81,8 +75,7 @@ class BentModel(Model):
                     for cell in self.cells[part]]
             for corner in (False, True):
                 self.leaves.append(([c for c, at in zip(self.cells[part], near) if at == corner],
-                                    axes))
-                self.solids.append(dataclasses.replace(leg, corner=corner))
+                                    axes, dataclasses.replace(leg, corner=corner)))
         self.unknowns = 3 * len(self.nodes)
 
     def line(self, i):
@@ -133,37 +126,25 @@ def with_radius(case, radius):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flexopt", required=True)
-    parser.add_argument("--work", required=True, help="scratch folder")
-    parser.add_argument("--case", action="append", choices=FOLDS)
+    parser = parser_of(__doc__, FOLDS)
     parser.add_argument("--radius", type=float, action="append", help="inner, over the thickness")
-    parser.add_argument("--store", help="write CalculiX's numbers here")
-    parser.add_argument("--reuse", help="take CalculiX's numbers from here")
     options = parser.parse_args()
-    stored = {"cases": {}}
-    for file_name in (options.store, options.reuse):
-        if file_name and os.path.exists(file_name):
-            with open(file_name) as file:
-                stored = json.load(file)
+    stored = stored_numbers(options, {"cases": {}})
     for name in options.case or FOLDS:
         case = CASES[name][0]
         case = dataclasses.replace(case, strokes=case.strokes[:1], steps_per_stroke=1)
         folder = os.path.join(options.work, "bent_" + name)
         for ratio in options.radius or [0.5, 1, 2]:
             bent, title = with_radius(case, ratio * case.thickness), f"{name}, r = {ratio:g} t"
-            ours = run_flexopt(options.flexopt, bent, "reduced", None,
+            ours = run_flexopt(options.flexopt, bent, {"accuracy": "reduced"},
                                os.path.join(folder, "flexopt"))
             if options.reuse:
                 solid = stored["cases"][title]
             else:
-                solid = solve_case(case, Mesh(16, 8, 2), "plate", folder,
+                solid = solve_case(case, Mesh(*(options.mesh or (16, 8, 2))), folder,
                                    make_model=lambda *a: BentModel(*a, ratio * case.thickness))
-            if options.store:
-                stored["cases"][title] = record(bent, solid)
-                with open(options.store, "w") as file:
-                    json.dump(stored, file, indent=1)
+            stored["cases"][title] = record(bent, solid)
+            store(options, stored)
             print_table(title, case, case.strokes,
                         differences(case, ours, solid["path"]))
 

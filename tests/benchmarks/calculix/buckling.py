@@ -8,12 +8,11 @@ the linear factor about the unloaded state, flexopt the one along the equilibria
 strain of the loaded leaves, some 1e-5. Prints a table in Markdown.
 """
 import argparse
-import json
 import os
 import re
-import subprocess
 
 from make_and_compare import guide
+from program import path_of
 from solid_model import REFERENCE, Mesh, Model, run_ccx
 
 LENGTHS = {"guide": (0.1, 0.03, 5e-4, 0.1), "wide short guide": (0.03, 0.06, 5e-4, 0.1)}
@@ -24,7 +23,7 @@ def solid_factors(folder, name, size, mesh):
     case = guide(name, *size, [0.0])
     factors = {}
     for drive in ("drive_locked", "drive_free"):
-        lines = Model(case, mesh, "plate").header()
+        lines = Model(case, mesh).header()
         if drive == "drive_locked":
             lines.append(f"{REFERENCE}, {case.drive + 1}, {case.drive + 1}, 0.")
         lines += ["*STEP", "*BUCKLE", "4, 1e-4", "*CLOAD", f"{REFERENCE}, 1, {-PAYLOAD}",
@@ -46,13 +45,7 @@ def own_factors(flexopt, folder, name, size):
                                    "density": 7800.0}},
            "loads": [{"name": "payload", "force": [-PAYLOAD, 0, 0]}],
            "buckling": {"load": "payload"}, "stroke": {"at": [0]}}
-    os.makedirs(folder, exist_ok=True)
-    file = os.path.join(folder, name.replace(" ", "_") + "_flexopt.json")
-    with open(file, "w") as stream:
-        json.dump(job, stream)
-    subprocess.run([flexopt, "run", file], check=True, stdout=subprocess.DEVNULL, cwd=folder)
-    with open(file[:-len(".json")] + ".out/result.json") as stream:
-        return json.load(stream)["path"][0]["buckling"]
+    return path_of(flexopt, job, os.path.join(folder, name.replace(" ", "_")))[0]["buckling"]
 
 
 def main():

@@ -4,15 +4,14 @@
 make_and_compare.py --flexopt build/release/flexopt --work /tmp/calculix [--case NAME]...
                     [--store calculix_solids.json] [--reuse calculix_solids.json]
 """
-import argparse
 import json
 import math
 import os
 import shutil
-import subprocess
 
 import numpy as np
 
+from program import parser_of, path_of, store, stored_numbers
 from solid_model import REFERENCE, ROTATION, Case, Folded, Leaf, Mesh, Model, run_ccx
 
 DIRECTIONS = ["ux", "uy", "uz", "rx", "ry", "rz"]
@@ -154,11 +153,10 @@ def eigenvalues(dat):
     return found
 
 
-def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, linear=True):
-    """CalculiX's answer at every stroke of a case. `finite_loads`: directions whose compliance at
-    the last stroke is also found from two nonlinear steps. Without `linear` no stiffnesses and
+def solve_case(case, mesh, folder, make_model=Model, linear=True):
+    """CalculiX's answer at every stroke of a case. Without `linear` no stiffnesses and
     frequencies."""
-    model = make_model(case, mesh, material)
+    model = make_model(case, mesh)
     lines = model.header() + model.first_steps()
     before = sum(line.startswith("*STEP") for line in lines)
     for stroke in case.strokes:
@@ -210,22 +208,6 @@ def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, 
         compliance[case.drive, :] = 0
         compliance = to_spin @ compliance @ to_spin.T
         keep = [i for i in range(6) if i != case.drive]
-        finite = {}
-        for i in finite_loads if k + 1 == len(case.strokes) else []:
-            n, d = free[i]
-            size = 0.002 * case.thickness / compliance[i, i] if i < 3 else (
-                2e-4 / compliance[i, i])
-            ends = []
-            for load_size in (size, -size):
-                shutil.copy(os.path.join(folder, "path.rout"),
-                            os.path.join(folder, "finite.rin"))
-                u = tables(run_ccx(folder, "finite", [
-                    f"*RESTART, READ, STEP={step}", "*STEP, NLGEOM",
-                    "*CONTROLS, PARAMETERS=FIELD", "1e-6, 1e-5", "*STATIC", "1., 1.",
-                    "*CLOAD, OP=NEW", f"{n}, {d + 1}, {load_size:.15g}",
-                    "*NODE PRINT, NSET=O, FREQUENCY=1000", "U", "*END STEP"]))[-1][1]
-                ends.append(u[n][d])
-            finite[i] = (ends[0] - ends[1]) / (2 * size)
         block = compliance[np.ix_(keep, keep)]
         asymmetry = np.abs(block - block.T).max() / np.abs(block).max()
         stiffness = np.linalg.inv(block)
@@ -238,10 +220,6 @@ def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, 
         shapes[case.drive, :] = 0
         # Modes have unit modal mass.
         corrected = np.linalg.eigvalsh(np.diag(omega2) + shapes.T @ geometric @ shapes)
-        for i, value in finite.items():
-            d = keep.index(i)
-            print(f"compliance {DIRECTIONS[i]}: finite loads {value:.6e}, "
-                  f"linear + rigid body term {exact[d, d]:.6e}, linear {block[d, d]:.6e}")
         path.append({
             "stroke": stroke, "drive_load": load[case.drive],
             "displacement": displacement.tolist(), "rotation": rotation.tolist(),
@@ -254,38 +232,32 @@ def solve_case(case, mesh, material, folder, finite_loads=(), make_model=Model, 
                     float(max(abs(exact[k, k] / block[k, k] - 1) for k in range(5))),
                 "rigid_body_term_in_frequency":
                     float(np.abs(np.sqrt(corrected[:MODES] / omega2[:MODES]) - 1).max())}})
-    return {"unknowns": model.unknowns, "material": material,
+    return {"unknowns": model.unknowns, "material": "plate",
             "mesh": [mesh.along, mesh.across, mesh.through, mesh.grade], "path": path}
+
+
+def material_of(case):
+    return {"youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
+            "density": case.density}
 
 
 def record(case, solid):
     """What is stored of a case."""
     return {**{k: solid[k] for k in ("unknowns", "material", "mesh", "path")},
             "design": case.flexopt, "mass": case.mass, "inertia": case.inertia,
-            "youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
-            "density": case.density}
+            **material_of(case)}
 
 
-def run_flexopt(program, case, accuracy, mesh, folder):
-    model = {"accuracy": accuracy}
-    if mesh:
-        model["mesh"] = mesh
-    job = {"flexopt": 1, "name": case.name, "job": "evaluate",
-           "design": {**case.flexopt,
-                      "material": {"youngs_modulus": case.youngs_modulus,
-                                   "poissons_ratio": case.poissons_ratio,
-                                   "density": case.density}},
-           "end_effector": {"mass": case.mass, "inertia": [case.inertia] * 3},
-           "stroke": {"at": case.strokes}, "model": model, "frequencies": MODES}
-    os.makedirs(folder, exist_ok=True)
-    with open(os.path.join(folder, "job.json"), "w") as file:
-        json.dump(job, file, indent=2)
-    subprocess.run([program, "run", os.path.join(folder, "job.json"), "--out",
-                    os.path.join(folder, "out"), "--quiet"], check=True,
-                   stdout=subprocess.DEVNULL)
-    with open(os.path.join(folder, "out", "result.json")) as file:
-        path = json.load(file)["path"]
-    return [{**p, "frequencies": p["frequencies"]["drive_locked"]} for p in path]
+def job_of(case, model):
+    return {"flexopt": 1, "name": case.name, "job": "evaluate",
+            "design": {**case.flexopt, "material": material_of(case)},
+            "end_effector": {"mass": case.mass, "inertia": [case.inertia] * 3},
+            "stroke": {"at": case.strokes}, "model": model, "frequencies": MODES}
+
+
+def run_flexopt(program, case, model, folder):
+    return [{**p, "frequencies": p["frequencies"]["drive_locked"]}
+            for p in path_of(program, job_of(case, model), folder)]
 
 
 def differences(case, points, reference):
@@ -316,47 +288,28 @@ def print_table(title, case, strokes, rows):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flexopt", required=True)
-    parser.add_argument("--work", required=True, help="scratch folder")
-    parser.add_argument("--case", action="append", choices=list(CASES))
-    parser.add_argument("--material", choices=["plate", "isotropic"], default="plate")
-    parser.add_argument("--finite-loads", type=int, nargs="+", default=[],
-                        help="0-5: check these compliances by finite loads")
-    parser.add_argument("--mesh", type=int, nargs=3, help="along across through, instead")
-    parser.add_argument("--store", help="write CalculiX's numbers here")
-    parser.add_argument("--reuse", help="take CalculiX's numbers from here")
-    options = parser.parse_args()
-    stored = {"cases": {}}
-    if options.store and os.path.exists(options.store):
-        with open(options.store) as file:
-            stored = json.load(file)
-    if options.reuse:
-        with open(options.reuse) as file:
-            reuse = json.load(file)["cases"]
+    options = parser_of(__doc__, CASES).parse_args()
+    stored = stored_numbers(options, {"cases": {}})
     for name in options.case or CASES:
         case, mesh = CASES[name]
         if options.mesh:
             mesh = Mesh(*options.mesh)
         folder = os.path.join(options.work, name)
         if options.reuse:
-            solid = reuse[name]
+            solid = stored["cases"][name]
         else:
-            solid = solve_case(case, mesh, options.material, folder, options.finite_loads)
+            solid = solve_case(case, mesh, folder)
             print(json.dumps({"case": name, "unknowns": solid["unknowns"],
                               "checks": [p["checks"] for p in solid["path"]]}), flush=True)
-        for title, accuracy, plate_mesh in [("full 16x4", "full", [16, 4]),
-                                            ("full 20x6", "full", [20, 6]),
-                                            ("reduced", "reduced", None)]:
-            points = run_flexopt(options.flexopt, case, accuracy, plate_mesh,
+        for title, model in [("full 16x4", {"accuracy": "full", "mesh": [16, 4]}),
+                             ("full 20x6", {"accuracy": "full", "mesh": [20, 6]}),
+                             ("reduced", {"accuracy": "reduced"})]:
+            points = run_flexopt(options.flexopt, case, model,
                                  os.path.join(folder, title.replace(" ", "_")))
             print_table(f"{name}, {title}", case, case.strokes,
                         differences(case, points, solid["path"]))
-        if options.store:
-            stored["cases"][name] = record(case, solid)
-            with open(options.store, "w") as file:
-                json.dump(stored, file, indent=1)
+        stored["cases"][name] = record(case, solid)
+        store(options, stored)
 
 
 if __name__ == "__main__":

@@ -8,18 +8,17 @@ steps at rest give drive stiffnesses, support stiffnesses and frequencies; nonli
 loads at the strokes, and perturbation steps about the last one (--supports) the stiffnesses and
 frequencies there.
 """
-import argparse
 import json
 import math
 import os
 import shutil
-import subprocess
 
 import numpy as np
 
 from make_and_compare import DIRECTIONS, eigenvalues, hat, rotation_matrix, spin_of_rate, tables
+from program import expanded, parser_of, path_of, store, stored_numbers
 from solid_model import (Leaf, Mesh, Wire, chunks, isotropic_material, mesh_folded, mesh_leaf,
-                         mesh_wire, orientation, plate_material, run_ccx)
+                         mesh_wire, node_cards, plate_material, run_ccx, solid_cards)
 
 MATERIAL = {"youngs_modulus": 200e9, "poissons_ratio": 0.3, "density": 7800.0}
 MASS, INERTIA = 0.5, 4e-4
@@ -187,31 +186,16 @@ class Mechanism:
                 self.on[body].append(self.masses[-1][0])
 
     def header(self):
-        out = ["*NODE, NSET=NALL"]
-        out += [f"{n}, {p[0]:.12g}, {p[1]:.12g}, {p[2]:.12g}" for n, p in self.nodes.items()]
-        element, materials = 1, []
-        for index, (cells, axes, leaf) in enumerate(self.leaves, 1):
-            out.append(f"*ELEMENT, TYPE=C3D20R, ELSET=LEAF{index}")
-            for cell in cells:
-                out.append(f"{element}, " + ", ".join(map(str, cell[:15])) + ",")
-                out.append(", ".join(map(str, cell[15:])))
-                element += 1
-            lines, thickness = orientation(index, leaf, axes)
-            out += lines
-            materials.append("WIRE" if isinstance(leaf, Wire)
-                             else "CORNER" if leaf.corner
-                             else {"x": "ARC", "y": "FLAT"}[thickness])
+        solids, sections, elements = solid_cards(self.leaves)
+        out = node_cards(self.nodes) + solids
         for index, (node, mass) in enumerate(self.masses, 1):
-            out += [f"*ELEMENT, TYPE=MASS, ELSET=POINT{index}", f"{element}, {node}",
+            out += [f"*ELEMENT, TYPE=MASS, ELSET=POINT{index}", f"{elements + index}, {node}",
                     f"*MASS, ELSET=POINT{index}", f"{mass:.12g}"]
-            element += 1
         e, nu, density = (self.material[name] for name in MATERIAL)
         for name, thickness in (("FLAT", "y"), ("ARC", "x"), ("WIRE", "")):
             out += plate_material(name, e, nu, density, thickness)
         out += isotropic_material("CORNER", e, nu, density)
-        for index, material in enumerate(materials, 1):
-            out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL={material}, "
-                       f"ORIENTATION=AXES{index}")
+        out += sections
         out += ["*NSET, NSET=GROUND", chunks(self.fixed)]
         for index, (name, nodes) in enumerate(self.on.items(), 1):
             reference, rotation = self.handles[name]
@@ -387,11 +371,7 @@ def supports_at(model, folder, step, displaced, forces):
 
 def solve(name, flexopt, folder, mesh, with_strokes, with_supports):
     """CalculiX's answers."""
-    os.makedirs(folder, exist_ok=True)
-    with open(os.path.join(folder, "job.json"), "w") as file:
-        json.dump(job_of(name), file)
-    design = json.loads(subprocess.run([flexopt, "expand", os.path.join(folder, "job.json")],
-                                       check=True, capture_output=True, text=True).stdout)
+    design = expanded(flexopt, job_of(name), folder)
     strokes = [p["stroke"] for p in run_flexopt(flexopt, name, "full", folder)]
     if not with_strokes:
         strokes = strokes[:1]
@@ -426,13 +406,7 @@ def solve(name, flexopt, folder, mesh, with_strokes, with_supports):
 def run_flexopt(program, name, accuracy, folder):
     job = job_of(name)
     job["model"] = {**job.get("model", {}), "accuracy": accuracy}
-    with open(os.path.join(folder, "job.json"), "w") as file:
-        json.dump(job, file)
-    out = os.path.join(folder, accuracy)
-    subprocess.run([program, "run", os.path.join(folder, "job.json"), "--out", out, "--quiet"],
-                   check=True, stdout=subprocess.DEVNULL)
-    with open(os.path.join(out, "result.json")) as file:
-        return json.load(file)["path"]
+    return path_of(program, job, os.path.join(folder, accuracy))
 
 
 def percent(a, b):
@@ -456,23 +430,12 @@ def row(name, accuracy, ours, solid):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flexopt", required=True)
-    parser.add_argument("--work", required=True, help="scratch folder")
-    parser.add_argument("--case", action="append", choices=[*CASES, *GALLERY])
-    parser.add_argument("--mesh", type=int, nargs=3, help="along across through, instead")
+    parser = parser_of(__doc__, [*CASES, *GALLERY])
     parser.add_argument("--rest", action="store_true", help="linear steps at rest alone")
     parser.add_argument("--supports", action="store_true",
                         help="stiffnesses and frequencies at the last stroke too")
-    parser.add_argument("--store", help="write CalculiX's numbers here")
-    parser.add_argument("--reuse", help="take CalculiX's numbers from here")
     options = parser.parse_args()
-    stored = {}
-    for name in (options.store, options.reuse):
-        if name and os.path.exists(name):
-            with open(name) as file:
-                stored = json.load(file)
+    stored = stored_numbers(options, {})
     print("Differences in percent, flexopt less CalculiX.\n")
     print("| case | accuracy | stroke | drive | " + " | ".join(DIRECTIONS) + " | f1 … f6 |")
     print("|---|---|---|---|" + "---|" * 7, flush=True)
@@ -483,14 +446,11 @@ def main():
         if not options.reuse:
             stored[name] = solve(name, options.flexopt, folder, mesh, not options.rest,
                                  options.supports)
-        os.makedirs(folder, exist_ok=True)
         for accuracy in ("full", "reduced"):
             ours = run_flexopt(options.flexopt, name, accuracy, folder)
             for p, q in zip(ours, stored[name]["path"]):
                 print(row(name, accuracy, p, q), flush=True)
-        if options.store:
-            with open(options.store, "w") as file:
-                json.dump(stored, file, indent=1)
+        store(options, stored)
 
 
 if __name__ == "__main__":

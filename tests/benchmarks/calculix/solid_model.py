@@ -11,6 +11,10 @@ import numpy as np
 
 REFERENCE, ROTATION = 1, 2  # node numbers of the rigid end-effector: O and its rotation vector
 FIRST_MASS = 3              # six point masses, then the nodes of the leaves
+# Nodes of a C3D20 in half elements: corners 1-8, then mid-sides 9-20.
+ORDER = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2),
+         (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2), (1, 2, 2), (0, 1, 2),
+         (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
 
 
 @dataclass
@@ -105,11 +109,7 @@ def mesh_leaf(leaf, thickness, mesh, first_node, skew=(0.0, 0.0)):
                 n = first_node + len(nodes)
                 number[i, j, k] = n
                 nodes[n] = place(i, ys[j]) + ez * zs[k] * widths[i]
-    # Corner order 1-8, then mid-sides 9-20 of a C3D20 in offsets (x, y, z) of half elements.
-    order = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2),
-             (0, 2, 2), (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2),
-             (1, 2, 2), (0, 1, 2), (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
-    elements = [[number[2 * i + a, 2 * j + b, 2 * k + c] for a, b, c in order]
+    elements = [[number[2 * i + a, 2 * j + b, 2 * k + c] for a, b, c in ORDER]
                 for i in range(len(xs) // 2) for j in range(mesh.through)
                 for k in range(mesh.across)]
     ends = [[n for (i, j, k), n in number.items() if i == end] for end in (0, len(xs) - 1)]
@@ -273,13 +273,36 @@ def chunks(numbers, size=12):
                      for i in range(0, len(numbers), size))
 
 
+def node_cards(nodes):
+    return ["*NODE, NSET=NALL"] + [f"{n}, {p[0]:.12g}, {p[1]:.12g}, {p[2]:.12g}"
+                                   for n, p in nodes.items()]
+
+
+def solid_cards(leaves):
+    """Elements and sections of (cells, axes, leaf); how many elements."""
+    out, sections, element = [], [], 0
+    for index, (cells, axes, leaf) in enumerate(leaves, 1):
+        out.append(f"*ELEMENT, TYPE=C3D20R, ELSET=LEAF{index}")
+        for element, cell in enumerate(cells, element + 1):
+            out.append(f"{element}, " + ", ".join(map(str, cell[:15])) + ",")
+            out.append(", ".join(map(str, cell[15:])))
+        lines, thickness = orientation(index, leaf, axes)
+        out += lines
+        material = ("WIRE" if isinstance(leaf, Wire) else "CORNER" if leaf.corner
+                    else {"x": "ARC", "y": "FLAT"}[thickness])
+        sections.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL={material}, "
+                        f"ORIENTATION=AXES{index}")
+    return out, sections, element
+
+
 class Model:
     """The mesh of a case and what every deck of it shares."""
 
-    def __init__(self, case, mesh, material):
-        self.case, self.mesh, self.material = case, mesh, material
+    def __init__(self, case, mesh):
+        self.case = case
         self.nodes = {REFERENCE: np.array(case.reference), ROTATION: np.array(case.reference)}
-        self.masses, self.base, self.tip, self.leaves, self.solids = [], [], [], [], []
+        self.masses, self.base, self.tip = [], [], []
+        self.leaves = []  # (cells, axes, leaf) of every leaf, or part of one
         # Six equal masses at +-a on the axes: inertia (m/6) 4 a^2 about every axis.
         arm = (1.5 * case.inertia / case.mass) ** 0.5
         for axis in range(3):
@@ -287,16 +310,14 @@ class Model:
                 n = FIRST_MASS + len(self.masses)
                 self.nodes[n] = np.array(case.reference) + side * arm * np.eye(3)[axis]
                 self.masses.append(n)
-        first, elements = FIRST_MASS + 6, 0
+        first = FIRST_MASS + 6
         for leaf in case.leaves:
             if isinstance(leaf, Folded):
                 nodes, parts, base, tip = mesh_folded(leaf.legs, case.thickness, mesh, first)
-                self.leaves += [(cells, axes) for cells, axes, _ in parts]
-                self.solids += [leg for _, _, leg in parts]
+                self.leaves += parts
             else:
                 nodes, cells, base, tip, axes = mesh_leaf(leaf, case.thickness, mesh, first)
-                self.leaves.append((cells, axes))
-                self.solids.append(leaf)
+                self.leaves.append((cells, axes, leaf))
             self.nodes.update(nodes)
             self.base += base
             self.tip += tip
@@ -304,32 +325,16 @@ class Model:
         self.unknowns = 3 * len(self.nodes)
 
     def header(self):
-        c, out = self.case, ["*NODE, NSET=NALL"]
-        out += [f"{n}, {p[0]:.12g}, {p[1]:.12g}, {p[2]:.12g}" for n, p in self.nodes.items()]
-        element, materials = 1, []
-        for index, (cells, axes) in enumerate(self.leaves, 1):
-            out.append(f"*ELEMENT, TYPE=C3D20R, ELSET=LEAF{index}")
-            for cell in cells:
-                out.append(f"{element}, " + ", ".join(map(str, cell[:15])) + ",")
-                out.append(", ".join(map(str, cell[15:])))
-                element += 1
-            lines, thickness = orientation(index, self.solids[index - 1], axes)
-            out += lines
-            materials.append("CORNER" if self.solids[index - 1].corner
-                             else {"x": "ARC", "y": "FLAT"}[thickness])
-        out.append("*ELEMENT, TYPE=MASS, ELSET=POINTS")
-        out += [f"{element + i}, {n}" for i, n in enumerate(self.masses)]
+        c = self.case
+        solids, sections, elements = solid_cards(self.leaves)
+        out = node_cards(self.nodes) + solids + ["*ELEMENT, TYPE=MASS, ELSET=POINTS"]
+        out += [f"{elements + i}, {n}" for i, n in enumerate(self.masses, 1)]
         out += ["*MASS, ELSET=POINTS", f"{c.mass / 6:.12g}"]
         e, nu = c.youngs_modulus, c.poissons_ratio
         for name, thickness in (("FLAT", "y"), ("ARC", "x")):
-            if self.material == "plate":
-                out += plate_material(name, e, nu, c.density, thickness)
-            else:
-                out += isotropic_material(name, e, nu, c.density)
+            out += plate_material(name, e, nu, c.density, thickness)
         out += isotropic_material("CORNER", e, nu, c.density)
-        for index, material in enumerate(materials, 1):
-            out.append(f"*SOLID SECTION, ELSET=LEAF{index}, MATERIAL={material}, "
-                       f"ORIENTATION=AXES{index}")
+        out += sections
         out += ["*NSET, NSET=BASE", chunks(self.base), "*NSET, NSET=TIP", chunks(self.tip),
                 "*NSET, NSET=BODY", chunks(self.tip + self.masses),
                 f"*NSET, NSET=O\n{REFERENCE}, {ROTATION},",

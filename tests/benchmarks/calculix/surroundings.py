@@ -4,15 +4,14 @@ flexopt. See README.md.
 
 surroundings.py --flexopt build/release/flexopt --work /tmp/calculix [--case NAME]... [--store FILE]
 """
-import argparse
-import json
 import os
-import subprocess
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from make_and_compare import DIRECTIONS, MODES, cross_hinge, curved_leaf, guide, solve_case
+from make_and_compare import (DIRECTIONS, cross_hinge, curved_leaf, guide, job_of, material_of,
+                              solve_case)
+from program import expanded, parser_of, path_of, store, stored_numbers
 from solid_model import Mesh, Model, chunks
 
 ALPHA = 11e-6  # [1/K]
@@ -33,8 +32,8 @@ class Surroundings:
 class PlacedModel(Model):
     """A mesh whose first leaf has its base edge elsewhere, whose leaves are warm or heavy."""
 
-    def __init__(self, case, mesh, material, around):
-        super().__init__(case, mesh, material)
+    def __init__(self, case, mesh, around):
+        super().__init__(case, mesh)
         self.around = around
         # the edge that sits elsewhere is a rigid body of its own
         self.handles = ()
@@ -108,23 +107,9 @@ CASES = {case.name: (case, mesh, around) for case, mesh, around in [
 
 
 def run_flexopt(program, case, around, model, folder):
-    material = {"youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
-                "density": case.density, "thermal_expansion": ALPHA}
-    job = {"flexopt": 1, "name": case.name, "job": "evaluate",
-           "design": {**case.flexopt, "material": material},
-           "end_effector": {"mass": case.mass, "inertia": [case.inertia] * 3},
-           "stroke": {"at": case.strokes}, "model": model, "frequencies": MODES}
-    os.makedirs(folder, exist_ok=True)
-    path = os.path.join(folder, "job.json")
-
-    def write():
-        with open(path, "w") as file:
-            json.dump(job, file, indent=2)
-
-    write()
-    design = json.loads(subprocess.run([program, "expand", path], check=True, capture_output=True,
-                                       text=True).stdout)
-    names = [leaf["name"] for leaf in design["leaves"]]
+    job = job_of(case, model)
+    job["design"]["material"]["thermal_expansion"] = ALPHA
+    names = [leaf["name"] for leaf in expanded(program, job, folder)["leaves"]]
     if any(around.turn) or any(around.move):
         job["assembly"] = [{"leaf": names[0], "end": "base", "move": around.move,
                             "turn": around.turn}]
@@ -132,19 +117,13 @@ def run_flexopt(program, case, around, model, folder):
         job["temperature"] = {"leaves": dict(zip(names, around.warmth))}
     if any(around.gravity):
         job["gravity"] = around.gravity
-    write()
-    out = os.path.join(folder, "out")
-    subprocess.run([program, "run", path, "--out", out, "--quiet"], check=True,
-                   stdout=subprocess.DEVNULL)
-    with open(os.path.join(out, "result.json")) as file:
-        return json.load(file)["path"]
+    return path_of(program, job, folder)
 
 
 def described(case, around):
     """What a test needs to build the same mechanism."""
     return {"design": case.flexopt, "mass": case.mass, "inertia": case.inertia,
-            "youngs_modulus": case.youngs_modulus, "poissons_ratio": case.poissons_ratio,
-            "density": case.density, "thermal_expansion": ALPHA, "turn": around.turn,
+            **material_of(case), "thermal_expansion": ALPHA, "turn": around.turn,
             "move": around.move, "warmth": around.warmth, "gravity": around.gravity}
 
 
@@ -165,21 +144,8 @@ def row(p, q):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flexopt", required=True)
-    parser.add_argument("--work", required=True, help="scratch folder")
-    parser.add_argument("--case", action="append", choices=list(CASES))
-    parser.add_argument("--material", choices=["plate", "isotropic"], default="plate")
-    parser.add_argument("--mesh", type=int, nargs=3, help="along across through, instead")
-    parser.add_argument("--store", help="write CalculiX's numbers here")
-    parser.add_argument("--reuse", help="take CalculiX's numbers from here")
-    options = parser.parse_args()
-    stored = {}
-    for name in (options.store, options.reuse):
-        if name and os.path.exists(name):
-            with open(name) as file:
-                stored = json.load(file)
+    options = parser_of(__doc__, CASES).parse_args()
+    stored = stored_numbers(options, {})
     print("| case | accuracy | stroke | drive | " + " | ".join(DIRECTIONS)
           + " | worst frequency | motion of O, flexopt [um, urad] | CalculiX |")
     for name in options.case or CASES:
@@ -189,8 +155,7 @@ def main():
         if options.reuse:
             solid = stored[name]
         else:
-            solid = solve_case(case, mesh, options.material, folder,
-                               make_model=lambda *a: PlacedModel(*a, around),
+            solid = solve_case(case, mesh, folder, make_model=lambda *a: PlacedModel(*a, around),
                                linear=around.linear())
         for title, model in (("full 16x4", {"accuracy": "full", "mesh": [16, 4]}),
                              ("full 20x6", {"accuracy": "full", "mesh": [20, 6]}),
@@ -200,10 +165,8 @@ def main():
             for p, q in zip(ours, solid["path"]):
                 print(f"| {name} | {title} | {p['stroke']:g} | " + " | ".join(row(p, q)) + " |",
                       flush=True)
-        if options.store:
-            stored[name] = {**described(case, around), **solid}
-            with open(options.store, "w") as file:
-                json.dump(stored, file, indent=1)
+        stored[name] = {**described(case, around), **solid}
+        store(options, stored)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,12 @@ Sizes leaf_sizes(Random& random, double length, double thinnest = 5) {
   return {width, std::min(thickness, width / thinnest)};
 }
 
+/// The values of a family whose leaves have one length, width and thickness.
+ParameterValues of_leaves(const Sizes& s, double length, ParameterValues more = {}) {
+  more.insert({{"length", length}, {"width", s.width}, {"thickness", s.thickness}});
+  return more;
+}
+
 }  // namespace
 
 const std::vector<Draw>& draws() {
@@ -26,29 +32,24 @@ const std::vector<Draw>& draws() {
       [](Random& r) -> Drawn {
         const Sizes s = leaf_sizes(r, L);
         return {"leaf_spring",
-                {{"length", L}, {"width", s.width}, {"thickness", s.thickness}},
+                of_leaves(s, L),
                 {{"tip", r.coin() ? "rigid" : "guided"}},
                 L * r.between(0.05, 0.25)};
       },
       [](Random& r) -> Drawn {
         const Sizes s = leaf_sizes(r, L);
         return {"parallel_guide",
-                {{"length", L},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"spacing", L * r.between(0.3, 2)}},
+                of_leaves(s, L, {{"spacing", L * r.between(0.3, 2)}}),
                 {},
                 L * r.between(0.05, 0.3)};
       },
       [](Random& r) -> Drawn {
         const Sizes s = leaf_sizes(r, L);
         return {"cross_hinge",
-                {{"length", L},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"half_angle", degree * r.between(25, 65)},
-                 {"crossing_fraction", r.between(0.1, 0.9)},
-                 {"gap", 0.005}},
+                of_leaves(s, L,
+                          {{"half_angle", degree * r.between(25, 65)},
+                           {"crossing_fraction", r.between(0.1, 0.9)},
+                           {"gap", 0.005}}),
                 {},
                 degree * r.between(5, 40)};
       },
@@ -88,7 +89,7 @@ const std::vector<Draw>& draws() {
       [](Random& r) -> Drawn {
         const Sizes s = leaf_sizes(r, L);
         return {"folded_leaf",
-                {{"length", L}, {"width", s.width}, {"thickness", s.thickness}},
+                of_leaves(s, L),
                 {{"fold", r.coin() ? "rigid" : "elastic"}},
                 L * r.between(0.02, 0.15)};
       },
@@ -96,36 +97,29 @@ const std::vector<Draw>& draws() {
         const Sizes s = leaf_sizes(r, L);
         const double outer = L * r.between(0.6, 1.5);
         return {"double_parallelogram",
-                {{"length", L},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"outer_spacing", outer},
-                 {"inner_spacing", outer * r.between(0.4, 0.8)},
-                 {"stage_mass", 0.1}},
+                of_leaves(s, L,
+                          {{"outer_spacing", outer},
+                           {"inner_spacing", outer * r.between(0.4, 0.8)},
+                           {"stage_mass", 0.1}}),
                 {},
                 L * r.between(0.05, 0.3)};
       },
       [](Random& r) -> Drawn {
         const Sizes s = leaf_sizes(r, 0.05);
-        return {"cartwheel_hinge",
-                {{"length", 0.05},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"half_angle", degree * r.between(25, 65)},
-                 {"hub_mass", 0.05}},
-                {},
-                degree * r.between(3, 25)};
+        return {
+            "cartwheel_hinge",
+            of_leaves(s, 0.05, {{"half_angle", degree * r.between(25, 65)}, {"hub_mass", 0.05}}),
+            {},
+            degree * r.between(3, 25)};
       },
       [](Random& r) -> Drawn {
         const double fraction = r.between(0.2, 0.6);
         const Sizes s = leaf_sizes(r, L * (1 - fraction) / 2);
         return {"reinforced_guide",
-                {{"length", L},
-                 {"width", s.width},
-                 {"thickness", s.thickness},
-                 {"spacing", L * r.between(0.4, 1.5)},
-                 {"fraction", fraction},
-                 {"reinforcement_thickness", 8 * s.thickness}},
+                of_leaves(s, L,
+                          {{"spacing", L * r.between(0.4, 1.5)},
+                           {"fraction", fraction},
+                           {"reinforcement_thickness", 8 * s.thickness}}),
                 {},
                 L * r.between(0.05, 0.2)};
       }};

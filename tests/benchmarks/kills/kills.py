@@ -8,7 +8,6 @@ last left to end: result and log have to have the same bytes. A spoilt log may b
 to the same bytes; anything else is counted as a finding. Prints a table of counts; exit code 1 with findings.
 """
 
-import json
 import os
 import random
 import resource
@@ -19,39 +18,19 @@ import sys
 import tempfile
 import time
 
-HINGE = {
-    "flexopt": 1, "name": "killed",
-    "design": {"family": "cross_hinge", "material": "stavax",
-               "parameters": {"length": "60 mm", "width": "20 mm", "thickness": "0.3 mm", "gap": "2 mm"}},
-    "end_effector": {"mass": "0.3 kg", "inertia": ["1e-4 kg m^2", "1e-4 kg m^2", "1e-4 kg m^2"]},
-    "stroke": {"to": "15 deg", "points": 3}, "frequencies": 2, "model": {"mesh": [6, 2]},
-}
-SEARCH = {
-    "variables": [{"parameter": "length", "min": "30 mm", "max": "90 mm"},
-                  {"parameter": "thickness", "min": "0.1 mm", "max": "0.8 mm"}],
-    "objective": {"maximise": "support_stiffness.ux"},
-    "constraints": [{"quantity": "drive_load", "over_stroke": "max_abs", "max": "0.15 N m"}],
-    "algorithm": {"library": "nlopt", "name": "LD_SLSQP"}, "starts": 3, "seed": 3, "max_evaluations": 40,
-}
-TOLERANCES = {"tolerances": {"thickness": "10 um", "length": "50 um"}, "tolerance_samples": {"count": 40}}
-MAP = {"maps": [{"parameters": [{"parameter": "length"}, {"parameter": "thickness"}], "points": [5, 5]}]}
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "support"))
+from shared_jobs import CLOCKED, GUIDE, SLSQP, THICKEST, differences, jobs, write  # noqa: E402
 
-KINDS = {
-    "evaluate": {"job": "evaluate", "stroke": {"to": "20 deg", "points": 41}, "frequencies": 8},
-    "optimise": {"job": "optimise", "optimise": SEARCH},
-    "front": {"job": "optimise",
-              "optimise": SEARCH | {"pareto": {"quantity": "drive_load", "over_stroke": "max_abs", "points": 3}}},
-    "global search": {"job": "optimise", "optimise": SEARCH | {"search": "global", "screened_designs": 128, "starts": 2}},
-    "verified, in stock": {"job": "optimise", "optimise": SEARCH | {
-        "verify": {"tolerance": 1e-3}, "starts": 1,
-        "variables": [SEARCH["variables"][0], SEARCH["variables"][1] | {"step": "0.05 mm"}]}},
-    "compare": {"job": "compare", "samples": {"count": 24, "seed": 3, "vary": [
-        {"parameter": "width", "min": "8 mm", "max": "60 mm"}]}, "models": [{"name": "default"}]},
-    "maps": {"job": "evaluate", "optimise": SEARCH} | MAP,
-    "tolerances": {"job": "evaluate", "optimise": SEARCH} | TOLERANCES,
+KINDS = jobs() | {
+    "evaluate": {**GUIDE, "name": "evaluate", "job": "evaluate", "frequencies": 8,
+                 "stroke": {"from": 0, "to": "10 mm", "points": 41}},
+    "verified": {**GUIDE, "name": "verified", "job": "optimise", "optimise": {
+        **THICKEST, "algorithm": SLSQP, "verify": {"tolerance": 1e-3}, "starts": 1,
+        "variables": [THICKEST["variables"][0] | {"step": "0.05 mm"}, THICKEST["variables"][1]]}},
 }
-# what the clock decides
-TIMED = {"timings.json", "evaluations.seconds.jsonl"}
+for job in KINDS.values():
+    if "optimise" in job:  # as many as the searches need to end well
+        job["optimise"]["max_evaluations"] = 200
 
 
 class Runner:
@@ -72,28 +51,6 @@ class Runner:
         return process.returncode, words
 
 
-def content(out, kind):
-    """Files that have to be the same; of a comparison without its times."""
-    files = {}
-    for name in sorted(os.listdir(out)):
-        path = os.path.join(out, name)
-        if name in TIMED or not os.path.isfile(path):
-            continue
-        with open(path, "rb") as file:
-            files[name] = file.read()
-    if kind == "compare":
-        files.pop("report.html", None)
-        result = json.loads(files.pop("result.json"))
-        for model in result["comparison"]["models"]:
-            model.pop("speed_up", None), model.pop("speed_up_with_reduction", None)
-        files["result.json"] = json.dumps(result).encode()
-    return files
-
-
-def differences(a, b):
-    return sorted(name for name in set(a) | set(b) if a.get(name) != b.get(name))
-
-
 def fresh(folder, name):
     out = os.path.join(folder, name)
     shutil.rmtree(out, ignore_errors=True)
@@ -101,23 +58,21 @@ def fresh(folder, name):
 
 
 def logs_of(out):
-    return [os.path.join(out, n) for n in sorted(os.listdir(out)) if n.startswith("evaluations") and n.endswith("jsonl") and n not in TIMED]
+    return [os.path.join(out, n) for n in sorted(os.listdir(out)) if n.startswith("evaluations") and n.endswith("jsonl") and n not in CLOCKED]
 
 
 def main():
-    program = os.path.abspath(sys.argv[1])
+    program = os.environ["FLEXOPT_BINARY"] = os.path.abspath(sys.argv[1])
     kills_each = int(sys.argv[2]) if len(sys.argv) > 2 else 25
     chance = random.Random(int(sys.argv[3]) if len(sys.argv) > 3 else 1)
     findings = []
     rows = []
     with tempfile.TemporaryDirectory(prefix="flexopt_kills_") as folder:
         runner = Runner(program, folder)
-        for kind, parts in KINDS.items():
+        for kind, of_kind in KINDS.items():
             if sys.argv[4:] and kind not in sys.argv[4:]:
                 continue
-            job = os.path.join(folder, "job.json")
-            with open(job, "w", encoding="utf-8") as file:
-                json.dump(HINGE | parts, file)
+            job = write(of_kind, folder)
             through = fresh(folder, "through")
             begin = time.monotonic()
             code, words = runner.run(job, through)
@@ -125,10 +80,9 @@ def main():
             if code != 0:
                 findings.append(f"{kind}: exit code {code}: {words}")
                 continue
-            wanted = content(through, kind)
 
             def compare(what, out):
-                other = differences(wanted, content(out, kind))
+                other = differences(through, out)
                 if other:
                     findings.append(f"{kind}, {what}: other bytes in {', '.join(other)}")
                 return not other

@@ -1,0 +1,35 @@
+#pragma once
+#include <algorithm>
+#include <ctime>
+#include <functional>
+#include <vector>
+
+namespace flexopt {
+
+/// Processor time of a call, of all threads [s]: other work on the machine does not count.
+inline double seconds(const std::function<void()>& call) {
+  const auto now = [] {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const double start = now();
+  call();
+  return now() - start;
+}
+
+/// The least of so many calls.
+inline double least_seconds(int runs, const std::function<void()>& call) {
+  double least = 1e300;
+  for (int k = 0; k < runs; ++k) least = std::min(least, seconds(call));
+  return least;
+}
+
+/// Strokes from rest to `end`, both among them.
+inline std::vector<double> even_strokes(double end, int count = 11) {
+  std::vector<double> strokes;
+  for (int k = 0; k < count; ++k) strokes.push_back(end * k / (count - 1));
+  return strokes;
+}
+
+}  // namespace flexopt
