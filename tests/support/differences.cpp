@@ -13,7 +13,6 @@
 
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
-#include "core/response/accuracy/error_estimate.hpp"
 #include "core/response/quantities.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
@@ -65,6 +64,12 @@ bool believed(const PathPoint& point) {
   return point.status == PointStatus::converged && point.stable && !point.other_branch;
 }
 
+double length_of(const Mechanism& mechanism) {
+  double longest = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) longest = std::max(longest, leaf.length);
+  return longest;
+}
+
 // What Newton's tolerance leaves of a place, over the length.
 constexpr double of_newton = 3e-9;
 // What rounding leaves of a drive's load, over the loads that act beside it.
@@ -100,7 +105,7 @@ class Comparison {
         other_(other),
         twin_(twin),
         allowed_(allowed),
-        length_(longest_leaf(one.record.mechanism)),
+        length_(length_of(one.record.mechanism)),
         all_(quantities(DriveList(one.record.mechanism))) {
     for (const LeafSpring& leaf : one.record.mechanism.leaves)
       modulus_ = std::max(modulus_, leaf.material.youngs_modulus);
@@ -291,7 +296,7 @@ class Looker {
     for (const PathPoint& p : base.path())
       for (const LeafReport& leaf : p.leaves) full = full && leaf.model == "full" && !leaf.replaced;
     same_leaves_ = full ? of_rounding : of_expansion;
-    length_ = longest_leaf(base.record.mechanism);
+    length_ = length_of(base.record.mechanism);
     const bool all = laws_ == Laws::all;
     few_ = !all;
     const json full_job = with_accuracy(job_, "full");
@@ -437,21 +442,15 @@ class Looker {
   // numbers curve or change their branch within it, narrower ones decide.
   static constexpr std::array<double, 3> step_shares{1, 0.1, 0.01};
 
-  // Looks with one try after the other, until one does not break the law.
-  template <class Tries, class Look>
-  static void until_kept(const Tries& tries, Difference& d, const Look& look) {
-    const Difference empty = d;
-    for (const auto& one : tries) {
-      d = empty;
-      look(one);
-      if (d.end != End::broken) return;
-    }
-  }
-
   // Each drive's load at both sides of the last point, the other drives held.
   void stiffness_by_stroke(const std::string& name, const json& job, double allowed) {
     law(name, [&](Difference& d) {
-      until_kept(step_shares, d, [&](double share) { compare_stiffness(job, share, allowed, d); });
+      const Difference empty = d;
+      for (const double share : step_shares) {
+        d = empty;
+        compare_stiffness(job, share, allowed, d);
+        if (d.end != End::broken) return;
+      }
     });
   }
 
@@ -506,7 +505,12 @@ class Looker {
       if (!believed(here)) return;
       Vector6d w;
       w << random_.direction(), length_ * random_.direction();
-      until_kept(step_shares, d, [&](double share) { compare_compliance(job, here, w, share, d); });
+      const Difference empty = d;
+      for (const double share : step_shares) {
+        d = empty;
+        compare_compliance(job, here, w, share, d);
+        if (d.end != End::broken) return;
+      }
     });
   }
 
@@ -556,9 +560,12 @@ class Looker {
       if (pair.size() < 2) return;
       while (pair.size() > 2)
         pair.erase(pair.begin() + random_.whole(0, static_cast<int>(pair.size()) - 1));
-      until_kept(std::array{1, 4}, d, [&](int parts) {
+      const Difference empty = d;
+      for (const int parts : {1, 4}) {
+        d = empty;
         work_around(job, last, {pair[0], pair[1]}, parts, d);
-      });
+        if (d.end != End::broken) return;
+      }
     });
   }
 
@@ -868,21 +875,6 @@ class Looker {
     });
   }
 
-  // A limit: what holds just below it does not hold just above.
-  template <class Holds>
-  static void below_and_above(const Holds& holds, const std::string& limit, const char* yes,
-                              const char* no, Difference& d) {
-    d.end = End::kept;
-    const std::optional<bool> below = holds(0.97), above = holds(1.03);
-    if (below.value_or(true) && !above.value_or(false)) return;
-    const auto words = [&](const std::optional<bool>& held) {
-      return !held ? "no answer" : *held ? yes : no;
-    };
-    d.end = End::broken;
-    d.error = 1e3;
-    d.what = fmt::format("{}: at 0.97 of it {}, at 1.03 {}", limit, words(below), words(above));
-  }
-
   // With the load at O put on: stable, and below the stress.
   void capacity(json job, const Run& whole) {
     law("capacity", [&](Difference& d) {
@@ -917,11 +909,18 @@ class Looker {
         const PathPoint& p = one.path()[0];
         return p.stable && p.max_stress && p.max_stress->value <= limit;
       };
-      below_and_above(
-          carried,
-          fmt::format("capacity {} of {:.5g} N by {}{}", name, found->value,
-                      by_stress ? "stress" : "instability", found->fold ? " (fold)" : ""),
-          "carried", "not carried", d);
+      d.end = End::kept;
+      d.error = 0;
+      const auto below = carried(0.97), above = carried(1.03);
+      if ((below && !*below) || (above && *above)) {
+        d.end = End::broken;
+        d.error = 1e3;
+        d.what = fmt::format("capacity {} of {:.5g} N by {}{}: at 0.97 of it {}, at 1.03 {}", name,
+                             found->value, by_stress ? "stress" : "instability",
+                             found->fold ? " (fold)" : "",
+                             below ? (*below ? "carried" : "not carried") : "no answer",
+                             above ? (*above ? "carried" : "not carried") : "no answer");
+      }
     });
   }
 
@@ -954,9 +953,16 @@ class Looker {
         if (!one.ok()) return std::nullopt;
         return one.path()[0].stable;
       };
-      below_and_above(
-          stable, fmt::format("factor {:.5g}{}", *critical.factor, critical.fold ? " (fold)" : ""),
-          "stable", "unstable", d);
+      d.end = End::kept;
+      const auto below = stable(0.97), above = stable(1.03);
+      if ((below && !*below) || (above && *above)) {
+        d.end = End::broken;
+        d.error = 1e3;
+        d.what = fmt::format("factor {:.5g}{}: at 0.97 of it {}, at 1.03 {}", *critical.factor,
+                             critical.fold ? " (fold)" : "",
+                             below ? (*below ? "stable" : "unstable") : "no answer",
+                             above ? (*above ? "stable" : "unstable") : "no answer");
+      }
     });
   }
 
