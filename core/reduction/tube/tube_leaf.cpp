@@ -262,10 +262,8 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
 
 TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
                    std::string reason)
-    : leaf_(leaf),
-      index_(index),
+    : MeshLeaf(leaf, index, model->shape().flexure),
       reason_(std::move(reason)),
-      scale_(leaf, model->shape().flexure),
       model_(std::move(model)),
       edges_(model_->rest()) {
   state_.mixed.f = model_->range().centre();
