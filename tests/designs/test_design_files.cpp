@@ -1,19 +1,14 @@
 // Design files: what they may hold, and that frames, repeats and parts are only other ways to write
 // the same mechanism.
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "core/mechanism/each_number.hpp"
-#include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "support/families.hpp"
+#include "support/refusals.hpp"
+#include "support/temporary_folder.hpp"
 #include "support/wrong_designs.hpp"
 
 using namespace flexopt;
@@ -41,21 +36,13 @@ Mechanism make(const json& document, const ParameterValues& values = {}) {
 }
 
 std::string complaint(const json& document, const ParameterValues& values = {}) {
-  try {
-    make(document, values);
-  } catch (const SpecError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::complaint_of([&] { make(document, values); });
 }
 
 void check_same(const Mechanism& a, const Mechanism& b) {
   REQUIRE(a.bodies.size() == b.bodies.size());
   REQUIRE(a.leaves.size() == b.leaves.size());
-  std::vector<double> x, y;
-  each_number(a, [&](double number) { x.push_back(number); });
-  each_number(b, [&](double number) { y.push_back(number); });
-  CHECK(x == y);
+  CHECK(numbers_of(a) == numbers_of(b));
   for (std::size_t i = 0; i < a.leaves.size(); ++i) {
     CHECK(a.leaves[i].name == b.leaves[i].name);
     CHECK(a.leaves[i].base == b.leaves[i].base);
@@ -348,9 +335,7 @@ TEST_CASE("wrong design files are refused with place and rule", "[designs][files
 
 TEST_CASE("the place of a fault begins where the file begins that its reader sees",
           "[designs][files]") {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / fmt::format("flexopt_places_{}", getpid());
-  std::filesystem::create_directories(folder);
+  const test::TemporaryFolder folder;
   const std::string file = (folder / "own.json").string();
   for (const WrongDesign& c : wrong_designs()) {
     const json document = changed(c.pointer, c.value);
@@ -366,7 +351,7 @@ TEST_CASE("the place of a fault begins where the file begins that its reader see
       }
     }
     try {
-      std::ofstream(file) << document.dump(1);
+      test::put(file, document.dump(1));
       const auto family = read_family_file(file);
       (void)family->make(sample_values(*family), default_choices(*family), steel(), {});
     } catch (const SpecError& error) {
@@ -378,7 +363,6 @@ TEST_CASE("the place of a fault begins where the file begins that its reader see
       }
     }
   }
-  std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("a leaf that crosses another is refused, one that begins at its edge is not",

@@ -2,31 +2,13 @@
 // against central differences of the mechanisms themselves, for every family.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <string>
 
-#include "core/mechanism/each_number.hpp"
 #include "support/families.hpp"
 
 using namespace flexopt;
-
-namespace {
-
-std::vector<double> numbers(const Mechanism& mechanism) {
-  std::vector<double> all;
-  each_number(mechanism, [&](double x) { all.push_back(x); });
-  return all;
-}
-
-EndEffector payload() {
-  EndEffector e;
-  e.mass = 0.5;
-  e.inertia = Vector3d(1e-4, 2e-4, 2.5e-4).asDiagonal();
-  e.center_of_mass = Vector3d(0.01, -0.02, 0.03);
-  return e;
-}
-
-}  // namespace
 
 TEST_CASE("the derivatives of a family's numbers are those of central differences",
           "[designs][derivatives]") {
@@ -39,17 +21,17 @@ TEST_CASE("the derivatives of a family's numbers are those of central difference
       const auto at = [&](const std::string& name, double x) {
         ParameterValues moved = values;
         moved.at(name) = x;
-        return numbers(family.make(moved, choices, material, payload()));
+        return numbers_of(family.make(moved, choices, material, some_payload()));
       };
       std::vector<std::string> names;
       for (const Parameter& p : family.parameters)
         if (std::ranges::find(family.counts, p.name) == family.counts.end())
           names.push_back(p.name);
       for (const MechanismDirection& d :
-           family.directions(values, choices, material, payload(), names)) {
+           family.directions(values, choices, material, some_payload(), names)) {
         INFO(d.parameter);
         const double x = values.at(d.parameter), h = 1e-5 * (x == 0 ? 1 : std::abs(x));
-        const std::vector<double> rate = numbers(d.rate);
+        const std::vector<double> rate = numbers_of(d.rate);
         // a parameter at its bound, such as a mass of zero, moves inwards only
         const std::vector<double> here = at(d.parameter, x), up = at(d.parameter, x + h),
                                   down = x == 0 ? here : at(d.parameter, x - h);
@@ -75,14 +57,13 @@ TEST_CASE("a direction of material or payload moves that number alone", "[design
   const auto rate = [&](const std::string& name) {
     return family
         .directions(sample_values(family), default_choices(family), materials().front().material,
-                    payload(), {name})
+                    some_payload(), {name})
         .front()
         .rate;
   };
   const auto sum = [](const Mechanism& of) {
-    double all = 0;
-    each_number(of, [&](double x) { all += x; });
-    return all;
+    const std::vector<double> all = numbers_of(of);
+    return std::accumulate(all.begin(), all.end(), 0.0);
   };
   const Mechanism density = rate("material.density");
   CHECK(density.leaves[0].material.density == 1);

@@ -1,13 +1,11 @@
 // Laws that every mechanism keeps, for random design files: trees and loops of bodies, leaves
 // of all kinds, joints, springs, bushings, frames, repeats and mirrored parts.
-#include <unistd.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <filesystem>
 
 #include "support/mechanism_laws.hpp"
 #include "support/nightly.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 
@@ -15,19 +13,6 @@ namespace {
 
 constexpr int count = 200;
 const int checked = test::nightly() ? count : 40;
-
-/// A folder for the files of parts, removed at the end.
-struct Folder {
-  std::filesystem::path path;
-  explicit Folder(const std::string& name)
-      : path(std::filesystem::temp_directory_path() /
-             ("flexopt_" + name + "_" + std::to_string(getpid()))) {
-    std::filesystem::create_directories(path);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { std::filesystem::remove_all(path); }
-};
 
 /// Every tenth reduced, every second of the others beams.
 ModelOptions coarse(int seed, bool reduced) {
@@ -47,12 +32,12 @@ double limit(const laws::Deviation& d, bool reduced) {
 }  // namespace
 
 TEST_CASE("random mechanisms are of all kinds", "[random]") {
-  const Folder folder("kinds");
+  const test::TemporaryFolder folder;
   int leaves = 0, wires = 0, profiles = 0, joints = 0, springs = 0, bushings = 0, loops = 0,
       several = 0, massless = 0, held = 0, turned = 0, mirrored = 0, repeats = 0, nested = 0,
       curves = 0, folds = 0, points = 0, driven_points = 0;
   for (int seed = 0; seed < count; ++seed) {
-    const RandomDesign design = random_design(seed, folder.path);
+    const RandomDesign design = random_design(seed, folder.path());
     const Mechanism m = design.make();
     leaves += static_cast<int>(m.leaves.size());
     for (const LeafSpring& leaf : m.leaves) {
@@ -87,30 +72,30 @@ TEST_CASE("random mechanisms are of all kinds", "[random]") {
 
 TEST_CASE("a random mechanism written flat, or without repeats, is the same to the last bit",
           "[random]") {
-  const Folder folder("ways");
+  const test::TemporaryFolder folder;
   for (int seed = 0; seed < count; ++seed) {
-    const laws::Deviation d = laws::ways_of_writing(random_design(seed, folder.path));
+    const laws::Deviation d = laws::ways_of_writing(random_design(seed, folder.path()));
     INFO("seed " << seed << ": " << d.what);
     CHECK(d.size == 0);
   }
 }
 
 TEST_CASE("every number of a random mechanism has its exact derivatives", "[random][slow]") {
-  const Folder folder("derivatives");
+  const test::TemporaryFolder folder;
   for (int seed = 0; seed < checked; ++seed) {
-    const laws::Deviation d = laws::derivatives(random_design(seed, folder.path));
+    const laws::Deviation d = laws::derivatives(random_design(seed, folder.path()));
     INFO("seed " << seed << ": " << d.what);
     CHECK(d.size < 1e-8);
   }
 }
 
 TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slow]") {
-  const Folder folder("moved");
+  const test::TemporaryFolder folder;
   int exact = 0;
   for (int seed = 0; seed < checked; ++seed) {
     const bool reduced = seed % 10 == 0;
-    const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path), seed, "",
-                                                        coarse(seed, reduced));
+    const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path()), seed,
+                                                        "", coarse(seed, reduced));
     INFO("seed " << seed << ": " << d.what);
     CHECK(d.size < limit(d, reduced));
     exact += d.size < 1e-10;
@@ -119,10 +104,10 @@ TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slo
 }
 
 TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow]") {
-  const Folder folder("mirrored");
+  const test::TemporaryFolder folder;
   for (int seed = 0; seed < checked; ++seed) {
     const std::string mirror(1, "xyz"[seed % 3]);
-    const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path), seed,
+    const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path()), seed,
                                                         mirror, coarse(seed, seed % 10 == 0));
     INFO("seed " << seed << ": " << d.what);
     CHECK(d.size < limit(d, seed % 10 == 0));
@@ -131,10 +116,10 @@ TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow
 
 TEST_CASE("the force of a random mechanism is the gradient of its energy, the tangent its Hessian",
           "[random][slow]") {
-  const Folder folder("energy");
+  const test::TemporaryFolder folder;
   for (int seed = 0; seed < checked; ++seed) {
     const laws::Deviation d =
-        laws::energy(random_design(seed, folder.path), seed, coarse(seed, false));
+        laws::energy(random_design(seed, folder.path()), seed, coarse(seed, false));
     INFO("seed " << seed << ": " << d.what);
     CHECK(d.size < std::max(2e-7, 1e3 * d.rounding));  // rounding of energies
   }

@@ -10,20 +10,11 @@
 #include <string>
 
 #include "support/binary.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace child {
 
-/// A folder of one's own, removed at the end.
-struct Folder {
-  std::filesystem::path path;
-  explicit Folder(const std::string& name)
-      : path(std::filesystem::temp_directory_path() / (name + "_" + std::to_string(getpid()))) {
-    std::filesystem::create_directories(path);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { std::filesystem::remove_all(path); }
-};
+using Folder = flexopt::test::TemporaryFolder;
 
 inline std::string read(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);

@@ -53,10 +53,10 @@ json without_clock(const fs::path& out) {
 }  // namespace
 
 TEST_CASE("a batch killed and started again ends with the same bytes", "[jobs][compare][slow]") {
-  const Folder folder("flexopt_killed");
-  const fs::path job = folder.path / "job.json";
+  const Folder folder;
+  const fs::path job = folder / "job.json";
   std::ofstream(job) << job_document().dump();
-  const fs::path through = folder.path / "through", killed = folder.path / "killed";
+  const fs::path through = folder / "through", killed = folder / "killed";
   REQUIRE(finished(start(job, through, "1")) == 0);
 
   int kills = 0;

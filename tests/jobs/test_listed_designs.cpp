@@ -49,8 +49,8 @@ json job_document() {
 }  // namespace
 
 TEST_CASE("listed designs are ranked, one without a feasible point last", "[jobs][optim][slow]") {
-  const Folder folder("flexopt_listed");
-  const fs::path file = folder.path / "job.json", out = folder.path / "out";
+  const Folder folder;
+  const fs::path file = folder / "job.json", out = folder / "out";
   std::ofstream(file) << job_document().dump();
   REQUIRE(finished(start(file, out, "2")) == 0);
   const json result = json::parse(read(out / "result.json"));
@@ -69,7 +69,7 @@ TEST_CASE("listed designs are ranked, one without a feasible point last", "[jobs
 
   // each as it would be alone: the job in its folder is one of its own
   for (const json& entry : ranking) {
-    const fs::path own = out / entry["folder"].get<std::string>(), alone = folder.path / "alone";
+    const fs::path own = out / entry["folder"].get<std::string>(), alone = folder / "alone";
     fs::remove_all(alone);
     (void)finished(start(own / "job.json", alone, "2"));
     CHECK(read(own / "result.json") == read(alone / "result.json"));
@@ -79,9 +79,8 @@ TEST_CASE("listed designs are ranked, one without a feasible point last", "[jobs
 }
 
 TEST_CASE("listed designs killed again and again end with the same bytes", "[jobs][optim][slow]") {
-  const Folder folder("flexopt_listed_cut");
-  const fs::path file = folder.path / "job.json", through = folder.path / "through",
-                 out = folder.path / "out";
+  const Folder folder;
+  const fs::path file = folder / "job.json", through = folder / "through", out = folder / "out";
   std::ofstream(file) << job_document().dump();
   const auto begin = std::chrono::steady_clock::now();
   REQUIRE(finished(start(file, through, "1")) == 0);
@@ -112,11 +111,11 @@ TEST_CASE("listed designs killed again and again end with the same bytes", "[job
 }
 
 TEST_CASE("listed designs are evaluated side by side", "[jobs]") {
-  const Folder folder("flexopt_listed_evaluate");
+  const Folder folder;
   json document = job_document();
   document["job"] = "evaluate";
   document.erase("optimise");
-  const fs::path file = folder.path / "job.json", out = folder.path / "out";
+  const fs::path file = folder / "job.json", out = folder / "out";
   std::ofstream(file) << document.dump();
   CHECK(finished(start(file, out, "1")) == 0);
   const json result = json::parse(read(out / "result.json"));
@@ -129,13 +128,13 @@ TEST_CASE("listed designs are evaluated side by side", "[jobs]") {
 
 TEST_CASE("six hinges compared, shortened: the cartwheel wins, and slaving the stage helps",
           "[jobs][optim][slow]") {
-  const Folder folder("flexopt_six_hinges");
+  const Folder folder;
   json document =
       json::parse(read(fs::path(FLEXOPT_SOURCE_DIR) / "designs/studies/six_hinges.json"));
   document["stroke"] = {{"to", "20 deg"}, {"points", 3}};
   document["optimise"]["starts"] = 1;
   document.erase("expect");
-  const fs::path file = folder.path / "job.json", out = folder.path / "out";
+  const fs::path file = folder / "job.json", out = folder / "out";
   std::ofstream(file) << document.dump();
   REQUIRE(finished(start(file, out, "2")) == 0);
   const json result = json::parse(read(out / "result.json"));

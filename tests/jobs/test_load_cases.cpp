@@ -35,19 +35,19 @@ json job_document() {
 }
 
 int run(const Folder& place, const std::string& name, const json& document) {
-  const fs::path file = place.path / (name + ".json");
+  const fs::path file = place / (name + ".json");
   std::ofstream(file) << document.dump();
-  return finished(start(file, place.path / name, "2"));
+  return finished(start(file, place / name, "2"));
 }
 
 json result_of(const Folder& place, const std::string& name) {
-  return json::parse(read(place.path / name / "result.json"));
+  return json::parse(read(place / name / "result.json"));
 }
 
 }  // namespace
 
 TEST_CASE("each load case has the result of a job with this case alone", "[jobs][slow]") {
-  const Folder place("flexopt_cases");
+  const Folder place;
   REQUIRE(run(place, "all", job_document()) == 0);
   const json all = result_of(place, "all");
   CHECK(all["case"] == "hanging");
@@ -68,13 +68,13 @@ TEST_CASE("each load case has the result of a job with this case alone", "[jobs]
          {"status", "message", "units", "quantities", "path", "frequency_derivatives", "shapes"})
       CHECK(own.value(key, json()) == one.value(key, json()));
     rows += one["path"].size();
-    CHECK(fs::exists(place.path / "all" / "cases" / name / "shapes.pvd"));
+    CHECK(fs::exists(place / "all" / "cases" / name / "shapes.pvd"));
   }
   // the largest drive load of all, and where it is
   const json& largest = all["extremes"]["drive_load"]["largest"];
   CHECK(largest["value"] == all["cases"][largest["case"].get<std::string>()]["path"]
                                [largest["point"].get<std::size_t>()]["drive_load"]);
-  std::istringstream csv(read(place.path / "all" / "path.csv"));
+  std::istringstream csv(read(place / "all" / "path.csv"));
   std::string line;
   std::getline(csv, line);
   CHECK(line.starts_with("case,stroke [m],stroke [1],status,"));
@@ -88,16 +88,16 @@ TEST_CASE("each load case has the result of a job with this case alone", "[jobs]
   CHECK(tolerances["cases"]["standing"]["path"].size() == 2);
   CHECK(tolerances["samples"]["count"] == 10);
   CHECK(tolerances["room"]["scale"].get<double>() > 0);
-  CHECK(fs::exists(place.path / "all" / "tolerances.csv"));
+  CHECK(fs::exists(place / "all" / "tolerances.csv"));
 }
 
 TEST_CASE("an optimisation over load cases that was cut short ends with the same bytes",
           "[jobs][slow]") {
-  const Folder place("flexopt_cases_resumed");
+  const Folder place;
   json document = job_document();
   document["job"] = "optimise";
   REQUIRE(run(place, "whole", document) == 0);
-  const fs::path whole = place.path / "whole", cut = place.path / "cut";
+  const fs::path whole = place / "whole", cut = place / "cut";
   const json result = result_of(place, "whole");
   CHECK(result["optimum"]["goal"]["decisive"]["case"].is_string());
   CHECK(result["optimum"]["constraints"][0]["case"] == "hanging");

@@ -67,8 +67,8 @@ std::map<std::string, int> counted(const std::vector<json>& evaluations) {
 TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][optim][slow]") {
   const bool global = GENERATE(false, true);
   CAPTURE(global);
-  const Folder folder("flexopt_cut");
-  const fs::path job = folder.path / "job.json";
+  const Folder folder;
+  const fs::path job = folder / "job.json";
   json document = job_document();
   if (global) {  // the kills fall into the screening, too
     document["optimise"].update({{"search", "global"}, {"screened_designs", 400}, {"starts", 3}});
@@ -76,7 +76,7 @@ TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][o
                          {"points", {4, 3}}}};
   }
   std::ofstream(job) << document.dump();
-  const fs::path through = folder.path / "through";
+  const fs::path through = folder / "through";
   const auto begin = std::chrono::steady_clock::now();
   REQUIRE(finished(start(job, through, "1")) == 0);
   const auto whole = std::chrono::steady_clock::now() - begin;
@@ -87,7 +87,7 @@ TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][o
 
   for (const char* threads : {"1", "2"}) {
     CAPTURE(threads);
-    const fs::path out = folder.path / ("killed" + std::string(threads));
+    const fs::path out = folder / ("killed" + std::string(threads));
     std::mt19937 random(static_cast<unsigned>(threads[0]));  // moments, not numbers: any will do
     int kills = 0;
     std::size_t before = 0;
@@ -130,11 +130,11 @@ TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][o
 }
 
 TEST_CASE("an infeasible job exits 1 with the least violated design", "[jobs][optim]") {
-  const Folder folder("flexopt_cut");
+  const Folder folder;
   json document = job_document();
   json& o = document["optimise"];
   o["constraints"][0]["max"] = "1e-4 N m";
-  const fs::path job = folder.path / "job.json", out = folder.path / "out";
+  const fs::path job = folder / "job.json", out = folder / "out";
   std::ofstream(job) << document.dump();
   CHECK(finished(start(job, out, "2")) == 1);
   const json result = json::parse(read(out / "result.json"));

@@ -1,13 +1,8 @@
 // Guides and hinges that are bolted down crooked, warm or heavy against the same ones in CalculiX's
-// solid elements. How the numbers were made: tests/benchmarks/calculix/README.md.
-#include <catch2/catch.hpp>
-#include <fstream>
-#include <nlohmann/json.hpp>
-
-#include "core/response/response.hpp"
+// solid elements.
 #include "designs/family.hpp"
+#include "solids.hpp"
 #include "support/models.hpp"
-#include "support/nightly.hpp"
 
 using namespace flexopt;
 
@@ -44,9 +39,7 @@ LoadCase loads_of(const nlohmann::json& solid) {
 
 /// Relative differences of every quantity at every stroke stay below `bar`; motions relative to the
 /// largest of the case.
-void compare(const std::string& name, const nlohmann::json& solid, const ModelOptions& model,
-             double bar) {
-  CAPTURE(name);
+void compare(const nlohmann::json& solid, const ModelOptions& model, double bar) {
   const Mechanism mechanism = build(solid);
   StrokeRequest request;
   request.points.clear();
@@ -86,33 +79,23 @@ void compare(const std::string& name, const nlohmann::json& solid, const ModelOp
       const double own = i < 3 ? ours.displacement[i] : ours.rotation[i - 3];
       CHECK(std::abs(own - moved) < bar * largest[i]);
     }
-    if (!theirs.contains("support_stiffness")) continue;
-    for (const auto& [direction, value] : theirs.at("support_stiffness").items()) {
-      CAPTURE(direction);
-      const auto found = std::ranges::find(direction_names, direction);
-      const auto& stiffness =
-          ours.support_stiffness[static_cast<std::size_t>(found - direction_names.begin())];
-      REQUIRE(stiffness.has_value());
-      CHECK(*stiffness == Approx(value.get<double>()).epsilon(bar));
-    }
-    for (std::size_t i = 0; i < theirs.at("frequencies").size(); ++i)
-      CHECK(ours.frequencies_locked.at(i) ==
-            Approx(theirs.at("frequencies").at(i).get<double>()).epsilon(bar));
+    if (theirs.contains("support_stiffness"))
+      solids::compare_stiffness_and_modes(ours, theirs, bar);
   }
 }
 
 }  // namespace
 
 TEST_CASE("crooked, warm and heavy mechanisms are within 1 % of solids", "[surroundings][slow]") {
-  std::ifstream file(FLEXOPT_LITERATURE "/calculix_surroundings.json");
   ModelOptions full;
   full.accuracy = Accuracy::full;
   full.mesh = {16, 4};
-  const nlohmann::json cases = nlohmann::json::parse(file);
+  const nlohmann::json cases = solids::read("calculix_surroundings.json");
   REQUIRE(cases.size() > 10);
-  int number = 0;
-  for (const auto& [name, solid] : cases.items()) {
-    if (number++ % 3 == 0 || test::nightly()) compare(name, solid, full, 0.01);
-    compare(name, solid, {}, 0.01);
-  }
+  solids::each_case(cases, false, [&](const std::string&, const nlohmann::json& solid) {
+    compare(solid, full, 0.01);
+  });
+  solids::each_case(cases, true, [](const std::string&, const nlohmann::json& solid) {
+    compare(solid, {}, 0.01);
+  });
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mechanism/each_number.hpp"
 #include "designs/family.hpp"
 
 namespace flexopt {
@@ -33,6 +34,22 @@ inline std::vector<FamilyChoices> all_choices(const Family& family) {
       }
     all = std::move(next);
   }
+  return all;
+}
+
+/// What an end-effector may carry, with a centre of mass and moments of inertia of its own.
+inline EndEffector some_payload() {
+  EndEffector e;
+  e.mass = 0.5;
+  e.inertia = Vector3d(1e-4, 2e-4, 2.5e-4).asDiagonal();
+  e.center_of_mass = Vector3d(0.01, -0.02, 0.03);
+  return e;
+}
+
+/// All numbers of a mechanism, in the order of each_number.
+inline std::vector<double> numbers_of(const Mechanism& mechanism) {
+  std::vector<double> all;
+  each_number(mechanism, [&](double x) { all.push_back(x); });
   return all;
 }
 

@@ -131,10 +131,17 @@ inline StrokeGradientEvaluator gradient_evaluator(Calls& calls, double breaks_at
   };
 }
 
+inline void set_algorithm(nlohmann::json& job, const std::string& name) {
+  if (name == "ipopt")
+    job["optimise"]["algorithm"] = {{"library", "ipopt"}};
+  else
+    job["optimise"]["algorithm"] = {{"library", "nlopt"}, {"name", name}};
+}
+
 /// Stiffest guide for its drive load in an envelope. The optimum has both active:
 /// t = r L with 2 E w r³ x = 7.5 N → r = 0.005, and L + 40 t = 120 mm → L = 100 mm, t = 0.5 mm.
-inline nlohmann::json stiff_guide() {
-  return nlohmann::json::parse(R"({
+inline nlohmann::json stiff_guide(const std::string& algorithm = "LN_COBYLA") {
+  nlohmann::json job = nlohmann::json::parse(R"({
     "flexopt": 1, "name": "stiff guide", "job": "optimise",
     "design": {
       "family": "parallel_guide",
@@ -154,10 +161,11 @@ inline nlohmann::json stiff_guide() {
         {"quantity": "drive_load", "over_stroke": "max_abs", "max": "7.5 N"},
         {"expression": "length + 40*thickness", "max": "120 mm"}
       ],
-      "algorithm": {"library": "nlopt", "name": "LN_COBYLA"},
       "starts": 1, "seed": 1, "max_evaluations": 2000
     }
   })");
+  set_algorithm(job, algorithm);
+  return job;
 }
 
 /// Highest parasitic frequency over the stroke: the two modes cross at the optimum, u² = 144 / 98,
@@ -175,11 +183,12 @@ inline nlohmann::json crossing_modes() {
   return job;
 }
 
-inline void set_algorithm(nlohmann::json& job, const std::string& name) {
-  if (name == "ipopt")
-    job["optimise"]["algorithm"] = {{"library", "ipopt"}};
-  else
-    job["optimise"]["algorithm"] = {{"library", "nlopt"}, {"name", name}};
+/// The optimum of such a job, with differences or exact derivatives (see gradient_evaluator).
+inline Optimum run(const nlohmann::json& document, Calls& calls, bool exact = false,
+                   OptimiseOptions options = {}, double breaks_at = 1e99, bool offers = true) {
+  options.evaluators = {evaluator(calls, breaks_at),
+                        exact ? gradient_evaluator(calls, breaks_at, offers) : by_differences};
+  return optimise(parse_job(document), options);
 }
 
 }  // namespace flexopt::guide

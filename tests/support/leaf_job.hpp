@@ -1,5 +1,7 @@
 #pragma once
 // A small job that many tests run: one leaf, bent by 4 mm.
+#include <nlohmann/json.hpp>
+
 #include "results/files/json_text.hpp"
 
 namespace flexopt::test {
@@ -24,6 +26,24 @@ inline OrderedJson thickest_leaf() {
     "objective": {"maximise": "support_stiffness.uz", "over_stroke": "min"},
     "constraints": [{"quantity": "drive_load", "over_stroke": "max_abs", "max": "1 N"}],
     "algorithm": {"library": "nlopt", "name": "LN_COBYLA"}, "starts": 2, "max_evaluations": 40})");
+}
+
+inline OrderedJson optimised_leaf() {
+  OrderedJson job = leaf_job();
+  job["job"] = "optimise";
+  job["optimise"] = thickest_leaf();
+  return job;
+}
+
+/// The leaf at six thicknesses, at full accuracy and on a coarse mesh.
+inline OrderedJson compared_leaf() {
+  OrderedJson job = leaf_job();
+  job["job"] = "compare";
+  job.erase("model");
+  job["samples"] = OrderedJson::parse(R"({"count": 6, "seed": 3, "vary": [
+      {"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"}]})");
+  job["models"] = OrderedJson::parse(R"([{"name": "coarse", "mesh": [3, 2]}])");
+  return job;
 }
 
 }  // namespace flexopt::test

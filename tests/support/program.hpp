@@ -8,10 +8,11 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "support/binary.hpp"
-#include "support/fixture.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace flexopt::test {
 
@@ -59,5 +60,23 @@ inline Outcome run_on_terminal(const std::filesystem::path& folder, const std::s
   outcome.code = WEXITSTATUS(status);
   return outcome;
 }
+
+/// A folder in which the program runs; files are named from there.
+class Workplace : public TemporaryFolder {
+ public:
+  Outcome run(const std::string& arguments, const std::string& environment = {}) const {
+    return run_program(path(), arguments, environment);
+  }
+  template <class Content>
+  void put(const std::string& name, const Content& content) const {
+    test::put(*this / name, content);
+  }
+  std::string content(const std::string& name) const { return content_of(*this / name); }
+  nlohmann::ordered_json json(const std::string& name) const {
+    return nlohmann::ordered_json::parse(content(name));
+  }
+  bool has(const std::string& name) const { return std::filesystem::exists(*this / name); }
+  std::vector<std::string> names() const { return names_in(path()); }
+};
 
 }  // namespace flexopt::test

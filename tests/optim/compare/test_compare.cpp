@@ -1,14 +1,13 @@
 // Errors against full accuracy by their definition, and batches that are killed and go on.
 #include "optim/compare/compare.hpp"
 
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -16,17 +15,6 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("flexopt_compare_" + std::to_string(getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-};
-
-std::string content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 json job_document(int count = 6) {
   json job = guide::stiff_guide();
@@ -57,15 +45,21 @@ const std::vector<ComparedQuantity>& compared() {
   return list;
 }
 
+/// A point with room for these numbers, none of which it has.
+ComparedPoint point_of(const std::vector<ComparedQuantity>& list) {
+  ComparedPoint p;
+  p.converged = true;
+  for (const ComparedQuantity& quantity : list) {
+    p.numbers.emplace_back(quantity.numbers.size());
+    p.reasons.emplace_back(quantity.numbers.size());
+  }
+  return p;
+}
+
 ComparedPath path_of(std::initializer_list<double> loads) {
   ComparedPath path;
   for (const double load : loads) {
-    ComparedPoint p;
-    p.converged = true;
-    for (const ComparedQuantity& quantity : compared()) {
-      p.numbers.emplace_back(quantity.numbers.size());
-      p.reasons.emplace_back(quantity.numbers.size());
-    }
+    ComparedPoint p = point_of(compared());
     p.numbers[drive_load] = {load};
     p.numbers[displacement] = {load, 0, 0};
     p.numbers[support_stiffness][0] = 1000 + load;
@@ -124,14 +118,8 @@ TEST_CASE("of several drives the load of each has its own floor", "[optim][compa
   CHECK(list[drive_load].part_key == "by_component");
   ComparedPath full;
   for (int i = 0; i < 3; ++i) {
-    ComparedPoint p;
-    p.converged = true;
-    for (const ComparedQuantity& quantity : list) {
-      p.numbers.emplace_back(quantity.numbers.size());
-      p.reasons.emplace_back(quantity.numbers.size());
-    }
-    p.numbers[drive_load] = {i, 100};
-    full.points.push_back(p);
+    full.points.push_back(point_of(list));
+    full.points.back().numbers[drive_load] = {i, 100};
   }
   ComparedPath model = full;
   model.points[2].numbers[drive_load][1] = 103;
@@ -260,70 +248,68 @@ TEST_CASE("failures are accounted for one by one and spoil no figure", "[optim][
 }
 
 TEST_CASE("a batch cut off anywhere goes on to the same bytes", "[optim][compare]") {
-  const Folder folder;
-  const fs::path log = folder.path / "evaluations.jsonl";
+  const test::TemporaryFolder folder;
+  const fs::path log = folder / "evaluations.jsonl";
   const CompareRun whole = run(job_document(), log);
-  const std::string bytes = content(log);
-  std::vector<std::size_t> line_ends{0};
-  for (std::size_t at = 0; (at = bytes.find('\n', at)) != std::string::npos; ++at)
-    line_ends.push_back(at + 1);
+  const std::string bytes = test::content_of(log);
+  const std::vector<std::size_t> line_ends = test::line_begins(bytes);
   REQUIRE(line_ends.size() == 18 + 2);
   for (std::size_t i = 0; i + 1 < line_ends.size(); ++i)
     for (const std::size_t cut : {line_ends[i], (line_ends[i] + line_ends[i + 1]) / 2}) {
       CAPTURE(i, cut);
-      std::ofstream(log, std::ios::binary | std::ios::trunc) << bytes.substr(0, cut);
+      test::put(log, bytes.substr(0, cut));
       guide::Calls calls;
       const CompareRun resumed = run(job_document(), log, 1, 1e99, &calls);
       CHECK(calls.full + calls.reduced == 18 - std::max(0, static_cast<int>(i) - 1));
-      CHECK(content(log) == bytes);
+      CHECK(test::content_of(log) == bytes);
       CHECK(resumed.comparison.models[1].errors.size() == whole.comparison.models[1].errors.size());
     }
   const Comparison logged = compare_logged(parse_job(job_document()), log);
   CHECK(logged.evaluated == 18);
-  std::ofstream(log, std::ios::binary | std::ios::trunc) << bytes.substr(0, line_ends[9] + 5);
+  test::put(log, bytes.substr(0, line_ends[9] + 5));
   CHECK(compare_logged(parse_job(job_document()), log).evaluated == 8);
-  CHECK(content(log) == bytes.substr(0, line_ends[9] + 5));  // a reader leaves it alone
+  CHECK(test::content_of(log) == bytes.substr(0, line_ends[9] + 5));  // a reader leaves it alone
 }
 
 TEST_CASE("the threads change no byte of a batch", "[optim][compare]") {
-  const Folder folder;
-  run(job_document(), folder.path / "1.jsonl", 1);
-  const std::string bytes = content(folder.path / "1.jsonl");
+  const test::TemporaryFolder folder;
+  run(job_document(), folder / "1.jsonl", 1);
+  const std::string bytes = test::content_of(folder / "1.jsonl");
   for (const int threads : {2, 5}) {
-    const fs::path log = folder.path / (std::to_string(threads) + ".jsonl");
+    const fs::path log = folder / (std::to_string(threads) + ".jsonl");
     run(job_document(), log, threads);
-    CHECK(content(log) == bytes);
+    CHECK(test::content_of(log) == bytes);
   }
 }
 
 TEST_CASE("the log of another batch is refused", "[optim][compare]") {
-  const Folder folder;
-  const fs::path log = folder.path / "evaluations.jsonl";
+  const test::TemporaryFolder folder;
+  const fs::path log = folder / "evaluations.jsonl";
   run(job_document(), log);
   json other = job_document();
   other["models"][1]["degree"] = 5;
   CHECK_THROWS_WITH(run(other, log), Contains("another job") && Contains("/job/models/1/degree"));
-  const std::string bytes = content(log);
+  const std::string bytes = test::content_of(log);
   std::ofstream(log, std::ios::app) << R"({"design": 6, "model": 0})"
                                     << "\n";
   CHECK_THROWS_WITH(run(job_document(), log), Contains("line 20: {") && Contains("checksum"));
-  CHECK(content(log).starts_with(bytes));
+  CHECK(test::content_of(log).starts_with(bytes));
 }
 
 TEST_CASE("a digit of a comparison's logs that was changed is refused", "[optim][compare]") {
-  const Folder folder;
-  const fs::path log = folder.path / "evaluations.jsonl";
+  const test::TemporaryFolder folder;
+  const fs::path log = folder / "evaluations.jsonl";
   run(job_document(), log);
-  for (const fs::path& file : {log, folder.path / "evaluations.seconds.jsonl"}) {
-    const std::string bytes = content(file);
+  for (const fs::path& file : {log, folder / "evaluations.seconds.jsonl"}) {
+    const std::string bytes = test::content_of(file);
     std::string changed = bytes;
     const std::size_t third = changed.find('\n', changed.find('\n') + 1) + 1;
     ++changed[changed.find_first_of("1234567", third + 12)];
-    std::ofstream(file, std::ios::binary) << changed;
+    test::put(file, changed);
     CHECK_THROWS_WITH(run(job_document(), log),
                       Contains(file.filename().string()) && Contains("line 3: {"));
     CHECK_THROWS_WITH(compare_logged(parse_job(job_document()), log), Contains("line 3: {"));
-    std::ofstream(file, std::ios::binary) << bytes;
+    test::put(file, bytes);
   }
   CHECK_NOTHROW(run(job_document(), log));
 }

@@ -1,13 +1,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
 #include "support/base_jobs.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -375,12 +374,11 @@ TEST_CASE("overrides change a job before it is read", "[optim][job]") {
 }
 
 TEST_CASE("a job without name is called like its file", "[optim][job]") {
-  const auto file = std::filesystem::temp_directory_path() / "flexopt_test_nameless.json";
+  const test::TemporaryFolder folder;
   json document = base_job("evaluate");
   document.erase("name");
-  std::ofstream(file) << document;
-  CHECK(read_job(file.string()).name == "flexopt_test_nameless");
-  std::filesystem::remove(file);
+  test::put(folder / "nameless.json", document);
+  CHECK(read_job((folder / "nameless.json").string()).name == "nameless");
 }
 
 TEST_CASE("a tolerance beside \"auto\" is one of errors, and Newton keeps its own",

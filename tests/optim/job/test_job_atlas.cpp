@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "support/base_jobs.hpp"
+#include "support/refusals.hpp"
 #include "support/small_atlas.hpp"
 
 using namespace flexopt;
@@ -25,14 +25,9 @@ json job_with(const json& model) {
 }
 
 std::string refusal(const json& model) {
-  try {
-    (void)parse_job(job_with(model));
-  } catch (const SpecError& error) {
-    CHECK(error.pointer() == "/model/atlas");
-    return error.rule();
-  }
-  FAIL("the job was accepted");
-  return {};
+  const SpecError error = test::refusal_of([&] { (void)parse_job(job_with(model)); });
+  CHECK(error.pointer() == "/model/atlas");
+  return error.rule();
 }
 
 }  // namespace

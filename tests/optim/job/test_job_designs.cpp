@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"
+#include "support/refusals.hpp"
 
 using namespace flexopt;
 using nlohmann::json;
@@ -35,12 +35,8 @@ json hinges() {
 }
 
 std::string fault_of(const json& document) {
-  try {
-    (void)parse_job(document);
-  } catch (const SpecError& error) {
-    return error.pointer() + ": " + error.what();
-  }
-  return "none";
+  const SpecError error = test::refusal_of([&] { (void)parse_job(document); });
+  return error.pointer() + ": " + error.what();
 }
 
 }  // namespace

@@ -5,31 +5,22 @@
 
 using namespace flexopt;
 
-namespace {
-
-VectorXd vector(std::initializer_list<double> x) {
-  VectorXd v(static_cast<Eigen::Index>(x.size()));
-  std::copy(x.begin(), x.end(), v.begin());
-  return v;
-}
-
-}  // namespace
-
 TEST_CASE("the residual of the first-order conditions counts slack constraints", "[optim]") {
   // min x², x ≥ 1 + c at x: multiplier 2 x, complementarity 2 x c where the constraint is not tight
-  const VectorXd x = vector({1.0}), lower = vector({-5}), upper = vector({5}), df = vector({2.0});
+  const VectorXd x = VectorXd{{1.0}}, lower = VectorXd{{-5}}, upper = VectorXd{{5}},
+                 df = VectorXd{{2.0}};
   const MatrixXd dc = MatrixXd::Constant(1, 1, -1.0);
-  const Multipliers tight = least_squares_multipliers(x, lower, upper, vector({0.0}), df, dc);
+  const Multipliers tight = least_squares_multipliers(x, lower, upper, VectorXd{{0.0}}, df, dc);
   CHECK(tight.residual < 1e-14);
   CHECK(tight.lambda[0] == Approx(2));
-  const Multipliers near = least_squares_multipliers(x, lower, upper, vector({-1e-3}), df, dc);
+  const Multipliers near = least_squares_multipliers(x, lower, upper, VectorXd{{-1e-3}}, df, dc);
   CHECK(near.residual == Approx(2e-3).epsilon(1e-3));
-  const Multipliers far = least_squares_multipliers(x, lower, upper, vector({-0.5}), df, dc);
+  const Multipliers far = least_squares_multipliers(x, lower, upper, VectorXd{{-0.5}}, df, dc);
   CHECK(far.residual == Approx(2));
   CHECK(far.lambda[0] == 0);
   // a bound takes the slope up where its sign allows
-  CHECK(least_squares_multipliers(x, x, upper, vector({-0.5}), df, dc).residual < 1e-14);
-  CHECK(least_squares_multipliers(x, lower, x, vector({-0.5}), df, dc).residual == Approx(2));
+  CHECK(least_squares_multipliers(x, x, upper, VectorXd{{-0.5}}, df, dc).residual < 1e-14);
+  CHECK(least_squares_multipliers(x, lower, x, VectorXd{{-0.5}}, df, dc).residual == Approx(2));
 }
 
 TEST_CASE("least squares with y >= 0 meets its optimality conditions", "[optim]") {
@@ -48,8 +39,9 @@ TEST_CASE("least squares with y >= 0 meets its optimality conditions", "[optim]"
 TEST_CASE("multipliers at an optimum make the gradients cancel, those of bounds included",
           "[optim]") {
   // min (x − 2)² + (y + 1)² + z²  with  x + y ≤ 0.5,  y ≥ 0:  the optimum is (0.5, 0, 0)
-  const VectorXd x = vector({0.5, 0, 0}), lower = vector({-9, 0, -9}), upper = vector({9, 9, 9});
-  const VectorXd df = vector({2 * (0.5 - 2), 2, 0}), c = vector({0.0, -1.0});
+  const VectorXd x = VectorXd{{0.5, 0, 0}}, lower = VectorXd{{-9, 0, -9}},
+                 upper = VectorXd{{9, 9, 9}};
+  const VectorXd df = VectorXd{{2 * (0.5 - 2), 2, 0}}, c = VectorXd{{0.0, -1.0}};
   MatrixXd dc(2, 3);
   dc << 1, 1, 0, 0, 0, 1;  // the second constraint is slack
   const Multipliers m = least_squares_multipliers(x, lower, upper, c, df, dc);
@@ -62,7 +54,7 @@ TEST_CASE("multipliers at an optimum make the gradients cancel, those of bounds 
 TEST_CASE("no convex function falls by more than the gap, which vanishes at the optimum",
           "[optim]") {
   // min (x − 0.3)² + 2 (y − 0.8)² with x + y ≤ 1 in the unit square: y = 1 − x, 6 x = 1.4
-  const VectorXd lower = vector({0, 0}), upper = vector({1, 1});
+  const VectorXd lower = VectorXd{{0, 0}}, upper = VectorXd{{1, 1}};
   const auto value = [](double x, double y) {
     return std::pow(x - 0.3, 2) + 2 * std::pow(y - 0.8, 2);
   };
@@ -70,8 +62,8 @@ TEST_CASE("no convex function falls by more than the gap, which vanishes at the 
   MatrixXd dc(1, 2);
   dc << 1, 1;
   const auto gap = [&](double x, double y) {
-    return least_squares_multipliers(vector({x, y}), lower, upper, vector({x + y - 1}),
-                                     vector({2 * (x - 0.3), 4 * (y - 0.8)}), dc)
+    return least_squares_multipliers(VectorXd{{x, y}}, lower, upper, VectorXd{{x + y - 1}},
+                                     VectorXd{{2 * (x - 0.3), 4 * (y - 0.8)}}, dc)
         .gap;
   };
   for (int i = 0; i <= 20; ++i)

@@ -1,11 +1,10 @@
 // An interrupted run goes on where it stopped, and ends as if it had never been interrupted.
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using namespace flexopt::guide;
@@ -14,28 +13,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder of this test alone, gone afterwards.
-struct Folder {
-  fs::path path = fs::temp_directory_path() /
-                  ("flexopt_log_" + Catch::getResultCapture().getCurrentTestName().substr(0, 12) +
-                   std::to_string(reinterpret_cast<std::uintptr_t>(this)));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  fs::path log() const { return path / "evaluations.jsonl"; }
-};
-
-std::string content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void write(const fs::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary | std::ios::trunc) << text;
-}
-
 nlohmann::json small_job(const std::string& algorithm) {
-  nlohmann::json document = stiff_guide();
-  set_algorithm(document, algorithm);
+  nlohmann::json document = stiff_guide(algorithm);
   document["optimise"]["starts"] = 2;
   document["optimise"]["max_evaluations"] = 40;
   return document;
@@ -53,11 +32,10 @@ Run run(const nlohmann::json& document, const fs::path& log, int threads = 1,
   Run r;
   options.log = log;
   options.threads = threads;
-  options.evaluators = {evaluator(calls), by_differences};
   options.progress = [&](const EvaluationRecord&, const Progress& p) { r.replayed = p.replayed; };
-  r.optimum = optimise(parse_job(document), options);
+  r.optimum = guide::run(document, calls, false, options);
   r.calls = calls.reduced;
-  r.log = content(log);
+  r.log = test::content_of(log);
   return r;
 }
 
@@ -84,23 +62,21 @@ void check_same(const Optimum& a, const Optimum& b) {
 TEST_CASE("a run cut off anywhere resumes to the same end", "[optim][slow]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
-  const Folder folder;
+  const test::TemporaryFolder folder;
   const nlohmann::json document = small_job(name);
-  const Run whole = run(document, folder.log());
+  const auto logged = [&] { return run(document, folder / "log"); };
+  const Run whole = logged();
   CHECK(whole.replayed == 0);
-  std::vector<std::size_t> line_ends;
-  for (std::size_t at = 0; (at = whole.log.find('\n', at)) != std::string::npos; ++at)
-    line_ends.push_back(at + 1);
-  REQUIRE(static_cast<int>(line_ends.size()) == whole.optimum.evaluations + 1);
-  line_ends.insert(line_ends.begin(), 0);
-  for (std::size_t i = 0; i < line_ends.size(); ++i) {
+  const std::vector<std::size_t> begins = test::line_begins(whole.log);
+  REQUIRE(static_cast<int>(begins.size()) == whole.optimum.evaluations + 2);
+  for (std::size_t i = 0; i < begins.size(); ++i) {
     // just after line i, and in the midst of line i + 1
-    std::vector<std::size_t> cuts{line_ends[i]};
-    if (i + 1 < line_ends.size()) cuts.push_back((line_ends[i] + line_ends[i + 1]) / 2);
+    std::vector<std::size_t> cuts{begins[i]};
+    if (i + 1 < begins.size()) cuts.push_back((begins[i] + begins[i + 1]) / 2);
     for (const std::size_t cut : cuts) {
       CAPTURE(i, cut);
-      write(folder.log(), whole.log.substr(0, cut));
-      const Run resumed = run(document, folder.log());
+      test::put(folder / "log", whole.log.substr(0, cut));
+      const Run resumed = logged();
       const int kept = std::max(0, static_cast<int>(i) - 1);
       CHECK(resumed.replayed >= kept);
       CHECK(resumed.calls == whole.calls - resumed.replayed);
@@ -111,9 +87,9 @@ TEST_CASE("a run cut off anywhere resumes to the same end", "[optim][slow]") {
 }
 
 TEST_CASE("a run that went to its end is replayed without an evaluation", "[optim]") {
-  const Folder folder;
-  const Run first = run(small_job("LN_COBYLA"), folder.log());
-  const Run second = run(small_job("LN_COBYLA"), folder.log());
+  const test::TemporaryFolder folder;
+  const Run first = run(small_job("LN_COBYLA"), folder / "log");
+  const Run second = run(small_job("LN_COBYLA"), folder / "log");
   CHECK(second.replayed == first.optimum.evaluations);
   CHECK(second.calls == 1);  // the response at the optimum
   check_same(second.optimum, first.optimum);
@@ -122,70 +98,71 @@ TEST_CASE("a run that went to its end is replayed without an evaluation", "[opti
 TEST_CASE("the threads change neither the result nor a byte of the log", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt", "GN_ISRES");
   CAPTURE(name);
-  const Folder folder;
+  const test::TemporaryFolder folder;
   nlohmann::json document = small_job(name);
   document["optimise"]["starts"] = 5;
-  const Run one = run(document, folder.path / "1.jsonl", 1);
+  const Run one = run(document, folder / "1.jsonl", 1);
   for (const int threads : {2, 3, 8}) {
-    const Run more = run(document, folder.path / (std::to_string(threads) + ".jsonl"), threads);
+    const Run more = run(document, folder / (std::to_string(threads) + ".jsonl"), threads);
     check_same(more.optimum, one.optimum);
     CHECK(more.log == one.log);
   }
 }
 
 TEST_CASE("the log of another job is refused, unless it is overwritten", "[optim]") {
-  const Folder folder;
-  run(small_job("LN_COBYLA"), folder.log());
-  const std::string before = content(folder.log());
+  const test::TemporaryFolder folder;
+  run(small_job("LN_COBYLA"), folder / "log");
+  const std::string before = test::content_of(folder / "log");
   nlohmann::json other = small_job("LN_COBYLA");
   other["design"]["parameters"]["width"] = "31 mm";
-  CHECK_THROWS_AS(run(other, folder.log()), SpecError);
-  CHECK_THROWS_WITH(run(other, folder.log()), Contains("another job") &&
-                                                  Contains("/job/design/parameters/width") &&
-                                                  Contains("0.031"));
-  CHECK(content(folder.log()) == before);
+  CHECK_THROWS_AS(run(other, folder / "log"), SpecError);
+  CHECK_THROWS_WITH(run(other, folder / "log"), Contains("another job") &&
+                                                    Contains("/job/design/parameters/width") &&
+                                                    Contains("0.031"));
+  CHECK(test::content_of(folder / "log") == before);
   OptimiseOptions newer;
   newer.version = "2.0";
-  CHECK_THROWS_WITH(run(small_job("LN_COBYLA"), folder.log(), 1, newer), Contains("/version"));
+  CHECK_THROWS_WITH(run(small_job("LN_COBYLA"), folder / "log", 1, newer), Contains("/version"));
   OptimiseOptions overwrite;
   overwrite.overwrite_log = true;
-  const Run r = run(other, folder.log(), 1, overwrite);
+  const Run r = run(other, folder / "log", 1, overwrite);
   CHECK(r.replayed == 0);
-  CHECK(run(other, folder.log()).replayed == r.optimum.evaluations);
+  CHECK(run(other, folder / "log").replayed == r.optimum.evaluations);
 }
 
 TEST_CASE("name, more starts and more evaluations keep the log of use", "[optim]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   nlohmann::json document = small_job("LN_COBYLA");
   document["optimise"]["max_evaluations"] = 15;
-  const Run first = run(document, folder.log());
+  const Run first = run(document, folder / "log");
   document["name"] = "the same, longer";
   document["optimise"]["max_evaluations"] = 40;
   document["optimise"]["starts"] = 3;
-  const Run second = run(document, folder.log());
+  const Run second = run(document, folder / "log");
   CHECK(second.replayed >= first.optimum.evaluations - 8);  // but for the last look at derivatives
   // nothing that was evaluated is thrown away
   CHECK(std::count(second.log.begin(), second.log.end(), '\n') > second.optimum.evaluations);
 }
 
 TEST_CASE("what is no log is left alone", "[optim]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   for (const char* text : {"hello\n", "hello", "{\"a\": 1}\n", "[]\n"}) {
-    write(folder.log(), text);
-    CHECK_THROWS_AS(run(small_job("LN_COBYLA"), folder.log()), SpecError);
-    CHECK(content(folder.log()) == text);
+    test::put(folder / "log", text);
+    CHECK_THROWS_AS(run(small_job("LN_COBYLA"), folder / "log"), SpecError);
+    CHECK(test::content_of(folder / "log") == text);
   }
-  const Run good = run(small_job("LN_COBYLA"), folder.path / "good.jsonl");
+  const Run good = run(small_job("LN_COBYLA"), folder / "good.jsonl");
   const std::size_t second = good.log.find('\n') + 1;
-  write(folder.log(), good.log.substr(0, second) + "{\"start\": 0}\n" + good.log.substr(second));
-  CHECK_THROWS_WITH(run(small_job("LN_COBYLA"), folder.log()), Contains("line 2"));
-  CHECK_THROWS_WITH(run(small_job("LN_COBYLA"), folder.path / "missing" / "log"),
+  test::put(folder / "log",
+            good.log.substr(0, second) + "{\"start\": 0}\n" + good.log.substr(second));
+  CHECK_THROWS_WITH(run(small_job("LN_COBYLA"), folder / "log"), Contains("line 2"));
+  CHECK_THROWS_WITH(run(small_job("LN_COBYLA"), folder / "missing" / "log"),
                     Contains("not writable"));
 }
 
 TEST_CASE("the log holds one self-contained line for each evaluation", "[optim]") {
-  const Folder folder;
-  const Run r = run(small_job("LD_SLSQP"), folder.log());
+  const test::TemporaryFolder folder;
+  const Run r = run(small_job("LD_SLSQP"), folder / "log");
   std::istringstream lines(r.log);
   std::string line;
   std::getline(lines, line);

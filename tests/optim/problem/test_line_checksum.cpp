@@ -1,10 +1,9 @@
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
-#include "support/fixture.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -17,10 +16,6 @@ const json identity{{"version", "1"}, {"job", {{"stroke", 0.02}}}};
 // as screening, evaluations and shared units write them
 const std::vector<std::string> lines{"[0,1.25,[0.5,-3e-7]]", R"({"design":4,"points":[0.1]})",
                                      R"(["maps 1",7,{"ok":true}])"};
-
-void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary | std::ios::trunc) << text;
-}
 
 std::vector<std::string> opened(const std::filesystem::path& file) {
   std::vector<std::string> seen;
@@ -51,7 +46,7 @@ TEST_CASE("a log with a bit changed anywhere is refused, or read up to where it 
   const TemporaryFolder folder;
   const auto file = folder.path() / "log.jsonl";
   const std::string whole = log_text(identity, lines);
-  write(file, whole);
+  put(file, whole);
   REQUIRE(opened(file) == lines);
   CHECK(read_log_lines(file) == lines);
   int refused = 0, torn = 0, believed = 0;
@@ -59,7 +54,7 @@ TEST_CASE("a log with a bit changed anywhere is refused, or read up to where it 
     for (int bit = 0; bit < 8; ++bit) {
       std::string spoilt = whole;
       spoilt[at] = static_cast<char>(spoilt[at] ^ (1 << bit));
-      write(file, spoilt);
+      put(file, spoilt);
       try {
         // only the last line break is not within a line
         believed += opened(file) != std::vector(lines.begin(), lines.end() - 1);
@@ -92,21 +87,21 @@ TEST_CASE("a refused line is named with its file", "[log]") {
   const auto file = folder.path() / "log.jsonl";
   std::string text = log_text(identity, lines);
   text[text.find("1.25") + 2] = '3';
-  write(file, text);
+  put(file, text);
   CHECK_THROWS_WITH(opened(file), Contains("log.jsonl") && Contains("line 2: [0,1.35") &&
                                       Contains("remove the line"));
   CHECK_THROWS_WITH(read_log_lines(file), Contains("line 2"));
   CHECK(content_of(file) == text);
   // removing the line is what helps
   const std::size_t second = text.find('\n') + 1;
-  write(file, text.substr(0, second) + text.substr(text.find('\n', second) + 1));
+  put(file, text.substr(0, second) + text.substr(text.find('\n', second) + 1));
   CHECK(opened(file) == std::vector(lines.begin() + 1, lines.end()));
 }
 
 TEST_CASE("a log from before there were checksums is read, and then has them", "[log]") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "log.jsonl";
-  write(file, without_checksums());
+  put(file, without_checksums());
   CHECK(read_log_lines(file) == lines);
   CHECK(log_identity_of(file) == identity);
   {
@@ -127,8 +122,8 @@ TEST_CASE("a log from before there were checksums is read, and then has them", "
 TEST_CASE("a line without checksum in a log that has them is refused", "[log]") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "log.jsonl";
-  write(file, log_text(identity, lines) + "[8,9]\n");
+  put(file, log_text(identity, lines) + "[8,9]\n");
   CHECK_THROWS_WITH(opened(file), Contains("line 5"));
-  write(file, log_text(identity, lines) + "\n");
+  put(file, log_text(identity, lines) + "\n");
   CHECK_THROWS_WITH(opened(file), Contains("line 5"));
 }

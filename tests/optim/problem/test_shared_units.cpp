@@ -1,10 +1,9 @@
 #include <catch2/catch.hpp>
-#include <fstream>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/evaluation_log.hpp"
-#include "support/fixture.hpp"
 #include "support/leaf_job.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -61,7 +60,7 @@ TEST_CASE("a unit whose yield was changed on the disk is refused", "[sharing]") 
   const std::size_t at = text.find("[\"squares 1\",5,2.5");
   REQUIRE(at != std::string::npos);
   text[at + 15] = '3';
-  std::ofstream(log, std::ios::binary | std::ios::trunc) << text;
+  put(log, text);
   CHECK_THROWS_WITH(run(Sharing(), job, log), Catch::Contains("units.jsonl") &&
                                                   Catch::Contains("line 7: [\"squares 1\",5,3.5"));
 }

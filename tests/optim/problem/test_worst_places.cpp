@@ -35,17 +35,11 @@ LookInBox looking(const std::vector<Function>& functions) {
   };
 }
 
-VectorXd vector(std::initializer_list<double> values) {
-  VectorXd v(static_cast<Eigen::Index>(values.size()));
-  std::copy(values.begin(), values.end(), v.begin());
-  return v;
-}
-
 }  // namespace
 
 TEST_CASE("a number that is linear in many errors is worst in the corner of its slopes",
           "[assembly]") {
-  const VectorXd slopes = vector({3, -1, 0.5, 2, -4, 1});
+  const VectorXd slopes = VectorXd{{3, -1, 0.5, 2, -4, 1}};
   const WorstPlaces found =
       worst_places({6, 2, 1, 1}, {0}, looking({[&](const VectorXd& z) { return z.dot(slopes); }}));
   REQUIRE(found.ok);
@@ -55,7 +49,7 @@ TEST_CASE("a number that is linear in many errors is worst in the corner of its 
 
 TEST_CASE("a place inside the box is found to rounding, and the other sides are at their bounds",
           "[assembly]") {
-  const VectorXd top = vector({0.3, -0.7});
+  const VectorXd top = VectorXd{{0.3, -0.7}};
   const auto hill = [&](const VectorXd& z) {
     const VectorXd d = z.head(2) - top;
     return 5 - 2 * d[0] * d[0] - d[1] * d[1] - d[0] * d[1] -
@@ -89,8 +83,8 @@ TEST_CASE("several numbers share what is looked at, and have their own places", 
   };
   const WorstPlaces found = worst_places({2, 2, 1, 1}, {0, 1}, counted);
   REQUIRE(found.ok);
-  CHECK(found.places[0][0] == vector({1, 1}));
-  CHECK(found.places[1][0] == vector({-1, 1}));
+  CHECK(found.places[0][0] == VectorXd{{1, 1}});
+  CHECK(found.places[1][0] == VectorXd{{-1, 1}});
   CHECK(looks == 6);  // the middle, a start and four corners
   CHECK(found.looks == looks);
 }
@@ -100,8 +94,8 @@ TEST_CASE("places that are as bad, or nearly so, come after the worst", "[assemb
   const WorstPlaces found = worst_places({2, 2, 1, 3}, {0}, looking({bowl}));
   REQUIRE(found.ok);
   REQUIRE(found.places[0].size() == 2);
-  CHECK(found.places[0][0] == vector({1, 1}));
-  CHECK(found.places[0][1] == vector({-1, 1}));
+  CHECK(found.places[0][0] == VectorXd{{1, 1}});
+  CHECK(found.places[0][1] == VectorXd{{-1, 1}});
 }
 
 TEST_CASE("a box with a place that has no numbers says so", "[assembly]") {

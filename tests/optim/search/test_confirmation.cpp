@@ -75,13 +75,12 @@ TEST_CASE("the optimum does not depend on the unit of the objective", "[optim]")
 TEST_CASE("a start a million times off ends where a near one does", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LD_MMA", "LN_COBYLA");
   CAPTURE(name);
-  json document = stiff_guide();
+  json document = stiff_guide(name);
   document["optimise"]["variables"][0]["min"] = "10 mm";
   document["optimise"]["variables"][1]["max"] = "5 mm";
   document["optimise"]["objective"] = {{"minimise", "drive_load"}, {"over_stroke", "max_abs"}};
   document["optimise"]["constraints"] = json::parse(
       R"([{"quantity": "support_stiffness.ux", "min": "1e7 N/m"}, {"quantity": "max_stress", "max": "600 MPa"}])");
-  set_algorithm(document, name);
   const Optimum near = run(document);
   document["design"]["parameters"]["length"] = "12 mm";
   document["design"]["parameters"]["thickness"] = "4.9 mm";
@@ -97,9 +96,8 @@ TEST_CASE("a start far from any design that has a value finds one elsewhere in t
           "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
   CAPTURE(name);
-  json document = stiff_guide();
+  json document = stiff_guide(name);
   document["design"]["parameters"]["thickness"] = "0.95 mm";
-  set_algorithm(document, name);
   const Optimum o = run(document, 170e6);  // 792 MPa at the start, 180 MPa in the middle of the box
   INFO(o.stop_reason);
   CHECK(o.status == OptimumStatus::optimal);

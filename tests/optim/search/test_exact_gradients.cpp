@@ -1,16 +1,14 @@
 // Exact derivatives on their way from the mechanics through goals and formulas to the optimiser.
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 
 #include "optim/problem/posing.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "support/guide.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using namespace flexopt::guide;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -42,13 +40,6 @@ struct Setting {
     book.set_scales(problem.scales(&values));
   }
 };
-
-Optimum run(const nlohmann::json& document, Calls& calls, bool exact, OptimiseOptions options = {},
-            double breaks_at = 1e99, bool offers = true) {
-  options.evaluators = {evaluator(calls, breaks_at),
-                        exact ? gradient_evaluator(calls, breaks_at, offers) : by_differences};
-  return optimise(parse_job(document), options);
-}
 
 }  // namespace
 
@@ -132,12 +123,11 @@ TEST_CASE("a row keeps its mode when two modes cross from one design to the next
 }
 
 TEST_CASE("the modulus of the material is a variable as any other", "[optim]") {
-  nlohmann::json document = stiff_guide();
+  nlohmann::json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"].push_back(
       {{"parameter", "material.youngs_modulus"}, {"min", "100 GPa"}, {"max", "210 GPa"}});
   document["optimise"]["constraints"].push_back(
       {{"expression", "material.youngs_modulus*length"}, {"max", "1.5e10 N/m"}});
-  set_algorithm(document, "LD_SLSQP");
   Calls calls, calls_of_differences;
   const Optimum exact = run(document, calls, true);
   const Optimum differences = run(document, calls_of_differences, false);
@@ -163,8 +153,7 @@ TEST_CASE("the modulus of the material is a variable as any other", "[optim]") {
 TEST_CASE("exact gradients take a fraction of the evaluations to the same optimum", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide();
-  set_algorithm(document, name);
+  nlohmann::json document = stiff_guide(name);
   Calls calls, calls_of_differences;
   const Optimum exact = run(document, calls, true);
   const Optimum differences = run(document, calls_of_differences, false);
@@ -184,8 +173,7 @@ TEST_CASE("exact gradients take a fraction of the evaluations to the same optimu
 }
 
 TEST_CASE("a model without derivatives is differentiated by differences", "[optim]") {
-  nlohmann::json document = stiff_guide();
-  set_algorithm(document, "LD_SLSQP");
+  nlohmann::json document = stiff_guide("LD_SLSQP");
   Calls calls;
   const Optimum o = run(document, calls, true, {}, 1e99, false);
   CHECK(o.gradients == "central differences");
@@ -197,15 +185,11 @@ TEST_CASE("a model without derivatives is differentiated by differences", "[opti
 }
 
 TEST_CASE("a derivative that is not finite is named, and replaced by differences", "[optim]") {
-  const fs::path folder = fs::temp_directory_path() / "flexopt_no_gradient";
-  fs::create_directories(folder);
-  const fs::path file = folder / "log.jsonl";
-  fs::remove(file);
-  nlohmann::json document = stiff_guide();
-  set_algorithm(document, "LD_SLSQP");
+  const test::TemporaryFolder folder;
+  nlohmann::json document = stiff_guide("LD_SLSQP");
   Calls calls;
   OptimiseOptions options;
-  options.log = file;
+  options.log = folder / "log.jsonl";
   options.evaluators.values = evaluator(calls);
   options.evaluators.gradients = [exact = gradient_evaluator(calls)](
                                      const Job& job, const ParameterValues& parameters,
@@ -232,7 +216,6 @@ TEST_CASE("a derivative that is not finite is named, and replaced by differences
   const int before = calls.gradients;
   CHECK(optimise(job, options).gradients_message == o.gradients_message);
   CHECK(calls.gradients == before);
-  fs::remove_all(folder);
 }
 
 TEST_CASE("a goal without exact derivatives is named", "[optim]") {
@@ -256,8 +239,7 @@ TEST_CASE("a goal without exact derivatives is named", "[optim]") {
 }
 
 TEST_CASE("a method without gradients asks for them at its end alone", "[optim]") {
-  nlohmann::json document = stiff_guide();
-  set_algorithm(document, "LN_COBYLA");
+  nlohmann::json document = stiff_guide("LN_COBYLA");
   Calls calls;
   const Optimum o = run(document, calls, true);
   CHECK(o.gradients == "none");
@@ -268,39 +250,29 @@ TEST_CASE("a method without gradients asks for them at its end alone", "[optim]"
 TEST_CASE("a run with exact gradients resumes from its log to the same bytes", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
   CAPTURE(name);
-  const fs::path folder = fs::temp_directory_path() / "flexopt_exact_resume";
-  fs::create_directories(folder);
-  const fs::path file = folder / "log.jsonl";
-  fs::remove(file);
-  nlohmann::json document = stiff_guide();
+  const test::TemporaryFolder folder;
+  nlohmann::json document = stiff_guide(name);
   document["optimise"]["starts"] = 2;
   document["optimise"]["max_evaluations"] = 60;
-  set_algorithm(document, name);
   OptimiseOptions options;
-  options.log = file;
-  const auto content = [&] {
-    std::ifstream in(file, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  };
+  options.log = folder / "log.jsonl";
   Calls calls;
   const Optimum whole = run(document, calls, true, options);
-  const std::string log = content();
+  const std::string log = test::content_of(options.log);
   const int total = calls.reduced;
-  std::vector<std::size_t> ends;
-  for (std::size_t at = 0; (at = log.find('\n', at)) != std::string::npos; ++at)
-    ends.push_back(at + 1);
-  REQUIRE(static_cast<int>(ends.size()) == whole.evaluations + 1);
-  for (const std::size_t kept : {ends.size() / 4, ends.size() / 2, ends.size() - 2}) {
-    std::ofstream(file, std::ios::binary | std::ios::trunc) << log.substr(0, ends[kept] + 7);
+  const std::vector<std::size_t> begins = test::line_begins(log);
+  REQUIRE(static_cast<int>(begins.size()) == whole.evaluations + 2);
+  const std::size_t lines = begins.size() - 1;
+  for (const std::size_t kept : {lines / 4, lines / 2, lines - 2}) {
+    test::put(options.log, log.substr(0, begins[kept + 1] + 7));
     Calls again;
     const Optimum resumed = run(document, again, true, options);
-    CHECK(content() == log);
+    CHECK(test::content_of(options.log) == log);
     CHECK(resumed.objective == whole.objective);
     CHECK(resumed.stop_reason == whole.stop_reason);
     // what the log held was not evaluated again
     CHECK(again.reduced == total - static_cast<int>(kept));
   }
-  fs::remove_all(folder);
 }
 
 TEST_CASE("places of large stress, material and end-effector have exact gradients", "[optim]") {
@@ -370,8 +342,7 @@ TEST_CASE("places of large stress, material and end-effector have exact gradient
 }
 
 TEST_CASE("nothing said, the library differentiates the mechanics exactly", "[optim][gradients]") {
-  nlohmann::json document = stiff_guide();
-  set_algorithm(document, "LD_SLSQP");
+  nlohmann::json document = stiff_guide("LD_SLSQP");
   const Job job = parse_job(document);
   const DesignProblem plain(job), told(job, {evaluate_stroke, by_differences});
   CHECK(plain.differentiable());

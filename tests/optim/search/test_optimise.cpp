@@ -8,22 +8,11 @@ using namespace flexopt;
 using namespace flexopt::guide;
 using Catch::Matchers::Contains;
 
-namespace {
-
-Optimum run(const nlohmann::json& document, Calls& calls, OptimiseOptions options = {},
-            double breaks_at = 1e99) {
-  options.evaluators = {evaluator(calls, breaks_at), by_differences};
-  return optimise(parse_job(document), options);
-}
-
-}  // namespace
-
 TEST_CASE("every local algorithm finds the guide's optimum on two active constraints", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide();
-  set_algorithm(document, name);
+  nlohmann::json document = stiff_guide(name);
   Calls calls;
   const Optimum o = run(document, calls);
   INFO(o.stop_reason);
@@ -112,12 +101,11 @@ TEST_CASE("failed evaluations are recorded and stepped back from", "[optim]") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide();
+  nlohmann::json document = stiff_guide(name);
   document["design"]["parameters"]["length"] = "130 mm";
   document["optimise"]["starts"] = 3;
-  set_algorithm(document, name);
   Calls calls;
-  const Optimum o = run(document, calls, {}, 180e6);
+  const Optimum o = run(document, calls, false, {}, 180e6);
   INFO(o.stop_reason);
   CHECK(o.failed_evaluations > 0);
   CHECK(o.objective == Approx(support(200e9, 0.03, 0.5e-3, 0.1, 5e-3)).epsilon(1e-3));
@@ -134,7 +122,7 @@ TEST_CASE("failed evaluations are recorded and stepped back from", "[optim]") {
 TEST_CASE("a start where nothing works is a failed start, not the end", "[optim]") {
   Calls calls;
   nlohmann::json document = stiff_guide();
-  const Optimum o = run(document, calls, {}, 1e3);
+  const Optimum o = run(document, calls, false, {}, 1e3);
   CHECK(o.status == OptimumStatus::failed);
   CHECK_THAT(o.stop_reason, Contains("could be evaluated") && Contains("no equilibrium"));
   CHECK(o.failed_evaluations == o.evaluations);
@@ -156,10 +144,9 @@ TEST_CASE("geometry that contradicts itself is a failed evaluation", "[optim]") 
 TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide();
+  nlohmann::json document = stiff_guide(name);
   document["optimise"]["constraints"][1]["max"] = "0.01 N";  // least is 0.142 N
   document["optimise"]["max_evaluations"] = 300;
-  set_algorithm(document, name);
   Calls calls;
   const Optimum o = run(document, calls);
   CHECK(o.status == OptimumStatus::infeasible);
@@ -174,11 +161,10 @@ TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
 }
 
 TEST_CASE("a formula alone needs no mechanics but for the final look", "[optim]") {
-  nlohmann::json document = stiff_guide();
+  nlohmann::json document = stiff_guide("LD_SLSQP");
   document["optimise"]["objective"] = {{"minimise", "length*thickness"}};
   document["optimise"]["constraints"] =
       nlohmann::json::parse(R"([{"expression": "length + 100*thickness", "min": "100 mm"}])");
-  set_algorithm(document, "LD_SLSQP");
   Calls calls;
   const Optimum o = run(document, calls);
   CHECK(o.status == OptimumStatus::optimal);
@@ -201,10 +187,9 @@ TEST_CASE("starts that miss a formula begin at the nearest point that keeps it",
 }
 
 TEST_CASE("several starts: the best feasible end wins, each is told", "[optim]") {
-  nlohmann::json document = stiff_guide();
+  nlohmann::json document = stiff_guide("LD_SLSQP");
   document["optimise"]["starts"] = 4;
   document["optimise"]["seed"] = 7;
-  set_algorithm(document, "LD_SLSQP");
   Calls calls;
   const Optimum o = run(document, calls);
   REQUIRE(o.starts.size() == 4);
@@ -228,13 +213,12 @@ TEST_CASE("no start ends at a design that it passed by on the way to a worse opt
           "[optim][slow]") {
   const auto name = GENERATE(as<std::string>(), "ipopt", "LD_SLSQP");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide();
+  nlohmann::json document = stiff_guide(name);
   document["optimise"]["objective"] = {
       {"maximise", "sin(60*length/0.1)*thickness*cos(5000*thickness/0.1)"}};
   document["optimise"]["constraints"] =
       nlohmann::json::parse(R"([{"expression": "100*length*thickness", "max": 0.005}])");
   document["optimise"]["starts"] = 60;
-  set_algorithm(document, name);
   Calls calls;
   const Optimum o = run(document, calls);
   for (const StartSummary& s : o.starts) {
@@ -249,9 +233,8 @@ TEST_CASE("the budget of each start is kept and said", "[optim]") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_NELDERMEAD", "LD_SLSQP", "GN_ISRES", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide();
+  nlohmann::json document = stiff_guide(name);
   document["optimise"]["max_evaluations"] = 12;
-  set_algorithm(document, name);
   Calls calls;
   const Optimum o = run(document, calls);
   // one gradient may run over the end, and the final derivatives are not the algorithm's

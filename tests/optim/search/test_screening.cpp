@@ -3,14 +3,13 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
 #include "optim/search/optimise.hpp"
 #include "support/guide.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -63,7 +62,6 @@ json global_job() {
   json& o = document["optimise"];
   o["objective"] = {{"maximise", "drive_stiffness"}};
   o["constraints"] = json::array();
-  o["algorithm"] = {{"library", "nlopt"}, {"name", "LN_COBYLA"}};
   o["max_evaluations"] = 200;
   o["search"] = "global";
   o["screened_designs"] = 1024;
@@ -85,17 +83,6 @@ Run run(const json& document, Counted& counted, const fs::path& log = {}, int th
   options.screening_progress = [&](const ScreeningProgress& p) { r.replayed = p.replayed; };
   r.optimum = optimise(parse_job(document), options);
   return r;
-}
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("flexopt_screening_" + std::to_string(std::rand()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-};
-
-std::string content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
@@ -179,18 +166,18 @@ TEST_CASE("goals that bear tolerances are screened without them", "[optim]") {
 TEST_CASE("a screening has the same bytes for any number of threads, cut off or not", "[optim]") {
   Counted counted;
   const json document = global_job();
-  const Folder folder;
-  const fs::path whole = folder.path / "a.jsonl", cut = folder.path / "b.jsonl";
+  const test::TemporaryFolder folder;
+  const fs::path whole = folder / "a.jsonl", cut = folder / "b.jsonl";
   const Run first = run(document, counted, whole);
   const int once = counted.reduced;
-  const std::string lines = content(screening_log(whole));
+  const std::string lines = test::content_of(screening_log(whole));
   // a log that ends within a line, written by many threads
-  std::ofstream(screening_log(cut), std::ios::binary) << lines.substr(0, lines.size() / 2);
+  test::put(screening_log(cut), lines.substr(0, lines.size() / 2));
   const auto kept = static_cast<int>(read_log_lines(screening_log(cut)).size());
   counted.reduced = 0;
   const Run second = run(document, counted, cut, 3);
-  CHECK(content(screening_log(cut)) == lines);
-  CHECK(content(cut) == content(whole));
+  CHECK(test::content_of(screening_log(cut)) == lines);
+  CHECK(test::content_of(cut) == test::content_of(whole));
   CHECK(second.replayed == kept);
   CHECK(counted.reduced == once - kept);
   CHECK(second.optimum.parameters == first.optimum.parameters);
@@ -199,10 +186,10 @@ TEST_CASE("a screening has the same bytes for any number of threads, cut off or 
     json more = document;
     more["optimise"]["screened_designs"] = 1500;
     CHECK(run(more, counted, cut).replayed == 1024);
-    const std::string long_log = content(screening_log(cut));
+    const std::string long_log = test::content_of(screening_log(cut));
     CHECK_THAT(long_log, Catch::Matchers::StartsWith(lines));
     CHECK(run(document, counted, cut).replayed == 1024);
-    CHECK(content(screening_log(cut)) == long_log);
+    CHECK(test::content_of(screening_log(cut)) == long_log);
     CHECK(screened_so_far(screening_log(cut)) == 1500);
   }
   SECTION("a changed digit is refused") {
@@ -210,7 +197,7 @@ TEST_CASE("a screening has the same bytes for any number of threads, cut off or 
     const std::size_t at = changed.find("\n[500,") + 8;
     const std::size_t digit = changed.find_first_of("123456", at);
     ++changed[digit];
-    std::ofstream(screening_log(cut), std::ios::binary) << changed;
+    test::put(screening_log(cut), changed);
     CHECK_THROWS_WITH(run(document, counted, cut),
                       Contains("screening.jsonl") && Contains("line 502: [500,"));
   }

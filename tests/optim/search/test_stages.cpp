@@ -13,22 +13,11 @@ namespace {
 
 constexpr double E = 200e9, w = 0.03, x = 5e-3;
 
-Optimum run(const json& document, OptimiseOptions options) {
-  return optimise(parse_job(document), options);
-}
-
 Optimum run(const json& document, int threads = 1, bool exact = false) {
   Calls calls;
   OptimiseOptions options;
   options.threads = threads;
-  options.evaluators = {evaluator(calls), exact ? gradient_evaluator(calls) : by_differences};
-  return run(document, options);
-}
-
-json guide_with(const std::string& algorithm) {
-  json document = stiff_guide();
-  set_algorithm(document, algorithm);
-  return document;
+  return guide::run(document, calls, exact, options);
 }
 
 double load(double t, double L) { return 60e6 * std::pow(t / L, 3); }
@@ -38,7 +27,7 @@ double load(double t, double L) { return 60e6 * std::pow(t / L, 3); }
 TEST_CASE("the best neighbouring stock design is optimised in the other variables", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LN_COBYLA", "ipopt");
   CAPTURE(name);
-  json document = guide_with(name);
+  json document = stiff_guide(name);
   document["optimise"]["variables"][1]["stock"] = {"0.6 mm", "0.3 mm", "0.46 mm", "5 mm"};
   const Optimum o = run(document);
   INFO(o.stop_reason);
@@ -63,7 +52,7 @@ TEST_CASE("the best neighbouring stock design is optimised in the other variable
 }
 
 TEST_CASE("a step makes the sizes; a size that is hit has no neighbour", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][1]["step"] = "0.09 mm";
   const Optimum o = run(document);
   CHECK(o.parameters.at("thickness") == 0.45e-3);
@@ -77,7 +66,7 @@ TEST_CASE("a step makes the sizes; a size that is hit has no neighbour", "[optim
 }
 
 TEST_CASE("all variables may be stock, and threads do not change the choice", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][0]["stock"] = {"85 mm", "95 mm", "110 mm"};
   document["optimise"]["variables"][1]["stock"] = {"0.46 mm", "0.6 mm"};
   const Optimum o = run(document), again = run(document, 3);
@@ -100,7 +89,7 @@ TEST_CASE("no combination of sizes is better than the chosen one", "[optim]") {
                                                               {"ipopt", {0.02, 0.03e-3}},
                                                               {"LN_COBYLA", {0.007, 0.11e-3}}}));
   CAPTURE(name, steps.first, steps.second);
-  json document = guide_with(name);
+  json document = stiff_guide(name);
   document["optimise"]["variables"][0]["step"] = steps.first;
   document["optimise"]["variables"][1]["step"] = steps.second;
   const Optimum o = run(document, 1, true);
@@ -121,7 +110,7 @@ TEST_CASE("no combination of sizes is better than the chosen one", "[optim]") {
 }
 
 TEST_CASE("no feasible stock design is said, with the optimum of any size", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][1]["stock"] = {"0.6 mm", "0.8 mm"};
   const Optimum o = run(document);
   CHECK(o.status == OptimumStatus::infeasible);
@@ -135,7 +124,7 @@ TEST_CASE("the front of stiffness and drive load is the one on paper", "[optim]"
   const auto [name, exact] = GENERATE(table<std::string, bool>(
       {{"LD_SLSQP", false}, {"LD_SLSQP", true}, {"ipopt", true}, {"LN_COBYLA", false}}));
   CAPTURE(name, exact);
-  json document = guide_with(name);
+  json document = stiff_guide(name);
   document["optimise"]["pareto"] = {
       {"quantity", "drive_load"}, {"over_stroke", "max_abs"}, {"points", 6}};
   document["optimise"]["max_evaluations"] = 4000;
@@ -175,7 +164,7 @@ TEST_CASE("the front of stiffness and drive load is the one on paper", "[optim]"
 }
 
 TEST_CASE("a second objective may be a formula that is to grow", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["pareto"] = {{"expression", "length"}, {"sense", "maximise"}, {"points", 4}};
   const Optimum o = run(document);
   REQUIRE(o.pareto);
@@ -190,7 +179,7 @@ TEST_CASE("a second objective may be a formula that is to grow", "[optim]") {
 }
 
 TEST_CASE("objectives that do not conflict have a front of one design", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["pareto"] = {{"expression", "thickness"}, {"sense", "maximise"}};
   const Optimum o = run(document);  // 0.5 mm is both stiffest and thickest
   REQUIRE(o.pareto);
@@ -216,6 +205,12 @@ struct Truth {
 ModelOptions reduced(ModelOptions model) {
   model.accuracy = Accuracy::reduced;
   return model;
+}
+
+Optimum run(const json& document, const Evaluators& evaluators) {
+  OptimiseOptions options;
+  options.evaluators = evaluators;
+  return optimise(parse_job(document), options);
 }
 
 StrokeEvaluator two_models(Calls& calls, bool always_truth = false, double full_breaks_at = 1e99) {
@@ -260,17 +255,15 @@ TEST_CASE("the verification loop ends at the optimum of full accuracy", "[optim]
   const auto [name, exact] = GENERATE(table<std::string, bool>(
       {{"LD_SLSQP", false}, {"LD_SLSQP", true}, {"ipopt", true}, {"LN_COBYLA", false}}));
   CAPTURE(name, exact);
-  json document = guide_with(name);
-  OptimiseOptions options;
+  json document = stiff_guide(name);
   Calls calls;
-  options.evaluators = {two_models(calls, true), by_differences};
-  const Optimum truth = run(document, options);  // optimised on full accuracy itself
+  const Optimum truth = run(
+      document, {two_models(calls, true), by_differences});  // optimised on full accuracy itself
   REQUIRE(truth.status == OptimumStatus::optimal);
 
   document["optimise"]["verify"] = {{"tolerance", 5e-4}};
   Calls mine;
-  options.evaluators = {two_models(mine), exact ? two_gradients(mine) : by_differences};
-  const Optimum o = run(document, options);
+  const Optimum o = run(document, {two_models(mine), exact ? two_gradients(mine) : by_differences});
   INFO(o.stop_reason);
   CHECK(o.status == OptimumStatus::optimal);
   CHECK(o.at_full_accuracy);
@@ -310,7 +303,7 @@ TEST_CASE("the verification loop ends at the optimum of full accuracy", "[optim]
 }
 
 TEST_CASE("a model that is right is verified by one evaluation", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["constraints"][1]["max"] = "8 N";
   document["optimise"]["verify"] = json::object();
   document["model"]["accuracy"] = "full";  // the same on both sides
@@ -323,12 +316,10 @@ TEST_CASE("a model that is right is verified by one evaluation", "[optim]") {
 }
 
 TEST_CASE("the budget of full evaluations is kept, and said", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["verify"] = {{"tolerance", 1e-9}, {"max_full_evaluations", 2}};
   Calls calls;
-  OptimiseOptions options;
-  options.evaluators = {two_models(calls), by_differences};
-  const Optimum o = run(document, options);
+  const Optimum o = run(document, {two_models(calls), by_differences});
   REQUIRE(o.verified->loop);
   CHECK_FALSE(o.verified->loop->converged);
   CHECK(o.verified->loop->steps.size() == 2);
@@ -337,13 +328,11 @@ TEST_CASE("the budget of full evaluations is kept, and said", "[optim]") {
 }
 
 TEST_CASE("full accuracy without equilibrium at the optimum is said", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["verify"] = json::object();
   Calls calls;
-  OptimiseOptions options;
-  options.evaluators = {two_models(calls, false, 100e6),
-                        by_differences};  // the optimum has 150 MPa
-  const Optimum o = run(document, options);
+  // the optimum has 150 MPa
+  const Optimum o = run(document, {two_models(calls, false, 100e6), by_differences});
   CHECK(o.status == OptimumStatus::feasible);
   CHECK_FALSE(o.at_full_accuracy);
   CHECK_THAT(o.stop_reason, Contains("full accuracy has no value") && Contains("no equilibrium"));
@@ -352,13 +341,11 @@ TEST_CASE("full accuracy without equilibrium at the optimum is said", "[optim]")
 }
 
 TEST_CASE("stock sizes stay while full accuracy is approached", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][1]["stock"] = {"0.46 mm"};
   document["optimise"]["verify"] = json::object();
   Calls calls;
-  OptimiseOptions options;
-  options.evaluators = {two_models(calls), by_differences};
-  const Optimum o = run(document, options);
+  const Optimum o = run(document, {two_models(calls), by_differences});
   CHECK(o.status == OptimumStatus::optimal);
   CHECK(o.parameters.at("thickness") == 0.46e-3);
   // 60e6 (t/L)³ q(t) = 7.5
@@ -367,7 +354,7 @@ TEST_CASE("stock sizes stay while full accuracy is approached", "[optim]") {
 }
 
 TEST_CASE("infeasible starts are brought to feasibility first", "[optim]") {
-  json document = guide_with("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["design"]["parameters"]["thickness"] = "0.9 mm";  // 65 times the load
   document["design"]["parameters"]["length"] = "52 mm";
   document["optimise"]["constraints"].erase(2);

@@ -42,10 +42,10 @@ using Words = std::set<std::string>;
 }  // namespace
 
 TEST_CASE("bash completes commands, options, families, files and values", "[results][terminal]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   for (const char* name : {"guide.json", "a hinge.json", "notes.txt"})
     std::ofstream(folder.path() / name) << "{}";
-  fs::create_directory(folder.path() / "jobs");
+  fs::create_directory(folder / "jobs");
   const auto offered = [&](const std::vector<std::string>& words) {
     return replies(folder.path(), words);
   };
@@ -70,10 +70,10 @@ TEST_CASE("bash completes commands, options, families, files and values", "[resu
 }
 
 TEST_CASE("The program prints its scripts, and refuses other shells", "[results][terminal]") {
-  const test::TemporaryFolder folder;
-  CHECK(test::run_program(folder.path(), "completion bash").out == bash_completion());
-  CHECK(test::run_program(folder.path(), "completion zsh").out == zsh_completion());
-  const test::Outcome other = test::run_program(folder.path(), "completion fish");
+  const test::Workplace folder;
+  CHECK(folder.run("completion bash").out == bash_completion());
+  CHECK(folder.run("completion zsh").out == zsh_completion());
+  const test::Outcome other = folder.run("completion fish");
   CHECK(other.code == 2);
   CHECK_THAT(other.err, Catch::Contains("fish"));
 }
@@ -89,7 +89,7 @@ TEST_CASE("The script for zsh names every command and option once", "[results][t
     for (const CommandArgument& argument : command.arguments)
       for (const std::string& name : argument.names) CHECK_THAT(own, Catch::Contains(name + "["));
   }
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   if (std::system("command -v zsh >/dev/null") != 0) {
     WARN("no zsh here: its script was not run");
     return;

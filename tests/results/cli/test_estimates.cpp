@@ -1,20 +1,12 @@
 // Estimated errors as a user meets them: result.json, path.csv, what is chosen, exit codes.
-#include <sys/wait.h>
-
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
 
 #include "results/files/json_text.hpp"
-#include "support/binary.hpp"
-#include "support/fixture.hpp"
+#include "support/program.hpp"
 
 using namespace flexopt;
 using Catch::Contains;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -37,18 +29,13 @@ struct Ran {
   std::string csv, err;
 };
 Ran run(const OrderedJson& job) {
-  const test::TemporaryFolder folder;
-  std::ofstream(folder.path() / "job.json") << job.dump();
-  const std::string command = "cd '" + folder.path().string() + "' && '" + test::binary() +
-                              "' run job.json >out 2>err </dev/null";
-  const int status = std::system(command.c_str());
-  REQUIRE(WIFEXITED(status));
-  const fs::path out = folder.path() / "job.out";
-  const std::string err = test::content_of(folder.path() / "err");
-  CAPTURE(err);
-  REQUIRE(fs::exists(out / "result.json"));
-  return {WEXITSTATUS(status), OrderedJson::parse(test::content_of(out / "result.json")),
-          test::content_of(out / "path.csv"), err};
+  const test::Workplace folder;
+  folder.put("job.json", job);
+  const test::Outcome outcome = folder.run("run job.json");
+  CAPTURE(outcome.err);
+  REQUIRE(folder.has("job.out/result.json"));
+  return {outcome.code, folder.json("job.out/result.json"), folder.content("job.out/path.csv"),
+          outcome.err};
 }
 
 }  // namespace

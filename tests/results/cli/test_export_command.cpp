@@ -19,18 +19,10 @@ test::Outcome exported(const fs::path& folder, const std::string& job,
       folder, "export '" FLEXOPT_SOURCE_DIR "/designs/jobs/" + job + ".json' " + arguments);
 }
 
-std::vector<std::string> names_in(const fs::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder))
-    names.push_back(entry.path().filename().string());
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 }  // namespace
 
 TEST_CASE("Every format leaves its files in the folder and names them", "[cli][export]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   const test::Outcome o = exported(folder.path(), "parallel_guide",
                                    "--format stl,gltf,dxf,ccx,spacar,vtu --at '5 mm' --out drawn "
                                    "--solids 4 2 1");
@@ -44,26 +36,25 @@ TEST_CASE("Every format leaves its files in the folder and names them", "[cli][e
                                           "parallel_guide_contour.dxf",
                                           "parallel_guide_leaves.dxf",
                                           "parallel_guide_spacar.m"};
-  CHECK(names_in(folder.path() / "drawn") == expected);
+  CHECK(test::names_in(folder / "drawn") == expected);
   for (const std::string& name : expected) CHECK_THAT(o.out, Contains("drawn/" + name + "\n"));
-  CHECK_THAT(test::content_of(folder.path() / "drawn/parallel_guide.inp"),
-             Contains("stroke uy = 0.005 m"));
+  CHECK_THAT(folder.content("drawn/parallel_guide.inp"), Contains("stroke uy = 0.005 m"));
 }
 
 TEST_CASE("The folder is named after the job, decks go to its largest stroke", "[cli][export]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   CHECK(exported(folder.path(), "parallel_guide", "--format ccx --solids 2 1 1").code == 0);
-  CHECK_THAT(test::content_of(folder.path() / "parallel_guide.export/parallel_guide.inp"),
+  CHECK_THAT(folder.content("parallel_guide.export/parallel_guide.inp"),
              Contains("stroke uy = 0.02 m"));
 }
 
 TEST_CASE("Wrong arguments of export end with code 2 and leave nothing", "[cli][export]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   const auto refused = [&](const std::string& job, const std::string& arguments) {
     const test::Outcome o = exported(folder.path(), job, arguments + " --out new");
     CHECK(o.code == 2);
     CHECK(o.out == "");
-    CHECK(names_in(folder.path()).empty());
+    CHECK(folder.names().empty());
     return o.err;
   };
   CHECK_THAT(refused("parallel_guide", "--format obj"),
@@ -81,20 +72,20 @@ TEST_CASE("Wrong arguments of export end with code 2 and leave nothing", "[cli][
 }
 
 TEST_CASE("An export that fails leaves the files of an earlier one", "[cli][export]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   CHECK(exported(folder.path(), "cantilever", "--format stl --out here").code == 0);
-  const std::string before = test::content_of(folder.path() / "here/cantilever.stl");
+  const std::string before = folder.content("here/cantilever.stl");
   CHECK(exported(folder.path(), "cantilever", "--format stl,ccx --at 0 --out here").code == 2);
-  CHECK(names_in(folder.path() / "here") == std::vector<std::string>{"cantilever.stl"});
-  CHECK(test::content_of(folder.path() / "here/cantilever.stl") == before);
+  CHECK(test::names_in(folder / "here") == std::vector<std::string>{"cantilever.stl"});
+  CHECK(folder.content("here/cantilever.stl") == before);
 }
 
 TEST_CASE("Where there is no equilibrium the exit code is 1", "[cli][export]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   const test::Outcome o = exported(folder.path(), "parallel_guide",
                                    "--format stl --at '20 mm' --set "
                                    "'/loads=[{\"force\": [\"-1e6 N\", 0, 0]}]'");
   CHECK(o.code == 1);
   CHECK_THAT(o.err, Contains("no equilibrium at uy = 0.02 m"));
-  CHECK(names_in(folder.path()).empty());
+  CHECK(folder.names().empty());
 }

@@ -17,27 +17,20 @@ std::string job_file(const std::string& name) {
   return FLEXOPT_SOURCE_DIR "/designs/jobs/" + name + ".json";
 }
 
-std::size_t entries(const fs::path& folder) {
-  return static_cast<std::size_t>(
-      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
-}
-
 }  // namespace
 
 TEST_CASE("show writes the page alone, named after the job, and prints where", "[results][show]") {
-  const test::TemporaryFolder folder;
-  const test::Outcome shown =
-      test::run_program(folder.path(), "show '" + job_file("parallel_guide") + "'");
+  const test::Workplace folder;
+  const test::Outcome shown = folder.run("show '" + job_file("parallel_guide") + "'");
   CHECK(shown.code == 0);
   CHECK(shown.err == "");
   CHECK(shown.out == "parallel_guide.show/report.html\n");
-  CHECK(entries(folder.path() / "parallel_guide.show") == 1);
-  const std::string page = test::content_of(folder.path() / "parallel_guide.show/report.html");
+  CHECK(test::names_in(folder / "parallel_guide.show").size() == 1);
+  const std::string page = folder.content("parallel_guide.show/report.html");
   CHECK_THAT(page, Contains("\"status\":\"undeflected\"") && Contains("leaf +y"));
-  CHECK(
-      test::run_program(folder.path(), "show '" + job_file("parallel_guide") + "' --out a/b").out ==
-      "a/b/report.html\n");
-  CHECK(fs::exists(folder.path() / "a/b/report.html"));
+  CHECK(folder.run("show '" + job_file("parallel_guide") + "' --out a/b").out ==
+        "a/b/report.html\n");
+  CHECK(folder.has("a/b/report.html"));
 }
 
 TEST_CASE("The scene of show has every part at its undeflected place", "[results][show]") {
@@ -79,36 +72,36 @@ TEST_CASE("Loads of every case are shown, each case a drawing of its own", "[res
 }
 
 TEST_CASE("A mechanism without equilibrium is shown, wrong input is not", "[results][show]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   // a load far beyond buckling: run finds nothing, show does not look
   const std::string guide = "'" + job_file("parallel_guide") + "'",
                     load = " --set '/loads=[{\"force\": [\"-1e6 N\", 0, 0]}]'";
-  CHECK(test::run_program(folder.path(), "run --quiet --set /expect=[] " + guide + load).code == 1);
-  CHECK(test::run_program(folder.path(), "show " + guide + load).code == 0);
-  const test::Outcome wrong = test::run_program(
-      folder.path(), "show --out new " + guide + " --set /design/parameters/length=-1");
+  CHECK(folder.run("run --quiet --set /expect=[] " + guide + load).code == 1);
+  CHECK(folder.run("show " + guide + load).code == 0);
+  const test::Outcome wrong =
+      folder.run("show --out new " + guide + " --set /design/parameters/length=-1");
   CHECK(wrong.code == 2);
   CHECK_THAT(wrong.err, Contains("/design/parameters/length"));
-  CHECK_FALSE(fs::exists(folder.path() / "new"));
+  CHECK_FALSE(folder.has("new"));
 }
 
 TEST_CASE("show --open starts xdg-open with the page, and says so where that fails",
           "[results][show]") {
-  const test::TemporaryFolder folder;
-  fs::create_directory(folder.path() / "bin");
+  const test::Workplace folder;
+  fs::create_directory(folder / "bin");
   const auto install = [&](const char* last) {
-    const fs::path program = folder.path() / "bin" / "xdg-open";
+    const fs::path program = folder / "bin/xdg-open";
     std::ofstream(program) << "#!/bin/sh\necho \"opens $1\"\n" << last << "\n";
     fs::permissions(program, fs::perms::owner_all);
   };
   const std::string arguments = "show --open '" + job_file("parallel_guide") + "'",
-                    path = "PATH='" + (folder.path() / "bin").string() + "':$PATH ";
+                    path = "PATH='" + (folder / "bin").string() + "':$PATH ";
   install("exit 0");
-  const test::Outcome opened = test::run_program(folder.path(), arguments, path);
+  const test::Outcome opened = folder.run(arguments, path);
   CHECK(opened.code == 0);
   CHECK(opened.out == "parallel_guide.show/report.html\nopens parallel_guide.show/report.html\n");
   install("exit 3");
-  const test::Outcome failed = test::run_program(folder.path(), arguments, path);
+  const test::Outcome failed = folder.run(arguments, path);
   CHECK(failed.code == 1);
   CHECK_THAT(failed.err, Contains("xdg-open did not open"));
 }

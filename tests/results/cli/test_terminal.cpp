@@ -1,6 +1,5 @@
 // What a run says while it goes on, on a terminal and in a file, and run --json.
 #include <chrono>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -15,21 +14,14 @@ namespace {
 
 const std::string wipe = "\r\x1b[K";
 
-OrderedJson leaf_job() {
-  OrderedJson job = test::leaf_job();
+OrderedJson smaller(OrderedJson job) {
   job["stroke"]["points"] = 2;
   job["frequencies"] = 1;
   return job;
 }
 
-OrderedJson optimise_job() {
-  OrderedJson job = leaf_job();
-  job["job"] = "optimise";
-  job["optimise"] = test::thickest_leaf();
-  return job;
-}
-
-void save(const fs::path& file, const OrderedJson& job) { std::ofstream(file) << job.dump(2); }
+OrderedJson leaf_job() { return smaller(test::leaf_job()); }
+OrderedJson optimise_job() { return smaller(test::optimised_leaf()); }
 
 /// What stood in the live line, one after the other.
 std::vector<std::string> frames_of(const std::string& text) {
@@ -47,8 +39,8 @@ std::vector<std::string> frames_of(const std::string& text) {
 
 TEST_CASE("On a terminal an optimisation has one line, wiped before the summary",
           "[results][terminal]") {
-  const test::TemporaryFolder folder;
-  save(folder.path() / "stiff.json", optimise_job());
+  const test::Workplace folder;
+  folder.put("stiff.json", optimise_job());
   const auto begin = std::chrono::steady_clock::now();
   const test::Outcome outcome = test::run_on_terminal(folder.path(), "run stiff.json", 200);
   const double seconds =
@@ -72,8 +64,8 @@ TEST_CASE("On a terminal an optimisation has one line, wiped before the summary"
 }
 
 TEST_CASE("The line fits a narrow terminal", "[results][terminal]") {
-  const test::TemporaryFolder folder;
-  save(folder.path() / "stiff.json", optimise_job());
+  const test::Workplace folder;
+  folder.put("stiff.json", optimise_job());
   const std::vector<std::string> frames =
       frames_of(test::run_on_terminal(folder.path(), "run stiff.json", 40).out);
   REQUIRE_FALSE(frames.empty());
@@ -83,7 +75,7 @@ TEST_CASE("The line fits a narrow terminal", "[results][terminal]") {
 
 TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is no line of it",
           "[results][terminal]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   OrderedJson job = leaf_job();
   job["maps"] = OrderedJson::parse(R"([{"points": [3, 2], "parameters": [
       {"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"},
@@ -91,11 +83,11 @@ TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is
     "quantities": [{"quantity": "drive_load", "over_stroke": "last"}]}])");
   job["tolerances"] = {{"thickness", "10 um"}};
   job["tolerance_samples"] = {{"count", 8}, {"seed", 1}};
-  save(folder.path() / "leaf.json", job);
+  folder.put("leaf.json", job);
   const std::string shown = test::run_on_terminal(folder.path(), "run leaf.json", 120).out;
   CAPTURE(shown);
   CHECK_THAT(shown, Contains(wipe + "[") && Contains("/8 sampled designs"));
-  const test::Outcome file = test::run_program(folder.path(), "run leaf.json");
+  const test::Outcome file = folder.run("run leaf.json");
   CHECK(file.code == 0);
   CHECK_THAT(file.err, Contains("tolerances: 8 sampled designs\n") &&
                            Contains("map 1 of 1: 6 designs\n") && !Contains("\r") &&
@@ -103,12 +95,12 @@ TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is
 }
 
 TEST_CASE("run --json prints the summary's numbers in SI", "[results][terminal]") {
-  const test::TemporaryFolder folder;
-  save(folder.path() / "leaf.json", leaf_job());
-  const test::Outcome outcome = test::run_program(folder.path(), "run leaf.json --json --out here");
+  const test::Workplace folder;
+  folder.put("leaf.json", leaf_job());
+  const test::Outcome outcome = folder.run("run leaf.json --json --out here");
   REQUIRE(outcome.code == 0);
   const auto printed = OrderedJson::parse(outcome.out);
-  const auto result = OrderedJson::parse(test::content_of(folder.path() / "here" / "result.json"));
+  const auto result = folder.json("here/result.json");
   CHECK(printed["status"] == "ok");
   CHECK(printed["usable"] == true);
   CHECK(printed["folder"] == "here");
@@ -132,16 +124,15 @@ TEST_CASE("run --json prints the summary's numbers in SI", "[results][terminal]"
 
 TEST_CASE("run --json of an optimisation has the optimum with its constraints and differences",
           "[results][terminal]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   OrderedJson job = optimise_job();
   job["model"]["accuracy"] = "reduced";
-  save(folder.path() / "stiff.json", job);
-  const test::Outcome outcome = test::run_program(folder.path(), "run stiff.json --json --quiet");
+  folder.put("stiff.json", job);
+  const test::Outcome outcome = folder.run("run stiff.json --json --quiet");
   CAPTURE(outcome.out, outcome.err);
   REQUIRE(outcome.code == 0);
   const auto optimum = OrderedJson::parse(outcome.out)["optimum"],
-             whole = OrderedJson::parse(
-                 test::content_of(folder.path() / "stiff.out" / "result.json"))["optimum"];
+             whole = folder.json("stiff.out/result.json")["optimum"];
   CHECK(optimum["objective"] == whole["objective"]);
   CHECK(optimum["parameters"]["thickness"].get<double>() > 2e-4);
   CHECK(optimum["parameters"] == whole["parameters"]);
@@ -153,7 +144,7 @@ TEST_CASE("run --json of an optimisation has the optimum with its constraints an
 }
 
 TEST_CASE("run --json of a comparison has its worst errors", "[results][terminal]") {
-  const test::TemporaryFolder folder;
+  const test::Workplace folder;
   OrderedJson job = leaf_job();
   job["job"] = "compare";
   job["model"] = {{"mesh", {4, 2}}};
@@ -161,13 +152,12 @@ TEST_CASE("run --json of a comparison has its worst errors", "[results][terminal
     "method": "sobol", "count": 2, "seed": 1,
     "vary": [{"parameter": "thickness", "min": "0.2 mm", "max": "0.4 mm"}]})");
   job["models"] = OrderedJson::parse(R"([{"name": "default"}])");
-  save(folder.path() / "two.json", job);
-  const test::Outcome outcome = test::run_program(folder.path(), "run two.json --json --quiet");
+  folder.put("two.json", job);
+  const test::Outcome outcome = folder.run("run two.json --json --quiet");
   CAPTURE(outcome.out, outcome.err);
   REQUIRE(outcome.code == 0);
   const auto model = OrderedJson::parse(outcome.out)["comparison"]["models"][0],
-             whole = OrderedJson::parse(test::content_of(folder.path() / "two.out" /
-                                                         "result.json"))["comparison"]["models"][0];
+             whole = folder.json("two.out/result.json")["comparison"]["models"][0];
   CHECK(model["name"] == "default");
   CHECK(model["errors"]["drive_load"]["worst"] == whole["errors"]["drive_load"]["worst"]);
   CHECK(model["errors"]["drive_load"]["worst"].get<double>() > 0);
@@ -175,10 +165,10 @@ TEST_CASE("run --json of a comparison has its worst errors", "[results][terminal
 
 TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code",
           "[results][terminal]") {
-  const test::TemporaryFolder folder;
-  save(folder.path() / "leaf.json", leaf_job());
+  const test::Workplace folder;
+  folder.put("leaf.json", leaf_job());
   const auto printed = [&](const std::string& arguments, int code) {
-    const test::Outcome outcome = test::run_program(folder.path(), "run " + arguments);
+    const test::Outcome outcome = folder.run("run " + arguments);
     CAPTURE(arguments, outcome.out, outcome.err);
     CHECK(outcome.code == code);
     return OrderedJson::parse(outcome.out);

@@ -1,6 +1,8 @@
 #pragma once
 // Jobs of the gallery as they are exported.
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "results/export/exported.hpp"
@@ -19,6 +21,18 @@ inline Exported folded_leaf(const std::vector<std::string>& at = {}) {
 
 inline Exported gallery(const std::string& name, const std::vector<std::string>& at = {}) {
   return make_exported(gallery_job(name), {.at = at, .result = {}, .load_case = ""});
+}
+
+/// Whether every edge of the triangles, each of three corners, is there once each way.
+template <class Triangle>
+bool watertight(const std::vector<Triangle>& triangles) {
+  using Corner = typename Triangle::value_type;
+  std::map<std::pair<Corner, Corner>, int> edges;
+  for (const Triangle& t : triangles)
+    for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+  for (const auto& [edge, count] : edges)
+    if (count != 1 || !edges.contains({edge.second, edge.first})) return false;
+  return !triangles.empty();
 }
 
 }  // namespace flexopt::test

@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "core/spec/spec_error.hpp"
 #include "results/export/formats.hpp"
 #include "results/files/folder.hpp"
-#include "support/fixture.hpp"
+#include "support/refusals.hpp"
+#include "support/temporary_folder.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;
@@ -15,12 +15,7 @@ using Catch::Matchers::Contains;
 namespace {
 
 std::string refused(const std::string& job, const ExportPlace& place) {
-  try {
-    (void)make_exported(test::gallery_job(job), place);
-  } catch (const SpecError& error) {
-    return error.what();
-  }
-  return "";
+  return test::complaint_of([&] { (void)make_exported(test::gallery_job(job), place); });
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/export/parts.hpp"
+#include "results/export/writers.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 
@@ -16,9 +17,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "results/export/writers.hpp"
 #include "support/binary.hpp"
-#include "support/fixture.hpp"
+#include "support/temporary_folder.hpp"
 #endif
 
 using namespace flexopt;

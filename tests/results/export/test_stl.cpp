@@ -1,6 +1,5 @@
 #include <array>
 #include <catch2/catch.hpp>
-#include <map>
 #include <sstream>
 
 #include "results/export/parts.hpp"
@@ -20,15 +19,6 @@ struct ReadSolid {
   std::string name;
   std::vector<std::array<Corner, 3>> triangles;
 
-  /// Edges are those between equal corners.
-  bool watertight() const {
-    std::map<std::pair<Corner, Corner>, int> edges;
-    for (const auto& t : triangles)
-      for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
-    for (const auto& [edge, count] : edges)
-      if (count != 1 || !edges.contains({edge.second, edge.first})) return false;
-    return !triangles.empty();
-  }
   /// [mm³]
   double volume() const {
     double six = 0;
@@ -66,7 +56,7 @@ void check_solids(const Exported& exported, const PathPoint* point) {
   REQUIRE(solids.size() >= leaves.size());
   for (std::size_t i = 0; i < solids.size(); ++i) {
     CAPTURE(solids[i].name);
-    CHECK(solids[i].watertight());
+    CHECK(test::watertight(solids[i].triangles));
     CHECK(solids[i].volume() > 0);
     if (i < leaves.size())
       CHECK(solids[i].volume() == Approx(1e9 * test::leaf_volume(leaves[i])).epsilon(1e-3));

@@ -1,30 +1,15 @@
 #include <catch2/catch.hpp>
-#include <map>
-#include <utility>
 
 #include "results/export/parts.hpp"
+#include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;
 
-namespace {
-
-/// Every edge is there once each way.
-bool watertight(const TriangleMesh& mesh) {
-  std::map<std::pair<int, int>, int> edges;
-  for (const auto& t : mesh.triangles)
-    for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
-  for (const auto& [edge, count] : edges)
-    if (count != 1 || !edges.contains({edge.second, edge.first})) return false;
-  return !mesh.triangles.empty();
-}
-
-}  // namespace
-
 TEST_CASE("The check of closed meshes finds one with a hole", "[results][export]") {
   TriangleMesh box = closed_box({Vector3d::Zero(), Matrix3d::Identity()});
-  CHECK(watertight(box));
+  CHECK(test::watertight(box.triangles));
   box.triangles.pop_back();
-  CHECK_FALSE(watertight(box));
+  CHECK_FALSE(test::watertight(box.triangles));
 }
 
 TEST_CASE("A box has its volume, whichever way its edges turn", "[results][export]") {
@@ -40,7 +25,7 @@ TEST_CASE("The hull of points is closed and holds them", "[results][export]") {
   for (int k = 0; k < 8; ++k) corners.emplace_back(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
   corners.emplace_back(0.1, 0.2, 0.3);  // inside
   const TriangleMesh hull = convex_hull(corners);
-  CHECK(watertight(hull));
+  CHECK(test::watertight(hull.triangles));
   CHECK(hull.volume() == Approx(8));
   CHECK(hull.points.size() == 8);
   CHECK(convex_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}).triangles.empty());

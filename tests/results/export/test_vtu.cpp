@@ -1,24 +1,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <iterator>
-#include <sstream>
 
 #include "results/export/writers.hpp"
+#include "support/vtu.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;
-
-namespace {
-
-std::vector<double> data_array(const std::string& xml, const std::string& name) {
-  const auto at = xml.find("Name=\"" + name);
-  REQUIRE(at != std::string::npos);
-  const auto begin = xml.find('>', at) + 1;
-  std::istringstream stream(xml.substr(begin, xml.find('<', begin) - begin));
-  return {std::istream_iterator<double>(stream), {}};
-}
-
-}  // namespace
+using test::data_array;
 
 TEST_CASE("A VTU file has displacement, stress and every mode of its point", "[results][export]") {
   const Exported exported = test::gallery("parallel_guide", {"20 mm"});

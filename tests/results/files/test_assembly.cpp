@@ -7,7 +7,7 @@
 #include "results/files/result_parts.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
-#include "support/fixture.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -23,7 +23,7 @@ TEST_CASE("errors of assembly stand in the result with leaf, end and stroke", "[
       "edges": [{"leaf": "leaf -y", "end": "tip", "turn": [0, "2 mrad", 0]}],
       "quantities": [{"quantity": "support_stiffness.uz", "over_stroke": "min"}],
       "stiffness_share": 0.9, "starts": 2}})"));
-  ProgressDisplay silent(stderr, progress_style(stderr, true));
+  Silent silent;
   const RunRecord record = run_evaluation(job, {}, 1, silent);
   REQUIRE(record.assembly);
   const nlohmann::json json = make_assembly(record);
@@ -55,7 +55,7 @@ TEST_CASE("errors of assembly over load cases say which case is the worst", "[as
       "quantities": [{"quantity": "support_stiffness.uz", "over_stroke": "min"},
                      {"quantity": "support_stiffness.uz", "over_stroke": "min", "case": "near"}],
       "stiffness_share": 0.9, "starts": 2}})"));
-  ProgressDisplay silent(stderr, progress_style(stderr, true));
+  Silent silent;
   const RunRecord record = run_evaluation(job, {}, 1, silent);
   REQUIRE(record.assembly);
   const nlohmann::json json = make_assembly(record);

@@ -12,7 +12,7 @@
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "results/run/run_files.hpp"
-#include "support/fixture.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -34,7 +34,7 @@ Job batch() {
 }
 
 RunRecord run(const fs::path& folder) {
-  ProgressDisplay silent(stderr, progress_style(stderr, true));
+  Silent silent;
   return run_comparison(batch(), folder, 2, silent);
 }
 

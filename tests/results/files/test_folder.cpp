@@ -3,32 +3,23 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <fstream>
-#include <iterator>
 #include <string>
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
-#include "support/fixture.hpp"
 #include "support/left_draft.hpp"
+#include "support/refusals.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 namespace fs = std::filesystem;
-
-namespace {
-
-std::size_t entries(const fs::path& folder) {
-  return static_cast<std::size_t>(
-      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
-}
-
-}  // namespace
 
 TEST_CASE("A file appears whole and leaves no temporary file", "[results][folder]") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "a.txt", "one");
   write_file(folder.path() / "a.txt", "two");
   CHECK(test::content_of(folder.path() / "a.txt") == "two");
-  CHECK(entries(folder.path()) == 1);
+  CHECK(test::names_in(folder.path()).size() == 1);
 }
 
 TEST_CASE("A failed write leaves the old file and nothing else", "[results][folder]") {
@@ -51,14 +42,14 @@ TEST_CASE("A failed write leaves the old file and nothing else", "[results][fold
   std::signal(SIGXFSZ, handler);
   CHECK(thrown);
   CHECK(test::content_of(file) == "old");
-  CHECK(entries(folder.path()) == 1);
+  CHECK(test::names_in(folder.path()).size() == 1);
 }
 
 TEST_CASE("A folder that can be made is writable and checking makes nothing", "[results][folder]") {
   const test::TemporaryFolder folder;
   CHECK_NOTHROW(check_writable(folder.path()));
   CHECK_NOTHROW(check_writable(folder.path() / "a" / "b/"));
-  CHECK(entries(folder.path()) == 0);
+  CHECK(test::names_in(folder.path()).size() == 0);
 }
 
 TEST_CASE("A file in the way of the output folder is wrong input", "[results][folder]") {
@@ -66,14 +57,10 @@ TEST_CASE("A file in the way of the output folder is wrong input", "[results][fo
   std::ofstream(folder.path() / "file") << "x";
   for (const fs::path& path : {folder.path() / "file", folder.path() / "file" / "below"}) {
     CAPTURE(path);
-    try {
-      OutputFolder made(path);
-      FAIL("no SpecError");
-    } catch (const SpecError& error) {
-      CHECK(error.pointer() == "--out");
-      CHECK(error.value() == path.string());
-      CHECK_THAT(error.rule(), Catch::Contains("is a file"));
-    }
+    const SpecError error = test::refusal_of([&] { OutputFolder made(path); });
+    CHECK(error.pointer() == "--out");
+    CHECK(error.value() == path.string());
+    CHECK_THAT(error.rule(), Catch::Contains("is a file"));
   }
   CHECK_THROWS_AS(check_writable(""), SpecError);
   CHECK_THROWS_AS(check_writable("/proc/nothing/here"), SpecError);
@@ -86,7 +73,7 @@ TEST_CASE("A folder made for a run goes away unless it is kept", "[results][fold
     const OutputFolder made(deep);
     write_file(made.path() / "file", "x");
   }
-  CHECK(entries(folder.path()) == 0);
+  CHECK(test::names_in(folder.path()).size() == 0);
   {
     OutputFolder made(deep);
     made.keep();
@@ -111,8 +98,8 @@ TEST_CASE("Drafts of killed processes go from the output folder, and probes from
   for (const fs::path& in : {out, deeper})
     for (const std::string& file : {result, probe}) std::ofstream(in / file) << "x";
   { const OutputFolder opened(out); }
-  CHECK(entries(out) == 1);
-  CHECK(entries(deeper) == 2);
+  CHECK(test::names_in(out).size() == 1);
+  CHECK(test::names_in(deeper).size() == 2);
 }
 
 TEST_CASE("A file in a folder that has gone is wrong input", "[results][folder]") {

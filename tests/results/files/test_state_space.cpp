@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "results/files/result_parts.hpp"
-#include "support/fixture.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

@@ -1,14 +1,14 @@
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <iterator>
 #include <regex>
-#include <sstream>
 #include <stack>
 
 #include "results/files/vtk.hpp"
 #include "support/fixture.hpp"
+#include "support/vtu.hpp"
 
 using namespace flexopt;
+using test::data_array;
 namespace fs = std::filesystem;
 
 namespace {
@@ -35,14 +35,6 @@ bool well_formed(const std::string& xml) {
   }
   return open.empty() && roots == 1 &&
          std::string(last, body.cend()).find_first_not_of(" \n") == std::string::npos;
-}
-
-std::vector<double> data_array(const std::string& xml, const std::string& name) {
-  const auto at = xml.find("Name=\"" + name + "\"");
-  REQUIRE(at != std::string::npos);
-  const auto begin = xml.find('>', at) + 1;
-  std::istringstream stream(xml.substr(begin, xml.find('<', begin) - begin));
-  return {std::istream_iterator<double>(stream), {}};
 }
 
 }  // namespace

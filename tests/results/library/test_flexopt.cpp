@@ -2,38 +2,21 @@
 // files of the program.
 #include "results/library/flexopt.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
+
+#include "support/temporary_folder.hpp"
 
 using Catch::Contains;
+using flexopt::test::content_of, flexopt::test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
 
 const fs::path jobs = FLEXOPT_SOURCE_DIR "/designs/jobs";
-
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "flexopt_library_XXXXXX").string();
-    REQUIRE(mkdtemp(name.data()));
-    path = name;
-  }
-  ~Folder() { fs::remove_all(path); }
-};
-
-std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  REQUIRE(stream);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 /// A failure shall not print both.
 bool same(const std::string& one, const std::string& other) { return one == other; }
@@ -82,22 +65,22 @@ TEST_CASE("the library tells its version and the formats that it knows") {
 }
 
 TEST_CASE("a job of the library leaves the files of the program") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto file = jobs / "parallel_guide.json";
   const std::string command = "'" FLEXOPT_BINARY "' run --quiet --set '/expect=[]' '" +
-                              file.string() + "' --out '" + (folder.path / "theirs").string() +
+                              file.string() + "' --out '" + (folder / "theirs").string() +
                               "' >/dev/null";
   REQUIRE(std::system(command.c_str()) == 0);
   flexopt::Options options;
-  options.folder = folder.path / "ours";
+  options.folder = folder / "ours";
   const flexopt::Evaluation result =
       flexopt::evaluate(flexopt::Job::of_file(file, {"/expect=[]"}), options);
   CHECK(result.usable());
   CHECK_THAT(result.message(), Contains("11 stroke points"));
   for (const char* name : {"result.json", "path.csv", "job.json", "report.html"})
-    CHECK(same(content_of(folder.path / "ours" / name), content_of(folder.path / "theirs" / name)));
-  CHECK(same(result.json(), content_of(folder.path / "ours/result.json")));
-  CHECK(same(result.html(), content_of(folder.path / "ours/report.html")));
+    CHECK(same(content_of(folder / "ours" / name), content_of(folder / "theirs" / name)));
+  CHECK(same(result.json(), content_of(folder / "ours/result.json")));
+  CHECK(same(result.html(), content_of(folder / "ours/report.html")));
 }
 
 TEST_CASE("a design is of a family, of a file, or of JSON") {
@@ -107,8 +90,8 @@ TEST_CASE("a design is of a family, of a file, or of JSON") {
       last(flexopt::evaluate(flexopt::Job::of_design(flexopt::Design::of_json(design.json()), keys))
                .path(),
            "drive_load") == last(path, "drive_load"));
-  const Folder folder;
-  const auto file = (folder.path / "own.json").string();
+  const TemporaryFolder folder;
+  const auto file = (folder / "own.json").string();
   REQUIRE(std::system(
               ("'" FLEXOPT_BINARY "' designs --export parallel_guide >'" + file + "'").c_str()) ==
           0);
@@ -118,7 +101,7 @@ TEST_CASE("a design is of a family, of a file, or of JSON") {
     CHECK(last(flexopt::evaluate(flexopt::Job::of_design(other, keys)).path(), "drive_load") ==
           last(path, "drive_load"));
   CHECK_THROWS_AS(flexopt::Design::of_family("no_such_family"), flexopt::JobError);
-  CHECK_THROWS_AS(flexopt::Design::of_file(folder.path / "none.json"), flexopt::JobError);
+  CHECK_THROWS_AS(flexopt::Design::of_file(folder / "none.json"), flexopt::JobError);
   CHECK_THROWS_AS(flexopt::Design::of_json("[1]"), flexopt::JobError);
 }
 

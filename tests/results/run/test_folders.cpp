@@ -2,7 +2,6 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -18,25 +17,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void write(const fs::path& file, const OrderedJson& job) { std::ofstream(file) << job.dump(); }
-
-OrderedJson optimised_leaf() {
-  OrderedJson job = leaf_job();
-  job["job"] = "optimise";
-  job["optimise"] = thickest_leaf();
-  return job;
-}
-
 // Jobs of each kind that writes other files.
 std::map<std::string, OrderedJson> jobs_of_all_kinds() {
-  std::map<std::string, OrderedJson> jobs{{"evaluate", leaf_job()}, {"optimise", optimised_leaf()}};
-  OrderedJson& compare = jobs["compare"] = leaf_job();
-  compare["job"] = "compare";
-  compare.erase("model");
-  compare["samples"] = OrderedJson::parse(R"({"count": 6, "seed": 3, "vary": [
-      {"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"}]})");
-  compare["models"] = OrderedJson::parse(R"([{"name": "coarse", "mesh": [3, 2]}])");
-  return jobs;
+  return {{"evaluate", leaf_job()}, {"optimise", optimised_leaf()}, {"compare", compared_leaf()}};
 }
 
 /// All files of a folder but those that say how long something took.
@@ -95,17 +78,17 @@ class Running {
 TEST_CASE("a folder that is read-only is refused before anything is computed", "[folders]") {
   const auto anyone = as_anyone();
   if (!anyone) return;
-  const TemporaryFolder folder;
+  const Workplace folder;
   fs::permissions(folder.path(), fs::perms(0755));
   for (const auto& [kind, job] : jobs_of_all_kinds()) {
     CAPTURE(kind);
-    write(folder.path() / "leaf.json", job);
-    const fs::path locked = folder.path() / (kind + ".out");
+    folder.put("leaf.json", job);
+    const fs::path locked = folder / (kind + ".out");
     fs::create_directory(locked);
     fs::permissions(locked, fs::perms(0555));
     for (const char* out : {"", "/new"}) {
       const Outcome refused =
-          run_program(folder.path(), "run leaf.json --quiet --out " + kind + ".out" + out, *anyone);
+          folder.run("run leaf.json --quiet --out " + kind + ".out" + out, *anyone);
       CAPTURE(refused.err);
       CHECK(refused.code == 2);
       CHECK_THAT(refused.err, Contains(kind + ".out") && Contains("can be written"));
@@ -118,24 +101,23 @@ TEST_CASE("a folder that is read-only is refused before anything is computed", "
 TEST_CASE("a finished run in a folder that has become read-only stays as it is", "[folders]") {
   const auto anyone = as_anyone();
   if (!anyone) return;
-  const TemporaryFolder folder;
+  const Workplace folder;
   fs::permissions(folder.path(), fs::perms(0755));
-  write(folder.path() / "leaf.json", optimised_leaf());
-  REQUIRE(run_program(folder.path(), "run leaf.json --quiet --out out").code == 0);
-  const auto before = files_of(folder.path() / "out");
-  for (const auto& [name, text] : before)
-    fs::permissions(folder.path() / "out" / name, fs::perms(0444));
-  fs::permissions(folder.path() / "out", fs::perms(0555));
-  const Outcome again = run_program(folder.path(), "run leaf.json --quiet --out out", *anyone);
+  folder.put("leaf.json", optimised_leaf());
+  REQUIRE(folder.run("run leaf.json --quiet --out out").code == 0);
+  const auto before = files_of(folder / "out");
+  for (const auto& [name, text] : before) fs::permissions(folder / "out" / name, fs::perms(0444));
+  fs::permissions(folder / "out", fs::perms(0555));
+  const Outcome again = folder.run("run leaf.json --quiet --out out", *anyone);
   CAPTURE(again.err);
   CHECK(again.code == 2);
   CHECK_THAT(again.err, Contains("can be written"));
-  CHECK(files_of(folder.path() / "out") == before);
-  fs::permissions(folder.path() / "out", fs::perms(0755));
+  CHECK(files_of(folder / "out") == before);
+  fs::permissions(folder / "out", fs::perms(0755));
 }
 
 TEST_CASE("a folder that is removed while a run goes on ends it in words", "[folders][slow]") {
-  const TemporaryFolder folder;
+  const Workplace folder;
   OrderedJson job = leaf_job();  // as many points as fit into some tenths of a second
   job["stroke"]["points"] = 201;
   std::map<std::string, OrderedJson> jobs{{"evaluate", job}};
@@ -144,8 +126,8 @@ TEST_CASE("a folder that is removed while a run goes on ends it in words", "[fol
   jobs["optimise"] = job;
   for (const auto& [kind, document] : jobs) {
     CAPTURE(kind);
-    write(folder.path() / "leaf.json", document);
-    const fs::path out = folder.path() / "out";
+    folder.put("leaf.json", document);
+    const fs::path out = folder / "out";
     Running running(folder.path(), "run leaf.json --quiet --threads 1 --out out");
     // whether the run has begun is seen in its folder; how fast it is does not matter
     while (!fs::exists(out / "job.json") && !running.has_ended()) std::this_thread::yield();
@@ -163,7 +145,7 @@ TEST_CASE("a folder that is removed while a run goes on ends it in words", "[fol
       }
     }
     fs::remove_all(out);
-    CHECK(run_program(folder.path(), "run leaf.json --quiet --out out").code == 0);
+    CHECK(folder.run("run leaf.json --quiet --out out").code == 0);
     fs::remove_all(out);
   }
 }
@@ -172,9 +154,9 @@ TEST_CASE("two runs of one job in one folder leave the bytes of one", "[folders]
   for (const auto& [kind, job] : jobs_of_all_kinds()) {
     if (kind == "compare") continue;  // its result has times
     CAPTURE(kind);
-    const TemporaryFolder folder;
-    write(folder.path() / "leaf.json", job);
-    REQUIRE(run_program(folder.path(), "run leaf.json --quiet --out alone").code == 0);
+    const Workplace folder;
+    folder.put("leaf.json", job);
+    REQUIRE(folder.run("run leaf.json --quiet --out alone").code == 0);
     {
       Running one(folder.path(), "run leaf.json --quiet --out out"),
           other(folder.path(), "run leaf.json --quiet --out out");
@@ -185,13 +167,13 @@ TEST_CASE("two runs of one job in one folder leave the bytes of one", "[folders]
         if (outcome.code == 2) CHECK_THAT(outcome.err, Contains("expected"));
       }
     }
-    CHECK(run_program(folder.path(), "run leaf.json --quiet --out out").code == 0);
-    CHECK(files_of(folder.path() / "out") == files_of(folder.path() / "alone"));
+    CHECK(folder.run("run leaf.json --quiet --out out").code == 0);
+    CHECK(files_of(folder / "out") == files_of(folder / "alone"));
   }
 }
 
 TEST_CASE("a clock that goes back changes no byte", "[folders]") {
-  const TemporaryFolder folder;
+  const Workplace folder;
   // sanitized programs want to be told that their library is not the first one
   const std::string preload =
       "ASAN_OPTIONS=\"$ASAN_OPTIONS:verify_asan_link_order=0\" LD_PRELOAD='" FLEXOPT_BACKWARD_CLOCK
@@ -203,12 +185,11 @@ TEST_CASE("a clock that goes back changes no byte", "[folders]") {
     CAPTURE(kind);
     OrderedJson limited = job;
     limited["limits"] = {{"seconds", "10 min"}};
-    write(folder.path() / "leaf.json", limited);
-    REQUIRE(run_program(folder.path(), "run leaf.json --quiet --out " + kind).code == 0);
-    const Outcome back =
-        run_program(folder.path(), "run leaf.json --quiet --out " + kind + ".back", preload);
+    folder.put("leaf.json", limited);
+    REQUIRE(folder.run("run leaf.json --quiet --out " + kind).code == 0);
+    const Outcome back = folder.run("run leaf.json --quiet --out " + kind + ".back", preload);
     CAPTURE(back.err);
     CHECK(back.code == 0);
-    CHECK(files_of(folder.path() / (kind + ".back")) == files_of(folder.path() / kind));
+    CHECK(files_of(folder / (kind + ".back")) == files_of(folder.path() / kind));
   }
 }

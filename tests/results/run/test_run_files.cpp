@@ -1,6 +1,5 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
@@ -12,24 +11,15 @@
 using namespace flexopt;
 namespace fs = std::filesystem;
 
-namespace {
-
-std::set<std::string> names_in(const fs::path& folder) {
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
-  return names;
-}
-
-}  // namespace
-
 TEST_CASE("A run leaves exactly its files", "[results][run]") {
   const test::TemporaryFolder folder;
   write_job(folder.path(), test::optimised_hinge().job);
   write_run(folder.path(), test::optimised_hinge());
-  CHECK(names_in(folder.path()) ==
-        std::set<std::string>{"history.csv", "job.json", "path.csv", "report.html", "result.json",
-                              "scene.json", "shape_000.vtu", "shape_001.vtu", "shape_002.vtu",
-                              "shape_003.vtu", "shape_004.vtu", "shapes.pvd", "timings.json"});
+  CHECK(test::names_in(folder.path()) ==
+        std::vector<std::string>{"history.csv", "job.json", "path.csv", "report.html",
+                                 "result.json", "scene.json", "shape_000.vtu", "shape_001.vtu",
+                                 "shape_002.vtu", "shape_003.vtu", "shape_004.vtu", "shapes.pvd",
+                                 "timings.json"});
   const auto timings = OrderedJson::parse(test::content_of(folder.path() / "timings.json"));
   CHECK(timings["seconds"]["total"] == 0.125);
 }
@@ -40,7 +30,7 @@ TEST_CASE("The same run gives the same bytes, timings apart", "[results][run]") 
   write_run(a.path(), record);
   record.timings["total"] = 99;
   write_run(b.path(), record);
-  for (const std::string& name : names_in(a.path())) {
+  for (const std::string& name : test::names_in(a.path())) {
     CAPTURE(name);
     const bool same = test::content_of(a.path() / name) == test::content_of(b.path() / name);
     CHECK(same == (name != "timings.json"));

@@ -5,6 +5,7 @@
 
 #include "core/reduction/atlas/atlas_file.hpp"
 #include "results/files/result_json.hpp"
+#include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "support/small_atlas.hpp"
 
@@ -12,11 +13,6 @@ using namespace flexopt;
 using nlohmann::json;
 
 namespace {
-
-class Quiet : public RunListener {
-  void say(const std::string&) override {}
-  void step(const RunStep&) override {}
-};
 
 // In the place of the user's atlas while it lives.
 struct SmallAtlas {
@@ -70,7 +66,7 @@ json guide(const std::string& atlas) {
 TEST_CASE("a search on looked-up leaves ends at the optimum of the mesh that was chosen",
           "[results][run][slow]") {
   const SmallAtlas atlas;
-  Quiet listener;
+  Silent listener;
   const RunRecord found = run_optimisation(parse_job(guide("auto")), {}, 1, listener),
                   built = run_optimisation(parse_job(guide("off")), {}, 1, listener);
   CAPTURE(found.message, built.message);
@@ -105,7 +101,7 @@ TEST_CASE("designs in stock sizes are searched on the mesh that was chosen",
   const SmallAtlas atlas;
   json job = guide("auto");
   job["optimise"]["variables"][1]["step"] = "0.05 mm";
-  Quiet listener;
+  Silent listener;
   const RunRecord found = run_optimisation(parse_job(job), {}, 1, listener);
   CAPTURE(found.message);
   CHECK(found.status == "ok");

@@ -2,7 +2,6 @@
 #include "results/run/shard.hpp"
 
 #include <catch2/catch.hpp>
-#include <fstream>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
@@ -16,18 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A leaf at six thicknesses, at full accuracy and on a coarse mesh.
-OrderedJson compared_leaf() {
-  OrderedJson job = leaf_job();
-  job["job"] = "compare";
-  job.erase("model");
-  job["stroke"]["points"] = 2;
-  job["samples"] = OrderedJson::parse(R"({"count": 6, "seed": 3, "vary": [
-      {"parameter": "thickness", "min": "0.2 mm", "max": "0.6 mm"}]})");
-  job["models"] = OrderedJson::parse(R"([{"name": "coarse", "mesh": [3, 2]}])");
-  return job;
-}
-
 /// Sampled tolerances and a map about a leaf.
 OrderedJson leaf_around() {
   OrderedJson job = leaf_job();
@@ -40,43 +27,19 @@ OrderedJson leaf_around() {
   return job;
 }
 
-OrderedJson optimised_leaf() {
-  OrderedJson job = leaf_job();
-  job["job"] = "optimise";
-  job["optimise"] = thickest_leaf();
-  return job;
-}
-
-class Runs {
- public:
-  explicit Runs(const OrderedJson& job) { write(job); }
-  void write(const OrderedJson& job) { std::ofstream(path() / "leaf.json") << job.dump(); }
-  fs::path path() const { return folder_.path(); }
-  Outcome flexopt(const std::string& arguments) { return run_program(path(), arguments); }
+struct Runs : Workplace {
+  explicit Runs(const OrderedJson& job) { put("leaf.json", job); }
   /// shard.1, shard.2, …
   void shards(int of) {
     for (int k = 1; k <= of; ++k) {
-      const Outcome one = flexopt("run leaf.json --quiet --shard " + std::to_string(k) + "/" +
-                                  std::to_string(of) + " --out shard." + std::to_string(k));
+      const Outcome one = run("run leaf.json --quiet --shard " + std::to_string(k) + "/" +
+                              std::to_string(of) + " --out shard." + std::to_string(k));
       CAPTURE(one.err);
       REQUIRE(one.code == 0);
-      REQUIRE_FALSE(fs::exists(path() / ("shard." + std::to_string(k)) / "result.json"));
+      REQUIRE_FALSE(has("shard." + std::to_string(k) + "/result.json"));
     }
   }
-  std::string content(const std::string& file) const { return content_of(path() / file); }
-
- private:
-  TemporaryFolder folder_;
 };
-
-std::string refusal(const std::string& text) {
-  try {
-    read_shard(text);
-  } catch (const SpecError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 }  // namespace
 
@@ -86,7 +49,7 @@ TEST_CASE("a shard is one of so many", "[shard]") {
   CHECK(shard.of == 16);
   for (const char* text : {"", "3", "3/", "/16", "0/16", "17/16", "3/16/2", "a/b", "3/0", "-1/4"}) {
     CAPTURE(text);
-    CHECK_THAT(refusal(text), Catch::Contains("expected NUMBER/OF"));
+    CHECK_THROWS_WITH(read_shard(text), Catch::Contains("expected NUMBER/OF"));
   }
 }
 
@@ -109,12 +72,12 @@ TEST_CASE("merged shards are the bytes of one run, in any order and again", "[sh
   for (const Kind& kind : kinds) {
     CAPTURE(kind.name);
     Runs runs(kind.job);
-    const Outcome alone = runs.flexopt("run leaf.json --quiet --out alone");
+    const Outcome alone = runs.run("run leaf.json --quiet --out alone");
     CAPTURE(alone.err);
     REQUIRE(alone.code <= 1);
     runs.shards(3);
     for (const char* order : {"shard.3 shard.1 shard.2", "shard.1 shard.2 shard.3"}) {
-      const Outcome merged = runs.flexopt("merge --quiet --out merged " + std::string(order));
+      const Outcome merged = runs.run("merge --quiet --out merged " + std::string(order));
       CAPTURE(order, merged.err);
       CHECK(merged.code == alone.code);
       for (const std::string& file : kind.files) {
@@ -122,40 +85,39 @@ TEST_CASE("merged shards are the bytes of one run, in any order and again", "[sh
         CHECK(runs.content("alone/" + file).size() > 20);
         CHECK(runs.content("merged/" + file) == runs.content("alone/" + file));
       }
-      CHECK_FALSE(fs::exists(runs.path() / "merged/units.jsonl"));
+      CHECK_FALSE(runs.has("merged/units.jsonl"));
     }
   }
 }
 
 TEST_CASE("a shard says how much of the work it is, and goes on where it stopped", "[shard]") {
   Runs runs(compared_leaf());
-  const Outcome first = runs.flexopt("run leaf.json --quiet --shard 2/4");
+  const Outcome first = runs.run("run leaf.json --quiet --shard 2/4");
   CHECK(first.out == "3 of 12 evaluations\nshard 2 of 4: leaf.2-of-4.out\n");
   const std::string log = runs.content("leaf.2-of-4.out/evaluations.jsonl");
-  const Outcome json = runs.flexopt("run leaf.json --quiet --shard 2/4 --json");
+  const Outcome json = runs.run("run leaf.json --quiet --shard 2/4 --json");
   const OrderedJson said = OrderedJson::parse(json.out);
   CHECK(said["status"] == "shard");
   CHECK(said["of"] == 4);
   CHECK(said["loops"][0]["here"] == 3);
   CHECK(runs.content("leaf.2-of-4.out/evaluations.jsonl") == log);  // nothing is evaluated twice
   // half a line of a shard that was killed
-  std::ofstream(runs.path() / "leaf.2-of-4.out/evaluations.jsonl")
-      << log.substr(0, log.find('\n', log.find('\n') + 1) + 9);
-  CHECK(runs.flexopt("run leaf.json --quiet --shard 2/4").code == 0);
+  runs.put("leaf.2-of-4.out/evaluations.jsonl",
+           log.substr(0, log.find('\n', log.find('\n') + 1) + 9));
+  CHECK(runs.run("run leaf.json --quiet --shard 2/4").code == 0);
   CHECK(runs.content("leaf.2-of-4.out/evaluations.jsonl") == log);
 }
 
 TEST_CASE("what is missing is told, or computed", "[shard]") {
   Runs runs(compared_leaf());
-  REQUIRE(runs.flexopt("run leaf.json --quiet --out alone").code == 0);
+  REQUIRE(runs.run("run leaf.json --quiet --out alone").code == 0);
   runs.shards(4);
   fs::remove_all(runs.path() / "shard.2");
-  const Outcome told = runs.flexopt("merge shard.1 shard.3 shard.4 --out merged");
+  const Outcome told = runs.run("merge shard.1 shard.3 shard.4 --out merged");
   CHECK(told.code == 2);
   CHECK_THAT(told.err, Catch::Contains("shards 2 of 4") && Catch::Contains("--array=2"));
-  CHECK_FALSE(fs::exists(runs.path() / "merged"));
-  const Outcome computed =
-      runs.flexopt("merge shard.1 shard.3 shard.4 shard.3 --compute --out merged");
+  CHECK_FALSE(runs.has("merged"));
+  const Outcome computed = runs.run("merge shard.1 shard.3 shard.4 shard.3 --compute --out merged");
   CHECK(computed.code == 0);
   CHECK_THAT(computed.err,
              Catch::Contains("shard 3 is there twice") && Catch::Contains("9 from the log"));
@@ -166,7 +128,7 @@ TEST_CASE("what does not belong together is refused", "[shard]") {
   Runs runs(compared_leaf());
   runs.shards(2);
   const auto refused = [&](const std::string& arguments, const std::string& why) {
-    const Outcome outcome = runs.flexopt(arguments);
+    const Outcome outcome = runs.run(arguments);
     CAPTURE(arguments, outcome.err);
     CHECK(outcome.code == 2);
     CHECK_THAT(outcome.err, Catch::Contains(why));
@@ -176,17 +138,17 @@ TEST_CASE("what does not belong together is refused", "[shard]") {
   refused("run leaf.json --shard 2/2 --out shard.1", "shard 1/2 is in this folder");
   refused("run leaf.json --shard 3/2", "expected NUMBER/OF");
 
-  REQUIRE(runs.flexopt("run leaf.json --quiet --out whole").code == 0);
+  REQUIRE(runs.run("run leaf.json --quiet --out whole").code == 0);
   refused("run leaf.json --shard 1/2 --out whole", "a run that is no shard is in this folder");
-  REQUIRE(runs.flexopt("run leaf.json --quiet --shard 3/3 --out third").code == 0);
+  REQUIRE(runs.run("run leaf.json --quiet --shard 3/3 --out third").code == 0);
   refused("merge shard.1 third --out merged", "shard 3 of 3: expected one of 2");
 
   OrderedJson other = compared_leaf();
   other["stroke"]["to"] = "5 mm";
-  runs.write(other);
-  REQUIRE(runs.flexopt("run leaf.json --quiet --shard 2/2 --out other").code == 0);
+  runs.put("leaf.json", other);
+  REQUIRE(runs.run("run leaf.json --quiet --shard 2/2 --out other").code == 0);
   refused("merge shard.1 other --out merged", "/stroke");
-  CHECK_FALSE(fs::exists(runs.path() / "merged"));
+  CHECK_FALSE(runs.has("merged"));
 }
 
 TEST_CASE("two values of one evaluation are refused", "[shard]") {
@@ -200,16 +162,15 @@ TEST_CASE("two values of one evaluation are refused", "[shard]") {
   const auto at = lines.front().find(before);
   REQUIRE(at != std::string::npos);
   lines.front().insert(at + before.size(), "1");
-  const std::string fitting = log_text(log_identity_of(file), lines);
-  std::ofstream(file) << fitting;
-  const Outcome outcome = runs.flexopt("merge shard.1 shard.2 again --out merged");
+  put(file, log_text(log_identity_of(file), lines));
+  const Outcome outcome = runs.run("merge shard.1 shard.2 again --out merged");
   CHECK(outcome.code == 2);
   CHECK_THAT(outcome.err, Catch::Contains("expected the same values as in"));
   // what does not fit its checksum is no value
   std::string spoilt = runs.content("again/evaluations.jsonl");
   spoilt.erase(spoilt.find(before) + before.size(), 1);
-  std::ofstream(file) << spoilt;
-  const Outcome refused = runs.flexopt("merge shard.1 shard.2 again --out merged");
+  put(file, spoilt);
+  const Outcome refused = runs.run("merge shard.1 shard.2 again --out merged");
   CHECK(refused.code == 2);
   CHECK_THAT(refused.err, Catch::Contains("line 2: {") && Catch::Contains("checksum"));
 }
@@ -219,9 +180,8 @@ TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
   job["design"].erase("family");
   job["design"]["file"] = "leaf.design.json";
   Runs runs(job);
-  std::ofstream(runs.path() / "leaf.design.json")
-      << runs.flexopt("designs --export leaf_spring").out;
-  REQUIRE(runs.flexopt("run leaf.json --quiet --out alone").code == 0);
+  runs.put("leaf.design.json", runs.run("designs --export leaf_spring").out);
+  REQUIRE(runs.run("run leaf.json --quiet --out alone").code == 0);
   runs.shards(2);
   const std::string from = "'" + runs.path().string() + "/";
   const Outcome merged = run_program(
@@ -234,8 +194,8 @@ TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
 
 TEST_CASE("a job without independent work has no shards", "[shard]") {
   Runs runs(leaf_job());
-  const Outcome outcome = runs.flexopt("run leaf.json --shard 1/2");
+  const Outcome outcome = runs.run("run leaf.json --shard 1/2");
   CHECK(outcome.code == 2);
   CHECK_THAT(outcome.err, Catch::Contains("no independent work to share"));
-  CHECK_FALSE(fs::exists(runs.path() / "leaf.1-of-2.out"));
+  CHECK_FALSE(runs.has("leaf.1-of-2.out"));
 }

@@ -6,9 +6,9 @@
 #include <thread>
 #include <vector>
 
-#include "core/spec/spec_error.hpp"
 #include "results/server/local_server.hpp"
 #include "support/loopback.hpp"
+#include "support/refusals.hpp"
 
 using namespace flexopt;
 using namespace std::chrono_literals;
@@ -104,12 +104,8 @@ TEST_CASE("What is being answered at the end is waited for", "[results][server]"
 TEST_CASE("A port that is taken is wrong input", "[results][server]") {
   const Listener listener = listen_on_loopback(0);
   CHECK(listener.port > 0);
-  try {
-    (void)listen_on_loopback(listener.port);
-    FAIL("it was free");
-  } catch (const SpecError& error) {
-    CHECK(error.pointer() == "--port");
-    CHECK(error.value() == std::to_string(listener.port));
-  }
+  const SpecError error = test::refusal_of([&] { (void)listen_on_loopback(listener.port); });
+  CHECK(error.pointer() == "--port");
+  CHECK(error.value() == std::to_string(listener.port));
   ::close(listener.socket);
 }

@@ -10,8 +10,8 @@
 #include "results/files/folder.hpp"
 #include "results/files/json_text.hpp"
 #include "support/binary.hpp"
-#include "support/fixture.hpp"
 #include "support/loopback.hpp"
+#include "support/temporary_folder.hpp"
 
 using namespace flexopt;
 using Catch::Contains;

@@ -1,12 +1,12 @@
 // Jobs to start from, of every family and of design files: they are right, and worth running.
 #include "results/start/new_job.hpp"
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "optim/job/job_sections.hpp"
+#include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "results/start/start_design.hpp"
 #include "support/program.hpp"
@@ -17,11 +17,6 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
-
-class Quiet : public RunListener {
-  void say(const std::string&) override {}
-  void step(const RunStep&) override {}
-};
 
 json job_of(const std::string& family, bool optimise) {
   return json::parse(new_job({{"family", family}}, "", optimise).dump());
@@ -51,7 +46,7 @@ TEST_CASE("the new job of every family runs to the end of its stroke, within its
     written["model"]["mesh"] = {6, 3};
     const Job job = parse_job(written);
     CHECK(job.notes.empty());
-    Quiet listener;
+    Silent listener;
     const RunRecord record = run_evaluation(job, {}, 1, listener);
     CAPTURE(record.message);
     CHECK(record.status == "ok");
@@ -114,7 +109,7 @@ TEST_CASE("a new optimisation improves on its start within stress and room", "[r
   written["model"] = {{"mesh", {6, 3}}};
   written["stroke"]["points"] = 2;
   written["optimise"]["starts"] = 1;
-  Quiet listener;
+  Silent listener;
   const Job job = parse_job(written);
   json evaluated = written;
   evaluated.erase("optimise");
@@ -142,45 +137,42 @@ TEST_CASE("round numbers and readable ones", "[results][new]") {
 }
 
 TEST_CASE("flexopt new prints a job or writes it, and replaces none unasked", "[results][new]") {
-  const test::TemporaryFolder folder;
-  const test::Outcome printed = test::run_program(folder.path(), "new parallel_guide");
+  const test::Workplace folder;
+  const test::Outcome printed = folder.run("new parallel_guide");
   CHECK(printed.code == 0);
   CHECK(json::parse(printed.out)["model"] == json{{"accuracy", "auto"}, {"tolerance", 0.003}});
-  const test::Outcome written =
-      test::run_program(folder.path(), "new parallel_guide --out guide.json");
+  const test::Outcome written = folder.run("new parallel_guide --out guide.json");
   CHECK(written.code == 0);
   CHECK(written.out == "guide.json\n");
-  CHECK(test::content_of(folder.path() / "guide.json") == printed.out);
-  CHECK(test::run_program(folder.path(), "validate guide.json").code == 0);
+  CHECK(folder.content("guide.json") == printed.out);
+  CHECK(folder.run("validate guide.json").code == 0);
 
-  const test::Outcome again = test::run_program(folder.path(), "new cross_hinge --out guide.json");
+  const test::Outcome again = folder.run("new cross_hinge --out guide.json");
   CHECK(again.code == 2);
   CHECK_THAT(again.err, Contains("guide.json") && Contains("--overwrite"));
-  CHECK(test::content_of(folder.path() / "guide.json") == printed.out);
-  CHECK(test::run_program(folder.path(), "new cross_hinge --optimise --out guide.json --overwrite")
-            .code == 0);
-  CHECK(json::parse(test::content_of(folder.path() / "guide.json"))["job"] == "optimise");
-  CHECK_THAT(test::run_program(folder.path(), "new hinge").err, Contains("cross_hinge"));
+  CHECK(folder.content("guide.json") == printed.out);
+  CHECK(folder.run("new cross_hinge --optimise --out guide.json --overwrite").code == 0);
+  CHECK(folder.json("guide.json")["job"] == "optimise");
+  CHECK_THAT(folder.run("new hinge").err, Contains("cross_hinge"));
 }
 
 TEST_CASE("a new job of a design file names it from where the job stands", "[results][new]") {
-  const test::TemporaryFolder folder;
-  fs::create_directories(folder.path() / "designs");
-  fs::create_directories(folder.path() / "jobs");
-  const test::Outcome design = test::run_program(folder.path(), "designs --export curved_leaf");
-  std::ofstream(folder.path() / "designs/mine.json") << design.out;
-  const test::Outcome written =
-      test::run_program(folder.path(), "new designs/mine.json --out jobs/first.json");
+  const test::Workplace folder;
+  fs::create_directories(folder / "designs");
+  fs::create_directories(folder / "jobs");
+  const test::Outcome design = folder.run("designs --export curved_leaf");
+  folder.put("designs/mine.json", design.out);
+  const test::Outcome written = folder.run("new designs/mine.json --out jobs/first.json");
   CAPTURE(written.err);
   CHECK(written.code == 0);
-  const json job = json::parse(test::content_of(folder.path() / "jobs/first.json"));
+  const json job = folder.json("jobs/first.json");
   CHECK(job["design"]["file"] == "../designs/mine.json");
-  CHECK(test::run_program(folder.path(), "validate jobs/first.json").code == 0);
+  CHECK(folder.run("validate jobs/first.json").code == 0);
 
   json bare = json::parse(design.out);
   bare["parameters"]["chord"].erase("default");
-  std::ofstream(folder.path() / "designs/mine.json") << bare;
-  const test::Outcome wrong = test::run_program(folder.path(), "new designs/mine.json");
+  folder.put("designs/mine.json", bare);
+  const test::Outcome wrong = folder.run("new designs/mine.json");
   CHECK(wrong.code == 2);
   CHECK_THAT(wrong.err, Contains("chord"));
 }
