@@ -13,6 +13,7 @@
 #include "core/response/quantities.hpp"
 #include "support/models.hpp"
 #include "support/nightly.hpp"
+#include "support/strokes.hpp"
 
 namespace flexopt::test {
 
@@ -59,6 +60,27 @@ inline MechanismDirection direction(const Family& family, std::size_t k) {
   const std::vector<double*> rates = places(result.rate);
   for (std::size_t i = 0; i < rates.size(); ++i) *rates[i] = d.value[i];
   return result;
+}
+
+/// Along all numbers that a family is differentiated along.
+inline std::vector<MechanismDirection> directions_of(const Family& family) {
+  std::vector<MechanismDirection> all;
+  for (const std::size_t k : family.along) all.push_back(direction(family, k));
+  return all;
+}
+
+/// Differences of an answer of mechanisms along number k of their family.
+template <class Answer>
+Derivatives differences_along(const Family& family, std::size_t k, double share,
+                              const Answer& answer) {
+  Values moved = values_of(family.numbers);
+  const double here = moved[k];
+  return ridders(
+      [&](double x) {
+        moved[k] = x;
+        return answer(family.make(moved));
+      },
+      here, share * here);
 }
 
 /// One number that has a derivative, and the least size that its errors count against.
@@ -119,8 +141,7 @@ inline int check_gradients(const Family& family, const ModelOptions& model, Stro
   request.values = PathValues::differentiable;
   request.newton.tolerance = 1e-11;
   const Values p = values_of(family.numbers);
-  std::vector<MechanismDirection> directions;
-  for (const std::size_t k : family.along) directions.push_back(direction(family, k));
+  const std::vector<MechanismDirection> directions = directions_of(family);
   const Mechanism mechanism = family.make(p);
   REQUIRE_FALSE(broken_rule(mechanism));
   const StrokeSensitivity exact = evaluate_stroke_gradients(mechanism, directions, model, request);
@@ -222,20 +243,27 @@ inline int check_gradients(const Family& family, const ModelOptions& model, Stro
 /// their differences do.
 inline void check_loaded_guide(const Family& family, Flexure flexure, Accuracy accuracy,
                                double stroke) {
-  ModelOptions model;
-  model.accuracy = accuracy;
-  model.flexure = flexure;
-  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
-  StrokeRequest request;
-  request.points = {0, stroke};
-  request.frequencies = 3;
-  request.outputs.add(Output::stress);
-  request.outputs.add(Output::frequency_derivatives);
-  Vector6d load;
-  load << 1, 0, -2, 0.01, 0.02, -0.01;
-  request.loads.constant = {load_at_O(load)};
-  const int compared = check_gradients(family, model, request);
+  StrokeRequest request{
+      .points = {0, stroke},
+      .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},
+      .frequencies = 3};
+  const int compared = check_gradients(family, models::coarse(flexure, accuracy), request);
   CHECK(compared >= 2 * 15 * static_cast<int>(family.along.size()));
+}
+
+/// All outputs of a leaf between two grounds that is driven at a place on it.
+inline void check_driven_point(const Family& family) {
+  for (const Flexure flexure : {Flexure::beam, Flexure::plate})
+    CHECK(check_gradients(family, models::coarse(flexure), {.points = {0.5e-3}, .frequencies = 2}) >
+          20);
+}
+
+/// Such a leaf, O at a share of its length and of its width.
+inline Mechanism driven_point(LeafSpring leaf, double along, double across, const Vector3d& place) {
+  leaf.point = LeafPoint{.body = 0, .along = along, .across = across};
+  return {.bodies = {models::follower(place)},
+          .leaves = {models::between(ground, ground, std::move(leaf))},
+          .drives = {make_drive(Direction::uy)}};
 }
 
 }  // namespace flexopt::test

@@ -51,6 +51,29 @@ inline RigidBody body(const Vector3d& at, double mass, double inertia) {
   return b;
 }
 
+/// A body on the way from the ground to the end-effector.
+inline RigidBody intermediate(const Vector3d& at, double mass, double inertia,
+                              std::string name = "intermediate") {
+  RigidBody b = body(at, mass, inertia);
+  b.name = std::move(name);
+  b.role = BodyRole::intermediate;
+  return b;
+}
+
+/// A point without rotations, for a place on a leaf.
+inline RigidBody follower(const Vector3d& at, double mass = 0) {
+  RigidBody b = body(at, mass, 0);
+  b.held = {false, false, false, true, true, true};
+  return b;
+}
+
+/// The leaf from one body to another.
+inline LeafSpring between(int base, int tip, LeafSpring leaf) {
+  leaf.base = base;
+  leaf.tip = tip;
+  return leaf;
+}
+
 /// One leaf along x, O at the middle of its tip.
 inline Mechanism single_leaf(double length, double width, double thickness,
                              Direction drive = Direction::uy, const Material& m = steel()) {
@@ -103,6 +126,11 @@ inline Mechanism hinge(double length, double thickness, const std::vector<Crossi
 inline Mechanism three_leaf_hinge(double length, double width, double thickness) {
   return hinge(length, thickness,
                {{1, 0.8 * width, 0.5 * width}, {-1, 0, width}, {1, -0.8 * width, 0.5 * width}});
+}
+
+/// Stiffness E w t³/12 in bending [N m²].
+inline double bending(const LeafSpring& leaf) {
+  return leaf.material.youngs_modulus * leaf.width * std::pow(leaf.thickness, 3) / 12;
 }
 
 /// The same leaf, its other edge called the base.

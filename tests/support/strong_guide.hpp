@@ -1,9 +1,10 @@
 #pragma once
 // A guide of strong steel, whose stresses have strengths to be compared with.
-#include <array>
 #include <utility>
+#include <vector>
 
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 namespace flexopt::models {
 
@@ -22,13 +23,24 @@ inline Mechanism strong_guide(const Material& material, double thickness = 0.5e-
   return m;
 }
 
-/// Few elements: what is compared is one mesh with itself.
-inline ModelOptions coarse(Flexure flexure, Accuracy accuracy = Accuracy::full) {
-  ModelOptions model;
-  model.accuracy = accuracy;
-  model.flexure = flexure;
-  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
-  return model;
+/// By length, width, thickness and modulus, its first leaf thicker: that one decides.
+inline Mechanism uneven_guide(const std::vector<double>& p, const Material& material) {
+  Mechanism m = guide(p[0], p[1], p[2]);
+  for (LeafSpring& leaf : m.leaves) {
+    leaf.material = material;
+    leaf.material.youngs_modulus = p[3];
+  }
+  m.leaves[0].thickness *= 1.1;
+  return m;
+}
+
+/// Plates reduced by every method that knows stresses.
+inline std::vector<ModelOptions> reduced_plates() {
+  std::vector<ModelOptions> all(3, coarse(Flexure::plate, Accuracy::reduced));
+  all[1].method = Reduction::modal_derivatives;
+  all[2].method = Reduction::linear_craig_bampton;
+  all[2].superelements = {8, 0};
+  return all;
 }
 
 }  // namespace flexopt::models

@@ -12,28 +12,24 @@
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
+#include "support/tangent_law.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-ModelOptions beams() {
-  return {.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {6, 1}};
-}
-
 // Two leaves in a row with a body between them: ground, body 1, end-effector 0.
 Mechanism row_of_two(double length, double thickness) {
-  Mechanism m;
-  m.drives = {make_drive(Direction::uy)};
-  m.bodies = {models::body({2.1 * length, 0, 0}, 0.3, 1e-4),
-              models::body({1.05 * length, 0.002, 0}, 0.2, 5e-5)};
-  m.bodies[1].role = BodyRole::intermediate;
+  Mechanism m{.bodies = {models::body({2.1 * length, 0, 0}, 0.3, 1e-4),
+                         models::intermediate({1.05 * length, 0.002, 0}, 0.2, 5e-5)},
+              .drives = {make_drive(Direction::uy)}};
   const Material steel = models::steel();
-  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, length, 0.02, thickness, steel),
-              models::leaf({1.1 * length, 0, 0}, {1, 0, 0}, length, 0.02, thickness, steel)};
-  m.leaves[0].tip = 1;
-  m.leaves[1].base = 1;
-  m.leaves[1].tip = 0;
+  m.leaves = {
+      models::between(ground, 1,
+                      models::leaf({0, 0, 0}, {1, 0, 0}, length, 0.02, thickness, steel)),
+      models::between(
+          1, 0, models::leaf({1.1 * length, 0, 0}, {1, 0, 0}, length, 0.02, thickness, steel))};
   return m;
 }
 
@@ -43,12 +39,10 @@ LoadCase on_the_body_between() {
 }
 
 StrokeRequest request_with(LoadCase loads) {
-  StrokeRequest request;
-  request.points = {0, 0.01};
-  request.loads = std::move(loads);
-  request.frequencies = 3;
-  request.newton.tolerance = 1e-12;
-  return request;
+  return {.points = {0, 0.01},
+          .loads = std::move(loads),
+          .frequencies = 3,
+          .newton = {.tolerance = 1e-12}};
 }
 
 }  // namespace
@@ -56,7 +50,7 @@ StrokeRequest request_with(LoadCase loads) {
 TEST_CASE("force and tangent are the derivatives of the energy of leaves and dead forces",
           "[equilibrium][loads]") {
   const Mechanism m = row_of_two(0.06, 4e-4);
-  System system(m, make_full_leaves(m, beams()), on_the_body_between());
+  System system(m, make_full_leaves(m, models::beams(6)), on_the_body_between());
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   REQUIRE(step_to(system, 0.006, {}).converged);
   // the spin of body 1 alone, leaves aside: the dead force turns with it
@@ -81,32 +75,7 @@ TEST_CASE("force and tangent are the derivatives of the energy of leaves and dea
       CHECK(mixed == Approx(K(i, j)).epsilon(1e-5).margin(1e-7));
     }
   }
-  // the whole residual, by moving the system there and back; leaves settle at fixed bodies
-  const auto settled = [&](const VectorXd& dq) {
-    system.move(dq);
-    for (int k = 0; k < 10; ++k) {
-      system.assemble();
-      system.move(VectorXd::Zero(system.size()));
-    }
-    system.assemble();
-    return VectorXd(system.internal_force() - system.load());
-  };
-  (void)settled(VectorXd::Zero(system.size()));
-  const MatrixXd D = system.residual_tangent().dense();
-  const MatrixXd& T = system.tangent_stiffness();
-  CHECK((T - T.transpose()).norm() < 1e-9 * T.norm());
-  for (int k = 0; k < system.size(); ++k) {
-    const double d = k % 6 < 3 ? 1e-8 : 1e-6;  // the axial stiffness changes within microns
-    const VectorXd up = settled(d * VectorXd::Unit(system.size(), k));
-    const double above = system.energy() + system.load_energy();
-    const VectorXd down = settled(-2 * d * VectorXd::Unit(system.size(), k));
-    const double below = system.energy() + system.load_energy();
-    const VectorXd here = settled(d * VectorXd::Unit(system.size(), k));
-    const VectorXd slope = (up - down) / (2 * d);
-    INFO("coordinate " << k);
-    CHECK((slope - D.col(k)).norm() < 1e-4 * D.col(k).norm());
-    CHECK((above - below) / (2 * d) == Approx(here[k]).epsilon(1e-4).margin(1e-4));
-  }
+  test::check_tangent(system);
 }
 
 TEST_CASE("a dead force on an arm is the pull of a long string", "[equilibrium][loads]") {
@@ -118,15 +87,15 @@ TEST_CASE("a dead force on an arm is the pull of a long string", "[equilibrium][
   hanging.constant[0].arm = {0.05, 0, 0};
   StrokeRequest request = request_with(plain);
   request.points = {0};
-  const StrokeResponse at_reference = evaluate_stroke(m, beams(), request);
+  const StrokeResponse at_reference = evaluate_stroke(m, models::beams(6), request);
   request.loads = hanging;
-  const StrokeResponse on_arm = evaluate_stroke(m, beams(), request);
+  const StrokeResponse on_arm = evaluate_stroke(m, models::beams(6), request);
   REQUIRE(at_reference.status == Status::ok);
   REQUIRE(on_arm.status == Status::ok);
   // same straight equilibrium; the tangent of body 1 about z and y is stiffer by f·o
   CHECK((on_arm.path[0].displacement - at_reference.path[0].displacement).norm() < 1e-12);
-  System system(m, make_full_leaves(m, beams()), plain),
-      other(m, make_full_leaves(m, beams()), hanging);
+  System system(m, make_full_leaves(m, models::beams(6)), plain),
+      other(m, make_full_leaves(m, models::beams(6)), hanging);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   REQUIRE(step_load(other, {.constant = 1}, {}).converged);
   const MatrixXd more = other.tangent_stiffness() - system.tangent_stiffness();
@@ -144,21 +113,14 @@ TEST_CASE("a load on an arm equals one on a massless body tied there", "[equilib
   LoadCase at_references;
   for (const DeadLoad& load : loads.constant) {
     const int on = load.body.value_or(m.end_effector), extra = static_cast<int>(tied.bodies.size());
-    RigidBody hook = models::body(m.bodies[on].reference + load.arm, 0, 0);
-    hook.role = BodyRole::intermediate;
+    const RigidBody hook = models::intermediate(m.bodies[on].reference + load.arm, 0, 0);
     tied.bodies.push_back(hook);
-    Joint joint;
-    joint.type = JointType::rigid;
-    joint.body = extra;
-    joint.other = on;
-    joint.place = hook.reference;
+    Joint joint{.type = JointType::rigid, .body = extra, .other = on, .place = hook.reference};
     tied.joints.push_back(joint);
     at_references.constant.push_back({.force = load.force, .body = extra});
   }
-  const StrokeResponse a = evaluate_stroke(m, beams(), request_with(loads)),
-                       b = evaluate_stroke(tied, beams(), request_with(at_references));
-  REQUIRE(a.status == Status::ok);
-  REQUIRE(b.status == Status::ok);
+  const StrokeResponse a = test::evaluated(m, models::beams(6), request_with(loads)),
+                       b = test::evaluated(tied, models::beams(6), request_with(at_references));
   for (std::size_t k = 0; k < 2; ++k)
     for (const Quantity& q : quantities(drive_direction(m))) {
       const auto of_arm = q.value(a.path[k]), of_hook = q.value(b.path[k]);
@@ -184,7 +146,7 @@ TEST_CASE("derivatives along the design know loads on arms and on other bodies",
                             {{"length", 0.06}, {"thickness", 4e-4}},
                             {0, 1},
                             1.0};
-  CHECK(check_gradients(family, beams(), request_with(on_the_body_between())) > 50);
+  CHECK(check_gradients(family, models::beams(6), request_with(on_the_body_between())) > 50);
 }
 
 TEST_CASE("a force at a place that stays has its arm from the moving reference point",
@@ -201,7 +163,7 @@ TEST_CASE("a force at a place that stays has its arm from the moving reference p
                             {{"length", 0.06}, {"thickness", 4e-4}},
                             {0},
                             1.0};
-  CHECK(check_gradients(family, beams(), request_with(at_a_place)) > 25);
+  CHECK(check_gradients(family, models::beams(6), request_with(at_a_place)) > 25);
 }
 
 TEST_CASE("a growing load on another body moves the end-effector undriven",
@@ -209,8 +171,7 @@ TEST_CASE("a growing load on another body moves the end-effector undriven",
   const Mechanism m = row_of_two(0.06, 4e-4);
   StrokeRequest request = request_with({.growing = {{.force = {0, 0.5, 0}, .body = 1}}});
   request.points = {0, 0.5, 1};
-  const StrokeResponse r = evaluate_stroke(m, beams(), request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(m, models::beams(6), request);
   CHECK(r.path[0].displacement.isZero(1e-12));
   CHECK(r.path[2].displacement[1] > 1.5 * r.path[1].displacement[1]);
   CHECK(r.path[2].drive_load == 0);
@@ -218,8 +179,8 @@ TEST_CASE("a growing load on another body moves the end-effector undriven",
 
 TEST_CASE("a load on a body that does not exist is refused in words", "[equilibrium][loads]") {
   const Mechanism m = row_of_two(0.06, 4e-4);
-  const StrokeResponse r =
-      evaluate_stroke(m, beams(), request_with({.constant = {{.force = {1, 0, 0}, .body = 2}}}));
+  const StrokeResponse r = evaluate_stroke(
+      m, models::beams(6), request_with({.constant = {{.force = {1, 0, 0}, .body = 2}}}));
   CHECK(r.status == Status::no_equilibrium);
   CHECK(r.message == "a load acts on body 2, but there are 2 bodies");
   CHECK(r.path[1].message == r.message);

@@ -2,6 +2,7 @@
 // different drives, and loads that do work on their strokes.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/drive.hpp"
@@ -10,34 +11,25 @@
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
+using test::difference;
 
 namespace {
 
-ModelOptions beams(int elements = 8) {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = Flexure::beam;
-  model.mesh = {elements, 1};
-  return model;
-}
-
 /// Two parallel guides in series: ground, stage (body 1), end-effector (body 0).
 Mechanism double_guide() {
-  Mechanism m;
-  m.bodies = {models::body({0, 0, 0}, 0.5, 4e-4), models::body({0.1, 0, 0}, 0.2, 2e-4)};
-  m.bodies[1].role = BodyRole::intermediate;
-  m.bodies[1].name = "stage";
+  Mechanism m{
+      .bodies = {models::body({0, 0, 0}, 0.5, 4e-4), models::intermediate({0.1, 0, 0}, 0.2, 2e-4)}};
   for (const double y : {0.05, -0.05}) {
-    m.leaves.push_back(models::leaf({0, y, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4));
-    m.leaves.back().tip = 1;
+    m.leaves.push_back(
+        models::between(ground, 1, models::leaf({0, y, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4)));
   }
   for (const double y : {0.03, -0.03}) {
-    m.leaves.push_back(models::leaf({0.1, y, 0}, {-1, 0, 0}, 0.1, 0.03, 5e-4));
-    m.leaves.back().base = 1;
-    m.leaves.back().tip = 0;
+    m.leaves.push_back(
+        models::between(1, 0, models::leaf({0.1, y, 0}, {-1, 0, 0}, 0.1, 0.03, 5e-4)));
   }
   return m;
 }
@@ -53,33 +45,16 @@ Mechanism driven(Mechanism m, std::vector<Drive> drives) {
   return m;
 }
 
-/// Everything turned about the origin.
-Mechanism turned(Mechanism m, const Matrix3d& R) {
-  for (RigidBody& b : m.bodies) {
-    b.reference = R * b.reference;
-    b.center_of_mass = R * b.center_of_mass;
-    b.inertia = R * b.inertia * R.transpose();
-  }
-  for (LeafSpring& l : m.leaves) {
-    l.origin = R * l.origin;
-    l.axes = R * l.axes;
-  }
-  for (Drive& d : m.drives) d.axes = R * d.axes;
-  return m;
-}
-
-double difference(const MatrixXd& a, const MatrixXd& b) { return (a - b).norm() / b.norm(); }
-
 StrokeRequest stroke(std::vector<double> points, int frequencies = 6) {
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.frequencies = frequencies;
-  request.newton.tolerance = 1e-12;
-  return request;
+  return {.points = std::move(points), .frequencies = frequencies, .newton = {.tolerance = 1e-12}};
 }
 
-/// Load of a drive and the energy it has put in, along its strokes from rest.
-void check_work(System& system, const VectorXd& to) {
+/// Load of a drive and the energy it has put in, along its strokes from rest; the last state.
+std::unique_ptr<System> check_work(const Mechanism& m, const VectorXd& to,
+                                   const LoadCase& loads = {}) {
+  auto made = std::make_unique<System>(m, make_full_leaves(m, models::beams(8)), loads);
+  System& system = *made;
+  REQUIRE(step_load(system, {.constant = 1}, {.tolerance = 1e-12}).converged);
   const double h = 1e-3;
   const auto energy = [&](const VectorXd& strokes) {
     REQUIRE(step_to(system, strokes, {.tolerance = 1e-12}).converged);
@@ -97,6 +72,7 @@ void check_work(System& system, const VectorXd& to) {
     REQUIRE(std::abs(e.drive_loads[k]) > 1e-6);
     CHECK(e.drive_loads[k] == Approx(slope).epsilon(1e-6));
   }
+  return made;
 }
 
 }  // namespace
@@ -106,13 +82,12 @@ TEST_CASE("a drive on the stage finds the states that a drive on the end-effecto
   // the end-effector held at a stroke, its load the one drive load; the stage driven to where it
   // then is, the end-effector loaded by that force
   const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0)});
-  System first(m, make_full_leaves(m, beams()));
+  System first(m, make_full_leaves(m, models::beams(8)));
   const Equilibrium e = step_to(first, 0.012, {.tolerance = 1e-12});
   REQUIRE(e.converged);
   const Mechanism by_stage = driven(double_guide(), {drive("", Direction::uy, 1)});
-  LoadCase loads;
-  loads.constant = {load_at_O((Vector6d() << 0, e.drive_load, 0, 0, 0, 0).finished())};
-  System second(by_stage, make_full_leaves(by_stage, beams()), loads);
+  LoadCase loads{.constant = {{.force = {0, e.drive_load, 0}}}};
+  System second(by_stage, make_full_leaves(by_stage, models::beams(8)), loads);
   REQUIRE(step_load(second, {.constant = 1}, {.tolerance = 1e-12}).converged);
   const double at_stage = first.pose(1).position[1];
   CHECK(at_stage > 0.004);
@@ -126,43 +101,36 @@ TEST_CASE("a drive on the stage finds the states that a drive on the end-effecto
 TEST_CASE("the load of a drive is the derivative of the energy along its stroke", "[drive]") {
   const Matrix3d R = rotation_exp({0.2, -0.1, 0.4});
   SECTION("of an intermediate body") {
-    const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 1)});
-    System system(m, make_full_leaves(m, beams()));
-    check_work(system, VectorXd::Constant(1, 0.01));
+    check_work(driven(double_guide(), {drive("", Direction::uy, 1)}), VectorXd::Constant(1, 0.01));
   }
   SECTION("between two bodies, one of which turns") {
     Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0, 1)});
     m.leaves[0].thickness = 3e-4;
     m.leaves[2].length = 0.09;
     m.leaves[2].origin[0] = 0.09;
-    m.leaves[2].base = 1;
-    LoadCase loads;  // without one the stage would stand still
-    loads.constant = {
-        {.force = {0, 3, 2}, .moment = {0.1, 0, 0.5}, .body = 1, .arm = {0.01, 0.02, 0}}};
-    System system(m, make_full_leaves(m, beams()), loads);
-    REQUIRE(step_load(system, {.constant = 1}, {.tolerance = 1e-12}).converged);
-    check_work(system, VectorXd::Constant(1, 0.015));
-    CHECK(rotation_log(system.pose(1).rotation).norm() > 1e-5);
+    const DeadLoad load{// without one the stage would stand still
+                        .force = {0, 3, 2},
+                        .moment = {0.1, 0, 0.5},
+                        .body = 1,
+                        .arm = {0.01, 0.02, 0}};
+    const auto end = check_work(m, VectorXd::Constant(1, 0.015), {.constant = {load}});
+    CHECK(rotation_log(end->pose(1).rotation).norm() > 1e-5);
   }
   SECTION("in axes of its own") {
-    const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0, ground, R)});
-    System system(m, make_full_leaves(m, beams()));
-    check_work(system, VectorXd::Constant(1, 0.008));
+    check_work(driven(double_guide(), {drive("", Direction::uy, 0, ground, R)}),
+               VectorXd::Constant(1, 0.008));
   }
   SECTION("about an axis of its own, beside another") {
-    const Mechanism m =
-        driven(models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}}),
-               {drive("turn", Direction::rz, 0, ground, rotation_exp({0.3, -0.2, 0})),
-                drive("roll", Direction::rx, 0)});
-    System system(m, make_full_leaves(m, beams()));
-    check_work(system, Eigen::Vector2d(0.3, 2e-3));
+    check_work(driven(models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}}),
+                      {drive("turn", Direction::rz, 0, ground, rotation_exp({0.3, -0.2, 0})),
+                       drive("roll", Direction::rx, 0)}),
+               Eigen::Vector2d(0.3, 2e-3));
   }
   SECTION("several at once") {
-    const Mechanism m =
+    check_work(
         driven(double_guide(), {drive("y", Direction::uy, 0), drive("stage", Direction::uy, 1),
-                                drive("turn", Direction::rz, 0, 1)});
-    System system(m, make_full_leaves(m, beams()));
-    check_work(system, Vector3d(0.01, 0.007, 2e-3));
+                                drive("turn", Direction::rz, 0, 1)}),
+        Vector3d(0.01, 0.007, 2e-3));
   }
 }
 
@@ -174,24 +142,17 @@ TEST_CASE("a drive against a body on rigid joints to the ground is one against t
                        ? models::guide(0.1, 0.03, 5e-4)
                        : models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
   const Mechanism plain = driven(base, {drive("", of, 0)});
-  base.bodies.push_back(models::body({0.02, 0.03, -0.01}, 0, 0));
-  base.bodies.back().role = BodyRole::intermediate;
+  base.bodies.push_back(models::intermediate({0.02, 0.03, -0.01}, 0, 0));
   base.joints = {{"tie", JointType::rigid, 1, ground, {0.01, 0, 0}}};
   const Mechanism relative = driven(base, {drive("", of, 0, 1)});
   const StrokeRequest request = stroke({0, to});
-  const ModelOptions model = beams();
-  const StrokeResponse a = evaluate_stroke(plain, model, request),
-                       b = evaluate_stroke(relative, model, request);
-  INFO(b.message);
-  REQUIRE(b.status == Status::ok);
+  const ModelOptions model = models::beams(8);
+  const StrokeResponse a = test::evaluated(plain, model, request),
+                       b = test::evaluated(relative, model, request);
   for (std::size_t k = 0; k < a.path.size(); ++k) {
     const PathPoint &x = a.path[k], &y = b.path[k];
-    CHECK(y.drive_load == Approx(x.drive_load).epsilon(1e-8).margin(1e-9));
+    test::check_same(y, x, {.load = 1e-8, .compliance = 1e-8, .frequency = 1e-7});
     CHECK(y.drive_stiffness == Approx(x.drive_stiffness).epsilon(1e-8));
-    CHECK((y.displacement - x.displacement).norm() < 1e-10);
-    CHECK(difference(y.compliance_free, x.compliance_free) < 1e-8);
-    CHECK(difference(y.compliance_locked, x.compliance_locked) < 1e-8);
-    CHECK(y.negative_pivots == x.negative_pivots);
     for (int d = 0; d < 6; ++d) {
       if (d == index(of)) {  // no drive of the end-effector against the ground: listed, but held
         CHECK_FALSE(x.support_stiffness[d]);
@@ -199,12 +160,6 @@ TEST_CASE("a drive against a body on rigid joints to the ground is one against t
         REQUIRE(y.support_stiffness[d]);
         CHECK(*y.support_stiffness[d] == Approx(*x.support_stiffness[d]).epsilon(1e-7));
       }
-    }
-    REQUIRE(y.frequencies_free.size() == x.frequencies_free.size());
-    for (std::size_t i = 0; i < x.frequencies_free.size(); ++i) {
-      CHECK(y.frequencies_free[i] == Approx(x.frequencies_free[i]).epsilon(1e-7));
-      CHECK(y.frequencies_locked[i] == Approx(x.frequencies_locked[i]).epsilon(1e-7));
-      CHECK(y.modes_free[i].kind == x.modes_free[i].kind);
     }
   }
   REQUIRE(a.frequency_derivatives.size() == b.frequency_derivatives.size());
@@ -220,27 +175,16 @@ TEST_CASE("turned axes drive as a turned mechanism is driven", "[drive]") {
       hinge ? driven(models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}}),
                      {drive("", Direction::rz, 0)})
             : driven(double_guide(), {drive("", Direction::uy, 0)});
-  const Mechanism other = turned(straight, R);
+  const Mechanism other = test::moved_as_a_whole(straight, R);
   REQUIRE_FALSE(coordinate_of(other.drives[0]));
   const StrokeRequest request = stroke({0, hinge ? 0.35 : 0.015});
-  const StrokeResponse a = evaluate_stroke(straight, beams(), request),
-                       b = evaluate_stroke(other, beams(), request);
-  INFO(b.message);
-  REQUIRE(b.status == Status::ok);
-  Matrix6d T = Matrix6d::Zero();
-  T.topLeftCorner<3, 3>() = T.bottomRightCorner<3, 3>() = R;
+  const StrokeResponse a = test::evaluated(straight, models::beams(8), request),
+                       b = test::evaluated(other, models::beams(8), request);
   for (std::size_t k = 0; k < a.path.size(); ++k) {
     const PathPoint &x = a.path[k], &y = b.path[k];
-    CHECK(y.drive_load == Approx(x.drive_load).epsilon(1e-8).margin(1e-9));
+    test::check_same(y, x, {.load = 1e-8, .compliance = 1e-7, .frequency = 1e-7}, R);
     CHECK(y.drive_stiffness == Approx(x.drive_stiffness).epsilon(1e-8));
-    CHECK((y.displacement - R * x.displacement).norm() < 1e-10);
-    CHECK(difference(y.compliance_free, T * x.compliance_free * T.transpose()) < 1e-7);
-    CHECK(difference(y.compliance_locked, T * x.compliance_locked * T.transpose()) < 1e-7);
     for (int d = 0; d < 6; ++d) CHECK(y.support_stiffness[d].has_value());
-    for (std::size_t i = 0; i < x.frequencies_free.size(); ++i) {
-      CHECK(y.frequencies_free[i] == Approx(x.frequencies_free[i]).epsilon(1e-7));
-      CHECK(y.frequencies_locked[i] == Approx(x.frequencies_locked[i]).epsilon(1e-7));
-    }
   }
   REQUIRE(b.frequency_derivatives.size() == a.frequency_derivatives.size());
   for (std::size_t k = 0; k < a.frequency_derivatives.size(); ++k) {
@@ -252,13 +196,12 @@ TEST_CASE("turned axes drive as a turned mechanism is driven", "[drive]") {
 
 TEST_CASE("reduced leaves follow a relative drive as full ones do", "[drive]") {
   const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0, 1)});
-  ModelOptions full = beams(), reduced = full;
+  ModelOptions full = models::beams(8), reduced = full;
   reduced.accuracy = Accuracy::reduced;
   StrokeRequest request = stroke({0.005, 0.012}, 4);
   request.outputs.remove(Output::frequency_derivatives);
-  const StrokeResponse a = evaluate_stroke(m, full, request),
-                       b = evaluate_stroke(m, reduced, request);
-  REQUIRE(b.status == Status::ok);
+  const StrokeResponse a = test::evaluated(m, full, request),
+                       b = test::evaluated(m, reduced, request);
   for (std::size_t k = 0; k < a.path.size(); ++k) {
     CHECK(b.path[k].drive_load == Approx(a.path[k].drive_load).epsilon(1e-3));
     CHECK(b.path[k].drive_stiffness == Approx(a.path[k].drive_stiffness).epsilon(1e-3));
@@ -271,14 +214,13 @@ TEST_CASE("without a drive a mechanism answers at rest and under loads", "[drive
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.drives.clear();
   StrokeRequest request = stroke({0});
-  const StrokeResponse at_rest = evaluate_stroke(m, beams(), request);
-  REQUIRE(at_rest.status == Status::ok);
+  const StrokeResponse at_rest = test::evaluated(m, models::beams(8), request);
   const PathPoint& p = at_rest.path[0];
   for (const auto& k : p.support_stiffness) CHECK(k.has_value());
   CHECK(p.frequencies_free == p.frequencies_locked);
   CHECK(p.drive_loads.empty());
   request.points = {0.01};
-  CHECK_THAT(evaluate_stroke(m, beams(), request).message, Contains("no drive"));
+  CHECK_THAT(evaluate_stroke(m, models::beams(8), request).message, Contains("no drive"));
 }
 
 TEST_CASE("several drives are held at once", "[drive]") {
@@ -290,9 +232,7 @@ TEST_CASE("several drives are held at once", "[drive]") {
       request.strokes.push_back(Eigen::Vector2d(x, y));
       request.points.push_back(x);
     }
-  const StrokeResponse r = evaluate_stroke(m, beams(), request);
-  INFO(r.message);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(m, models::beams(8), request);
   for (const PathPoint& p : r.path) {
     INFO("strokes " << p.strokes[0] << ", " << p.strokes[1]);
     CHECK(p.displacement[1] == Approx(p.strokes[0]).margin(1e-12));
@@ -302,12 +242,10 @@ TEST_CASE("several drives are held at once", "[drive]") {
     for (int k = 0; k < 2; ++k) {
       Mechanism single = driven(double_guide(), {m.drives[k]});
       StrokeRequest one = stroke({p.strokes[k]}, 0);
-      DeadLoad load;
-      load.body = m.drives[1 - k].body;
+      DeadLoad load{.body = m.drives[1 - k].body};
       load.force[1] = p.drive_loads[1 - k];
       one.loads.constant = {load};
-      const StrokeResponse s = evaluate_stroke(single, beams(), one);
-      REQUIRE(s.status == Status::ok);
+      const StrokeResponse s = test::evaluated(single, models::beams(8), one);
       CHECK(s.path[0].drive_load == Approx(p.drive_loads[k]).epsilon(1e-6).margin(1e-7));
       CHECK((s.path[0].displacement - p.displacement).norm() < 1e-9);
       CHECK(p.drive_stiffnesses[k] > s.path[0].drive_stiffness);

@@ -13,8 +13,7 @@ using Catch::Matchers::Contains;
 namespace {
 
 std::string told(const Mechanism& m, const DeadLoad& load) {
-  LoadCase loads;
-  loads.constant = {load};
+  LoadCase loads{.constant = {load}};
   System system(m, make_full_leaves(m, models::free_beams(4)), loads);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   return held_meanwhile(system);
@@ -52,13 +51,11 @@ TEST_CASE("directions that bodies hold are named with those of drives", "[equili
 
 TEST_CASE("blades that loads bend up are said to want to rise", "[equilibrium]") {
   // bases turned up and moved in under a load that they bear higher up: none with O held down
-  Mechanism m;
-  m.bodies = {models::body({0, 0, 0}, 0, 0)};
+  Mechanism m{.bodies = {models::body({0, 0, 0}, 0, 0)}};
   for (const double side : {-1.0, 1.0})
     m.leaves.push_back(models::leaf({0.25 * side, 0, 0}, {-side, 0, 0}, 0.25, 0.04, 2e-3));
   m.drives = {make_drive(Direction::uy)};
-  LoadCase loads;
-  loads.constant = {{.force = {0, -628, 0}}};
+  LoadCase loads{.constant = {{.force = {0, -628, 0}}}};
   for (int i = 0; i < 2; ++i) {
     const double side = i == 0 ? -1 : 1;
     loads.assembly.push_back({i, 0, {-0.025 * side, 0, 0}, {0, 0, -side * 0.785}});

@@ -13,12 +13,9 @@ namespace {
 /// A guide with one leaf on a body of its own, which turns on the end-effector.
 Mechanism hinged_guide() {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
-  RigidBody own = models::body(m.leaves[1].tip_middle(), 0, 0);
-  own.name = "edge";
-  own.role = BodyRole::intermediate;
-  m.bodies.push_back(own);
-  m.joints.push_back(
-      {"hinge", JointType::revolute, 1, m.leaves[1].tip, own.reference, Vector3d::UnitZ()});
+  const Vector3d place = m.leaves[1].tip_middle();
+  m.bodies.push_back(models::intermediate(place, 0, 0));
+  m.joints.push_back({"hinge", JointType::revolute, 1, m.leaves[1].tip, place, Vector3d::UnitZ()});
   m.leaves[1].tip = 1;
   return m;
 }
@@ -35,9 +32,7 @@ TEST_CASE("Newton's matrix is the derivative of its right side", "[equilibrium]"
   const bool driven = GENERATE(true, false);
   CAPTURE(driven);
   const Mechanism mechanism = hinged_guide();
-  ModelOptions model;
-  model.mesh = {8, 4};
-  System system(mechanism, make_full_leaves(mechanism, model));
+  System system(mechanism, make_full_leaves(mechanism, {.mesh = {8, 4}}));
   REQUIRE(solve_equilibrium(system, 0.008, {}).converged);
   const std::optional<VectorXd> strokes =
       driven ? std::optional<VectorXd>(VectorXd::Constant(1, 0.01)) : std::nullopt;
@@ -70,9 +65,7 @@ TEST_CASE("Newton's matrix is the derivative of its right side", "[equilibrium]"
 TEST_CASE("a step of Newton's equations ends at the stroke and with the load of its solution",
           "[equilibrium]") {
   const Mechanism mechanism = hinged_guide();
-  ModelOptions model;
-  model.mesh = {8, 4};
-  System system(mechanism, make_full_leaves(mechanism, model));
+  System system(mechanism, make_full_leaves(mechanism, {.mesh = {8, 4}}));
   const Equilibrium found = solve_equilibrium(system, 0.008, {});
   REQUIRE(found.converged);
   NewtonEquations equations(system, true, 1);

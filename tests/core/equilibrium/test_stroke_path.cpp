@@ -14,8 +14,7 @@ using namespace flexopt;
 namespace {
 
 System make_system(const Mechanism& m, Accuracy accuracy, double largest) {
-  ModelOptions options;
-  options.accuracy = accuracy;
+  ModelOptions options{.accuracy = accuracy};
   return System(m, accuracy == Accuracy::full ? make_full_leaves(m, options)
                                               : make_reduced_leaves(m, options, largest));
 }
@@ -76,8 +75,7 @@ TEST_CASE("a step that Newton cannot make is halved, and the path ends at the sa
   System direct = make_system(m, Accuracy::full, 0.02);
   REQUIRE(step_to(direct, 0.02, {}).converged);
 
-  NewtonOptions short_of_breath;
-  short_of_breath.max_iterations = 3;
+  NewtonOptions short_of_breath{.max_iterations = 3};
   System halved = make_system(m, Accuracy::full, 0.02);
   const Equilibrium e = step_to(halved, 0.02, short_of_breath);
   REQUIRE(e.converged);
@@ -118,8 +116,7 @@ TEST_CASE("the way back ends where it began") {
 TEST_CASE("a stroke beyond reach gives the points that converged and says what happened") {
   StrokeRequest request;
   request.points = {0, 0.02, 0.3};  // three times the length of the leaf
-  ModelOptions model;
-  model.accuracy = GENERATE(Accuracy::full, Accuracy::reduced);
+  ModelOptions model{.accuracy = GENERATE(Accuracy::full, Accuracy::reduced)};
   const StrokeResponse r = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), model, request);
   CHECK(r.status == Status::no_equilibrium);
   CHECK(r.path[0].status == PointStatus::converged);
@@ -130,8 +127,7 @@ TEST_CASE("a stroke beyond reach gives the points that converged and says what h
 
 TEST_CASE("that a stroke is beyond reach costs less than six good ones") {
   const auto iterations = [](double to, std::size_t points) {
-    StrokeRequest request;
-    request.points = {0, 0.2 * to, 0.4 * to, 0.6 * to, 0.8 * to, to};
+    StrokeRequest request{.points = {0, 0.2 * to, 0.4 * to, 0.6 * to, 0.8 * to, to}};
     request.points.resize(points);
     const long long before = counted_iterations();
     evaluate_stroke(models::guide(0.1, 0.03, 5e-4), {.accuracy = Accuracy::full}, request);

@@ -13,8 +13,10 @@
 #include "core/response/modes/full_modes.hpp"
 #include "core/response/path/stiffness.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
+using test::difference;
 
 namespace {
 
@@ -44,9 +46,8 @@ Mechanism chain(int bodies, Ties ties) {
   m.drives = {make_drive(Direction::uy)};
   m.drives[0].body = m.end_effector;
   const auto hinged = [&](int b, int other) {
-    RigidBody arm = models::body(m.bodies[b].reference + Vector3d(0, 0.01, 0), 0.02, 1e-6);
-    arm.name = "arm " + std::to_string(b);
-    arm.role = BodyRole::intermediate;
+    const RigidBody arm =
+        models::intermediate(m.bodies[b].reference + Vector3d(0, 0.01, 0), 0.02, 1e-6);
     const int own = static_cast<int>(m.bodies.size());
     m.bodies.push_back(arm);
     m.joints.push_back({"hinge", JointType::revolute, own, b, arm.reference, Vector3d::UnitZ()});
@@ -70,24 +71,14 @@ Mechanism chain(int bodies, Ties ties) {
   return m;
 }
 
-ModelOptions beams() {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = Flexure::beam;
-  model.mesh = {4, 1};
-  return model;
-}
-
-double difference(const MatrixXd& a, const MatrixXd& b) { return (a - b).norm() / b.norm(); }
-
 struct Both {
   Mechanism mechanism;
   System dense, sparse;
 
   Both(Mechanism m, const LoadCase& loads)
       : mechanism(std::move(m)),
-        dense(mechanism, make_full_leaves(mechanism, beams()), loads, Algebra::dense),
-        sparse(mechanism, make_full_leaves(mechanism, beams()), loads, Algebra::sparse) {
+        dense(mechanism, make_full_leaves(mechanism, models::beams(4)), loads, Algebra::dense),
+        sparse(mechanism, make_full_leaves(mechanism, models::beams(4)), loads, Algebra::sparse) {
     REQUIRE_FALSE(dense.analyses());
     REQUIRE(sparse.analyses());
   }
@@ -212,7 +203,7 @@ TEST_CASE("where the sparse factor meets a pivot of zero, the inertia is that of
   m.bodies[1].held = {false, true, true, true, true, true};
   m.drives.push_back(make_drive(Direction::ux, 1));
   m.drives[1].name = "slide";
-  System sparse(m, make_full_leaves(m, beams()), {}, Algebra::sparse);
+  System sparse(m, make_full_leaves(m, models::beams(4)), {}, Algebra::sparse);
   sparse.assemble();
   REQUIRE_FALSE(negative_pivots_sparse(sparse, false));
   CHECK(negative_pivots(sparse, false) == 0);

@@ -2,45 +2,24 @@
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/mechanism.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
 
 namespace {
 
-Material steel() {
-  Material m;
-  m.youngs_modulus = 210e9;
-  m.poissons_ratio = 0.3;
-  m.density = 7800;
-  return m;
-}
-
 LeafSpring leaf(std::string name, const Vector3d& origin, const Matrix3d& axes) {
-  LeafSpring l;
+  LeafSpring l = models::leaf(origin, Vector3d::UnitX(), 0.1, 0.03, 0.5e-3);
   l.name = std::move(name);
-  l.origin = origin;
   l.axes = axes;
-  l.length = 0.1;
-  l.width = 0.03;
-  l.thickness = 0.5e-3;
-  l.material = steel();
   return l;
 }
 
-RigidBody body(std::string name) {
-  RigidBody b;
-  b.name = std::move(name);
-  b.reference = b.center_of_mass = Vector3d::Zero();
-  b.inertia = Matrix3d::Zero();
-  return b;
-}
+RigidBody body(std::string name) { return models::intermediate({0, 0, 0}, 0, 0, std::move(name)); }
 
 Mechanism one_leaf() {
-  Mechanism m;
-  m.bodies = {body("stage")};
-  m.leaves = {leaf("a", Vector3d::Zero(), Matrix3d::Identity())};
-  return m;
+  return {.bodies = {body("stage")}, .leaves = {leaf("a", Vector3d::Zero(), Matrix3d::Identity())}};
 }
 
 /// A second leaf, placed at `origin` with axes turned by `v`.
@@ -86,9 +65,7 @@ TEST_CASE("each rule of a mechanism is named when broken", "[mechanism]") {
 TEST_CASE("a body may hang on the ground through another body", "[mechanism]") {
   Mechanism m = one_leaf();
   m.bodies.push_back(body("carried"));
-  m.leaves.push_back(leaf("b", Vector3d(0, 0, 0.02), Matrix3d::Identity()));
-  m.leaves[1].base = 1;
-  m.leaves[1].tip = 0;
+  m.leaves.push_back(models::between(1, 0, leaf("b", Vector3d(0, 0, 0.02), Matrix3d::Identity())));
   CHECK_FALSE(broken_rule(m));
 }
 

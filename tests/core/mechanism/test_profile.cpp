@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/mechanism/mechanism.hpp"
+#include "support/models.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -86,25 +86,8 @@ TEST_CASE("between two pieces a profile is the mean of both sides", "[profile]")
 
 TEST_CASE("each rule of a profile is named when broken", "[profile]") {
   const auto broken = [](auto change) {
-    Mechanism m;
-    m.bodies.resize(1);
-    m.bodies[0] = {.name = "stage",
-                   .reference = Vector3d::Zero(),
-                   .mass = 0,
-                   .center_of_mass = Vector3d::Zero(),
-                   .inertia = Matrix3d::Zero()};
-    LeafSpring leaf;
-    leaf.name = "a";
-    leaf.origin.setZero();
-    leaf.axes.setIdentity();
-    leaf.length = 0.1;
-    leaf.width = 0.03;
-    leaf.thickness = 0.5e-3;
-    leaf.material.youngs_modulus = 210e9;
-    leaf.material.poissons_ratio = 0.3;
-    leaf.material.density = 7800;
-    change(leaf);
-    m.leaves = {leaf};
+    Mechanism m = models::single_leaf(0.1, 0.03, 0.5e-3);
+    change(m.leaves[0]);
     return broken_rule(m).value_or("");
   };
   CHECK(broken([](LeafSpring& l) { l.width_profile = {1, 0.5}; }).empty());

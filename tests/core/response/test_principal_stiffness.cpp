@@ -9,31 +9,16 @@
 #include "core/mechanism/each_number.hpp"
 #include "core/response/quantities.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-Mechanism turned(Mechanism m, const Matrix3d& R) {
-  for (RigidBody& b : m.bodies) {
-    b.reference = R * b.reference;
-    b.center_of_mass = R * b.center_of_mass;
-    b.inertia = R * b.inertia * R.transpose();
-  }
-  for (LeafSpring& l : m.leaves) {
-    l.origin = R * l.origin;
-    l.axes = R * l.axes;
-  }
-  return m;
-}
-
 PathPoint point_of(const Mechanism& mechanism, double stroke) {
-  StrokeRequest request;
-  request.points = {stroke};
-  request.newton.tolerance = 1e-12;
+  StrokeRequest request{.points = {stroke}, .newton = {.tolerance = 1e-12}};
   const ModelOptions beams{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {8, 1}};
-  const StrokeResponse r = evaluate_stroke(mechanism, beams, request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(mechanism, beams, request);
   return r.path[0];
 }
 
@@ -55,7 +40,9 @@ TEST_CASE(
     REQUIRE(softest);
     for (const double angle : {0.3, 1.0, 2.5}) {
       const Matrix3d R = Eigen::AngleAxisd(angle, c.about).toRotationMatrix();
-      const auto other = principal_stiffness(point_of(turned(c.mechanism, R), c.stroke));
+      Mechanism turned = test::moved_as_a_whole(c.mechanism, R);
+      turned.drives = c.mechanism.drives;
+      const auto other = principal_stiffness(point_of(turned, c.stroke));
       REQUIRE(other);
       CHECK(other->value == Approx(softest->value).epsilon(1e-8));
       CHECK(std::abs(other->direction.dot(R * softest->direction)) ==
@@ -115,11 +102,10 @@ TEST_CASE("equally stiff translations have the derivatives of their branches", "
 
 TEST_CASE("the gradient of the principal stiffness is that of its differences", "[response]") {
   const ModelOptions beams{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {8, 1}};
-  StrokeRequest request;
-  request.points = {0, 0.3};
-  request.outputs = {Output::stiffness};
-  request.values = PathValues::differentiable;
-  request.newton.tolerance = 1e-12;
+  StrokeRequest request{.points = {0, 0.3},
+                        .outputs = {Output::stiffness},
+                        .values = PathValues::differentiable,
+                        .newton = {.tolerance = 1e-12}};
   const auto hinge = [](double thickness) {
     Mechanism m = models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.03}});
     m.leaves[0].thickness = thickness;

@@ -8,6 +8,7 @@
 #include "core/elements/leaf/fillet.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 #include "support/strong_guide.hpp"
 
 using namespace flexopt;
@@ -22,16 +23,13 @@ Mechanism strong_guide(double thickness = 0.5e-3) {
 }
 
 StrokeRequest stresses(double stroke, std::optional<double> fillet) {
-  StrokeRequest request;
-  request.points = {stroke};
-  request.outputs = {Output::equilibrium, Output::stress};
-  request.stress = {.fillet = fillet, .yield = true, .fatigue = true, .fatigue_rule = {-1}};
-  return request;
+  return {.points = {stroke},
+          .outputs = {Output::equilibrium, Output::stress},
+          .stress = {.fillet = fillet, .yield = true, .fatigue = true, .fatigue_rule = {-1}}};
 }
 
 PathPoint point_of(const Mechanism& m, const ModelOptions& model, const StrokeRequest& request) {
-  const StrokeResponse r = evaluate_stroke(m, model, request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = evaluated(m, model, request);
   return r.path.back();
 }
 
@@ -72,12 +70,8 @@ TEST_CASE("every model of a leaf has the same stress at a fillet", "[stress]") {
   const StrokeRequest request = stresses(5e-3, 0.3e-3);
   const double full = point_of(m, models::coarse(Flexure::plate), request).notch_stress->value;
   CHECK(full > point_of(m, models::coarse(Flexure::plate), request).max_stress->value);
-  for (const Reduction method : {Reduction::mixed_potential, Reduction::modal_derivatives,
-                                 Reduction::linear_craig_bampton}) {
-    ModelOptions reduced = models::coarse(Flexure::plate, Accuracy::reduced);
-    reduced.method = method;
-    if (method == Reduction::linear_craig_bampton) reduced.superelements = {8, 0};
-    INFO(static_cast<int>(method));
+  for (const ModelOptions& reduced : models::reduced_plates()) {
+    INFO(static_cast<int>(reduced.method));
     // linear superelements: four halves of the leaf's curvature each, 2 %
     CHECK(point_of(m, reduced, request).notch_stress->value == Approx(full).epsilon(0.02));
   }
@@ -123,12 +117,7 @@ TEST_CASE("exact derivatives of stress safety agree with differences", "[stress]
   const auto flexure = GENERATE(Flexure::beam, Flexure::plate);
   const auto tapered = GENERATE(false, true);
   const auto make = [tapered](const Values& p) {
-    Mechanism m = models::guide(p[0], p[1], p[2]);
-    for (LeafSpring& leaf : m.leaves) {
-      leaf.material = strong();
-      leaf.material.youngs_modulus = p[3];
-    }
-    m.leaves[0].thickness *= 1.1;  // one leaf decides
+    Mechanism m = models::uneven_guide(p, strong());
     if (tapered) m.leaves[0].thickness_profile = {1 + 100 * p[2], 1};
     return m;
   };

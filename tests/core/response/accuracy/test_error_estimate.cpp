@@ -16,9 +16,7 @@ using namespace flexopt;
 namespace {
 
 StrokeRequest to(double end) {
-  StrokeRequest request;
-  request.points = {0, end / 2, end};
-  request.frequencies = 4;
+  StrokeRequest request{.points = {0, end / 2, end}, .frequencies = 4};
   return estimate_request(request);
 }
 
@@ -186,9 +184,7 @@ TEST_CASE("beams have errors of the elements along alone") {
 }
 
 TEST_CASE("every quantity of the table has an estimate or is said to have none") {
-  StrokeRequest request;
-  request.points = {0, 0.01};
-  request.frequencies = 4;
+  StrokeRequest request{.points = {0, 0.01}, .frequencies = 4};
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeResponse response = evaluate_stroke(m, {}, request);
   const auto numbers = estimated_numbers(response.path[1]);

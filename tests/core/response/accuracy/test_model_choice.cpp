@@ -11,10 +11,7 @@ using namespace flexopt;
 namespace {
 
 StrokeRequest statics(double end) {
-  StrokeRequest request;
-  request.points = {0, end};
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  return request;
+  return {.points = {0, end}, .outputs = {Output::equilibrium, Output::stiffness}};
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "core/mechanism/profile.hpp"
 #include "core/response/accuracy/error_estimate.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -31,9 +32,7 @@ LeafSpring parabolic(double length, double thickness, double depth) {
 }
 
 Mechanism of(const LeafSpring& leaf) {
-  Mechanism m;
-  m.bodies = {models::body({0, 0, 0}, 0.5, 4e-4)};
-  m.leaves = {leaf};
+  Mechanism m{.bodies = {models::body({0, 0, 0}, 0.5, 4e-4)}, .leaves = {leaf}};
   return m;
 }
 
@@ -87,14 +86,9 @@ TEST_CASE("uniform and gently tapered leaves keep the theory's limit") {
 TEST_CASE("the error of the theory is part of every estimate of a notch and of its sum") {
   Mechanism m = of(parabolic(10e-3, 0.5e-3, 2e-3));
   m.drives = {make_drive(Direction::rz)};
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = Flexure::beam;
-  StrokeRequest request;
-  request.points = {0, 0.02};
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  const StrokeResponse response = evaluate_stroke(m, model, request);
-  REQUIRE(response.status == Status::ok);
+  ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam};
+  StrokeRequest request{.points = {0, 0.02}, .outputs = {Output::equilibrium, Output::stiffness}};
+  const StrokeResponse response = test::evaluated(m, model, request);
   const StrokeErrors errors = estimate_errors(m, model, request, response);
   const ProfileError theory = profile_error(m);
   const EstimatedError *drive = errors.find(1, "drive_stiffness"),

@@ -22,10 +22,9 @@ ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
 ModelOptions coarse_plates() { return {.mesh = {6, 2}}; }
 
 StrokeRequest asking(std::initializer_list<int> directions, std::vector<double> strokes = {0}) {
-  StrokeRequest request;
-  request.points = std::move(strokes);
-  request.newton.tolerance = 1e-12;
-  request.outputs = {Output::equilibrium, Output::load_capacity};
+  StrokeRequest request{.points = std::move(strokes),
+                        .outputs = {Output::equilibrium, Output::load_capacity},
+                        .newton = {.tolerance = 1e-12}};
   for (const int d : directions) request.capacity.directions[static_cast<std::size_t>(d)] = true;
   return request;
 }
@@ -42,21 +41,16 @@ LoadCapacity capacity(const Mechanism& m, const ModelOptions& model, const Strok
 /// The point of a stroke under a dead load at O.
 PathPoint loaded(const Mechanism& m, const ModelOptions& model, int direction, double size,
                  double stroke) {
-  StrokeRequest request;
-  request.points = {stroke};
-  request.newton.tolerance = 1e-12;
-  request.outputs = {Output::equilibrium, Output::stiffness, Output::stress};
-  Vector6d load = Vector6d::Zero();
-  load[direction % 6] = direction < 6 ? size : -size;
-  request.loads.constant = {load_at_O(load)};
-  const StrokeResponse response = evaluate_stroke(m, model, request);
-  INFO(response.message);
-  REQUIRE(response.path[0].status == PointStatus::converged);
-  return response.path[0];
-}
-
-double bending(const LeafSpring& leaf) {
-  return leaf.material.youngs_modulus * leaf.width * std::pow(leaf.thickness, 3) / 12;
+  const double along = direction < 6 ? size : -size;
+  const Vector3d load = along * Vector3d::Unit(direction % 3), none = Vector3d::Zero();
+  const bool turns = direction % 6 >= 3;
+  return test::evaluated(m, model,
+                         {.points = {stroke},
+                          .loads = {.constant = {{.force = turns ? none : load,
+                                                  .moment = turns ? load : none}}},
+                          .outputs = {Output::equilibrium, Output::stiffness, Output::stress},
+                          .newton = {.tolerance = 1e-12}})
+      .path[0];
 }
 
 Mechanism strong_guide(double strength) {
@@ -89,7 +83,7 @@ TEST_CASE("a column bears Euler's load and any pull", "[capacity]") {
     CHECK(pressed.limit == CapacityLimit::instability);
     CHECK_FALSE(pressed.fold);
     CHECK(pressed.value ==
-          Approx(column.factor * pi * pi * bending(m.leaves[0]) / (L * L)).epsilon(1e-3));
+          Approx(column.factor * pi * pi * models::bending(m.leaves[0]) / (L * L)).epsilon(1e-3));
     const LoadCapacity pulled = capacity(m, beams(), request, ux);
     CHECK(pulled.limit == CapacityLimit::none);
     CHECK(pulled.value == 500);
@@ -174,20 +168,15 @@ TEST_CASE("a branch that bends away from a bifurcation bears more, up to its own
           "[capacity][slow]") {
   // a wide thin leaf, its end-effector aside and held against turning about y, pushed along its
   // width
-  Mechanism m;
   const Vector3d base(0.007174577127435354, -0.011424483376091938, 0.006715844435671702),
       tip(-0.012655392305937698, -0.00882211670871194, 0.006715844435671702),
       O(0.004048490774918041, 0.01904406613150541, -0.009728818309966669);
-  Material material{"m", 200e9, 0.33, 2700, {}};
-  m.bodies = {models::body(O, 0, 0)};
-  m.leaves = {models::leaf(base, tip - base, (tip - base).norm(), 0.013351688871343404,
-                           5.758879260761212e-05, material)};
-  m.joints = {{.name = "held",
-               .type = JointType::held_rotation,
-               .body = 0,
-               .place = O,
-               .axis = Vector3d::UnitY()}};
-  m.drives = {make_drive(Direction::ux)};
+  const Mechanism m{
+      .bodies = {models::body(O, 0, 0)},
+      .leaves = {models::leaf(base, tip - base, (tip - base).norm(), 0.013351688871343404,
+                              5.758879260761212e-05, {"m", 200e9, 0.33, 2700, {}})},
+      .joints = {{"held", JointType::held_rotation, 0, ground, O, Vector3d::UnitY()}},
+      .drives = {make_drive(Direction::ux)}};
   const double stroke = -0.00010485480303967987;
   const ModelOptions model{.accuracy = Accuracy::full, .mesh = {8, 3}};
   StrokeRequest request = asking({against + uz}, {stroke});
@@ -288,9 +277,7 @@ TEST_CASE("derivatives of the capacity are exact at every limit", "[capacity][gr
       {{"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}, {"spacing", 0.06}, {"modulus", 2e11}},
       {0, 1, 2, 3, 4},
       1};
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.mesh = {8, 2};
+  ModelOptions model{.accuracy = Accuracy::full, .mesh = {8, 2}};
   struct Limit {
     CapacityLimit limit;
     int direction;
@@ -307,8 +294,7 @@ TEST_CASE("derivatives of the capacity are exact at every limit", "[capacity][gr
     request.stress.fillet = limit.fillet;
     if (limit.limit == CapacityLimit::stress) request.capacity.stress = 500e6;
     if (limit.limit == CapacityLimit::stiffness) request.capacity.stiffness_share = 0.7;
-    std::vector<MechanismDirection> directions;
-    for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+    const std::vector<MechanismDirection> directions = test::directions_of(family);
     const test::Values p = test::values_of(family.numbers);
     const auto d = static_cast<std::size_t>(limit.direction);
     const StrokeSensitivity here =
@@ -320,21 +306,14 @@ TEST_CASE("derivatives of the capacity are exact at every limit", "[capacity][gr
     INFO(found->reason << " at " << found->value);
     REQUIRE(found->limit == limit.limit);
     REQUIRE(gradient);
-    double size = 0;
-    for (std::size_t k = 0; k < directions.size(); ++k)
-      size = std::max(size, std::abs((*gradient)[static_cast<Eigen::Index>(k)] * p[k]));
+    const double size = (gradient->array() * VectorXd::Map(p.data(), 5).array()).abs().maxCoeff();
     REQUIRE(size > 0);
-    for (std::size_t k = 0; k < directions.size(); ++k) {
-      const Derivatives difference = ridders(
-          [&](double x) {
-            test::Values moved = p;
-            moved[k] = x;
-            return std::vector{evaluate_stroke(family.make(moved), model, request)
-                                   .path[0]
-                                   .load_capacity[d]
-                                   ->value};
-          },
-          p[k], 0.01 * p[k]);
+    for (const std::size_t k : family.along) {
+      const Derivatives difference =
+          test::differences_along(family, k, 0.01, [&](const Mechanism& moved) {
+            const PathPoint point = evaluate_stroke(moved, model, request).path[0];
+            return std::vector{point.load_capacity[d]->value};
+          });
       const double exact = (*gradient)[static_cast<Eigen::Index>(k)] * p[k];
       CAPTURE(family.numbers[k].name, exact, difference.value[0] * p[k],
               difference.error[0] * p[k]);

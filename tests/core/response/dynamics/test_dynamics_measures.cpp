@@ -9,6 +9,7 @@
 #include "core/response/dynamics/rigid_motion.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 #include "tests/core/response/dynamics/dense_pencil.hpp"
 
 using namespace flexopt;
@@ -17,14 +18,6 @@ using std::numbers::pi, std::numbers::sqrt2;
 using Complex = std::complex<double>;
 
 namespace {
-
-ModelOptions beams(int elements) {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = Flexure::beam;
-  model.mesh = {elements, 1};
-  return model;
-}
 
 DynamicsRule rule(double damping, Direction direction, double from, double to,
                   DriveState drive = DriveState::free) {
@@ -43,20 +36,16 @@ const std::vector<Number> numbers{{"length", 0.1},      {"width", 0.02},  {"thic
 
 Mechanism skew_guide(const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
-  Mechanism m;
-  m.drives = {make_drive(Direction::uy)};
-  m.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 2e-4)};
+  Mechanism m{.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 2e-4)},
+              .drives = {make_drive(Direction::uy)}};
   m.bodies[0].center_of_mass += Vector3d(p[7], 0.5 * p[7], -0.3 * p[7]);
   for (const double y : {0.03, -0.03})
     m.leaves.push_back(models::leaf({0, y, 0}, {std::cos(0.2 * p[8]), std::sin(0.2 * p[8]), 0},
                                     p[0], p[1], p[2], material));
   // a second stage on a third leaf
-  m.bodies.push_back(models::body({0, 0.08, 0.01}, p[9], 1e-5));
-  m.bodies[1].role = BodyRole::intermediate;
-  m.leaves.push_back(
-      models::leaf({p[0], 0.05, 0}, {-1, p[8], 0}, 0.7 * p[0], p[1], 0.8 * p[2], material));
-  m.leaves[2].base = 0;
-  m.leaves[2].tip = 1;
+  m.bodies.push_back(models::intermediate({0, 0.08, 0.01}, p[9], 1e-5));
+  m.leaves.push_back(models::between(
+      0, 1, models::leaf({p[0], 0.05, 0}, {-1, p[8], 0}, 0.7 * p[0], p[1], 0.8 * p[2], material)));
   return m;
 }
 
@@ -107,7 +96,7 @@ TEST_CASE("one mass on a spring shakes as the closed form says") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies[0].held = only_uy;
   for (LeafSpring& leaf : m.leaves) leaf.material.density = 1e-9;
-  const BentMechanism at = bent(m, 0.01, beams(6));
+  const BentMechanism at = bent(m, 0.01, models::beams(6));
   const double compliance = at.factor->drive_compliance()(0, 0),
                f0 = std::sqrt(1 / (compliance * m.bodies[0].mass)) / (2 * pi);
   for (const double damping : {0.003, 0.05, 0.4}) {
@@ -137,15 +126,12 @@ TEST_CASE("one mass on a spring shakes as the closed form says") {
 
 TEST_CASE("the drive of two masses leaves the line where the closed form does") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
-  m.bodies.push_back(models::body({0, 0, 0}, 0.2, 1e-4));
-  m.bodies[1].role = BodyRole::intermediate;
-  m.leaves.push_back(models::leaf({0.1, 0, 0}, {-1, 0, 0}, 0.1, 0.02, 1e-3));
-  m.leaves[2].base = 0;
-  m.leaves[2].tip = 1;
+  m.bodies.push_back(models::intermediate({0, 0, 0}, 0.2, 1e-4));
+  m.leaves.push_back(models::between(0, 1, models::leaf({0.1, 0, 0}, {-1, 0, 0}, 0.1, 0.02, 1e-3)));
   for (RigidBody& body : m.bodies) body.held = only_uy;
   for (LeafSpring& leaf : m.leaves) leaf.material.density = 1e-9;
   const double m1 = m.bodies[0].mass, m2 = m.bodies[1].mass;
-  const BentMechanism at = bent(m, 0.002, beams(6));
+  const BentMechanism at = bent(m, 0.002, models::beams(6));
   VectorXd force = VectorXd::Zero(at.factor->size());
   force[7] = 1;
   const double omega2 = 1 / (m2 * at.factor->solve_locked(force)(7, 0));
@@ -176,7 +162,7 @@ TEST_CASE("the tip of a shaken cantilever moves as that of a beam") {
   // w(L)/w(0) = (cos b + cosh b)/(1 + cos b cosh b), b⁴ = ω² ρ A L⁴/(E I)
   const double L = 0.1, w = 0.004, t = 2e-4;
   const Mechanism m = models::single_leaf(L, w, t);
-  const BentMechanism at = bent(m, 0.0, beams(24));
+  const BentMechanism at = bent(m, 0.0, models::beams(24));
   const Material& steel = m.leaves[0].material;
   for (const double b : {0.7, 1.5, 2.4, 4.2, 6.0}) {
     const double omega =
@@ -194,7 +180,7 @@ TEST_CASE("the tip of a shaken cantilever moves as that of a beam") {
 TEST_CASE("the ground carries the mass of everything") {
   // momentum of all that moves, by the columns of the rigid inertia and a rigid motion of the rows
   const Mechanism m = skew_guide(values_of(numbers));
-  const BentMechanism at = bent(m, 0.01, beams(12));
+  const BentMechanism at = bent(m, 0.01, models::beams(12));
   const RigidMotion rigid = rigid_motion(*at.factor);
   const MatrixXd momentum = rigid.motion.transpose() * rigid.inertia;
   double leaves = 0;
@@ -216,7 +202,7 @@ TEST_CASE("measures are those of the pencil solved at their frequencies") {
   for (const bool hinge : {false, true}) {
     const Values p = values_of(numbers);
     const Mechanism m = hinge ? skew_hinge(p) : skew_guide(p);
-    const BentMechanism at = bent(m, hinge ? 0.1 : 0.01, beams(3));
+    const BentMechanism at = bent(m, hinge ? 0.1 : 0.01, models::beams(3));
     const MechanismFactor& factor = *at.factor;
     const double damping = 0.02;
     const RigidMotion rigid = rigid_motion(factor);
@@ -259,13 +245,9 @@ TEST_CASE("measures are those of the pencil solved at their frequencies") {
 namespace {
 
 StrokeRequest dynamics_under_load() {
-  StrokeRequest request;
-  request.outputs = {Output::equilibrium, Output::dynamics};
-  request.frequencies = 0;
-  Vector6d load;
-  load << 1, 0, -2, 0.01, 0.02, -0.01;
-  request.loads.constant = {load_at_O(load)};
-  return request;
+  return {.loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},
+          .outputs = {Output::equilibrium, Output::dynamics},
+          .frequencies = 0};
 }
 
 }  // namespace
@@ -276,28 +258,25 @@ TEST_CASE("derivatives of bandwidth and transmissibility agree with differences"
   SECTION("a guide, the drive free") {
     request.points = {0, 0.01};
     request.dynamics = rule(0.02, Direction::uz, 20, 2000);
-    CHECK(check_gradients({skew_guide, numbers, all, 10}, beams(6), request) >= 2 * 9 * 9);
+    CHECK(check_gradients({skew_guide, numbers, all, 10}, models::beams(6), request) >= 2 * 9 * 9);
   }
   SECTION("a guide, the drive held, at the edge of the band") {
     request.points = {0.008};
     request.dynamics = rule(0.01, Direction::ux, 30, 31, DriveState::locked);
-    CHECK(check_gradients({skew_guide, numbers, all, 10}, beams(6), request) >= 9 * 9);
+    CHECK(check_gradients({skew_guide, numbers, all, 10}, models::beams(6), request) >= 9 * 9);
   }
   SECTION("joints, springs, weight, a drive in axes of its own") {
     request.points = {0.004};
     request.loads.gravity = {1, -9, 3};
     request.dynamics = rule(0.02, Direction::uz, 20, 2000);
-    CHECK(check_gradients({tied, numbers, {0, 2, 3, 5, 6, 7, 8, 9}, 10}, beams(6), request) >=
-          8 * 9);
+    CHECK(check_gradients({tied, numbers, {0, 2, 3, 5, 6, 7, 8, 9}, 10}, models::beams(6),
+                          request) >= 8 * 9);
   }
   SECTION("a hinge of plates") {
-    ModelOptions plates;
-    plates.accuracy = Accuracy::full;
-    plates.mesh = {4, 2};
     request.points = {0.1};
     request.dynamics = rule(0.03, Direction::uy, 20, 3000);
-    CHECK(check_gradients({skew_hinge, numbers, {0, 1, 2, 4, 5, 8}, 0.1}, plates, request) >=
-          6 * 9);
+    CHECK(check_gradients({skew_hinge, numbers, {0, 1, 2, 4, 5, 8}, 0.1},
+                          models::full(Flexure::plate, {4, 2}), request) >= 6 * 9);
   }
 }
 
@@ -306,6 +285,6 @@ TEST_CASE("derivatives of the bandwidth of two drives agree with differences", "
   request.points = {0.004};
   request.strokes = {Eigen::Vector2d(0.004, -0.002)};
   request.dynamics = rule(0.02, Direction::ux, 20, 2000, DriveState::locked);
-  CHECK(check_gradients({two_drives, numbers, {0, 2, 3, 5, 6, 9}, 10}, beams(6), request) >=
+  CHECK(check_gradients({two_drives, numbers, {0, 2, 3, 5, 6, 9}, 10}, models::beams(6), request) >=
         6 * 10);
 }

@@ -18,9 +18,8 @@ const std::vector<Number> parameters{{"first leg", 0.06},   {"second leg", 0.05}
 /// Two folded leaves that open to each other, held by the ground and the end-effector.
 Mechanism stage(const Values& p) {
   const Material material{"steel", 2e11, p[4], 7800, {}, 1.2e-5};
-  Mechanism m;
-  m.drives = {make_drive(Direction::ux)};
-  m.bodies = {models::body({0.07, 0.04, 0.002}, 0.4, 3e-4)};
+  Mechanism m{.bodies = {models::body({0.07, 0.04, 0.002}, 0.4, 3e-4)},
+              .drives = {make_drive(Direction::ux)}};
   for (const double side : {1.0, -1.0}) {
     LeafSpring l =
         models::leaf({0, 0.03 * side, 0}, {1, p[6] * side, 0}, p[0] + p[1], p[2], p[3], material);
@@ -40,18 +39,12 @@ TEST_CASE("gradients of leaves with an elastic fold agree with differences",
 
 TEST_CASE("gradients of crooked, warm and heavy leaves with an elastic fold agree with differences",
           "[fold][gradients][slow]") {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.mesh = {4, 2};
-  StrokeRequest request;
-  request.points = {0, 1e-3};
-  request.frequencies = 3;
-  request.outputs.add(Output::stress);
-  request.outputs.add({Output::frequency_derivatives, Output::envelope, Output::moving_envelope,
-                       Output::clearance});
-  request.loads = {.assembly = {{0, 0, {2e-5, 5e-5, 1e-4}, {1e-3, 1.5e-3, -2e-3}},
-                                {1, 1, {-1e-5, 3e-5, -5e-5}, {-5e-4, 5e-4, 1e-3}}},
-                   .temperature = {12, -7},
-                   .gravity = {8, -30, 50}};
+  ModelOptions model{.accuracy = Accuracy::full, .mesh = {4, 2}};
+  StrokeRequest request{.points = {0, 1e-3},
+                        .loads = {.assembly = {{0, 0, {2e-5, 5e-5, 1e-4}, {1e-3, 1.5e-3, -2e-3}},
+                                               {1, 1, {-1e-5, 3e-5, -5e-5}, {-5e-4, 5e-4, 1e-3}}},
+                                  .temperature = {12, -7},
+                                  .gravity = {8, -30, 50}},
+                        .frequencies = 3};
   CHECK(check_gradients({stage, parameters, {0, 1, 3, 5, 6, 7}, 10.0}, model, request) > 100);
 }

@@ -19,9 +19,8 @@ const std::vector<Number> numbers{{"length", 0.1},   {"width", 0.03},        {"t
                                   {"axis", 0.4},     {"second place", 0.008}};
 
 RigidBody second_body(const Vector3d& at, const Values& p) {
-  RigidBody b = models::body(at + Vector3d(0.002, p[10], -0.3 * p[10]), p[7], 1e-5);
+  RigidBody b = models::intermediate(at + Vector3d(0.002, p[10], -0.3 * p[10]), p[7], 1e-5);
   b.center_of_mass += Vector3d(0.003, -0.001, 0.5 * p[8]);
-  b.role = BodyRole::intermediate;
   return b;
 }
 
@@ -37,9 +36,8 @@ Joint joint(JointType type, int body, int other, const Vector3d& near, const Val
 // A guide whose second leaf holds a body of its own, on a joint of the end-effector.
 Mechanism guide(JointType type, const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
-  Mechanism m;
-  m.drives = {make_drive(Direction::uy)};
-  m.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 3e-4)};
+  Mechanism m{.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 3e-4)},
+              .drives = {make_drive(Direction::uy)}};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0.003);
   for (const double y : {0.03, -0.03})
     m.leaves.push_back(models::leaf({0, y, 0}, {std::cos(0.1 * y), std::sin(0.1 * y), 0}, p[0],
@@ -54,9 +52,8 @@ Mechanism guide(JointType type, const Values& p) {
 // A hinge of three leaves: the base of one turns on the ground, the tip of another on a ball.
 Mechanism hinge(const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
-  Mechanism m;
-  m.drives = {make_drive(Direction::rz)};
-  m.bodies = {models::body({0.001, 0, 0}, p[6], 3e-4)};
+  Mechanism m{.bodies = {models::body({0.001, 0, 0}, p[6], 3e-4)},
+              .drives = {make_drive(Direction::rz)}};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0);
   for (const models::Crossing& c :
        {models::Crossing{1, 0.8 * p[1], 0.5 * p[1]}, {-1, 0, p[1]}, {1, -0.9 * p[1], 0.5 * p[1]}}) {
@@ -75,22 +72,9 @@ Mechanism hinge(const Values& p) {
 }
 
 StrokeRequest loaded(double stroke, bool turning) {
-  StrokeRequest request;
-  request.points = {0, stroke};
-  request.frequencies = 4;
-  Vector6d load;
-  load << 1, 0.5, -2, 0.01, 0.02, -0.01;
-  load[turning ? 5 : 1] = 0;
-  request.loads.constant = {load_at_O(load)};
-  return request;
-}
-
-ModelOptions model_of(Flexure flexure) {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = flexure;
-  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
-  return model;
+  const DeadLoad load{.force = {1, turning ? 0.5 : 0, -2},
+                      .moment = {0.01, 0.02, turning ? 0 : -0.01}};
+  return {.points = {0, stroke}, .loads = {.constant = {load}}, .frequencies = 4};
 }
 
 }  // namespace
@@ -106,14 +90,14 @@ TEST_CASE("exact derivatives of a beam guide with a joint agree with differences
   const JointType of = type;
   const int compared =
       check_gradients({[of](const Values& p) { return guide(of, p); }, numbers, along, 10.0},
-                      model_of(Flexure::beam), loaded(0.02, false));
+                      models::coarse(Flexure::beam), loaded(0.02, false));
   CHECK(compared == 82 * static_cast<int>(along.size()));
 }
 
 TEST_CASE("exact derivatives of a plate guide with a joint agree with differences",
           "[gradients][joint]") {
   const auto make = [](const Values& p) { return guide(JointType::revolute, p); };
-  check_gradients({make, numbers, {1, 8, 9}, 10.0}, model_of(Flexure::plate),
+  check_gradients({make, numbers, {1, 8, 9}, 10.0}, models::coarse(Flexure::plate),
                   loaded(-0.015, false));
 }
 
@@ -121,7 +105,7 @@ TEST_CASE(
     "exact derivatives of a hinge with joints to ground and end-effector agree with differences",
     "[gradients][joint][slow]") {
   const int compared = check_gradients({hinge, numbers, {0, 2, 7, 8, 9, 10}, 0.1},
-                                       model_of(Flexure::beam), loaded(0.4, true));
+                                       models::coarse(Flexure::beam), loaded(0.4, true));
   CHECK(compared == 82 * 6);
 }
 
@@ -129,10 +113,9 @@ TEST_CASE(
     "exact derivatives through joints agree with differences where reduced leaves lead to the "
     "state",
     "[gradients][joint][slow]") {
-  ModelOptions model = model_of(Flexure::plate);
-  model.accuracy = Accuracy::reduced;
   const auto make = [](const Values& p) { return guide(JointType::prismatic, p); };
-  check_gradients({make, numbers, {0, 9}, 10.0}, model, loaded(0.02, false));
+  check_gradients({make, numbers, {0, 9}, 10.0}, models::coarse(Flexure::plate, Accuracy::reduced),
+                  loaded(0.02, false));
 }
 
 TEST_CASE("a double frequency of leaves on joints has the derivatives of its cluster",
@@ -143,14 +126,11 @@ TEST_CASE("a double frequency of leaves on joints has the derivatives of its clu
     m.leaves.push_back(models::leaf({0, y, 0}, {1, 0, 0}, 0.2, 0.02, 3e-4));
     const Vector3d tip = m.leaves.back().tip_middle();
     m.leaves.back().tip = static_cast<int>(m.bodies.size());
-    m.bodies.push_back(models::body(tip, 0, 0));
-    m.bodies.back().role = BodyRole::intermediate;
+    m.bodies.push_back(models::intermediate(tip, 0, 0));
     m.joints.push_back(
         {"hinge", JointType::revolute, m.leaves.back().tip, ground, tip, Vector3d::UnitZ()});
   }
-  StrokeRequest request;
-  request.points = {0.01};
-  request.frequencies = 3;
+  StrokeRequest request{.points = {0.01}, .frequencies = 3};
   request.outputs.remove(Output::frequency_derivatives);
   const auto thicker = [&](const std::vector<std::size_t>& leaves) {
     MechanismDirection d{"thickness", m};
@@ -159,7 +139,7 @@ TEST_CASE("a double frequency of leaves on joints has the derivatives of its clu
     return d;
   };
   const StrokeSensitivity s = evaluate_stroke_gradients(m, {thicker({2, 3}), thicker({3})},
-                                                        model_of(Flexure::beam), request);
+                                                        models::coarse(Flexure::beam), request);
   REQUIRE(s.gradients);
   const PointGradients& point = s.gradients->path[0];
   const std::vector<double>& f = s.response.path[0].frequencies_locked;

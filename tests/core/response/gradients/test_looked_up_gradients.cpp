@@ -28,10 +28,7 @@ AtlasSettings box() {
 }
 
 ModelOptions with_atlas(const std::string& name, const AtlasSettings& s) {
-  ModelOptions model;
-  model.mesh = s.mesh;
-  model.atlas = test::kept_atlas(name, s, test::unchecked());
-  return model;
+  return {.mesh = s.mesh, .atlas = test::kept_atlas(name, s, test::unchecked())};
 }
 
 const ModelOptions& looked_up() {
@@ -43,9 +40,8 @@ const ModelOptions& looked_up() {
 // are equal. `turned`: the other edges are called the bases.
 test::Family hinge(double beside_middle = 0, bool turned = false) {
   const auto make = [turned](const test::Values& p) {
-    Mechanism m;
-    m.drives = {make_drive(Direction::rz)};
-    m.bodies = {models::body({p[8], 0, 0}, p[7], p[7] * 1e-3)};
+    Mechanism m{.bodies = {models::body({p[8], 0, 0}, p[7], p[7] * 1e-3)},
+                .drives = {make_drive(Direction::rz)}};
     const double length = p[0], outer = p[2], inner = p[3], gap = p[5];
     const double beside = 0.5 * (outer + inner) + gap;
     const auto add = [&](double side, double z, double width) {
@@ -84,13 +80,14 @@ test::Family hinge(double beside_middle = 0, bool turned = false) {
 }
 
 StrokeRequest sweep() {
-  StrokeRequest request;
-  request.points = {0, 0.12, -0.17};
-  request.frequencies = 5;
-  request.outputs = {Output::equilibrium,        Output::stiffness, Output::frequencies_free,
-                     Output::frequencies_locked, Output::stress,    Output::dynamics};
-  request.dynamics = {0.02, TransmissibilityRule{Direction::ux, 20, 200, DriveState::free}};
-  request.stress_peaks = 4;
+  StrokeRequest request{
+      .points = {0, 0.12, -0.17},
+      .outputs = {Output::equilibrium, Output::stiffness, Output::frequencies_free,
+                  Output::frequencies_locked, Output::stress, Output::dynamics},
+      .frequencies = 5,
+      .dynamics =
+          DynamicsRule{0.02, TransmissibilityRule{Direction::ux, 20, 200, DriveState::free}},
+      .stress_peaks = 4};
   request.stress.fatigue = request.stress.life = true;
   return request;
 }
@@ -156,8 +153,7 @@ TEST_CASE("derivatives of looked-up leaves are those of full ones within the err
           "[response][gradients][slow]") {
   const test::Family family = hinge();
   const test::Values p = test::values_of(family.numbers);
-  std::vector<MechanismDirection> directions;
-  for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+  const std::vector<MechanismDirection> directions = test::directions_of(family);
   ModelOptions full = looked_up();
   full.accuracy = Accuracy::full;
   const StrokeSensitivity a = evaluate_stroke_gradients(family.make(p), directions, looked_up(),
@@ -191,8 +187,7 @@ TEST_CASE("so are those of the stress where a design turns the rays of its leave
   const test::Family family = hinge();
   const Mechanism m = family.make(test::values_of(family.numbers));
   const std::vector<MechanismDirection> directions{test::direction(family, 11)};  // the crossing
-  StrokeRequest request;
-  request.points.clear();
+  StrokeRequest request{.points = {}};
   for (int k = 1; k <= 8; ++k) request.points.push_back(0.04 * k);
   request.outputs = {Output::equilibrium, Output::stress};
   ModelOptions full = looked_up();
@@ -240,8 +235,7 @@ TEST_CASE("derivatives of looked-up leaves are the same whichever edge is called
   std::vector<std::vector<test::Compared>> both;
   for (const bool turned : {false, true}) {
     const test::Family family = hinge(0.15, turned);
-    std::vector<MechanismDirection> directions;
-    for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
+    const std::vector<MechanismDirection> directions = test::directions_of(family);
     const Mechanism m = family.make(test::values_of(family.numbers));
     const StrokeSensitivity found = evaluate_stroke_gradients(m, directions, model, sweep());
     REQUIRE(found.gradients);

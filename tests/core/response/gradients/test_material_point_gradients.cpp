@@ -14,12 +14,6 @@ const std::vector<Number> numbers{{"length", 0.1},   {"width", 0.06},  {"thickne
                                   {"modulus", 2e11}, {"poisson", 0.3}, {"density", 7800},
                                   {"mass", 0.02},    {"x", 0.043},     {"z", 0.047}};
 
-RigidBody follower(const Vector3d& at, double mass) {
-  RigidBody b = models::body(at, mass, 0);
-  b.held = {false, false, false, true, true, true};
-  return b;
-}
-
 Mechanism single(const Values& p) {
   Mechanism m = models::single_leaf(p[0], p[1], p[2], Direction::uy, {"m", p[3], p[4], p[5], {}});
   m.leaves[0].origin = Vector3d(0, 0.1 * p[0], 0.2 * p[1]);
@@ -31,7 +25,7 @@ Mechanism clamped_plate(const Values& p) {
   Mechanism m = single(p);
   m.leaves[0].tip = ground;
   m.leaves[0].point = LeafPoint{.body = 0, .along = p[7] / p[0], .across = p[8] / p[1]};
-  m.bodies = {follower({p[7], 0, p[8]}, p[6])};
+  m.bodies = {models::follower({p[7], 0, p[8]}, p[6])};
   return m;
 }
 
@@ -40,31 +34,22 @@ Mechanism free_tip(const Values& p) {
   Mechanism m = single(p);
   m.leaves[0].tip = free_edge;
   m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  m.bodies = {follower(m.leaves[0].tip_middle(), p[6])};
+  m.bodies = {models::follower(m.leaves[0].tip_middle(), p[6])};
   return m;
 }
 
 // A mass near a corner of a leaf of a skew guide: its element has a clamped edge.
 Mechanism mass_on_leaf(const Values& p, double along) {
-  Mechanism m;
-  m.drives = {make_drive(Direction::uy)};
-  m.bodies = {models::body({p[0], 0.001, 0.002}, 0.4, 3e-4)};
+  Mechanism m{.bodies = {models::body({p[0], 0.001, 0.002}, 0.4, 3e-4)},
+              .drives = {make_drive(Direction::uy)}};
   const Material material{"m", p[3], p[4], p[5], {}};
   for (const double y : {0.03, -0.03})  // unlike, so that their frequencies keep apart
     m.leaves.push_back(models::leaf({0, y, 0}, {std::cos(y), std::sin(y), 0}, p[0], p[1],
                                     (1 - 4 * y) * p[2], material));
   m.leaves[1].point = LeafPoint{.body = 1, .along = along * p[7] / p[0], .across = p[8] / p[1]};
-  m.bodies.push_back(follower(m.leaves[1].origin, p[6]));
+  m.bodies.push_back(models::follower(m.leaves[1].origin, p[6]));
   m.bodies[1].role = BodyRole::intermediate;
   return m;
-}
-
-ModelOptions model_of(Flexure flexure, std::array<int, 2> mesh) {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = flexure;
-  model.mesh = mesh;
-  return model;
 }
 
 }  // namespace
@@ -72,55 +57,49 @@ ModelOptions model_of(Flexure flexure, std::array<int, 2> mesh) {
 TEST_CASE(
     "exact derivatives of a clamped plate, by the place of its load too, agree with differences",
     "[gradients][points][slow]") {
-  StrokeRequest request;
-  request.frequencies = 3;
+  StrokeRequest request{.frequencies = 3};
   SECTION("driven") {
     request.points = {0, 6e-4};
-    request.loads.constant = {load_at_O((Vector6d() << 30, 0, -20, 0, 0, 0).finished())};
+    request.loads.constant = {{.force = {30, 0, -20}}};
   }
   SECTION("loaded") {
     request.points = {0.3, 0.5, -1};
-    request.loads.constant = {load_at_O((Vector6d() << 5, 0, 3, 0, 0, 0).finished())};
-    request.loads.growing = {load_at_O((Vector6d() << 10, 60, -8, 0, 0, 0).finished())};
+    request.loads.constant = {{.force = {5, 0, 3}}};
+    request.loads.growing = {{.force = {10, 60, -8}}};
   }
   const int compared = check_gradients({clamped_plate, numbers, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 10.0},
-                                       model_of(Flexure::plate, {6, 4}), request);
+                                       models::full(Flexure::plate, {6, 4}), request);
   CHECK(compared >= 2 * 15 * 9);
 }
 
 TEST_CASE("exact derivatives of a cantilever with a free tip agree with differences",
           "[gradients][points][slow]") {
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
-  StrokeRequest request;
-  request.frequencies = 3;
+  StrokeRequest request{.frequencies = 3};
   SECTION("driven") {
     request.points = {0, 0.03};
-    request.loads.constant = {load_at_O((Vector6d() << 0.5, 0, -1, 0, 0, 0).finished())};
+    request.loads.constant = {{.force = {0.5, 0, -1}}};
   }
   SECTION("loaded") {
     request.points = {0.2, 1};
-    request.loads.growing = {load_at_O((Vector6d() << -1, 8, 0.5, 0, 0, 0).finished())};
+    request.loads.growing = {{.force = {-1, 8, 0.5}}};
   }
   const int compared =
       check_gradients({free_tip, numbers, {0, 1, 2, 4, 6}, 10.0},
-                      model_of(flexure, {6, flexure == Flexure::plate ? 2 : 1}), request);
+                      models::full(flexure, {6, flexure == Flexure::plate ? 2 : 1}), request);
   CHECK(compared >= 2 * 15 * 5);
 }
 
 TEST_CASE("exact derivatives of a guide with a mass on a leaf agree with differences",
           "[gradients][points][slow]") {
-  StrokeRequest request;
-  request.frequencies = 3;
-  request.points = {0, 0.02};
-  request.loads.constant = {load_at_O((Vector6d() << 1, 0, -2, 0.01, 0.02, -0.01).finished())};
+  StrokeRequest request{
+      .points = {0, 0.02},
+      .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},
+      .frequencies = 3};
   const double along = GENERATE(0.15, 1.0, 2.2);  // beside the base edge, between, beside the tip
   const auto make = [along](const Values& p) { return mass_on_leaf(p, along); };
-  SECTION("plate") {
-    check_gradients({make, numbers, {0, 1, 2, 6, 7, 8}, 10.0}, model_of(Flexure::plate, {6, 2}),
-                    request);
-  }
-  SECTION("beam") {
-    check_gradients({make, numbers, {0, 1, 2, 6, 7, 8}, 10.0}, model_of(Flexure::beam, {6, 1}),
-                    request);
-  }
+  const auto [flexure, across] =
+      GENERATE(std::pair{Flexure::plate, 2}, std::pair{Flexure::beam, 1});
+  check_gradients({make, numbers, {0, 1, 2, 6, 7, 8}, 10.0}, models::full(flexure, {6, across}),
+                  request);
 }

@@ -20,10 +20,9 @@ const std::vector<Number> parameters{{"length", 0.1},   {"width", 0.03},  {"thic
 
 Mechanism skew(bool hinge, const Values& p) {
   const Material material{"steel", p[3], p[4], p[5], {}};
-  Mechanism m;
-  m.drives = {make_drive(hinge ? Direction::rz : Direction::uy)};
-  m.bodies = {hinge ? models::body({0.001, 0, 0}, p[6], p[8])
-                    : models::body({p[0], 0.001, 0.002}, p[6], p[8])};
+  Mechanism m{.bodies = {hinge ? models::body({0.001, 0, 0}, p[6], p[8])
+                               : models::body({p[0], 0.001, 0.002}, p[6], p[8])},
+              .drives = {make_drive(hinge ? Direction::rz : Direction::uy)}};
   m.bodies[0].center_of_mass += Vector3d(p[7], 0.5 * p[7], 0);
   if (hinge) {
     const double z = 0.8 * p[1];
@@ -42,67 +41,59 @@ Mechanism skew(bool hinge, const Values& p) {
   return m;
 }
 
+/// The guide, along its length and its thickness.
+const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {0, 2}, 0};
+
 struct Case {
+  const char* what;
   bool hinge;
   Flexure flexure;
-  Accuracy accuracy;
   double stroke;
   std::vector<std::size_t> along;  ///< parameters
+  Accuracy accuracy = Accuracy::full;
   int leaf_modes = 2;
 };
 
 void check(const Case& c) {
-  ModelOptions model;
-  model.accuracy = c.accuracy;
-  model.flexure = c.flexure;
-  model.mesh = c.flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
+  CAPTURE(c.what);
+  ModelOptions model = models::coarse(c.flexure, c.accuracy);
   model.leaf_modes = c.leaf_modes;
-  StrokeRequest request;
-  request.points = {0, c.stroke};
-  request.frequencies = 4;
-  Vector6d load;
-  load << 1, 0.5, -2, 0.01, 0.02, -0.01;
-  load[c.hinge ? 5 : 1] = 0;
-  request.loads.constant = {load_at_O(load)};
-  const int compared = check_gradients({[&](const Values& p) { return skew(c.hinge, p); },
-                                        parameters, c.along, c.hinge ? 0.1 : 10.0},
-                                       model, request);
+  const DeadLoad load{.force = {1, c.hinge ? 0.5 : 0, -2},
+                      .moment = {0.01, 0.02, c.hinge ? 0 : -0.01}};
+  const Family family{[&](const Values& p) { return skew(c.hinge, p); }, parameters, c.along,
+                      c.hinge ? 0.1 : 10.0};
+  const int compared = check_gradients(
+      family, model, {.points = {0, c.stroke}, .loads = {.constant = {load}}, .frequencies = 4});
   CHECK(compared >= 2 * 22 * static_cast<int>(c.along.size()));
 }
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a plate guide agree with differences", "[gradients][slow]") {
-  check({false, Flexure::plate, Accuracy::full, 0.02, {0, 1, 2, 4, 7, 10}});
+TEST_CASE("exact derivatives of beam guides and hinges agree with differences", "[gradients]") {
+  check({"guide driven the other way", false, Flexure::beam, -0.015, {0, 1, 2, 4, 5, 9}});
+  check({"hinge", true, Flexure::beam, 0.5, {0, 1, 2, 8, 9, 10}});
 }
 
-TEST_CASE("exact derivatives of a plate hinge agree with differences", "[slow]") {
-  check({true, Flexure::plate, Accuracy::full, 0.4, {0, 1, 2, 3, 6, 9}});
-}
-
-TEST_CASE("exact derivatives of a beam guide driven the other way agree with differences") {
-  check({false, Flexure::beam, Accuracy::full, -0.015, {0, 1, 2, 4, 5, 9}});
-}
-
-TEST_CASE("exact derivatives of a beam hinge agree with differences") {
-  check({true, Flexure::beam, Accuracy::full, 0.5, {0, 1, 2, 8, 9, 10}});
-}
-
-TEST_CASE(
-    "exact derivatives of a hinge agree with differences where reduced leaves lead to the state",
-    "[slow]") {
-  check({true, Flexure::plate, Accuracy::reduced, -0.3, {0, 2, 10}});
+TEST_CASE("exact derivatives of plate guides and hinges agree with differences",
+          "[gradients][slow]") {
+  const Flexure plate = Flexure::plate;
+  check({"guide", false, plate, 0.02, {0, 1, 2, 4, 7, 10}});
+  check({"hinge", true, plate, 0.4, {0, 1, 2, 3, 6, 9}});
+  check({"reduced leaves lead to the state", true, plate, -0.3, {0, 2, 10}, Accuracy::reduced});
+  check({"leaves follow by their static shapes alone",
+         false,
+         plate,
+         0.02,
+         {0, 2, 5, 6, 9},
+         Accuracy::full,
+         0});
 }
 
 TEST_CASE("methods kept for comparison have no exact derivatives, and say so") {
-  const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {}, 0};
-  StrokeRequest request;
-  request.points = {0, 0.01};
+  StrokeRequest request{.points = {0, 0.01}};
   for (const Reduction method : {Reduction::linear_craig_bampton, Reduction::modal_derivatives,
                                  Reduction::quadratic_manifold}) {
-    ModelOptions model;
-    model.mesh = {6, 2};
-    model.method = method;
+    ModelOptions model{.mesh = {6, 2}, .method = method};
     const Mechanism m = guide.make(values_of(parameters));
     const StrokeSensitivity s = evaluate_stroke_gradients(m, {direction(guide, 0)}, model, request);
     CHECK_FALSE(s.gradients);
@@ -116,34 +107,19 @@ TEST_CASE("methods kept for comparison have no exact derivatives, and say so") {
 
 TEST_CASE("where nothing is stressed the stress has no slope") {
   for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
-    ModelOptions model;
-    model.flexure = flexure;
-    const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {}, 0};
     const StrokeSensitivity s = evaluate_stroke_gradients(
-        guide.make(values_of(parameters)), {direction(guide, 0), direction(guide, 2)}, model, {});
+        guide.make(values_of(parameters)), directions_of(guide), {.flexure = flexure}, {});
     REQUIRE(s.gradients);
     REQUIRE(s.response.path[0].max_stress->value < 1);
     CHECK(s.gradients->path[0].max_stress->allFinite());
   }
 }
 
-TEST_CASE(
-    "exact derivatives agree with differences where leaves follow by their static shapes alone",
-    "[slow]") {
-  Case full{false, Flexure::plate, Accuracy::full, 0.02, {0, 2, 5, 6, 9}};
-  full.leaf_modes = 0;
-  check(full);
-}
-
 TEST_CASE("a constant mass leaves the derivatives of all but the frequencies") {
-  const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {}, 0};
-  ModelOptions model;
-  model.mesh = {6, 2};
-  StrokeRequest request;
-  request.points = {0, 0.01};
-  request.frequencies = 4;
+  ModelOptions model{.mesh = {6, 2}};
+  StrokeRequest request{.points = {0, 0.01}, .frequencies = 4};
   request.outputs.remove(Output::frequency_derivatives);
-  const std::vector<MechanismDirection> along{direction(guide, 0), direction(guide, 2)};
+  const std::vector<MechanismDirection> along = directions_of(guide);
   const Mechanism m = guide.make(values_of(parameters));
   const StrokeSensitivity consistent = evaluate_stroke_gradients(m, along, model, request);
   model.mass = LeafMass::constant;
@@ -165,68 +141,51 @@ TEST_CASE("a constant mass leaves the derivatives of all but the frequencies") {
 }
 
 TEST_CASE("every place of large stress has its derivative, whichever model the leaf is", "[slow]") {
-  struct Kind {
-    Flexure flexure;
-    Accuracy accuracy;
-  };
-  for (const Kind& kind :
-       {Kind{Flexure::plate, Accuracy::reduced}, Kind{Flexure::plate, Accuracy::full},
-        Kind{Flexure::beam, Accuracy::full}}) {
-    ModelOptions model;
-    model.flexure = kind.flexure;
-    model.mesh = kind.flexure == Flexure::plate ? std::array{8, 2} : std::array{8, 1};
-    model.accuracy = kind.accuracy;
-    StrokeRequest request;
-    request.points = {0.015};
-    request.frequencies = 0;
-    request.stress_peaks = 5;
-    request.values = PathValues::differentiable;
-    request.newton.tolerance = 1e-11;
-    const test::Family guide{[](const Values& p) { return skew(false, p); }, parameters, {2}, 0};
-    const Values p = values_of(parameters);
-    const StrokeSensitivity here =
-        evaluate_stroke_gradients(guide.make(p), {direction(guide, 2)}, model, request);
-    REQUIRE(here.gradients);
-    const std::vector<StressPeak>& peaks = here.response.path[0].stress_peaks;
-    const MatrixXd& slopes = here.gradients->path[0].stress_peaks;
-    REQUIRE(peaks.size() >= 3);
-    REQUIRE(slopes.rows() == static_cast<Eigen::Index>(peaks.size()));
-    CHECK(peaks[0].value == here.response.path[0].max_stress->value);
-    const Derivatives d = ridders(
-        [&](double thickness) {
-          Values moved = p;
-          moved[2] = thickness;
-          StrokeRequest all = request;
-          all.stress_peaks = 30;
-          const StrokeResponse there = evaluate_stroke(guide.make(moved), model, all);
-          Values values;
-          for (const StressPeak& peak : peaks)
-            for (const StressPeak& q : there.path[0].stress_peaks)
-              if (q.leaf == peak.leaf && q.on_positive_normal == peak.on_positive_normal &&
-                  std::abs(q.along - peak.along) + std::abs(q.across - peak.across) < 1e-9) {
-                values.push_back(q.value);
-                break;
-              }
-          REQUIRE(values.size() == peaks.size());
-          return values;
-        },
-        p[2], 1e-3 * p[2]);
-    for (std::size_t k = 0; k < peaks.size(); ++k) {
-      INFO(peaks[k].leaf << ", " << peaks[k].along << ", " << peaks[k].across);
-      CHECK(peaks[k].value <= peaks[0].value * (1 + 1e-9));
-      CHECK(slopes(static_cast<Eigen::Index>(k), 0) == Approx(d.value[k]).epsilon(1e-6));
-    }
+  const auto [flexure, accuracy] =
+      GENERATE(std::pair{Flexure::plate, Accuracy::reduced},
+               std::pair{Flexure::plate, Accuracy::full}, std::pair{Flexure::beam, Accuracy::full});
+  const ModelOptions model{
+      .accuracy = accuracy, .flexure = flexure, .mesh = {8, flexure == Flexure::plate ? 2 : 1}};
+  StrokeRequest request{.points = {0.015},
+                        .values = PathValues::differentiable,
+                        .frequencies = 0,
+                        .stress_peaks = 5,
+                        .newton = {.tolerance = 1e-11}};
+  const StrokeSensitivity here = evaluate_stroke_gradients(guide.make(values_of(parameters)),
+                                                           directions_of(guide), model, request);
+  REQUIRE(here.gradients);
+  const std::vector<StressPeak>& peaks = here.response.path[0].stress_peaks;
+  const MatrixXd& slopes = here.gradients->path[0].stress_peaks;
+  REQUIRE(peaks.size() >= 3);
+  REQUIRE(slopes.rows() == static_cast<Eigen::Index>(peaks.size()));
+  CHECK(peaks[0].value == here.response.path[0].max_stress->value);
+  StrokeRequest all = request;
+  all.stress_peaks = 30;
+  const Derivatives d = differences_along(guide, 2, 1e-3, [&](const Mechanism& moved) {
+    const StrokeResponse there = evaluate_stroke(moved, model, all);
+    Values values;
+    for (const StressPeak& peak : peaks)
+      for (const StressPeak& q : there.path[0].stress_peaks)
+        if (q.leaf == peak.leaf && q.on_positive_normal == peak.on_positive_normal &&
+            std::abs(q.along - peak.along) + std::abs(q.across - peak.across) < 1e-9) {
+          values.push_back(q.value);
+          break;
+        }
+    REQUIRE(values.size() == peaks.size());
+    return values;
+  });
+  for (std::size_t k = 0; k < peaks.size(); ++k) {
+    INFO(peaks[k].leaf << ", " << peaks[k].along << ", " << peaks[k].across);
+    CHECK(peaks[k].value <= peaks[0].value * (1 + 1e-9));
+    CHECK(slopes(static_cast<Eigen::Index>(k), 1) == Approx(d.value[k]).epsilon(1e-6));
   }
 }
 
 TEST_CASE("equal leaves: derivatives of double frequencies are those of their cluster") {
   // a light end-effector between four equal leaves: leaf modes come in groups
   Mechanism m = models::guide(0.1, 0.03, 0.5e-3, 0.06, 2.0, 1e-2);
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.mesh = {6, 2};
-  StrokeRequest request;
-  request.frequencies = 10;
+  ModelOptions model{.accuracy = Accuracy::full, .mesh = {6, 2}};
+  StrokeRequest request{.frequencies = 10};
   request.outputs.remove(Output::frequency_derivatives);
   request.outputs.remove(Output::stress);
   MechanismDirection thicker{"thickness", zero_rate(m)};

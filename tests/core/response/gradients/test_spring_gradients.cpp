@@ -17,15 +17,13 @@ const std::vector<Number> numbers{
 
 // A guide whose body and ground, and whose body and a second one, springs tie.
 Mechanism guide(const Values& p) {
-  Mechanism m;
-  m.drives = {make_drive(Direction::uy)};
-  m.bodies = {models::body({p[0], 0.001, 0.002}, p[2], 3e-4)};
+  Mechanism m{.bodies = {models::body({p[0], 0.001, 0.002}, p[2], 3e-4)},
+              .drives = {make_drive(Direction::uy)}};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.005, 0.003);
   for (const double y : {0.03, -0.03})
     m.leaves.push_back(
         models::leaf({0, y, 0}, {std::cos(0.1 * y), std::sin(0.1 * y), 0}, p[0], 0.03, p[1]));
-  m.bodies.push_back(models::body({p[0] + 0.03, 0.001, p[8]}, 0.05, 1e-5));
-  m.bodies[1].role = BodyRole::intermediate;
+  m.bodies.push_back(models::intermediate({p[0] + 0.03, 0.001, p[8]}, 0.05, 1e-5));
   m.springs.push_back({.name = "spring",
                        .place = {p[0] + p[3], p[3], -0.4 * p[3]},
                        .other_place = {p[0] + p[4], 1.2 * p[4], 0.2 * p[4]},
@@ -51,13 +49,9 @@ Mechanism guide(const Values& p) {
 }
 
 StrokeRequest loaded(double stroke) {
-  StrokeRequest request;
-  request.points = {0, stroke};
-  request.frequencies = 4;
-  Vector6d load;
-  load << 1, 0, -2, 0.01, 0.02, -0.01;
-  request.loads.constant = {load_at_O(load)};
-  return request;
+  return {.points = {0, stroke},
+          .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},
+          .frequencies = 4};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -19,9 +20,8 @@ const std::vector<Number> numbers{
 /// by a body in between; its base stands on a third one.
 Mechanism skew_guide(const Values& p, bool curved) {
   const Material material{"m", p[3], p[4], p[5], {}, 1.2e-5};
-  Mechanism m;
-  m.drives = {make_drive(Direction::uy)};
-  m.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 3e-4)};
+  Mechanism m{.bodies = {models::body({p[0], 0.001, 0.002}, p[6], 3e-4)},
+              .drives = {make_drive(Direction::uy)}};
   m.bodies[0].center_of_mass += Vector3d(0.01, p[8], -0.005);
   for (const double side : {1.0, -1.0}) {
     LeafSpring l = models::leaf({0, 0.03 * side, 0}, {1, p[7] * side, 0}, p[0], p[1],
@@ -37,17 +37,14 @@ Mechanism skew_guide(const Values& p, bool curved) {
 
 /// Ground, leaf, body 1, leaf, end-effector.
 Mechanism row_of_two(const Values& p) {
-  Mechanism m;
-  m.drives = {make_drive(Direction::uy)};
-  m.bodies = {models::body({2.1 * p[0], 0, 0}, 0.3, 1e-4),
-              models::body({1.05 * p[0], 0.002, 0}, p[6], 5e-5)};
-  m.bodies[1].role = BodyRole::intermediate;
+  Mechanism m{.bodies = {models::body({2.1 * p[0], 0, 0}, 0.3, 1e-4),
+                         models::intermediate({1.05 * p[0], 0.002, 0}, p[6], 5e-5)},
+              .drives = {make_drive(Direction::uy)}};
   const Material material{"m", p[3], p[4], p[5], {}, 1.2e-5};
-  m.leaves = {models::leaf({0, 0, 0}, {1, p[7], 0}, p[0], p[1], p[2], material),
-              models::leaf({1.1 * p[0], 0, 0}, {1, 0, 0}, p[0], p[1], p[2], material)};
-  m.leaves[0].tip = 1;
-  m.leaves[1].base = 1;
-  m.leaves[1].tip = 0;
+  m.leaves = {
+      models::between(ground, 1, models::leaf({0, 0, 0}, {1, p[7], 0}, p[0], p[1], p[2], material)),
+      models::between(1, 0,
+                      models::leaf({1.1 * p[0], 0, 0}, {1, 0, 0}, p[0], p[1], p[2], material))};
   return m;
 }
 
@@ -57,80 +54,43 @@ Mechanism clamped(const Values& p) {
       models::single_leaf(p[0], p[1], p[2], Direction::uy, {"m", p[3], p[4], p[5], {}, 1.2e-5});
   m.leaves[0].tip = ground;
   m.leaves[0].point = LeafPoint{.body = 0, .along = 0.4, .across = 0.6};
-  m.bodies = {models::body({0.4 * p[0], 0, 0.1 * p[1]}, 0.02, 0)};
-  m.bodies[0].held = {false, false, false, true, true, true};
+  m.bodies = {models::follower({0.4 * p[0], 0, 0.1 * p[1]}, 0.02)};
   return m;
 }
 
 StrokeRequest request_with(LoadCase loads, std::vector<double> points) {
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.loads = std::move(loads);
-  request.frequencies = 3;
-  request.outputs.add(Output::stress);
-  request.outputs.add(Output::frequency_derivatives);
-  return request;
+  return {.points = std::move(points), .loads = std::move(loads), .frequencies = 3};
 }
 
 LoadCase crooked() {
   return {.assembly = {{0, 0, {2e-5, 5e-5, 1e-4}, {1e-3, 1.5e-3, -2e-3}},
                        {1, 1, {-1e-5, 3e-5, -5e-5}, {-5e-4, 5e-4, 1e-3}}}};
 }
-LoadCase heavy() { return {.gravity = {8, -30, 50}}; }
-LoadCase warm() { return {.temperature = {12, -7}}; }
-
-ModelOptions model_of(Flexure flexure) {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = flexure;
-  model.mesh = flexure == Flexure::plate ? std::array{6, 2} : std::array{8, 1};
-  return model;
-}
 
 }  // namespace
 
-TEST_CASE("derivatives of crooked mechanisms agree with differences",
+TEST_CASE("derivatives of crooked, heavy and warm mechanisms agree with differences",
           "[surroundings][gradients][slow]") {
+  using Numbers = std::vector<std::size_t>;
+  struct Case {
+    const char* what;
+    LoadCase loads;
+    Numbers straight, curved;  ///< numbers of the design
+  };
+  const Case c =
+      GENERATE(Case{"crooked", crooked(), {0, 1, 2, 7}, {0, 2, 7, 9}},
+               Case{"heavy", {.gravity = {8, -30, 50}}, {0, 1, 2, 4, 5, 6, 7, 8}, {2, 5, 9}},
+               Case{"warm", {.temperature = {12, -7}}, {0, 1, 2, 3, 4, 7}, {1, 2, 9}},
+               Case{"warm bodies",
+                    {.temperature = {12, -7}, .body_expansion = {3e-4, -1e-4}},
+                    {0, 1, 2, 4, 7},
+                    {0, 1, 9}});
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   const bool curved = GENERATE(false, true);
-  const Family family{
-      [=](const Values& p) { return skew_guide(p, curved); }, numbers,
-      curved ? std::vector<std::size_t>{0, 2, 7, 9} : std::vector<std::size_t>{0, 1, 2, 7}, 10.0};
-  CHECK(check_gradients(family, model_of(flexure), request_with(crooked(), {0, 0.004})) > 100);
-}
-
-TEST_CASE("derivatives of heavy mechanisms agree with differences",
-          "[surroundings][gradients][slow]") {
-  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
-  const bool curved = GENERATE(false, true);
-  const Family family{
-      [=](const Values& p) { return skew_guide(p, curved); }, numbers,
-      curved ? std::vector<std::size_t>{2, 5, 9} : std::vector<std::size_t>{0, 1, 2, 4, 5, 6, 7, 8},
-      10.0};
-  CHECK(check_gradients(family, model_of(flexure), request_with(heavy(), {0, 0.004})) > 100);
-}
-
-TEST_CASE("derivatives of warm mechanisms agree with differences",
-          "[surroundings][gradients][slow]") {
-  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
-  const bool curved = GENERATE(false, true);
-  const Family family{
-      [=](const Values& p) { return skew_guide(p, curved); }, numbers,
-      curved ? std::vector<std::size_t>{1, 2, 9} : std::vector<std::size_t>{0, 1, 2, 3, 4, 7},
-      10.0};
-  CHECK(check_gradients(family, model_of(flexure), request_with(warm(), {0, 0.004})) > 100);
-}
-
-TEST_CASE("derivatives of mechanisms with warm bodies agree with differences",
-          "[surroundings][gradients][slow]") {
-  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
-  const bool curved = GENERATE(false, true);
-  const Family family{
-      [=](const Values& p) { return skew_guide(p, curved); }, numbers,
-      curved ? std::vector<std::size_t>{0, 1, 9} : std::vector<std::size_t>{0, 1, 2, 4, 7}, 10.0};
-  LoadCase bodies = warm();
-  bodies.body_expansion = {3e-4, -1e-4};
-  CHECK(check_gradients(family, model_of(flexure), request_with(bodies, {0, 0.004})) > 100);
+  CAPTURE(c.what, curved);
+  const Family family{[=](const Values& p) { return skew_guide(p, curved); }, numbers,
+                      curved ? c.curved : c.straight, 10.0};
+  CHECK(check_gradients(family, models::coarse(flexure), request_with(c.loads, {0, 0.004})) > 100);
 }
 
 TEST_CASE("derivatives know all of them at once on bodies in a row",
@@ -140,7 +100,8 @@ TEST_CASE("derivatives know all of them at once on bodies in a row",
   all.temperature = {12, -7};
   all.body_expansion = {2e-4, -3e-4, 1e-4};
   const Family family{row_of_two, numbers, {0, 1, 2, 5, 6, 7}, 1.0};
-  CHECK(check_gradients(family, model_of(Flexure::plate), request_with(all, {0, 0.01})) > 100);
+  CHECK(check_gradients(family, models::coarse(Flexure::plate), request_with(all, {0, 0.01})) >
+        100);
 }
 
 TEST_CASE("derivatives know a warm and crooked leaf whose point is driven",
@@ -150,18 +111,16 @@ TEST_CASE("derivatives know a warm and crooked leaf whose point is driven",
                .gravity = {1, 20, 5}};
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   const Family family{clamped, numbers, {0, 1, 2, 5}, 10.0};
-  CHECK(check_gradients(family, model_of(flexure), request_with(all, {0, 4e-4})) > 50);
+  CHECK(check_gradients(family, models::coarse(flexure), request_with(all, {0, 4e-4})) > 50);
 }
 
 TEST_CASE("derivatives of reduced crooked mechanisms agree with differences",
           "[surroundings][gradients][slow]") {
-  ModelOptions model;
-  model.mesh = {6, 2};
   const Family family{
       [](const Values& p) { return skew_guide(p, false); }, numbers, {0, 2, 7}, 10.0};
   StrokeRequest request = request_with(crooked(), {0, 0.004});
   request.outputs.remove(Output::frequency_derivatives);
-  CHECK(check_gradients(family, model, request) > 80);
+  CHECK(check_gradients(family, {.mesh = {6, 2}}, request) > 80);
 }
 
 namespace {
@@ -199,8 +158,7 @@ int check_along_errors(const Mechanism& mechanism, const ModelOptions& model,
         own->move += x * rates[d].move;
         own->turn += x * rates[d].turn;
       }
-      const StrokeResponse response = evaluate_stroke(mechanism, model, moved);
-      REQUIRE(response.status == Status::ok);
+      const StrokeResponse response = evaluated(mechanism, model, moved);
       Values all;
       for (const Compared& c : compared_numbers(mechanism, {response, {}, {}}, 0))
         all.push_back(c.value);
@@ -245,20 +203,19 @@ TEST_CASE("derivatives along errors of assembly agree with differences",
   const bool at_rest = GENERATE(true, false);  // no errors yet, or some
   const LoadCase loads = at_rest ? LoadCase() : crooked();
   SECTION("plates") {
-    CHECK(check_along_errors(skew_guide(p, false), model_of(Flexure::plate), loads) > 100);
+    CHECK(check_along_errors(skew_guide(p, false), models::coarse(Flexure::plate), loads) > 100);
   }
   SECTION("curved beams between bodies, with warm clamps") {
     LoadCase warmer = loads;
     warmer.temperature = {12, -7};
     warmer.body_expansion = {3e-4, -1e-4};
-    CHECK(check_along_errors(skew_guide(p, true), model_of(Flexure::beam), warmer) > 100);
+    CHECK(check_along_errors(skew_guide(p, true), models::coarse(Flexure::beam), warmer) > 100);
   }
   SECTION("bodies in a row") {
-    CHECK(check_along_errors(row_of_two(p), model_of(Flexure::beam), loads) > 100);
+    CHECK(check_along_errors(row_of_two(p), models::coarse(Flexure::beam), loads) > 100);
   }
   SECTION("reduced leaves") {
-    ModelOptions model;
-    model.mesh = {6, 2};
+    ModelOptions model{.mesh = {6, 2}};
     CHECK(check_along_errors(skew_guide(p, false), model, loads) > 80);
   }
 }

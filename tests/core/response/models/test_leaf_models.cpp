@@ -14,8 +14,7 @@ namespace {
 bool share_a_model(double longer) {
   Mechanism guide = models::guide(0.06, 0.02, 3e-4);
   guide.leaves[1].length *= 1 + longer;
-  ModelOptions model;
-  model.mesh = {4, 2};
+  ModelOptions model{.mesh = {4, 2}};
   const auto leaves = make_reduced_leaves(guide, model, 2e-3);
   const auto* one = dynamic_cast<const TubeLeaf*>(leaves[0].get());
   const auto* other = dynamic_cast<const TubeLeaf*>(leaves[1].get());

@@ -16,10 +16,7 @@ using namespace flexopt;
 namespace {
 
 System system_of(const Mechanism& m, int elements) {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = Flexure::beam;
-  model.mesh = {elements, 1};
+  ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {elements, 1}};
   return System(m, make_full_leaves(m, model));
 }
 
@@ -107,8 +104,7 @@ TEST_CASE(
     leaf.origin += 0.25 * leaf.length * leaf.axes.col(0);
   const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {2, 3}};
   for (const double force : {0.0, 1e-6, 1e-4, 3e-4}) {
-    LoadCase loads;
-    loads.constant = {{.force = force * Vector3d(0.2, -0.8, 1)}};
+    LoadCase loads{.constant = {{.force = force * Vector3d(0.2, -0.8, 1)}}};
     System system(m, make_full_leaves(m, model), loads);
     REQUIRE(step_load(system, {.constant = 1}, {}).converged);
     const auto linear = MechanismFactor::of(system).value;

@@ -12,6 +12,7 @@
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -34,13 +35,10 @@ std::vector<Case> light() {
 }
 
 StrokeResponse path(const Case& c, const ModelOptions& model) {
-  StrokeRequest request;
-  request.points = {0, 0.5 * c.largest, c.largest};
-  request.frequencies = 6;
+  StrokeRequest request{.points = {0, 0.5 * c.largest, c.largest}, .frequencies = 6};
   request.outputs.remove(Output::frequency_derivatives);
   request.outputs.remove(Output::stress);
-  StrokeResponse r = evaluate_stroke(c.mechanism, model, request);
-  REQUIRE(r.status == Status::ok);
+  StrokeResponse r = test::evaluated(c.mechanism, model, request);
   return r;
 }
 
@@ -79,15 +77,12 @@ TEST_CASE("where nothing moves with the drive held there are no frequencies of t
 
 TEST_CASE("as many frequencies as a job may ask for are right to the last", "[slow]") {
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4, 0.06, 0.01, 6e-7);
-  StrokeRequest request;
-  request.points = {0};
-  request.frequencies = 100;
+  StrokeRequest request{.frequencies = 100};
   request.outputs.remove(Output::frequency_derivatives);
   request.outputs.remove(Output::stress);
   const auto locked = [&](int leaf_modes) {
     const ModelOptions model{.accuracy = Accuracy::full, .mesh = {12, 5}, .leaf_modes = leaf_modes};
-    const StrokeResponse r = evaluate_stroke(guide, model, request);
-    REQUIRE(r.status == Status::ok);
+    const StrokeResponse r = test::evaluated(guide, model, request);
     return r.path[0].frequencies_locked;
   };
   const std::vector<double> found = locked(2), truth = locked(120);

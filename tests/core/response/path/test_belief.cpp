@@ -4,6 +4,7 @@
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/own_leaves.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -35,9 +36,7 @@ Mechanism fixed_leaf(const std::vector<Direction>& driven) {
 }
 
 StrokeRequest statics(const std::vector<VectorXd>& strokes) {
-  StrokeRequest request;
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  request.points.clear();
+  StrokeRequest request{.points = {}, .outputs = {Output::equilibrium, Output::stiffness}};
   for (const VectorXd& s : strokes) {
     request.points.push_back(s[0]);
     if (s.size() > 1) request.strokes.push_back(s);
@@ -55,8 +54,7 @@ TEST_CASE("a leaf between held ends that is pulled sideways is as stiff as it is
   const Mechanism leaf = fixed_leaf({Direction::uy});
   const ModelOptions beams{.flexure = Flexure::beam};
   const StrokeRequest request = statics({numbers({1e-3}), numbers({2e-3}), numbers({3e-3})});
-  const StrokeResponse response = evaluate_stroke(leaf, beams, request);
-  REQUIRE(response.status == Status::ok);
+  const StrokeResponse response = test::evaluated(leaf, beams, request);
   CHECK(response.path[0].drive_load == Approx(2.04).epsilon(3e-3));
   CHECK(response.path[2].drive_load == Approx(46.87).epsilon(3e-3));
   CHECK(between_models(leaf, beams, request).relative < 3e-3);
@@ -65,8 +63,7 @@ TEST_CASE("a leaf between held ends that is pulled sideways is as stiff as it is
 TEST_CASE("a leaf between driven ends carries what it carries between held ones", "[belief]") {
   const Mechanism leaf = fixed_leaf({Direction::ux, Direction::uy, Direction::rz});
   const StrokeRequest request = statics({numbers({0, 1e-3, 0}), numbers({0, 3e-3, 0})});
-  const StrokeResponse response = evaluate_stroke(leaf, {}, request);
-  REQUIRE(response.status == Status::ok);
+  const StrokeResponse response = test::evaluated(leaf, {}, request);
   CHECK(response.path[1].drive_loads[0] == Approx(743).epsilon(3e-3));
   CHECK(response.path[1].drive_loads[1] == Approx(47.25).epsilon(3e-3));
   CHECK(between_models(leaf, {}, request).relative < 3e-3);

@@ -6,6 +6,7 @@
 #include "core/math/rotation.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -23,18 +24,16 @@ LeafSpring curved(const Vector3d& base, const Vector3d& tip, double angle, doubl
 
 /// A rigid tip at O, turned about z.
 Mechanism hinge(double chord, double angle, double width, double thickness) {
-  Mechanism m;
-  m.drives = {make_drive(Direction::rz)};
-  m.bodies = {models::body({chord, 0, 0}, 0.3, 3e-4)};
-  m.leaves = {curved({0, 0, 0}, {chord, 0, 0}, angle, width, thickness)};
+  Mechanism m{.bodies = {models::body({chord, 0, 0}, 0.3, 3e-4)},
+              .leaves = {curved({0, 0, 0}, {chord, 0, 0}, angle, width, thickness)},
+              .drives = {make_drive(Direction::rz)}};
   return m;
 }
 
 /// Two arcs that bulge away from each other, moved across.
 Mechanism guide(double angle, double width, double thickness) {
-  Mechanism m;
-  m.drives = {make_drive(Direction::uy)};
-  m.bodies = {models::body({0.08, 0, 0}, 0.3, 3e-4)};
+  Mechanism m{.bodies = {models::body({0.08, 0, 0}, 0.3, 3e-4)},
+              .drives = {make_drive(Direction::uy)}};
   for (const double y : {0.03, -0.03})
     m.leaves.push_back(curved({0, y, 0}, {0.08, y, 0}, y > 0 ? -angle : angle, width, thickness));
   return m;
@@ -42,9 +41,8 @@ Mechanism guide(double angle, double width, double thickness) {
 
 /// Two arcs that cross, side by side.
 Mechanism cross_hinge(double angle) {
-  Mechanism m;
-  m.drives = {make_drive(Direction::rz)};
-  m.bodies = {models::body({0, 0, 0}, 0.3, 3e-4)};
+  Mechanism m{.bodies = {models::body({0, 0, 0}, 0.3, 3e-4)},
+              .drives = {make_drive(Direction::rz)}};
   for (const double side : {1.0, -1.0})
     m.leaves.push_back(curved({-0.02, -0.02 * side, 0.0105 * side},
                               {0.02, 0.02 * side, 0.0105 * side}, angle, 0.02, 3e-4));
@@ -54,21 +52,11 @@ Mechanism cross_hinge(double angle) {
 StrokeResponse evaluated(const Mechanism& m, const ModelOptions& model,
                          std::vector<double> points) {
   REQUIRE_FALSE(broken_rule(m));
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.frequencies = 4;
-  request.outputs.add(Output::stress);
-  StrokeResponse r = evaluate_stroke(m, model, request);
-  INFO(r.message);
-  REQUIRE(r.status == Status::ok);
-  return r;
+  return test::evaluated(m, model, {.points = std::move(points), .frequencies = 4});
 }
 
 ModelOptions model_of(Accuracy accuracy, Flexure flexure = Flexure::plate) {
-  ModelOptions model;
-  model.accuracy = accuracy;
-  model.flexure = flexure;
-  return model;
+  return {.accuracy = accuracy, .flexure = flexure};
 }
 
 /// Largest relative difference of the answers that both have.
@@ -113,17 +101,8 @@ TEST_CASE("a curved beam under a moment bends from arc to arc", "[curve]") {
 
 TEST_CASE("a mechanism of arcs turned in space gives the same answers", "[curve]") {
   const Mechanism m = guide(40 * deg, 0.02, 4e-4);
-  Mechanism turned = m;
-  const Matrix3d R = rotation_exp({0.4, -0.8, 1.1});
-  const Vector3d shift(0.1, -0.2, 0.05);
-  for (LeafSpring& l : turned.leaves) {
-    l.origin = R * l.origin + shift;
-    l.axes = R * l.axes;
-  }
-  RigidBody& body = turned.bodies[0];
-  body.reference = R * body.reference + shift;
-  body.center_of_mass = R * body.center_of_mass + shift;
-  turned.drives[0].axes = R;
+  const Mechanism turned =
+      test::moved_as_a_whole(m, rotation_exp({0.4, -0.8, 1.1}), {0.1, -0.2, 0.05});
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
     const StrokeResponse a = evaluated(m, model_of(accuracy), {0, 2e-3}),
                          b = evaluated(turned, model_of(accuracy), {0, 2e-3});
@@ -170,9 +149,6 @@ TEST_CASE("a probe on an arc stands on it, and nowhere else", "[curve]") {
   CHECK(probe->along == Approx(0.3));
   CHECK(probe->across == Approx(0.7));
   CHECK_FALSE(probe_at(m, "p", {0.03, 0, 0}));
-  StrokeRequest request;
-  request.points = {0};
-  request.probes = {*probe};
-  const StrokeResponse r = evaluate_stroke(m, model_of(Accuracy::full), request);
+  const StrokeResponse r = evaluate_stroke(m, model_of(Accuracy::full), {.probes = {*probe}});
   CHECK(r.path[0].probes[0].norm() < 1e-7 * 0.06);  // what the mesh's arc is off its circle
 }

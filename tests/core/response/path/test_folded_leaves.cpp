@@ -8,6 +8,7 @@
 #include "core/response/mobility/mobility.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -17,9 +18,8 @@ constexpr double length = 0.06, width = 0.03, thickness = 5e-4;
 
 /// A leaf along x, a fold along z, a leaf along y to O.
 Mechanism folded(bool elastic, double radius = 0) {
-  Mechanism m;
-  m.drives = {make_drive(Direction::ux)};
-  m.bodies = {models::body({length, length, 0}, 0.5, 4e-4)};
+  Mechanism m{.bodies = {models::body({length, length, 0}, 0.5, 4e-4)},
+              .drives = {make_drive(Direction::ux)}};
   if (elastic) {
     m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 2 * length, width, thickness)};
     m.leaves[0].fold = LeafFold{0.5, -M_PI / 2, radius / (2 * length)};  // the normal is −y
@@ -27,28 +27,17 @@ Mechanism folded(bool elastic, double radius = 0) {
   }
   m.bodies.push_back(models::body({length, 0, 0}, 0, 0));
   m.bodies.back().name = "fold";
-  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness),
-              models::leaf({length, 0, 0}, {0, 1, 0}, length, width, thickness)};
-  m.leaves[0].tip = 1;
-  m.leaves[1].base = 1;
-  m.leaves[1].tip = 0;
+  m.leaves = {
+      models::between(ground, 1, models::leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness)),
+      models::between(1, 0, models::leaf({length, 0, 0}, {0, 1, 0}, length, width, thickness))};
   return m;
 }
 
 StrokeResponse evaluated(const Mechanism& m, std::vector<double> points,
                          Accuracy accuracy = Accuracy::full, LeafMass mass = LeafMass::consistent) {
   REQUIRE_FALSE(broken_rule(m));
-  ModelOptions model;
-  model.accuracy = accuracy;
-  model.mass = mass;
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.frequencies = 4;
-  request.outputs.add(Output::stress);
-  StrokeResponse r = evaluate_stroke(m, model, request);
-  INFO(r.message);
-  REQUIRE(r.status == Status::ok);
-  return r;
+  ModelOptions model{.accuracy = accuracy, .mass = mass};
+  return test::evaluated(m, model, {.points = std::move(points), .frequencies = 4});
 }
 
 }  // namespace
@@ -75,17 +64,8 @@ TEST_CASE("an elastic fold is softer than a rigid one, and little so", "[fold]")
 
 TEST_CASE("a mechanism with an elastic fold turned in space gives the same answers", "[fold]") {
   const Mechanism m = folded(true, 7e-4);
-  Mechanism turned = m;
-  const Matrix3d R = rotation_exp({0.4, -0.8, 1.1});
-  const Vector3d shift(0.1, -0.2, 0.05);
-  for (LeafSpring& l : turned.leaves) {
-    l.origin = R * l.origin + shift;
-    l.axes = R * l.axes;
-  }
-  RigidBody& body = turned.bodies[0];
-  body.reference = R * body.reference + shift;
-  body.center_of_mass = R * body.center_of_mass + shift;
-  turned.drives[0].axes = R;
+  const Mechanism turned =
+      test::moved_as_a_whole(m, rotation_exp({0.4, -0.8, 1.1}), {0.1, -0.2, 0.05});
   const StrokeResponse a = evaluated(m, {0, 3e-3}), b = evaluated(turned, {0, 3e-3});
   CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-8));
   CHECK(b.path[1].max_stress->value == Approx(a.path[1].max_stress->value).epsilon(1e-6));
@@ -125,11 +105,8 @@ TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
     m->leaves[0].material.thermal_expansion = 1.2e-5;
     m->drives = {make_drive(Direction::uy)};
   }
-  StrokeRequest request;
-  request.points = {0, 2e-3};
-  request.loads = {.temperature = {40}, .gravity = {3, -9, 5}};
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
+  StrokeRequest request{.points = {0, 2e-3}, .loads = {.temperature = {40}, .gravity = {3, -9, 5}}};
+  ModelOptions model{.accuracy = Accuracy::full};
   const StrokeResponse a = evaluate_stroke(none, model, request);
   model.mesh = {32, 4};
   const StrokeResponse b = evaluate_stroke(flat, model, request);
@@ -182,12 +159,8 @@ TEST_CASE("a probe on the second leg stands on it", "[fold]") {
   REQUIRE(probe);
   CHECK(probe->along == Approx(0.625));
   CHECK_FALSE(probe_at(m, "p", {0.8 * length, 0.25 * length, 0}));
-  StrokeRequest request;
-  request.points = {0};
-  request.probes = {*probe};
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  CHECK(evaluate_stroke(m, model, request).path[0].probes[0].norm() < 1e-12);
+  StrokeRequest request{.probes = {*probe}};
+  CHECK(evaluate_stroke(m, {.accuracy = Accuracy::full}, request).path[0].probes[0].norm() < 1e-12);
 }
 
 TEST_CASE("folds that cannot be are refused", "[fold]") {

@@ -6,6 +6,7 @@
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 using Catch::Contains;
@@ -16,10 +17,7 @@ double ticks = 0;  // of a clock that goes on by 1 s with every look
 double ticking_clock() { return ++ticks; }
 
 StrokeRequest request_of(std::vector<double> points) {
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  return request;
+  return {.points = std::move(points), .outputs = {Output::equilibrium, Output::stiffness}};
 }
 
 // Newton iterations that a path takes, none too many: with one less it is cut short.
@@ -40,11 +38,9 @@ int iterations_of(const Mechanism& mechanism, const ModelOptions& model,
 TEST_CASE("a path that its limit of iterations ends keeps the points before, the same every time",
           "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
+  ModelOptions model{.accuracy = Accuracy::full};
   const StrokeRequest request = request_of({0, 0.005, 0.01, 0.015, 0.02});
-  const StrokeResponse whole = evaluate_stroke(m, model, request);
-  REQUIRE(whole.status == Status::ok);
+  const StrokeResponse whole = test::evaluated(m, model, request);
   StrokeRequest limited = request;
   limited.limits.iterations = iterations_of(m, model, request) - 1;
   for (int again = 0; again < 2; ++again) {
@@ -74,9 +70,7 @@ TEST_CASE("the making of reduced leaves is limited, too, and ends both sides of 
 
 TEST_CASE("the clock that a request brings ends all outputs") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
-  StrokeRequest request;
-  request.points = {0, 0.01};
-  request.frequencies = 4;
+  StrokeRequest request{.points = {0, 0.01}, .frequencies = 4};
   request.limits.clock = ticking_clock;
   for (const double most : {1.0, 5.0, 20.0, 80.0}) {
     CAPTURE(most);
@@ -92,9 +86,7 @@ TEST_CASE("the clock that a request brings ends all outputs") {
 TEST_CASE("a leaf that is stretched too far is told within a few states") {
   // a leaf of 100 mm pulled by 8 % of its length: straight, no shorter step leads elsewhere
   const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4, Direction::ux);
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  System system(m, make_full_leaves(m, model));
+  System system(m, make_full_leaves(m, {.accuracy = Accuracy::full}));
   const LimitedWork work({});
   const Equilibrium e = step_to(system, 0.008, {});
   CHECK_FALSE(e.converged);

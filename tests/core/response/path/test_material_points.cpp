@@ -8,6 +8,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -50,13 +51,11 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
   // nu = 0, narrow and thin: P L²/EI = 1, 4, 10 (elliptic integrals)
   const Material m{"m", 12e9, 0, 1000, {}};
   const double L = 10, w = 0.5, t = 0.05, EI = m.youngs_modulus * w * t * t * t / 12;
-  StrokeRequest request;
-  request.points = {0, 0.1, 0.25, 0.4, 0.7, 1};
-  request.loads.growing = {load_at_O(force_y(10 * EI / (L * L)))};
+  StrokeRequest request{.points = {0, 0.1, 0.25, 0.4, 0.7, 1},
+                        .loads = {.growing = {load_at_O(force_y(10 * EI / (L * L)))}}};
   request.outputs.remove(Output::stress);
   const StrokeResponse r =
-      evaluate_stroke(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {24, 2}}, request);
-  REQUIRE(r.status == Status::ok);
+      test::evaluated(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {24, 2}}, request);
   const double expected[][3] = {{1, 0.3017207738, 0.0564332363},
                                 {3, 0.669964181278, 0.328941242247},
                                 {5, 0.81060902488, 0.554995597754}};
@@ -72,16 +71,14 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
 TEST_CASE(
     "superelements follow the cantilever and the clamped plate of the plate superelement paper",
     "[literature][slow]") {
-  StrokeRequest request;
-  request.outputs.remove(Output::stress);
+  StrokeRequest request{.outputs = Outputs::numbers().remove(Output::stress)};
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};
   SECTION("cantilever 10 x 1 x 0.1 m") {  // thin-shell spline, converged to 5e-6
     const Material m{"m", 12e9, 0.3, 1000, {}};
     request.points = {0, 0.1, 0.2, 0.5, 1};
     request.loads.growing = {load_at_O(force_y(1e5))};
     model.free_edge_torsion = false;
-    const StrokeResponse r = evaluate_stroke(free_tip(10, 1, 0.1, m), model, request);
-    REQUIRE(r.status == Status::ok);
+    const StrokeResponse r = test::evaluated(free_tip(10, 1, 0.1, m), model, request);
     const double expected[][3] = {
         {1, 2.986831, 0.5543638}, {3, 7.089432, 3.824957}, {4, 8.063094, 5.491375}};
     for (const auto& [index, deflection, shortening] : expected) {
@@ -101,8 +98,7 @@ TEST_CASE(
           *probe_at(plate, std::to_string(z), Vector3d(200 * mm, 0, (z - 200) * mm)));
     model.mesh = {20, 20};
     model.free_edge_torsion = false;
-    const StrokeResponse r = evaluate_stroke(plate, model, request);
-    REQUIRE(r.status == Status::ok);
+    const StrokeResponse r = test::evaluated(plate, model, request);
     // spline shell, converged to 4e-4: O (z = 80 mm), then the probes
     const double expected[][5] = {{1, 1.89226, 2.02588, 0.822692, 0.212521},
                                   {2, 4.52764, 4.11284, 1.85564, 0.477276},
@@ -157,11 +153,8 @@ TEST_CASE("the tangent at a material point is the derivative of its force", "[re
 TEST_CASE("a cantilever vibrates as the beam does, its tip free or held", "[response][points]") {
   const Material m{"m", 200e9, 0, 7800, {}};
   const double L = 0.1, w = 0.004, t = 2e-4;
-  StrokeRequest request;
-  request.frequencies = 3;
-  const StrokeResponse r =
-      evaluate_stroke(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {16, 2}}, request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(
+      free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {16, 2}}, {.frequencies = 3});
   const double unit = t / (L * L) * std::sqrt(m.youngs_modulus / (12 * m.density)) / (2 * pi);
   const PathPoint& p = r.path[0];
   CHECK(p.frequencies_free[0] == Approx(3.516015 * unit).epsilon(1e-3));
@@ -177,9 +170,7 @@ TEST_CASE("a guided tip moves along x and the drive only", "[response][points]")
   // a guide with leaves far apart does not rotate
   Mechanism guide = models::guide(0.1, 0.02, 5e-4, 20.0, 0, 0);
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
-    StrokeRequest request;
-    request.points = {0, 0.01, 0.02};
-    request.frequencies = 2;
+    StrokeRequest request{.points = {0, 0.01, 0.02}, .frequencies = 2};
     guided.bodies[0].mass = 0.1;
     const StrokeResponse one = evaluate_stroke(guided, {.accuracy = accuracy}, request);
     request.frequencies = 0;
@@ -200,16 +191,12 @@ TEST_CASE("a guided tip moves along x and the drive only", "[response][points]")
 
 TEST_CASE("a load path and the stroke it leads to are one equilibrium", "[response][points]") {
   const Mechanism leaf = models::single_leaf(0.1, 0.02, 5e-4);
-  StrokeRequest driven;
-  driven.points = {0.02};
+  StrokeRequest driven{.points = {0.02}};
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
-    const StrokeResponse a = evaluate_stroke(leaf, {.accuracy = accuracy}, driven);
-    REQUIRE(a.status == Status::ok);
-    StrokeRequest loaded;
-    loaded.points = {0, 0.5, 1};
-    loaded.loads.growing = {load_at_O(force_y(a.path[0].drive_load))};
-    const StrokeResponse b = evaluate_stroke(leaf, {.accuracy = accuracy}, loaded);
-    REQUIRE(b.status == Status::ok);
+    const StrokeResponse a = test::evaluated(leaf, {.accuracy = accuracy}, driven);
+    StrokeRequest loaded{.points = {0, 0.5, 1},
+                         .loads = {.growing = {load_at_O(force_y(a.path[0].drive_load))}}};
+    const StrokeResponse b = test::evaluated(leaf, {.accuracy = accuracy}, loaded);
     CHECK((b.path[2].displacement - a.path[0].displacement).norm() < 1e-7);
     CHECK((b.path[2].compliance_free - a.path[0].compliance_free).norm() <
           1e-4 * a.path[0].compliance_free.norm());
@@ -230,9 +217,8 @@ TEST_CASE("a probe lies on the leaf it was put on, and nowhere else", "[response
   CHECK(probe->along == Approx(1));
   CHECK(probe->across == Approx(1));
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
-    StrokeRequest request;
-    request.points = {0.01};
-    request.probes = {*probe, *probe_at(guide, "base", {0, 0.03, 0})};
+    StrokeRequest request{.points = {0.01},
+                          .probes = {*probe, *probe_at(guide, "base", {0, 0.03, 0})}};
     const StrokeResponse r = evaluate_stroke(guide, {.accuracy = accuracy}, request);
     // the tip edge is part of the end-effector
     const PathPoint& p = r.path[0];

@@ -19,10 +19,8 @@ TEST_CASE(
   // the critical turn is 2.6 mrad: tests/literature/test_misalignment.cpp
   const Mechanism guide = models::guide(0.1, 0.03, 3.7e-4, 0.1);
   for (const double turn : {2.4e-3, 2.75e-3, 2.9e-3}) {
-    StrokeRequest request;
-    request.points = {0};
-    request.loads = with_error(Vector3d::Zero(), {0, turn, 0});
-    request.outputs = {Output::equilibrium, Output::stiffness};
+    StrokeRequest request{.loads = with_error(Vector3d::Zero(), {0, turn, 0}),
+                          .outputs = {Output::equilibrium, Output::stiffness}};
     CAPTURE(turn);
     const bool stable = turn < 2.6e-3;
     for (const int frequencies : {0, 2}) {

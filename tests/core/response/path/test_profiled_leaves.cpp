@@ -7,6 +7,7 @@
 #include "core/mechanism/profile.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -29,23 +30,13 @@ double integral(const Profile& f) {
 }
 
 ModelOptions model_of(Accuracy accuracy, Flexure flexure) {
-  ModelOptions model;
-  model.accuracy = accuracy;
-  model.flexure = flexure;
-  return model;
+  return {.accuracy = accuracy, .flexure = flexure};
 }
 
 StrokeResponse evaluated(const Mechanism& m, const ModelOptions& model, std::vector<double> points,
                          int frequencies = 0) {
   REQUIRE_FALSE(broken_rule(m));
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.frequencies = frequencies;
-  request.outputs.add(Output::stress);
-  const StrokeResponse r = evaluate_stroke(m, model, request);
-  INFO(r.message);
-  REQUIRE(r.status == Status::ok);
-  return r;
+  return test::evaluated(m, model, {.points = std::move(points), .frequencies = frequencies});
 }
 
 void compare(const StrokeResponse& a, const StrokeResponse& b, double tolerance) {
@@ -139,10 +130,8 @@ TEST_CASE("two leaves in series are one leaf", "[profile]") {
   whole.leaves[0].thickness_profile = sampled(along);
   Mechanism halves = whole;
   halves.bodies.push_back(models::body({L / 2, 0, 0}, 0, 0));
-  halves.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, L / 2, w, t),
-                   models::leaf({L / 2, 0, 0}, {1, 0, 0}, L / 2, w, t)};
-  halves.leaves[0].tip = 1;
-  halves.leaves[1].base = 1;
+  halves.leaves = {models::between(ground, 1, models::leaf({0, 0, 0}, {1, 0, 0}, L / 2, w, t)),
+                   models::between(1, 0, models::leaf({L / 2, 0, 0}, {1, 0, 0}, L / 2, w, t))};
   for (int k = 0; k < 2; ++k)
     halves.leaves[k].thickness_profile = sampled([&](double s) { return along(0.5 * (k + s)); });
   ModelOptions model = model_of(Accuracy::full, Flexure::beam);

@@ -5,14 +5,13 @@
 
 #include "core/response/quantities.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 TEST_CASE("the locked compliance is the free one with the drive taken out") {
-  StrokeRequest request;
-  request.points = {0, 0.01, 0.02};
-  const StrokeResponse r = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
-  REQUIRE(r.status == Status::ok);
+  StrokeRequest request{.points = {0, 0.01, 0.02}};
+  const StrokeResponse r = test::evaluated(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
   for (const PathPoint& p : r.path) {
     const Matrix6d& C = p.compliance_free;
     const Matrix6d expected = C - C.col(1) * C.row(1) / C(1, 1);
@@ -26,11 +25,8 @@ TEST_CASE("the locked compliance is the free one with the drive taken out") {
 }
 
 TEST_CASE("mirrored strokes give mirrored responses") {
-  StrokeRequest request;
-  request.points = {-0.015, 0, 0.015};
-  request.frequencies = 4;
-  const StrokeResponse r = evaluate_stroke(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
-  REQUIRE(r.status == Status::ok);
+  StrokeRequest request{.points = {-0.015, 0, 0.015}, .frequencies = 4};
+  const StrokeResponse r = test::evaluated(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
   const PathPoint &a = r.path[0], &b = r.path[2];
   CHECK(a.drive_load == Approx(-b.drive_load).epsilon(1e-8));
   CHECK(a.displacement[0] == Approx(b.displacement[0]).epsilon(1e-8));
@@ -42,11 +38,8 @@ TEST_CASE("mirrored strokes give mirrored responses") {
 
 TEST_CASE("the drive mode of a heavy guide is the mass on its drive stiffness") {
   const double mass = 50;
-  StrokeRequest request;
-  request.frequencies = 4;
-  const StrokeResponse r =
-      evaluate_stroke(models::guide(0.1, 0.03, 5e-4, 0.06, mass, 1), ModelOptions{}, request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(models::guide(0.1, 0.03, 5e-4, 0.06, mass, 1),
+                                           ModelOptions{}, {.frequencies = 4});
   const PathPoint& p = r.path[0];
   CHECK(p.modes_free[0].kind == ModeKind::drive);
   CHECK(p.modes_free[0].drive > 0.999);
@@ -62,12 +55,9 @@ TEST_CASE("the drive mode of a heavy guide is the mass on its drive stiffness") 
 
 TEST_CASE("as many frequencies come back as were asked for, and few cost no accuracy") {
   auto at = [](int count) {
-    StrokeRequest request;
-    request.points = {0.01};
-    request.frequencies = count;
+    StrokeRequest request{.points = {0.01}, .frequencies = count};
     const StrokeResponse r =
-        evaluate_stroke(models::guide(0.1, 0.03, 5e-4, 0.06, 20, 0.05), ModelOptions{}, request);
-    REQUIRE(r.status == Status::ok);
+        test::evaluated(models::guide(0.1, 0.03, 5e-4, 0.06, 20, 0.05), ModelOptions{}, request);
     return r.path[0];
   };
   const PathPoint one = at(1), many = at(30);
@@ -82,12 +72,10 @@ TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pull
   const double L = 0.1, w = 0.01, t = 5e-4, E = 200e9;
   const double sway = 2 * std::numbers::pi * std::numbers::pi * E * w * t * t * t / 12 / (L * L);
   auto at_load = [&](double factor) {
-    StrokeRequest request;
-    request.loads.constant = {{.force = {factor * sway, 0, 0}}};
+    StrokeRequest request{.loads = {.constant = {{.force = {factor * sway, 0, 0}}}}};
     request.outputs.remove(Output::stress);
     ModelOptions model;
-    const StrokeResponse r = evaluate_stroke(models::guide(L, w, t), model, request);
-    REQUIRE(r.status == Status::ok);
+    const StrokeResponse r = test::evaluated(models::guide(L, w, t), model, request);
     return r.path[0];
   };
   const PathPoint free = at_load(0), pulled = at_load(0.5), half = at_load(-0.5),
@@ -100,12 +88,11 @@ TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pull
 
 TEST_CASE("a reinforced check: every quantity of a converged point has a value and a unit",
           "[slow]") {
-  StrokeRequest request;
-  request.points = {0};
-  request.frequencies = 12;
-  request.loads.constant = {{.force = {-1, 0, 0}, .name = "payload"}};
-  request.buckling_load = "payload";
-  request.dynamics = {1e-3, TransmissibilityRule{Direction::ux, 10, 100, DriveState::free}};
+  StrokeRequest request{.loads = {.constant = {{.force = {-1, 0, 0}, .name = "payload"}}},
+                        .buckling_load = "payload",
+                        .frequencies = 12,
+                        .dynamics = DynamicsRule{
+                            1e-3, TransmissibilityRule{Direction::ux, 10, 100, DriveState::free}}};
   request.capacity.directions.fill(true);
   request.capacity.directions[1] = request.capacity.directions[7] = false;  // the drive's
   request.stress = {
@@ -115,8 +102,7 @@ TEST_CASE("a reinforced check: every quantity of a converged point has a value a
     leaf.material.yield_strength = leaf.material.endurance_limit = 1e9;
     leaf.material.s_n_curve.emplace().basquin = Basquin{1e9, -0.9};
   }
-  const StrokeResponse r = evaluate_stroke(guide, {.mesh = {6, 2}}, request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(guide, {.mesh = {6, 2}}, request);
   int with_value = 0;
   for (const Quantity& q : quantities(Direction::uy)) {
     CHECK(!q.unit.empty());

@@ -9,24 +9,41 @@
 #include "core/response/response.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
 
+constexpr double pi = std::numbers::pi;
 constexpr std::array<bool, 6> in_plane{false, false, true, true, true, false};
 
 ModelOptions beams(int elements = 48) { return models::free_beams(elements); }
 
 StrokeRequest pressed(const Vector3d& force, std::vector<double> factors, BranchChoice branch) {
-  StrokeRequest request;
-  request.points = std::move(factors);
-  request.newton.tolerance = 1e-12;
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  request.loads.growing = {{.force = force}};
-  request.branch = branch;
-  return request;
+  return {.points = std::move(factors),
+          .loads = {.growing = {{.force = force}}},
+          .outputs = {Output::equilibrium, Output::stiffness},
+          .branch = branch,
+          .newton = {.tolerance = 1e-12}};
 }
+
+/// Along the stable branch and along the primary one.
+std::pair<StrokeResponse, StrokeResponse> both_branches(const Mechanism& m, const Vector3d& force,
+                                                        const std::vector<double>& factors) {
+  return {evaluate_stroke(m, beams(), pressed(force, factors, BranchChoice::stable)),
+          evaluate_stroke(m, beams(), pressed(force, factors, BranchChoice::primary))};
+}
+
+/// To the stable branch.
+StrokeRequest bulging(LoadCase loads, std::vector<double> points = {0}) {
+  return {.points = std::move(points),
+          .loads = std::move(loads),
+          .outputs = {Output::equilibrium, Output::stiffness},
+          .branch = BranchChoice::stable};
+}
+
+LoadCase pushed(double force) { return {.constant = {{.force = {force, 0, 0}}}}; }
 
 /// k of the complete integral K(k) = value.
 double modulus_of(double value) {
@@ -51,14 +68,9 @@ TEST_CASE("a guided column follows the elastica beyond its buckling load", "[bra
   const double L = 0.1, w = 0.01, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const LeafSpring& leaf = m.leaves[0];
-  const double EI = leaf.material.youngs_modulus * w * t * t * t / 12,
-               euler = std::numbers::pi * std::numbers::pi * EI / (L * L);
+  const double euler = pi * pi * models::bending(m.leaves[0]) / (L * L);
   const std::vector<double> factors{0, 0.9, 1.01, 1.1, 1.5, 2};
-  const StrokeResponse stable = evaluate_stroke(
-                           m, beams(), pressed({-euler, 0, 0}, factors, BranchChoice::stable)),
-                       straight = evaluate_stroke(
-                           m, beams(), pressed({-euler, 0, 0}, factors, BranchChoice::primary));
+  const auto [stable, straight] = both_branches(m, {-euler, 0, 0}, factors);
   for (std::size_t k = 0; k < factors.size(); ++k) {
     const PathPoint& point = stable.path[k];
     CAPTURE(factors[k], point.message, point.displacement.transpose());
@@ -71,7 +83,7 @@ TEST_CASE("a guided column follows the elastica beyond its buckling load", "[bra
     if (factors[k] < 1) continue;
     // four quarters, each a cantilever of a quarter of the length that is pressed at its tip: two
     // of half the length between the clamps and the inflection
-    const double K = 0.5 * std::numbers::pi * std::sqrt(factors[k]), modulus = modulus_of(K),
+    const double K = 0.5 * pi * std::sqrt(factors[k]), modulus = modulus_of(K),
                  E = std::comp_ellint_2(modulus);
     // the mesh of 16 beams, and what the load shortens them by, the nearer to the bifurcation the
     // more
@@ -89,18 +101,11 @@ TEST_CASE("a column that its drive holds bulges to the side, and goes on with th
   m.bodies[0].held = {false, false, true, true, true, true};
   m.bodies.push_back(models::body({0.5 * L, 0, 0}, 0, 0));
   m.bodies[1].held = in_plane;
-  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 0.5 * L, w, t),
-              models::leaf({0.5 * L, 0, 0}, {1, 0, 0}, 0.5 * L, w, t)};
-  m.leaves[0].tip = m.leaves[1].base = 1;
-  m.leaves[1].tip = 0;
-  const double EI = m.leaves[0].material.youngs_modulus * w * t * t * t / 12,
-               euler = 4 * std::numbers::pi * std::numbers::pi * EI / (L * L), factor = 1.2;
-  StrokeRequest request;
-  request.points = {0, 0.002};
+  m.leaves = {models::between(ground, 1, models::leaf({0, 0, 0}, {1, 0, 0}, 0.5 * L, w, t)),
+              models::between(1, 0, models::leaf({0.5 * L, 0, 0}, {1, 0, 0}, 0.5 * L, w, t))};
+  const double euler = 4 * pi * pi * models::bending(m.leaves[0]) / (L * L), factor = 1.2;
+  StrokeRequest request = bulging(pushed(-factor * euler), {0, 0.002});
   request.newton.tolerance = 1e-12;
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  request.loads.constant = {{.force = {-factor * euler, 0, 0}}};
-  request.branch = BranchChoice::stable;
   const StrokeResponse response = evaluate_stroke(m, beams(24), request);
   for (const PathPoint& point : response.path) {
     INFO(point.message);
@@ -110,7 +115,7 @@ TEST_CASE("a column that its drive holds bulges to the side, and goes on with th
     CHECK(point.bodies[1].displacement[1] > 0);
   }
   // four cantilevers of a quarter of the length
-  const double K = 0.5 * std::numbers::pi * std::sqrt(factor), k = modulus_of(K);
+  const double K = 0.5 * pi * std::sqrt(factor), k = modulus_of(K);
   CHECK(response.path[0].bodies[1].displacement[1] == Approx(k * L / K).epsilon(1e-3));
   CHECK(response.path[0].displacement[0] ==
         Approx(-2 * L * (1 - std::comp_ellint_2(k) / K)).epsilon(2e-3));
@@ -121,10 +126,7 @@ TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side", 
   const Mechanism m = pressed_guide(0.1, 2e-4);
   const Vector3d force(-3, 0, 0);  // 2 π² EI/L² is 2.63 N
   const std::vector<double> factors{0, 0.6, 0.85, 0.88, 0.9};
-  const StrokeResponse stable = evaluate_stroke(m, beams(),
-                                                pressed(force, factors, BranchChoice::stable)),
-                       primary = evaluate_stroke(m, beams(),
-                                                 pressed(force, factors, BranchChoice::primary));
+  const auto [stable, primary] = both_branches(m, force, factors);
   REQUIRE_FALSE(primary.path.back().stable);
   CHECK(std::abs(primary.path.back().displacement[1]) < 1e-9);
   const PathPoint& point = stable.path.back();
@@ -134,14 +136,12 @@ TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side", 
   CHECK(point.other_branch);
   CHECK(point.displacement[1] > 0.01);
   // a drive that takes the guide there under the same load has nothing to hold
-  StrokeRequest driven;
-  driven.newton.tolerance = 1e-12;
-  driven.loads.constant = {{.force = 0.9 * force}};
+  StrokeRequest driven{.loads = {.constant = {{.force = 0.9 * force}}},
+                       .newton = {.tolerance = 1e-12}};
   for (const double share : {0.25, 0.5, 0.75, 0.9, 1.0})
     driven.points.push_back(share * point.displacement[1]);
   driven.outputs = {Output::equilibrium};
-  const StrokeResponse response = evaluate_stroke(m, beams(), driven);
-  REQUIRE(response.status == Status::ok);
+  const StrokeResponse response = test::evaluated(m, beams(), driven);
   CHECK(std::abs(response.path.back().drive_load) < 1e-8);
   CHECK(std::abs(response.path[2].drive_load) > 0.01);
 }
@@ -151,26 +151,21 @@ TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient][slow
                             {{"length", 0.1}, {"thickness", 2e-4}},
                             {0, 1},
                             1};
-  const test::Values p = test::values_of(family.numbers);
   StrokeRequest request = pressed({-2.68, 0, 0}, {0, 1}, BranchChoice::stable);
   request.values = PathValues::differentiable;
   const ModelOptions model = beams(24);
   const StrokeSensitivity here = evaluate_stroke_gradients(
-      family.make(p), {test::direction(family, 0), test::direction(family, 1)}, model, request);
+      family.make(test::values_of(family.numbers)), test::directions_of(family), model, request);
   REQUIRE(here.gradients);
   REQUIRE(here.response.path[1].other_branch);
   for (std::size_t k = 0; k < 2; ++k) {
-    const Derivatives d = ridders(
-        [&](double x) {
-          test::Values moved = p;
-          moved[k] = x;
-          const StrokeResponse r = evaluate_stroke(family.make(moved), model, request);
-          INFO(r.message);
-          INFO(r.path[1].message);
-          REQUIRE(r.path[1].other_branch);
-          return std::vector{r.path[1].displacement[1]};
-        },
-        p[k], 1e-3 * p[k]);  // beyond the bifurcation, before a leaf bulges alone
+    // beyond the bifurcation, before a leaf bulges alone
+    const Derivatives d = test::differences_along(family, k, 1e-3, [&](const Mechanism& moved) {
+      const StrokeResponse r = evaluate_stroke(moved, model, request);
+      INFO(r.message << " " << r.path[1].message);
+      REQUIRE(r.path[1].other_branch);
+      return std::vector{r.path[1].displacement[1]};
+    });
     const double exact = here.gradients->path[1].displacement(1, static_cast<Eigen::Index>(k));
     CAPTURE(k, exact, d.value[0], d.error[0]);
     CHECK(exact == Approx(d.value[0]).epsilon(1e-6));
@@ -193,14 +188,9 @@ TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too"
   const double L = 0.1, w = 0.03, t = 5e-4, E = models::steel().youngs_modulus;
   Mechanism m = models::guide(L, w, t);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const double pi = std::numbers::pi, I = w * t * t * t / 12,
-               critical = 8 * pi * pi * E * I / (L * L);
+  const double critical = 8 * pi * pi * models::bending(m.leaves[0]) / (L * L);
   for (const double share : {1.1, 1.3}) {
-    StrokeRequest request;
-    request.outputs = {Output::equilibrium, Output::stiffness};
-    request.branch = BranchChoice::stable;
-    request.loads.constant = {{.force = {-share * critical, 0, 0}}};
-    const PathPoint point = evaluate_stroke(m, beams(), request).path[0];
+    const PathPoint point = evaluate_stroke(m, beams(), bulging(pushed(-share * critical))).path[0];
     CAPTURE(share, point.message);
     CHECK(point.stable);
     CHECK(point.other_branch);
@@ -217,14 +207,9 @@ TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from poi
           "[branch]") {
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4, Direction::ux);
   m.bodies[0].held = {false, true, true, true, true, true};
-  const double critical = 4 * std::numbers::pi * std::numbers::pi * models::steel().youngs_modulus *
-                          0.03 * std::pow(5e-4, 3) / 12 / 0.01;
-  StrokeRequest request;
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  request.branch = BranchChoice::stable;
-  request.points = {-1e-4, -3e-4, -1e-3};
-  const StrokeResponse response = evaluate_stroke(m, beams(), request);
-  for (const PathPoint& point : response.path) {
+  const double critical = 4 * pi * pi * models::bending(m.leaves[0]) / 0.01;
+  for (const PathPoint& point :
+       evaluate_stroke(m, beams(), bulging({}, {-1e-4, -3e-4, -1e-3})).path) {
     CAPTURE(point.stroke, point.message);
     CHECK(point.stable);
     CHECK(point.other_branch);
@@ -236,12 +221,10 @@ TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from poi
 TEST_CASE("leaves that bulge to different sides are pushed to both", "[branch]") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const Matrix3d turn(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3d::UnitX()));
+  const Matrix3d turn(Eigen::AngleAxisd(0.5 * pi, Vector3d::UnitX()));
   m.leaves[1].axes = turn * m.leaves[1].axes;
-  StrokeRequest request;
+  StrokeRequest request = bulging(pushed(-600));
   request.outputs = {Output::equilibrium};
-  request.branch = BranchChoice::stable;
-  request.loads.constant = {{.force = {-600, 0, 0}}};
   const PathPoint point = evaluate_stroke(m, beams(), request).path[0];
   INFO(point.message);
   CHECK(point.stable);
@@ -252,11 +235,8 @@ TEST_CASE("leaves without mass that bulge between bodies are left, and the point
           "[branch]") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (LeafSpring& leaf : m.leaves) leaf.material.density = 0;
-  StrokeRequest request;
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  request.branch = BranchChoice::stable;
-  request.loads.constant = {{.force = {-700, 0, 0}}};  // its drive held it buckles at 517 N
-  const PathPoint point = evaluate_stroke(m, beams(), request).path[0];
+  // its drive held it buckles at 517 N
+  const PathPoint point = evaluate_stroke(m, beams(), bulging(pushed(-700))).path[0];
   CHECK_FALSE(point.stable);
   CHECK_FALSE(point.other_branch);
   CHECK_THAT(point.message, Catch::Contains("without mass"));

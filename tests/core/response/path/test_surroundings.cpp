@@ -10,27 +10,25 @@
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
+#include "support/tangent_law.hpp"
 
 using namespace flexopt;
 using std::numbers::pi;
+using test::evaluated;
 
 namespace {
 
 ModelOptions full(Flexure flexure = Flexure::plate) {
-  return {.accuracy = Accuracy::full,
-          .flexure = flexure,
-          .mesh = flexure == Flexure::plate ? default_mesh : std::array{20, 1}};
+  return models::full(flexure, flexure == Flexure::plate ? default_mesh : std::array{20, 1});
 }
 
 StrokeRequest request_with(LoadCase loads, std::vector<double> points = {0}) {
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.loads = std::move(loads);
-  request.frequencies = 3;
-  request.outputs.add(Output::stress);
-  request.outputs.remove(Output::frequency_derivatives);
-  request.newton.tolerance = 1e-12;
-  return request;
+  return {.points = std::move(points),
+          .loads = std::move(loads),
+          .outputs = Outputs::numbers().remove(Output::frequency_derivatives),
+          .frequencies = 3,
+          .newton = {.tolerance = 1e-12}};
 }
 
 /// Pushed by nothing, so that no drive holds it.
@@ -39,22 +37,9 @@ LoadCase undriven(LoadCase loads) {
   return loads;
 }
 
-StrokeResponse evaluated(const Mechanism& m, const ModelOptions& model, const StrokeRequest& r) {
-  StrokeResponse response = evaluate_stroke(m, model, r);
-  INFO(response.message);
-  REQUIRE(response.status == Status::ok);
-  return response;
-}
-
 Mechanism warm_steel(Mechanism m, double expansion = 1e-5) {
   for (LeafSpring& leaf : m.leaves) leaf.material.thermal_expansion = expansion;
   return m;
-}
-
-RigidBody follower(const Vector3d& at) {
-  RigidBody b = models::body(at, 0, 0);
-  b.held = {false, false, false, true, true, true};
-  return b;
 }
 
 /// Clamped at its base, O the middle of its free tip.
@@ -62,7 +47,7 @@ Mechanism cantilever(double length, double width, double thickness) {
   Mechanism m = models::single_leaf(length, width, thickness);
   m.leaves[0].tip = free_edge;
   m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  m.bodies = {follower({length, 0, 0})};
+  m.bodies = {models::follower({length, 0, 0})};
   return m;
 }
 
@@ -95,12 +80,9 @@ TEST_CASE("clamps of the ground that move as one body take the mechanism along u
   check(guide, full(), 1e-9);
   check(guide, full(Flexure::beam), 1e-9);
   check(guide, {}, 1e-8);
-  ModelOptions linear;
-  linear.method = Reduction::linear_craig_bampton;
-  linear.superelements = {4, 0};
+  ModelOptions linear{.method = Reduction::linear_craig_bampton, .superelements = {4, 0}};
   check(guide, linear, 1e-9);
-  ModelOptions modal;
-  modal.method = Reduction::modal_derivatives;
+  ModelOptions modal{.method = Reduction::modal_derivatives};
   check(guide, modal, 1e-8);
 }
 
@@ -127,17 +109,10 @@ TEST_CASE("an error of one leaf stresses an overconstrained guide and not a rele
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
   // a hinge about y between the tip of the second leaf and the end-effector
   Mechanism released = guide;
-  RigidBody between = models::body(released.leaves[1].tip_middle(), 0.01, 1e-6);
-  between.role = BodyRole::intermediate;
-  released.bodies.push_back(between);
+  const Vector3d place = released.leaves[1].tip_middle();
+  released.bodies.push_back(models::intermediate(place, 0.01, 1e-6));
   released.leaves[1].tip = 1;
-  Joint hinge;
-  hinge.type = JointType::revolute;
-  hinge.body = 1;
-  hinge.other = 0;
-  hinge.place = between.reference;
-  hinge.axis = Vector3d::UnitY();
-  released.joints = {hinge};
+  released.joints = {{"hinge", JointType::revolute, 1, 0, place, Vector3d::UnitY()}};
   const auto turned = [](double angle) {
     return LoadCase{.assembly = {{0, 0, Vector3d::Zero(), {0, angle, 0}}}};
   };
@@ -237,29 +212,7 @@ TEST_CASE("with errors, warmth and weight force and tangent are the derivatives 
   System system(m, make_full_leaves(m, model), loads);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   REQUIRE(step_to(system, 0.004, {}).converged);
-  const auto settled = [&](const VectorXd& dq) {
-    system.move(dq);
-    for (int k = 0; k < 10; ++k) {
-      system.assemble();
-      system.move(VectorXd::Zero(system.size()));
-    }
-    system.assemble();
-    return VectorXd(system.internal_force() - system.load());
-  };
-  (void)settled(VectorXd::Zero(system.size()));
-  const MatrixXd D = system.residual_tangent().dense(), T = system.tangent_stiffness();
-  CHECK((T - T.transpose()).norm() < 1e-9 * T.norm());
-  for (int k = 0; k < system.size(); ++k) {
-    const double d = k % 6 < 3 ? 1e-8 : 1e-6;
-    const VectorXd up = settled(d * VectorXd::Unit(system.size(), k));
-    const double above = system.energy() + system.load_energy();
-    const VectorXd down = settled(-2 * d * VectorXd::Unit(system.size(), k));
-    const double below = system.energy() + system.load_energy();
-    const VectorXd here = settled(d * VectorXd::Unit(system.size(), k));
-    INFO("coordinate " << k);
-    CHECK(((up - down) / (2 * d) - D.col(k)).norm() < 1e-4 * D.col(k).norm());
-    CHECK((above - below) / (2 * d) == Approx(here[k]).epsilon(1e-4).margin(1e-4));
-  }
+  test::check_tangent(system);
 }
 
 TEST_CASE("a clamped leaf buckles at the temperature of the closed form",
@@ -272,7 +225,7 @@ TEST_CASE("a clamped leaf buckles at the temperature of the closed form",
   if (flexure == Flexure::plate) m.leaves[0].material.poissons_ratio = 0;
   m.leaves[0].tip = ground;
   m.leaves[0].point = LeafPoint{.body = 0, .along = 0.5, .across = 0.5};
-  m.bodies = {follower({0.5 * L, 0, 0})};
+  m.bodies = {models::follower({0.5 * L, 0, 0})};
   const auto stable = [&](double change) {
     const StrokeResponse r =
         evaluated(m, full(flexure), request_with(undriven({.temperature = {change}})));
@@ -429,8 +382,7 @@ TEST_CASE("gravity on a body is a dead force at its centre of mass", "[surroundi
   m.bodies[0].center_of_mass += Vector3d(0.02, -0.01, 0.015);
   for (LeafSpring& leaf : m.leaves) leaf.material.density = 0;
   const Vector3d g(3, 5, -9);
-  LoadCase dead;
-  dead.constant = {{.force = m.bodies[0].mass * g, .place = m.bodies[0].center_of_mass}};
+  LoadCase dead{.constant = {{.force = m.bodies[0].mass * g, .place = m.bodies[0].center_of_mass}}};
   for (const ModelOptions& model : {full(), ModelOptions{}}) {
     StrokeRequest by_gravity = request_with({.gravity = g}, {0, 0.005}),
                   by_force = request_with(dead, {0, 0.005});

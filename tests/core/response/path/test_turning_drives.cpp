@@ -12,6 +12,7 @@
 #include "core/response/path/stiffness.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -19,21 +20,12 @@ namespace {
 
 constexpr NewtonOptions exactly{.tolerance = 1e-13};
 
-ModelOptions beams(int elements) {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.flexure = Flexure::beam;
-  model.mesh = {elements, 1};
-  return model;
-}
-
 /// A leaf along x that a drive twists at its tip, while a force bends it.
 Mechanism twisted_leaf() { return models::single_leaf(0.05, 5e-3, 5e-4, Direction::rx); }
 LoadCase side_force(double force) { return {.constant = {{.force = {0, force, 0}}}}; }
 
 StrokeRequest at(std::vector<VectorXd> strokes, LoadCase loads) {
-  StrokeRequest request;
-  request.points.clear();
+  StrokeRequest request{.points = {}};
   for (VectorXd& s : strokes) {
     request.points.push_back(s[0]);
     request.strokes.push_back(std::move(s));
@@ -240,9 +232,7 @@ TEST_CASE(
     "[drive]") {
   // bent by 0.24 and 0.45 rad, twisted by 0.3
   const Mechanism m = twisted_leaf();
-  ModelOptions plate;
-  plate.accuracy = Accuracy::full;
-  plate.mesh = {8, 2};
+  ModelOptions plate{.accuracy = Accuracy::full, .mesh = {8, 2}};
   for (const double force : {2.0, 4.0}) {
     const State state(m, plate, side_force(force), VectorXd::Constant(1, 0.3));
     CHECK(rotation_log(state.here().pose(0).rotation).tail<2>().norm() > 0.1 * force);
@@ -255,9 +245,7 @@ TEST_CASE(
 TEST_CASE("a second drive on another body changes no number of the first", "[drive]") {
   const Mechanism alone = twisted_leaf();
   Mechanism beside = alone;
-  beside.bodies.push_back(models::body({0, 0.1, 0}, 0.2, 1e-4));
-  beside.bodies[1].role = BodyRole::intermediate;
-  beside.bodies[1].name = "other";
+  beside.bodies.push_back(models::intermediate({0, 0.1, 0}, 0.2, 1e-4));
   beside.leaves.push_back(models::leaf({0, 0.1, 0.05}, {0, 0, -1}, 0.05, 4e-3, 5e-4));
   beside.leaves[1].axes << 0, 1, 0, 0, 0, 1, 1, 0, 0;
   beside.leaves[1].axes.col(0) = -Vector3d::UnitZ();
@@ -269,9 +257,10 @@ TEST_CASE("a second drive on another body changes no number of the first", "[dri
   const Mechanism m = beside;
   LoadCase loads = side_force(3);
   const StrokeResponse a =
-      evaluate_stroke(alone, beams(8), at({VectorXd::Constant(1, 0.4)}, loads));
+      evaluate_stroke(alone, models::beams(8), at({VectorXd::Constant(1, 0.4)}, loads));
   loads.constant.push_back({.force = {0.3, 0.5, 0}, .body = 1});
-  const StrokeResponse b = evaluate_stroke(m, beams(8), at({Eigen::Vector2d(0.4, 0.2)}, loads));
+  const StrokeResponse b =
+      evaluate_stroke(m, models::beams(8), at({Eigen::Vector2d(0.4, 0.2)}, loads));
   INFO(a.message << " " << b.message);
   REQUIRE(a.status == Status::ok);
   REQUIRE(b.status == Status::ok);
@@ -291,8 +280,8 @@ TEST_CASE("a second drive on another body changes no number of the first", "[dri
 TEST_CASE("about its own axis alone a body turns as a coordinate does", "[drive]") {
   // what is held, deleted from the tangent: of the energy of the leaves alone, at the same state
   const Mechanism m = models::three_leaf_hinge(0.08, 0.02, 3.5e-4);
-  const State state(m, beams(8), {}, VectorXd::Constant(1, 0.35));
-  System free(m, make_full_leaves(m, beams(8)), {});
+  const State state(m, models::beams(8), {}, VectorXd::Constant(1, 0.35));
+  System free(m, make_full_leaves(m, models::beams(8)), {});
   System::Snapshot snapshot = state.here().save();
   snapshot.multipliers.setZero();
   free.restore(snapshot);
@@ -316,7 +305,7 @@ TEST_CASE(
   constexpr int tried = 16;
   for (unsigned seed = 1; seed <= tried; ++seed) {
     RandomMechanism made(seed);
-    const ModelOptions model = beams(3);
+    const ModelOptions model = models::beams(3);
     const VectorXd strokes = made.reachable(model);
     if (strokes.size() == 0) continue;
     const State state(made.m, model, made.forces(1), strokes);
@@ -333,7 +322,7 @@ TEST_CASE("no work is left around a closed loop of two strokes", "[drive]") {
   Mechanism m = twisted_leaf();
   m.drives[0].name = "twist";
   m.drives.push_back({"turn", 0, ground, Direction::ry, rotation_exp({0.3, 0, 0.2})});
-  const State state(m, beams(6), side_force(3), Eigen::Vector2d(0.2, 0.05));
+  const State state(m, models::beams(6), side_force(3), Eigen::Vector2d(0.2, 0.05));
   // around a rectangle, by Gauss's rule of five points a side
   constexpr double x[] = {0, 0.5384693101056831, 0.9061798459386640},
                    w[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};

@@ -6,6 +6,7 @@
 
 #include "core/response/response.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -13,8 +14,7 @@ namespace {
 
 // With the base of the leaf turned by 5 mrad: it buckles early.
 StrokeRequest to(std::vector<VectorXd> strokes) {
-  StrokeRequest request;
-  request.outputs = {Output::equilibrium, Output::stiffness};
+  StrokeRequest request{.outputs = {Output::equilibrium, Output::stiffness}};
   request.loads.assembly.push_back({.leaf = 0, .end = 0, .turn = {0, 0, 5e-3}});
   request.points.clear();
   for (const VectorXd& one : strokes) request.points.push_back(one[0]);
@@ -34,15 +34,12 @@ TEST_CASE("the answer at a point is the same whatever other points there are, an
   const std::vector<VectorXd> points{at(0, 3e-3),          at(-6e-4, 8e-3),    at(-1.18e-3, 1e-2),
                                      at(-1.18e-3, 8.8e-3), at(-1.18e-3, 4e-3), at(-1.18e-3, 0),
                                      at(-5.9e-4, 4.4e-3)};
-  const StrokeResponse all = evaluate_stroke(m, full_beam, to(points));
-  REQUIRE(all.status == Status::ok);
+  const StrokeResponse all = test::evaluated(m, full_beam, to(points));
   auto reversed = points;
   std::ranges::reverse(reversed);
-  const StrokeResponse back = evaluate_stroke(m, full_beam, to(reversed));
-  REQUIRE(back.status == Status::ok);
+  const StrokeResponse back = test::evaluated(m, full_beam, to(reversed));
   for (std::size_t k = 0; k < points.size(); ++k) {
-    const StrokeResponse alone = evaluate_stroke(m, full_beam, to({points[k]}));
-    REQUIRE(alone.status == Status::ok);
+    const StrokeResponse alone = test::evaluated(m, full_beam, to({points[k]}));
     const PathPoint& one = alone.path[0];
     CHECK(one.stable);
     for (const PathPoint* other : {&all.path[k], &back.path[points.size() - 1 - k]})
@@ -56,9 +53,7 @@ TEST_CASE("the answer at a point is the same whatever other points there are, an
 TEST_CASE("a leaf that is pulled passes no bifurcation, whatever its model", "[ways]") {
   Mechanism m = models::single_leaf(0.1, 0.01, 5e-4, Direction::ux);
   m.bodies[0].held = {false, false, false, true, true, true};
-  StrokeRequest request;
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  request.points = {2e-4};
+  StrokeRequest request{.points = {2e-4}, .outputs = {Output::equilibrium, Output::stiffness}};
   PathPoint exact;
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
     const PathPoint p = evaluate_stroke(m, {.accuracy = accuracy, .mesh = {6, 2}}, request).path[0];
@@ -76,8 +71,7 @@ TEST_CASE("in order, the way leads through the points as they are listed", "[way
   StrokeRequest request =
       to({at(0, 3e-3), at(-6e-4, 8e-3), at(-1.18e-3, 1e-2), at(-1.18e-3, 8e-3)});
   request.in_order = true;
-  const StrokeResponse coarse = evaluate_stroke(m, full_beam, request);
-  REQUIRE(coarse.status == Status::ok);
+  const StrokeResponse coarse = test::evaluated(m, full_beam, request);
   std::vector<VectorXd> fine;
   const std::vector<VectorXd>& listed = request.strokes;
   for (std::size_t k = 1; k < listed.size(); ++k)
@@ -86,8 +80,7 @@ TEST_CASE("in order, the way leads through the points as they are listed", "[way
   fine.push_back(listed.back());
   StrokeRequest swept = to(fine);
   swept.in_order = true;
-  const StrokeResponse sweep = evaluate_stroke(m, full_beam, swept);
-  REQUIRE(sweep.status == Status::ok);
+  const StrokeResponse sweep = test::evaluated(m, full_beam, swept);
   for (std::size_t k = 0; k < listed.size(); ++k)
     for (int d = 0; d < 2; ++d)
       CHECK(coarse.path[k].drive_loads[d] ==

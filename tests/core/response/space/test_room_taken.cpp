@@ -13,20 +13,19 @@
 #include "core/response/space/undeflected_place.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-const ModelOptions beams{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {6, 1}};
+const ModelOptions beams = models::beams(6);
 
 StrokeResponse respond(const Mechanism& m, std::vector<double> points) {
-  StrokeRequest request;
-  request.points = std::move(points);
-  request.outputs = {Output::envelope, Output::moving_envelope, Output::clearance};
-  request.newton.tolerance = 1e-12;
-  StrokeResponse response = evaluate_stroke(m, beams, request);
-  REQUIRE(response.status == Status::ok);
+  StrokeRequest request{.points = std::move(points),
+                        .outputs = {Output::envelope, Output::moving_envelope, Output::clearance},
+                        .newton = {.tolerance = 1e-12}};
+  StrokeResponse response = test::evaluated(m, beams, request);
   return response;
 }
 
@@ -57,12 +56,7 @@ TEST_CASE("the cylinder of a hinge stands about its axis of rotation", "[respons
   CHECK(at_rest.cylinder == Approx(2 * std::hypot(0.05, 0.5 * 3.5e-4)).epsilon(1e-12));
   CHECK(at_rest.box[2] == Approx(0.042).epsilon(1e-12));
   const Matrix3d R = Eigen::AngleAxisd(0.7, Vector3d(1, 1, 0).normalized()).toRotationMatrix();
-  for (RigidBody& body : m.bodies) body.inertia = R * body.inertia * R.transpose();
-  for (LeafSpring& l : m.leaves) {
-    l.origin = R * l.origin;
-    l.axes = R * l.axes;
-  }
-  m.drives[0].axes = R;
+  m = test::moved_as_a_whole(m, R);
   CHECK(respond(m, {0}).path[0].envelope->cylinder == Approx(at_rest.cylinder).epsilon(1e-12));
   CHECK((cylinder_axis(m).along - R.col(2)).norm() < 1e-15);
 }
@@ -223,9 +217,8 @@ Mechanism lopsided(const test::Values& v) {
 
 TEST_CASE("envelopes, clearance and leaf mass follow the parameters as their differences do",
           "[response]") {
-  StrokeRequest request;
-  request.points = {0.2, 0.45};
-  request.outputs = {Output::envelope, Output::moving_envelope, Output::clearance};
+  StrokeRequest request{.points = {0.2, 0.45},
+                        .outputs = {Output::envelope, Output::moving_envelope, Output::clearance}};
   const std::vector<test::Number> numbers{{"length", 0.1}, {"thickness", 4e-4}, {"width", 0.02},
                                           {"gap", 1.3e-3}, {"box", 0.012},      {"taper", 0.3}};
   const test::Family family{lopsided, numbers, {0, 1, 2, 3, 4, 5}, 0.1};

@@ -1,15 +1,18 @@
 // Derivatives of the natural frequencies along the stroke: against differences of the path, under
 // symmetry, and where the parabolas hold.
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
 #include "core/response/stroke_series/frequency_derivatives.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -30,18 +33,10 @@ struct Case {
   double step = 3e-3;  ///< of the differences, over a leaf length or 1 rad
 };
 
-/// O as a material point without rotations and with some mass.
-RigidBody point_body(const Vector3d& at) {
-  RigidBody b = models::body(at, 0.02, 0);
-  b.name = "O";
-  b.held = {false, false, false, true, true, true};
-  return b;
-}
-
 /// The tip is free, O the middle of it.
 Mechanism free_tip() {
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
-  m.bodies = {point_body({0.1, 0, 0})};
+  m.bodies = {models::follower({0.1, 0, 0}, 0.02)};
   m.leaves[0].tip = free_edge;
   m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
   return m;
@@ -52,16 +47,14 @@ Mechanism clamped_plate() {
   Mechanism m = models::single_leaf(0.1, 0.06, 5e-4);
   m.leaves[0].tip = ground;
   m.leaves[0].point = LeafPoint{.body = 0, .along = 0.4, .across = 0.75};
-  m.bodies = {point_body({0.04, 0, 0.015})};
+  m.bodies = {models::follower({0.04, 0, 0.015}, 0.02)};
   return m;
 }
 
 /// The tip edge of the last leaf on a body of its own.
 Mechanism jointed(Mechanism m, JointType type) {
   LeafSpring& leaf = m.leaves.back();
-  m.bodies.push_back(models::body(leaf.tip_middle(), 0, 0));
-  m.bodies.back().name = "edge";
-  m.bodies.back().role = BodyRole::intermediate;
+  m.bodies.push_back(models::intermediate(leaf.tip_middle(), 0, 0));
   m.joints = {{"joint", type, 0, 1, leaf.tip_middle(), Vector3d::UnitZ()}};
   leaf.tip = 1;
   return m;
@@ -86,6 +79,12 @@ std::vector<Case> families() {
 
 double omega2(double hertz) { return std::pow(2 * std::numbers::pi * hertz, 2); }
 
+/// First and second derivative of fourth order from values at −2h, −h, 0, h, 2h.
+std::pair<double, double> slopes(const std::array<double, 5>& f, double h) {
+  return {(8 * (f[3] - f[1]) - (f[4] - f[0])) / (12 * h),
+          (16 * (f[3] + f[1]) - (f[4] + f[0]) - 30 * f[2]) / (12 * h * h)};
+}
+
 double unit_of(const Mechanism& m) {
   return is_rotation(drive_direction(m)) ? 1 : m.leaves[0].length;
 }
@@ -94,9 +93,7 @@ double unit_of(const Mechanism& m) {
 
 TEST_CASE("modes of a leaf far above those of a heavy body are found", "[derivatives]") {
   // a notch of 3 um under a body that is thousands of times as heavy as the leaf
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.mesh = {6, 2};
+  ModelOptions model{.accuracy = Accuracy::full, .mesh = {6, 2}};
   for (const double deep : {490.0, 5e3, 5e5}) {
     Mechanism m = models::single_leaf(1.14e-3, 4e-3, 2.85e-6);
     for (const double s : profile_stations())
@@ -118,11 +115,9 @@ TEST_CASE("frequency derivatives agree with differences of the path", "[slow]") 
     const double unit = unit_of(c.mechanism);
     // Central differences of fourth order with two steps: what they differ by is their own error.
     const auto differences = [&](double h) {
-      StrokeRequest request;
-      request.points = {-2 * h, -h, 0, h, 2 * h};
-      request.frequencies = 5;
+      StrokeRequest request{
+          .points = {-2 * h, -h, 0, h, 2 * h}, .frequencies = 5, .newton = {.tolerance = 1e-11}};
       request.outputs.remove(Output::stress);
-      request.newton.tolerance = 1e-11;
       return evaluate_stroke(c.mechanism, model, request);
     };
     const double h = c.step * unit;
@@ -130,22 +125,18 @@ TEST_CASE("frequency derivatives agree with differences of the path", "[slow]") 
     REQUIRE(near.frequency_derivatives.size() == 5);
     int compared_here = 0;
     for (const FrequencyDerivatives& d : near.frequency_derivatives) {
-      const auto w2 = [&](const StrokeResponse& r, int k) {
-        return omega2(r.path[k].frequencies_free[d.index]);
+      const auto along = [&](const StrokeResponse& r, double s) {
+        std::array<double, 5> w2;
+        for (std::size_t k = 0; k < 5; ++k) w2[k] = omega2(r.path[k].frequencies_free[d.index]);
+        return slopes(w2, s);
       };
-      const auto first = [&](const StrokeResponse& r, double s) {
-        return (8 * (w2(r, 3) - w2(r, 1)) - (w2(r, 4) - w2(r, 0))) / (12 * s);
-      };
-      const auto second = [&](const StrokeResponse& r, double s) {
-        return (16 * (w2(r, 3) + w2(r, 1)) - (w2(r, 4) + w2(r, 0)) - 30 * w2(r, 2)) / (12 * s * s);
-      };
-      const double d1 = first(near, h), d2 = second(near, h);
-      const double own1 = std::abs(d1 - first(far, 2 * h)),
-                   own2 = std::abs(d2 - second(far, 2 * h));
+      const auto [d1, d2] = along(near, h);
+      const auto [far1, far2] = along(far, 2 * h);
+      const double own1 = std::abs(d1 - far1), own2 = std::abs(d2 - far2);
       compared_here += own2 < 1e-2 * std::abs(d2);
       INFO(c.name << " mode " << d.index << " d1 " << d.d_omega2 << " " << d1 << " +- " << own1
                   << " d2 " << d.d2_omega2 << " " << d2 << " +- " << own2);
-      CHECK(d.omega2 == Approx(w2(near, 2)).epsilon(1e-6));
+      CHECK(d.omega2 == Approx(omega2(near.path[2].frequencies_free[d.index])).epsilon(1e-6));
       CHECK(std::abs(d.d_omega2 - d1) < 1e-4 * std::abs(d1) + 1e-6 * d.omega2 / unit + own1);
       // of two frequencies that nearly meet the differences know nothing: their own error is large
       if (own2 < 1e-2 * std::abs(d2)) {
@@ -214,8 +205,7 @@ TEST_CASE("the parabola of the compliance outlives that of the squared frequency
     for (int k = 0; k <= 20; ++k) request.points.push_back(largest * k / 20);
     request.frequencies = 6;
     request.outputs.remove(Output::stress);
-    const StrokeResponse r = evaluate_stroke(m, ModelOptions{}, request);
-    REQUIRE(r.status == Status::ok);
+    const StrokeResponse r = test::evaluated(m, ModelOptions{}, request);
     // a supporting motion: its law is 1/ω² = c0 + c2 s²
     const FrequencyDerivatives* steepest = &r.frequency_derivatives[1];
     CHECK(steepest->mode.kind == ModeKind::end_effector);
@@ -275,7 +265,6 @@ TEST_CASE("derivatives at rest foretell parasitic frequencies as the table of th
   const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {20, 1}};
   for (const Table& t : tables) {
     StrokeRequest request;
-    request.points = {0.0};
     for (const double s : t.strokes) request.points.push_back(s * t.unit);
     request.frequencies = 3;
     request.outputs.remove(Output::stress);
@@ -300,9 +289,7 @@ TEST_CASE("derivatives at rest foretell parasitic frequencies as the table of th
 }
 
 TEST_CASE("screening alone solves no equilibrium") {
-  StrokeRequest request;
-  request.points = {0, 0.005, 0.01};
-  request.frequencies = 4;
+  StrokeRequest request{.points = {0, 0.005, 0.01}, .frequencies = 4};
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeResponse all = evaluate_stroke(m, ModelOptions{}, request);
   request.outputs = {Output::frequency_derivatives};
@@ -318,21 +305,20 @@ TEST_CASE("screening alone solves no equilibrium") {
 
 TEST_CASE("a dead load moves the state that frequencies are derived about") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
-  StrokeRequest request;
   const double h = 3e-4;
-  request.points = {-h, 0, h, -2 * h, 2 * h};
-  request.frequencies = 2;
-  request.outputs.remove(Output::stress);
-  request.loads.constant = {load_at_O((Vector6d() << 40, 0, -3, 0.02, 0.1, 0).finished())};
-  request.newton.tolerance = 1e-11;
-  const StrokeResponse r = evaluate_stroke(m, {.accuracy = Accuracy::full}, request);
-  REQUIRE(r.status == Status::ok);
+  const StrokeRequest request{
+      .points = {-2 * h, -h, 0, h, 2 * h},
+      .loads = {.constant = {{.force = {40, 0, -3}, .moment = {0.02, 0.1, 0}}}},
+      .outputs = Outputs::numbers().remove(Output::stress),
+      .frequencies = 2,
+      .newton = {.tolerance = 1e-11}};
+  const StrokeResponse r = test::evaluated(m, {.accuracy = Accuracy::full}, request);
   for (const FrequencyDerivatives& d : r.frequency_derivatives) {
-    const auto w2 = [&](int k) { return omega2(r.path[k].frequencies_free[d.index]); };
-    const double first = (8 * (w2(2) - w2(0)) - (w2(4) - w2(3))) / (12 * h);
-    const double second = (16 * (w2(2) + w2(0)) - (w2(4) + w2(3)) - 30 * w2(1)) / (12 * h * h);
+    std::array<double, 5> w2;
+    for (std::size_t k = 0; k < 5; ++k) w2[k] = omega2(r.path[k].frequencies_free[d.index]);
+    const auto [first, second] = slopes(w2, h);
     INFO("mode " << d.index);
-    CHECK(d.omega2 == Approx(w2(1)).epsilon(1e-7));
+    CHECK(d.omega2 == Approx(w2[2]).epsilon(1e-7));
     CHECK(d.d_omega2 == Approx(first).epsilon(1e-4).margin(1e-6 * d.omega2 / 0.1));
     CHECK(d.d2_omega2 == Approx(second).epsilon(1e-4));
   }
@@ -340,14 +326,11 @@ TEST_CASE("a dead load moves the state that frequencies are derived about") {
 
 TEST_CASE(
     "along turns of bodies that loads tilt frequencies change as differences of the path say") {
-  Mechanism m;
-  m.bodies = {models::body({0.06, 0.05, 0.006}, 0.3, 1e-4), models::body({0.06, 0, 0}, 0.2, 2e-4)};
+  Mechanism m{.bodies = {models::body({0.06, 0.05, 0.006}, 0.3, 1e-4),
+                         models::intermediate({0.06, 0, 0}, 0.2, 2e-4)}};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.004, -0.003);
-  m.bodies[1].role = BodyRole::intermediate;
-  m.leaves = {models::leaf({0, 0, 0}, {1, 0, 0}, 0.06, 5e-3, 5e-4),
-              models::leaf({0.06, 0, 0}, {0, 1, 0}, 0.05, 6e-3, 5e-4)};
-  m.leaves[0].tip = 1;
-  m.leaves[1].base = 1;
+  m.leaves = {models::between(ground, 1, models::leaf({0, 0, 0}, {1, 0, 0}, 0.06, 5e-3, 5e-4)),
+              models::between(1, 0, models::leaf({0.06, 0, 0}, {0, 1, 0}, 0.05, 6e-3, 5e-4))};
   const bool several = GENERATE(false, true);
   m.drives = {{"roll", 0, ground, Direction::rx}};
   if (several) {
@@ -356,37 +339,29 @@ TEST_CASE(
   }
   const auto drives = static_cast<Eigen::Index>(m.drives.size());
   const double h = 0.01;
-  StrokeRequest request;
-  request.points.clear();
+  StrokeRequest request{
+      .points = {},
+      .loads = {.constant = {{.force = {0.5, 0.4, -0.8}, .arm = {0.01, 0, 0.02}}}},
+      .outputs = Outputs::numbers().remove(Output::stress),
+      .values = PathValues::differentiable,
+      .frequencies = 4,
+      .newton = {.tolerance = 1e-12}};
   for (Eigen::Index k = 0; k < drives; ++k)
     for (const double s : {-4 * h, -2 * h, -h, 0.0, h, 2 * h, 4 * h}) {
       request.strokes.push_back(s * VectorXd::Unit(drives, k));
       request.points.push_back(request.strokes.back()[0]);
     }
-  request.frequencies = 4;
-  request.outputs.remove(Output::stress);
-  request.values = PathValues::differentiable;
-  request.loads.constant = {{.force = {0.5, 0.4, -0.8}, .arm = {0.01, 0, 0.02}}};
-  request.newton.tolerance = 1e-12;
-  const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {6, 1}};
-  const StrokeResponse r = evaluate_stroke(m, model, request);
-  INFO(r.message);
-  REQUIRE(r.status == Status::ok);
+  const StrokeResponse r = test::evaluated(m, models::beams(6), request);
   REQUIRE(r.path[3].rotation.norm() > 0.09);  // tilted before it is driven
   REQUIRE(r.frequency_derivatives.size() == 4 * m.drives.size());
   for (const FrequencyDerivatives& d : r.frequency_derivatives) {
     const auto w2 = [&](int k) {
       return omega2(r.path[7 * d.drive + 3 + k].frequencies_free[d.index]);
     };
-    // by fourth order from two steps, whose difference is their error
-    const auto first = [&](double s, int inner, int outer) {
-      return (8 * (w2(inner) - w2(-inner)) - (w2(outer) - w2(-outer))) / (12 * s);
-    };
-    const auto second = [&](double s, int inner, int outer) {
-      return (16 * (w2(inner) + w2(-inner)) - (w2(outer) + w2(-outer)) - 30 * w2(0)) / (12 * s * s);
-    };
-    const double d1 = first(h, 1, 2), own1 = std::abs(d1 - first(2 * h, 2, 3)) / 15,
-                 d2 = second(h, 1, 2), own2 = std::abs(d2 - second(2 * h, 2, 3)) / 15;
+    // from two steps, whose difference is their error
+    const auto [d1, d2] = slopes({w2(-2), w2(-1), w2(0), w2(1), w2(2)}, h);
+    const auto [far1, far2] = slopes({w2(-3), w2(-2), w2(0), w2(2), w2(3)}, 2 * h);
+    const double own1 = std::abs(d1 - far1) / 15, own2 = std::abs(d2 - far2) / 15;
     INFO("drive " << d.drive << " mode " << d.index << " of " << d.omega2 << ": " << d.d_omega2
                   << ", " << d1 << " +- " << own1 << "; " << d.d2_omega2 << ", " << d2 << " +- "
                   << own2);
@@ -410,10 +385,9 @@ TEST_CASE("a path with a point at rest foretells as one without") {
   std::vector<MechanismDirection> directions;
   for (const std::size_t k : family.along) directions.push_back(test::direction(family, k));
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
-    StrokeRequest request;
-    request.frequencies = 4;
+    StrokeRequest request{.frequencies = 4};
     request.outputs.remove(Output::frequencies_free);  // foretold all the same
-    request.loads.constant = {load_at_O((Vector6d() << 4, 0, -3, 0.02, 0.1, 0).finished())};
+    request.loads.constant = {{.force = {4, 0, -3}, .moment = {0.02, 0.1, 0}}};
     request.newton.tolerance = 1e-11;
     const auto over = [&](std::vector<double> points) {
       request.points = std::move(points);
@@ -502,8 +476,7 @@ TEST_CASE("screening foretells the frequencies of points of several strokes") {
   request.frequencies = 4;
   request.parasitic.drive = DriveState::free;
   const ModelOptions model{.accuracy = Accuracy::full, .leaf_modes = 8};
-  const StrokeResponse response = evaluate_stroke(m, model, request);
-  REQUIRE(response.status == Status::ok);
+  const StrokeResponse response = test::evaluated(m, model, request);
   REQUIRE(response.frequency_ways.size() == 2);
   double change = 0, error = 0;
   const PathPoint& rest = response.path[0];
@@ -546,10 +519,7 @@ TEST_CASE("of frequencies below very many equal ones there are derivatives") {
 }
 
 TEST_CASE("a path says why it has no frequency derivatives") {
-  StrokeRequest request;
-  request.points = {0};
-  request.frequencies = 3;
-  request.loads.constant = {{.force = {20, 1, -3}}};
+  StrokeRequest request{.loads = {.constant = {{.force = {20, 1, -3}}}}, .frequencies = 3};
   const ModelOptions model{.accuracy = Accuracy::full, .mesh = {4, 2}};
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeResponse whole = evaluate_stroke(m, model, request);

@@ -55,10 +55,7 @@ TEST_CASE("of notches of a micrometre under heavy bodies every vector is a mode"
         m.leaves[0].thickness_profile.push_back(1 + deep * (s - 0.5) * (s - 0.5));
       m.bodies = {models::body({2.9e-4 * size, 0, 0}, 1.2e-4 * std::pow(size, 3),
                                1e-12 * std::pow(size, 5))};
-      ModelOptions model;
-      model.flexure = Flexure::beam;
-      model.mesh = {3, 2};
-      System system(m, make_full_leaves(m, model), {});
+      System system(m, make_full_leaves(m, {.flexure = Flexure::beam, .mesh = {3, 2}}), {});
       system.assemble();
       const auto factor = MechanismFactor::of(system).value;
       REQUIRE(factor);
