@@ -3,18 +3,9 @@
 #include <array>
 #include <catch2/catch.hpp>
 
-#include "core/response/response.hpp"
+#include "support/evaluated.hpp"
 
 namespace flexopt::test {
-
-/// The answer of a mechanism that reaches all points.
-inline StrokeResponse evaluated(const Mechanism& mechanism, const ModelOptions& model,
-                                const StrokeRequest& request) {
-  StrokeResponse response = evaluate_stroke(mechanism, model, request);
-  INFO(response.message);
-  REQUIRE(response.status == Status::ok);
-  return response;
-}
 
 /// The mechanism turned by R about the origin, then shifted.
 inline Mechanism moved_as_a_whole(Mechanism m, const Matrix3d& R,
