@@ -12,6 +12,11 @@ std::optional<double> entry(const std::vector<double>& list, int k) {
   return list[static_cast<std::size_t>(k)];
 }
 
+std::optional<double> entry(const Vector3d& vector, int k) {
+  if (k >= 3) return std::nullopt;
+  return vector[k];
+}
+
 std::optional<VectorXd> row_of(const MatrixXd& rows, int k) {
   if (k >= rows.rows()) return std::nullopt;
   return VectorXd(rows.row(k));
@@ -20,39 +25,6 @@ std::optional<VectorXd> row_of(const MatrixXd& rows, int k) {
 std::optional<VectorXd> filled(const VectorXd& gradient) {
   if (gradient.size() == 0) return std::nullopt;
   return gradient;
-}
-
-// Component k of what a point has of a number.
-std::optional<double> component(std::optional<double> number, int) { return number; }
-std::optional<double> component(const std::vector<double>& list, int k) { return entry(list, k); }
-std::optional<double> component(const Vector3d& vector, int k) { return vector[k]; }
-template <class T>
-std::optional<double> component(const std::optional<T>& with_value, int) {
-  return with_value ? std::optional(with_value->value) : std::nullopt;
-}
-std::optional<double> component(const std::optional<Envelope>& envelope, int k) {
-  if (!envelope) return std::nullopt;
-  return k < 3 ? envelope->box[k] : envelope->cylinder;
-}
-template <class T, std::size_t n>
-std::optional<T> component(const std::array<std::optional<T>, n>& list, int k) {
-  return list[static_cast<std::size_t>(k)];
-}
-template <class T>
-std::optional<T> component(const std::vector<std::optional<T>>& list, int k) {
-  const auto i = static_cast<std::size_t>(k);
-  return i < list.size() ? list[i] : std::nullopt;
-}
-std::optional<VectorXd> component(const std::optional<VectorXd>& gradient, int) { return gradient; }
-std::optional<VectorXd> component(const MatrixXd& rows, int k) { return row_of(rows, k); }
-
-template <auto member>
-std::optional<double> value_at(const PathPoint& point, int k) {
-  return component(point.*member, k);
-}
-template <auto member>
-std::optional<VectorXd> rate_at(const PathPoint&, const PointGradients& gradients, int k) {
-  return component(gradients.*member, k);
 }
 
 std::string plain_number(Direction, int) { return "1"; }
@@ -85,22 +57,7 @@ std::optional<VectorXd> of_drive(const VectorXd& first, const MatrixXd& all, int
   return k == 0 ? filled(first) : row_of(all, k);
 }
 
-std::vector<std::string> sizes() { return {"x", "y", "z", "cylinder"}; }
-
-std::optional<double> critical_factor(const PathPoint& p, int drive) {
-  if (!p.buckling) return std::nullopt;
-  return (drive == 0 ? p.buckling->drive_locked : p.buckling->drive_free).factor;
-}
-
-std::string load_of_component(Direction, int d) { return load_unit(static_cast<Direction>(d % 6)); }
-
-std::vector<std::string> signed_directions() {
-  std::vector<std::string> names = directions();
-  for (const std::string& name : directions()) names.push_back("-" + name);
-  return names;
-}
-
-std::vector<QuantityRow> make_rows() {
+std::vector<QuantityRow> load_and_motion() {
   return {
       {.name = "drive_load",
        .label = "drive load",
@@ -133,8 +90,10 @@ std::vector<QuantityRow> make_rows() {
        .meaning = "1/C_dd with the drive locked, all other directions free",
        .needs = {Output::stiffness},
        .unit = stiffness_of_component,
-       .value = value_at<&PathPoint::support_stiffness>,
-       .gradient = rate_at<&PointGradients::support_stiffness>,
+       .value = [](const PathPoint& p,
+                   int d) { return p.support_stiffness[static_cast<std::size_t>(d)]; },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int d) { return g.support_stiffness[static_cast<std::size_t>(d)]; },
        .error = ErrorKind::stiffness,
        .of_supports = true,
        .in_summary = SummaryLine::weakest,
@@ -145,8 +104,9 @@ std::vector<QuantityRow> make_rows() {
        .label = "displacement of O",
        .needs = {Output::equilibrium},
        .unit = metre,
-       .value = value_at<&PathPoint::displacement>,
-       .gradient = rate_at<&PointGradients::displacement>,
+       .value = [](const PathPoint& p, int k) { return entry(p.displacement, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return row_of(g.displacement, k); },
        .error = ErrorKind::motion},
       {.name = "rotation",
        .components = axes(),
@@ -154,61 +114,87 @@ std::vector<QuantityRow> make_rows() {
        .label = "rotation of the end-effector",
        .needs = {Output::equilibrium},
        .unit = radian,
-       .value = value_at<&PathPoint::rotation>,
-       .gradient = rate_at<&PointGradients::rotation>,
-       .error = ErrorKind::motion},
-      {.name = "parasitic_frequency",
-       .label = "parasitic frequency",
-       .needs = {Output::parasitic_frequency},
-       .unit = hertz,
-       .value = value_at<&PathPoint::parasitic_frequency>,
-       .gradient = rate_at<&PointGradients::parasitic_frequency>,
-       .error = ErrorKind::frequency,
-       .in_summary = SummaryLine::number,
-       .in_report = true},
-      {.name = "parasitic_frequency_screening",
-       .label = "parasitic frequency, screening",
-       .needs = {Output::frequency_derivatives},
-       .unit = hertz,
-       .value = value_at<&PathPoint::parasitic_frequency_screening>,
-       .gradient = rate_at<&PointGradients::parasitic_frequency_screening>},
-      {.name = "frequencies.drive_free",
-       .components = ranks(),
-       .layout = Layout::list,
-       .label = "frequency, drive free,",
-       .needs = {Output::frequencies_free},
-       .unit = hertz,
-       .value = value_at<&PathPoint::frequencies_free>,
-       .gradient = rate_at<&PointGradients::frequencies_free>,
-       .error = ErrorKind::frequency,
-       .in_csv = false},
-      {.name = "frequencies.drive_locked",
-       .components = ranks(),
-       .layout = Layout::list,
-       .label = "frequency, drive locked,",
-       .needs = {Output::frequencies_locked},
-       .unit = hertz,
-       .value = value_at<&PathPoint::frequencies_locked>,
-       .gradient = rate_at<&PointGradients::frequencies_locked>,
-       .error = ErrorKind::frequency,
-       .in_csv = false},
-      {.name = "max_stress",
-       .label = "largest von Mises stress",
-       .needs = {Output::stress},
-       .unit = pascal,
-       .value = value_at<&PathPoint::max_stress>,
-       .gradient = rate_at<&PointGradients::max_stress>,
-       .error = ErrorKind::stress,
-       .in_summary = SummaryLine::number,
-       .in_report = true},
+       .value = [](const PathPoint& p, int k) { return entry(p.rotation, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return row_of(g.rotation, k); },
+       .error = ErrorKind::motion}};
+}
+
+std::vector<QuantityRow> frequencies_and_stress() {
+  return {{.name = "parasitic_frequency",
+           .label = "parasitic frequency",
+           .needs = {Output::parasitic_frequency},
+           .unit = hertz,
+           .value = [](const PathPoint& p, int) { return p.parasitic_frequency; },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int) { return g.parasitic_frequency; },
+           .error = ErrorKind::frequency,
+           .in_summary = SummaryLine::number,
+           .in_report = true},
+          {.name = "parasitic_frequency_screening",
+           .label = "parasitic frequency, screening",
+           .needs = {Output::frequency_derivatives},
+           .unit = hertz,
+           .value = [](const PathPoint& p, int) { return p.parasitic_frequency_screening; },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int) { return g.parasitic_frequency_screening; }},
+          {.name = "frequencies.drive_free",
+           .components = ranks(),
+           .layout = Layout::list,
+           .label = "frequency, drive free,",
+           .needs = {Output::frequencies_free},
+           .unit = hertz,
+           .value = [](const PathPoint& p, int k) { return entry(p.frequencies_free, k); },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int k) { return row_of(g.frequencies_free, k); },
+           .error = ErrorKind::frequency,
+           .in_csv = false},
+          {.name = "frequencies.drive_locked",
+           .components = ranks(),
+           .layout = Layout::list,
+           .label = "frequency, drive locked,",
+           .needs = {Output::frequencies_locked},
+           .unit = hertz,
+           .value = [](const PathPoint& p, int k) { return entry(p.frequencies_locked, k); },
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int k) { return row_of(g.frequencies_locked, k); },
+           .error = ErrorKind::frequency,
+           .in_csv = false},
+          {.name = "max_stress",
+           .label = "largest von Mises stress",
+           .needs = {Output::stress},
+           .unit = pascal,
+           .value =
+               [](const PathPoint& p, int) {
+                 return p.max_stress ? std::optional(p.max_stress->value) : std::nullopt;
+               },
+           .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.max_stress; },
+           .error = ErrorKind::stress,
+           .in_summary = SummaryLine::number,
+           .in_report = true}};
+}
+
+std::optional<double> value_of_safety(const std::optional<StressSafety>& safety) {
+  return safety ? std::optional(safety->value) : std::nullopt;
+}
+
+std::optional<double> value_of_cycle(const std::optional<FatigueCycle>& cycle) {
+  return cycle ? std::optional(cycle->value) : std::nullopt;
+}
+
+std::vector<QuantityRow> stress_safety() {
+  return {
       {.name = "notch_stress",
        .label = "largest stress with fillets",
        .meaning = "largest von Mises stress, at clamped edges with the stress concentration "
                   "factors of the job's fillet",
        .needs = {Output::stress},
        .unit = pascal,
-       .value = value_at<&PathPoint::notch_stress>,
-       .gradient = rate_at<&PointGradients::notch_stress>,
+       .value =
+           [](const PathPoint& p, int) {
+             return p.notch_stress ? std::optional(p.notch_stress->value) : std::nullopt;
+           },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.notch_stress; },
        .error = ErrorKind::stress,
        .in_report = true},
       {.name = "yield_safety",
@@ -217,8 +203,8 @@ std::vector<QuantityRow> make_rows() {
                   "has one; the least of all leaves",
        .needs = {Output::stress},
        .unit = plain_number,
-       .value = value_at<&PathPoint::yield_safety>,
-       .gradient = rate_at<&PointGradients::yield_safety>,
+       .value = [](const PathPoint& p, int) { return value_of_safety(p.yield_safety); },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.yield_safety; },
        .error = ErrorKind::stress,
        .in_report = true},
       {.name = "fatigue_safety",
@@ -228,8 +214,8 @@ std::vector<QuantityRow> make_rows() {
                   "the least of all leaves",
        .needs = {Output::stress},
        .unit = plain_number,
-       .value = value_at<&PathPoint::fatigue_safety>,
-       .gradient = rate_at<&PointGradients::fatigue_safety>,
+       .value = [](const PathPoint& p, int) { return value_of_cycle(p.fatigue_safety); },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.fatigue_safety; },
        .error = ErrorKind::stress,
        .in_report = true},
       {.name = "fatigue_life",
@@ -240,26 +226,44 @@ std::vector<QuantityRow> make_rows() {
                   "the straight line that goes on there",
        .needs = {Output::stress},
        .unit = plain_number,
-       .value = value_at<&PathPoint::fatigue_life>,
-       .gradient = rate_at<&PointGradients::fatigue_life>,
+       .value = [](const PathPoint& p, int) { return value_of_cycle(p.fatigue_life); },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.fatigue_life; },
        .error = ErrorKind::stress,
-       .in_report = true},
-      {.name = "principal_stiffness",
-       .label = "principal stiffness",
-       .meaning = "smallest support stiffness of all translations that the held drive leaves, with "
-                  "its direction: 1 over the largest eigenvalue of C's translations",
-       .needs = {Output::stiffness},
-       .unit = [](Direction, int) { return stiffness_unit(Direction::ux); },
-       .value = [](const PathPoint& p, int k) { return component(principal_stiffness(p), k); },
-       .gradient = [](const PathPoint& p, const PointGradients& g,
-                      int) { return principal_stiffness_gradient(p, g); },
-       .direction = [](const PathPoint& p) -> std::optional<Vector3d> {
-         const auto softest = principal_stiffness(p);
-         return softest ? std::optional(softest->direction) : std::nullopt;
-       },
-       .error = ErrorKind::stiffness,
-       .in_summary = SummaryLine::number,
-       .in_report = true},
+       .in_report = true}};
+}
+
+QuantityRow softest_translation() {
+  return {.name = "principal_stiffness",
+          .label = "principal stiffness",
+          .meaning =
+              "smallest support stiffness of all translations that the held drive leaves, with "
+              "its direction: 1 over the largest eigenvalue of C's translations",
+          .needs = {Output::stiffness},
+          .unit = [](Direction, int) { return stiffness_unit(Direction::ux); },
+          .value = [](const PathPoint& p, int) -> std::optional<double> {
+            const auto softest = principal_stiffness(p);
+            return softest ? std::optional(softest->value) : std::nullopt;
+          },
+          .gradient = [](const PathPoint& p, const PointGradients& g,
+                         int) { return principal_stiffness_gradient(p, g); },
+          .direction = [](const PathPoint& p) -> std::optional<Vector3d> {
+            const auto softest = principal_stiffness(p);
+            return softest ? std::optional(softest->direction) : std::nullopt;
+          },
+          .error = ErrorKind::stiffness,
+          .in_summary = SummaryLine::number,
+          .in_report = true};
+}
+
+std::vector<std::string> sizes() { return {"x", "y", "z", "cylinder"}; }
+
+std::optional<double> size_of(const std::optional<Envelope>& envelope, int k) {
+  if (!envelope) return std::nullopt;
+  return k < 3 ? envelope->box[k] : envelope->cylinder;
+}
+
+std::vector<QuantityRow> room_taken() {
+  return {
       {.name = "envelope",
        .components = sizes(),
        .layout = Layout::object,
@@ -270,8 +274,9 @@ std::vector<QuantityRow> make_rows() {
                   "same over the whole stroke",
        .needs = {Output::envelope},
        .unit = metre,
-       .value = value_at<&PathPoint::envelope>,
-       .gradient = rate_at<&PointGradients::envelope>,
+       .value = [](const PathPoint& p, int k) { return size_of(p.envelope, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return row_of(g.envelope, k); },
        .of_design = true},
       {.name = "envelope.moving",
        .components = sizes(),
@@ -279,15 +284,16 @@ std::vector<QuantityRow> make_rows() {
        .label = "envelope over the stroke,",
        .needs = {Output::moving_envelope},
        .unit = metre,
-       .value = value_at<&PathPoint::moving_envelope>,
-       .gradient = rate_at<&PointGradients::moving_envelope>,
+       .value = [](const PathPoint& p, int k) { return size_of(p.moving_envelope, k); },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int k) { return row_of(g.moving_envelope, k); },
        .of_design = true},
       {.name = "leaf_mass",
        .label = "mass of the leaves",
        .needs = {Output::envelope},
        .unit = kilogram,
-       .value = value_at<&PathPoint::leaf_mass>,
-       .gradient = rate_at<&PointGradients::leaf_mass>,
+       .value = [](const PathPoint& p, int) { return p.leaf_mass; },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.leaf_mass; },
        .of_design = true},
       {.name = "clearance",
        .label = "clearance",
@@ -296,9 +302,19 @@ std::vector<QuantityRow> make_rows() {
                   "count as a pair",
        .needs = {Output::clearance},
        .unit = metre,
-       .value = value_at<&PathPoint::clearance>,
-       .gradient = rate_at<&PointGradients::clearance>,
-       .in_report = true},
+       .value = [](const PathPoint& p,
+                   int) { return p.clearance ? std::optional(p.clearance->value) : std::nullopt; },
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.clearance; },
+       .in_report = true}};
+}
+
+std::optional<double> critical_factor(const PathPoint& p, int drive) {
+  if (!p.buckling) return std::nullopt;
+  return (drive == 0 ? p.buckling->drive_locked : p.buckling->drive_free).factor;
+}
+
+std::vector<QuantityRow> buckling() {
+  return {
       {.name = "buckling_load_factor",
        .label = "buckling load factor",
        .meaning = "by which the load that `buckling` names must be multiplied, all else kept, "
@@ -307,7 +323,7 @@ std::vector<QuantityRow> make_rows() {
        .needs = {Output::equilibrium, Output::buckling},
        .unit = plain_number,
        .value = [](const PathPoint& p, int) { return critical_factor(p, 0); },
-       .gradient = rate_at<&PointGradients::buckling_locked>,
+       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.buckling_locked; },
        .in_report = true},
       {.name = "buckling",
        .components = {"drive_locked", "drive_free"},
@@ -318,16 +334,27 @@ std::vector<QuantityRow> make_rows() {
        .needs = {Output::equilibrium, Output::buckling},
        .unit = plain_number,
        .value = critical_factor,
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int drive) { return drive == 0 ? g.buckling_locked : g.buckling_free; }},
+       .gradient = [](const PathPoint&, const PointGradients& g, int drive) {
+         return drive == 0 ? g.buckling_locked : g.buckling_free;
+       }}};
+}
+
+std::vector<QuantityRow> dynamics() {
+  return {
       {.name = "bandwidth",
        .label = "bandwidth of the drive",
        .meaning = "frequency up to which the drive moves one mass on its spring: where the mass "
                   "that it feels first is the square root of 2 (3 dB) times that at rest",
        .needs = {Output::equilibrium, Output::dynamics},
        .unit = hertz,
-       .value = value_at<&PathPoint::bandwidths>,
-       .gradient = rate_at<&PointGradients::bandwidths>,
+       .value = [](const PathPoint& p, int k) -> std::optional<double> {
+         const auto i = static_cast<std::size_t>(k);
+         return i < p.bandwidths.size() ? p.bandwidths[i] : std::nullopt;
+       },
+       .gradient = [](const PathPoint&, const PointGradients& g, int k) -> std::optional<VectorXd> {
+         const auto i = static_cast<std::size_t>(k);
+         return i < g.bandwidths.size() ? g.bandwidths[i] : std::nullopt;
+       },
        .error = ErrorKind::frequency,
        .of_drives = true,
        .in_report = true},
@@ -337,28 +364,57 @@ std::vector<QuantityRow> make_rows() {
                   "absolute one of O in the same direction",
        .needs = {Output::equilibrium, Output::dynamics},
        .unit = plain_number,
-       .value = value_at<&PathPoint::transmissibility>,
-       .gradient = rate_at<&PointGradients::transmissibility>,
+       .value =
+           [](const PathPoint& p, int) {
+             return p.transmissibility ? std::optional(p.transmissibility->value) : std::nullopt;
+           },
+       .gradient = [](const PathPoint&, const PointGradients& g,
+                      int) { return g.transmissibility; },
        .error = ErrorKind::frequency,
-       .in_report = true},
-      {.name = "load_capacity",
-       .components = signed_directions(),
-       .layout = Layout::object,
-       .label = "load capacity",
-       .meaning = "largest dead load at O along (or, with -, against) a direction, beside the "
-                  "loads that act, drives held, before the stress limit, a singular tangent or "
-                  "the stated loss of support stiffness; load_capacity_limit says which",
-       .needs = {Output::equilibrium, Output::load_capacity},
-       .unit = load_of_component,
-       .value = [](const PathPoint& p, int d) -> std::optional<double> {
-         const auto& capacity = p.load_capacity[static_cast<std::size_t>(d)];
-         if (!capacity || capacity->limit == CapacityLimit::none) return std::nullopt;
-         return capacity->value;
-       },
-       .gradient = rate_at<&PointGradients::load_capacity>,
-       .error = ErrorKind::stress,  // which often ends it
-       .of_supports = true,
        .in_report = true}};
+}
+
+std::string load_of_component(Direction, int d) { return load_unit(static_cast<Direction>(d % 6)); }
+
+std::vector<std::string> signed_directions() {
+  std::vector<std::string> names = directions();
+  for (const std::string& name : directions()) names.push_back("-" + name);
+  return names;
+}
+
+QuantityRow load_capacity() {
+  return {.name = "load_capacity",
+          .components = signed_directions(),
+          .layout = Layout::object,
+          .label = "load capacity",
+          .meaning =
+              "largest dead load at O along (or, with -, against) a direction, beside the "
+              "loads that act, drives held, before the stress limit, a singular tangent or "
+              "the stated loss of support stiffness; load_capacity_limit says which",
+          .needs = {Output::equilibrium, Output::load_capacity},
+          .unit = load_of_component,
+          .value = [](const PathPoint& p, int d) -> std::optional<double> {
+            const auto& capacity = p.load_capacity[static_cast<std::size_t>(d)];
+            if (!capacity || capacity->limit == CapacityLimit::none) return std::nullopt;
+            return capacity->value;
+          },
+          .gradient = [](const PathPoint&, const PointGradients& g,
+                         int d) { return g.load_capacity[static_cast<std::size_t>(d)]; },
+          .error = ErrorKind::stress,  // which often ends it
+          .of_supports = true,
+          .in_report = true};
+}
+
+std::vector<QuantityRow> make_rows() {
+  std::vector<QuantityRow> rows = load_and_motion();
+  for (auto& row : frequencies_and_stress()) rows.push_back(std::move(row));
+  for (auto& row : stress_safety()) rows.push_back(std::move(row));
+  rows.push_back(softest_translation());
+  for (auto& row : room_taken()) rows.push_back(std::move(row));
+  for (auto& row : buckling()) rows.push_back(std::move(row));
+  for (auto& row : dynamics()) rows.push_back(std::move(row));
+  rows.push_back(load_capacity());
+  return rows;
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ set(tested_by
   core/response/quantities core/response/path/test_response
   core/response/quantity_rows core/response/path/test_response
   core/response/request core/response/path/test_response
-  core/response/gradients/body_gradients core/response/gradients/test_joint_gradients
+  core/response/gradients/load_gradients core/equilibrium/test_dead_loads
   core/response/path/branch core/response/path/test_response
   core/response/path/full_finish core/response/gradients/test_point_gradients
   core/response/path/point_outputs core/response/path/test_response

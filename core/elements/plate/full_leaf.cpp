@@ -62,8 +62,10 @@ PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
 
 FullLeaf::FullLeaf(const LeafSpring& leaf, std::shared_ptr<const PlateMesh> mesh, int index,
                    std::string reason)
-    : MeshLeaf(leaf, index, mesh->shape().flexure),
+    : leaf_(leaf),
+      index_(index),
       reason_(std::move(reason)),
+      scale_(leaf, mesh->shape().flexure),
       plate_(std::make_shared<PlateLeaf>(mesh, plate_support(leaf, *mesh))) {}
 
 bool FullLeaf::start_as(FullLeaf& equal) {
@@ -346,35 +348,33 @@ LeafDynamics FullLeaf::dynamics(DynamicsRequest request) {
   return plate_dynamics(*plate_, leaf_, scale_, request);
 }
 
-StressPeak MeshLeaf::max_stress() {
-  return plate_max_stress(full_mesh(), nodal_values(), leaf_, scale_, index_);
+StressPeak FullLeaf::max_stress() {
+  return plate_max_stress(plate_->mesh(), plate_->nodal(), leaf_, scale_, index_);
 }
 
-std::vector<StressPeak> MeshLeaf::stress_peaks() {
-  return plate_stress_peaks(full_mesh(), nodal_values(), leaf_, index_);
+std::vector<StressPeak> FullLeaf::stress_peaks() {
+  return plate_stress_peaks(plate_->mesh(), plate_->nodal(), leaf_, index_);
 }
 
-std::vector<StressPeak> MeshLeaf::clamp_stresses(const ClampFactors& factors) {
-  return plate_clamp_stresses(full_mesh(), nodal_values(), leaf_, scale_, index_, factors);
+std::vector<StressPeak> FullLeaf::clamp_stresses(const ClampFactors& factors) {
+  return plate_clamp_stresses(plate_->mesh(), plate_->nodal(), leaf_, scale_, index_, factors);
 }
 
-std::vector<StressPlace> MeshLeaf::stress_places() { return section_places(full_mesh().shape()); }
+std::vector<StressPlace> FullLeaf::stress_places() {
+  return section_places(plate_->mesh().shape());
+}
 
-MatrixXd MeshLeaf::section_stresses(const std::vector<StressPlace>& places) {
-  return flexopt::section_stresses(full_mesh(), nodal_values(), leaf_.material.youngs_modulus,
+MatrixXd FullLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  return flexopt::section_stresses(plate_->mesh(), plate_->nodal(), leaf_.material.youngs_modulus,
                                    places);
 }
 
-LeafShape MeshLeaf::shape() {
-  return plate_deformed_shape(full_mesh(), nodal_values(), leaf_, scale_);
+LeafShape FullLeaf::shape() {
+  return plate_deformed_shape(plate_->mesh(), plate_->nodal(), leaf_, scale_);
 }
 
-Vector3d MeshLeaf::material_point(double along, double across) {
-  return plate_material_point(full_mesh(), nodal_values(), scale_, along, across);
-}
-
-std::vector<Vector3d> MeshLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
-  return plate_material_points(full_mesh(), nodal_values(), scale_, places);
+Vector3d FullLeaf::material_point(double along, double across) {
+  return plate_material_point(plate_->mesh(), plate_->nodal(), scale_, along, across);
 }
 
 }  // namespace flexopt

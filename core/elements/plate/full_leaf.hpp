@@ -16,36 +16,7 @@ PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model);
 
 PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh);
 
-/// A leaf that knows the nodal values of its full mesh: its places and stresses are those of the
-/// plate or beam through them.
-class MeshLeaf : public LeafElement {
- public:
-  const LeafScale& scale() const { return scale_; }
-  const LeafEvaluation& evaluation() const override { return evaluation_; }
-  StressPeak max_stress() override;
-  std::vector<StressPeak> stress_peaks() override;
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
-  std::vector<StressPlace> stress_places() override;
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
-  LeafShape shape() override;
-  Vector3d material_point(double along, double across) override;
-  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
-
- protected:
-  MeshLeaf(const LeafSpring& leaf, int index, Flexure flexure)
-      : leaf_(leaf), index_(index), scale_(leaf, flexure) {}
-  virtual const PlateMesh& full_mesh() const = 0;
-  /// Present nodal values, functions × 3 of every line: leaf axes, from the undeflected base, over
-  /// L.
-  virtual std::vector<MatrixXd> nodal_values() = 0;
-
-  LeafSpring leaf_;
-  int index_;  ///< in the mechanism
-  LeafScale scale_;
-  LeafEvaluation evaluation_;
-};
-
-class FullLeaf final : public MeshLeaf {
+class FullLeaf final : public LeafElement {
  public:
   /// `mesh` must have the shape of the leaf. `index`: of the leaf in its mechanism.
   /// `reason`: why the leaf is not what was asked for; empty if it is.
@@ -61,10 +32,18 @@ class FullLeaf final : public MeshLeaf {
   /// With a load that acts inside, the energy contains that of the weight, zero when undeflected.
   void act(const LeafLoad& load) override;
   const LeafEvaluation& evaluate() override;
+  const LeafEvaluation& evaluation() const override { return evaluation_; }
   LeafInterior interior(const Vector12d& dq) const override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(DynamicsRequest request) override;
+  StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
+  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
+  std::vector<StressPlace> stress_places() override;
+  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafShape shape() override;
+  Vector3d material_point(double along, double across) override;
   LeafReport report() const override {
     return {.model = "full", .reason = reason_, .check = 0, .replaced = !reason_.empty()};
   }
@@ -78,15 +57,17 @@ class FullLeaf final : public MeshLeaf {
   const PlateLeaf& plate() const { return *plate_; }
   /// PlateLeaf::invert_pivots(), for all leaves that share the plate.
   void invert_pivots() { plate_->invert_pivots(); }
+  const LeafScale& scale() const { return scale_; }
 
  private:
-  const PlateMesh& full_mesh() const override { return plate_->mesh(); }
-  std::vector<MatrixXd> nodal_values() override { return plate_->nodal(); }
-
+  LeafSpring leaf_;
+  int index_;
   std::string reason_;
+  LeafScale scale_;
   std::shared_ptr<PlateLeaf> plate_;  ///< of equal undeflected leaves one
   bool assembled_ = false;            ///< the plate is, at the present state
   Vector3d point_ = Vector3d::Zero(), point_increment_ = Vector3d::Zero();  ///< scaled
+  LeafEvaluation evaluation_;
 };
 
 /// Motion of the leaf's stations for the columns of T (unknowns, then edge increments, all scaled),

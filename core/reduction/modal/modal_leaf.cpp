@@ -189,7 +189,9 @@ MatrixXd ModalModel::chart_rates(const Vector6d& e) const {
 }
 
 ModalLeaf::ModalLeaf(const LeafSpring& leaf, std::shared_ptr<const ModalModel> model, int index)
-    : MeshLeaf(leaf, index, model->mesh()->shape().flexure),
+    : leaf_(leaf),
+      index_(index),
+      scale_(leaf, model->mesh()->shape().flexure),
       model_(std::move(model)),
       plate_(model_->mesh()),
       edges_(PlateLeaf::undeflected(*model_->mesh()).edges),
@@ -398,14 +400,48 @@ LeafDynamics ModalLeaf::dynamics(DynamicsRequest request) {
   return dynamics;
 }
 
-std::vector<MatrixXd> ModalLeaf::nodal_values() {
-  place();
+std::vector<MatrixXd> ModalLeaf::nodal() const {
+  assert(placed_);
   std::vector<MatrixXd> nodal = plate_.nodal();
   for (MatrixXd& line : nodal) {
     line = (line * frame_.axes.transpose()).eval();
     for (Eigen::Index s = 0; s < line.rows(); s += 4) line.row(s) += edges_[0].position.transpose();
   }
   return nodal;
+}
+
+StressPeak ModalLeaf::max_stress() {
+  place();
+  return plate_max_stress(*model_->mesh(), nodal(), leaf_, scale_, index_);
+}
+
+std::vector<StressPeak> ModalLeaf::stress_peaks() {
+  place();
+  return plate_stress_peaks(*model_->mesh(), nodal(), leaf_, index_);
+}
+
+std::vector<StressPeak> ModalLeaf::clamp_stresses(const ClampFactors& factors) {
+  place();
+  return plate_clamp_stresses(*model_->mesh(), nodal(), leaf_, scale_, index_, factors);
+}
+
+std::vector<StressPlace> ModalLeaf::stress_places() {
+  return section_places(model_->mesh()->shape());
+}
+
+MatrixXd ModalLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  place();
+  return flexopt::section_stresses(*model_->mesh(), nodal(), leaf_.material.youngs_modulus, places);
+}
+
+LeafShape ModalLeaf::shape() {
+  place();
+  return plate_deformed_shape(*model_->mesh(), nodal(), leaf_, scale_);
+}
+
+Vector3d ModalLeaf::material_point(double along, double across) {
+  place();
+  return plate_material_point(*model_->mesh(), nodal(), scale_, along, across);
 }
 
 std::unique_ptr<LeafElement> ModalLeaf::full_model(const std::string& reason) {
@@ -418,6 +454,11 @@ LeafReport ModalLeaf::report() const {
   return {.model = model_->slaved() ? "quadratic_manifold" : "modal_derivatives",
           .reason = {},
           .check = 0};
+}
+
+std::vector<Vector3d> ModalLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
+  place();
+  return plate_material_points(*model_->mesh(), nodal(), scale_, places);
 }
 
 }  // namespace flexopt

@@ -48,16 +48,25 @@ class ModalModel {
   MatrixXd fields_;  ///< Ψ, Ψ′; whole fields orthonormal in energy at rest
 };
 
-class ModalLeaf final : public MeshLeaf {
+class ModalLeaf final : public LeafElement {
  public:
   /// The model must have been made for such a leaf. `index`: of the leaf in its mechanism.
   ModalLeaf(const LeafSpring& leaf, std::shared_ptr<const ModalModel> model, int index);
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
+  const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(DynamicsRequest request) override;
+  StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
+  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
+  std::vector<StressPlace> stress_places() override;
+  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafShape shape() override;
+  Vector3d material_point(double along, double across) override;
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
 
@@ -67,13 +76,16 @@ class ModalLeaf final : public MeshLeaf {
   /// Rates of the plate's unknowns and edges by (edges, a), seen in the axes of the chord frame
   /// from axes that stand still: unknowns + 12 rows.
   MatrixXd rates() const;
-  const PlateMesh& full_mesh() const override { return *model_->mesh(); }
-  std::vector<MatrixXd> nodal_values() override;
+  /// Nodal values in the leaf's axes, from the base's undeflected place.
+  std::vector<MatrixXd> nodal() const;
   /// Motion of the stations for such rates: LeafDynamics::stations.
   MatrixXd station_motion(const MatrixXd& T) const;
   /// Puts the plate into the state of the present edges and amplitudes.
   bool place();
 
+  LeafSpring leaf_;
+  int index_;
+  LeafScale scale_;
   std::shared_ptr<const ModalModel> model_;
   PlateLeaf plate_;  ///< in the chord frame
   EdgePoses edges_;  ///< scaled
@@ -92,6 +104,7 @@ class ModalLeaf final : public MeshLeaf {
   MatrixXd inverse_;   ///< of its block of a
   MatrixXd static_;    ///< da/de
   Rows12x6 edge_map_;  ///< G
+  LeafEvaluation evaluation_;
 };
 
 }  // namespace flexopt

@@ -1,5 +1,6 @@
 #include "core/reduction/superelement/linear_plate.hpp"
 
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -16,19 +17,32 @@ struct ElementMatrices {
   Matrix16 uu, vv, uv, bending, mass;
 };
 
-// Those of the stretching and of the shear in the plane, from integrals of the products of first
-// derivatives.
-ElementMatrices membrane_matrices(const PlateMesh::Membrane& A, const PlateMesh::Element& element) {
+// Integrals of the products of first derivatives, weights included: those of the stretching, which
+// are the same along and across, and those of the shear.
+struct MembraneProducts {
+  Matrix16 xx, yy, xy, shear_xx, shear_yy, shear_xy;
+};
+using Points16 = Eigen::Matrix<double, PlateMesh::points, 16>;
+using Weights = Eigen::Array<double, PlateMesh::points, 3>;  // of e11, e22 and 2 e12
+MembraneProducts membrane_products(const Matrix16& left, const Weights& weight,
+                                   const Matrix16& right) {
   constexpr int points = PlateMesh::points;
-  const auto Gx = element.gradient.topRows<points>(), Gy = element.gradient.bottomRows<points>();
-  const auto product = [&](const auto& left, int strain, const auto& right) -> Matrix16 {
-    return left.transpose() * element.weight.col(strain).matrix().asDiagonal() * right;
+  const auto Lx = left.topRows<points>(), Ly = left.bottomRows<points>();
+  const auto weighted = [&](const auto& G, int strain) {
+    return Points16(weight.col(strain).matrix().asDiagonal() * G);
   };
-  ElementMatrices e;
-  e.uu = A.A11 * product(Gx, 0, Gx) + A.A33 * product(Gy, 2, Gy);
-  e.vv = A.A11 * product(Gy, 1, Gy) + A.A33 * product(Gx, 2, Gx);
-  e.uv = A.A12 * product(Gx, 1, Gy) + A.A33 * product(Gy, 2, Gx);
-  return e;
+  const Points16 Gx = weighted(right.topRows<points>(), 0),
+                 Gy = weighted(right.bottomRows<points>(), 0),
+                 Sx = weighted(right.topRows<points>(), 2),
+                 Sy = weighted(right.bottomRows<points>(), 2);
+  return {Lx.transpose() * Gx, Ly.transpose() * Gy, Lx.transpose() * Gy,
+          Lx.transpose() * Sx, Ly.transpose() * Sy, Lx.transpose() * Sy};
+}
+
+void add_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const MembraneProducts& p) {
+  to.uu += A.A11 * p.xx + A.A33 * p.shear_yy;
+  to.vv += A.A11 * p.yy + A.A33 * p.shear_xx;
+  to.uv += A.A12 * p.xy + A.A33 * p.shear_xy.transpose();
 }
 
 // Elements at a free edge that are narrower than this times t have a smaller c of (E2), in
@@ -36,11 +50,12 @@ ElementMatrices membrane_matrices(const PlateMesh::Membrane& A, const PlateMesh:
 constexpr double least_edge_element = 0.6;
 
 // ½ G c t⁴ ∫ |r,xy|² ds along a free edge, over D; r,xy at an edge is quadratic along it.
-Matrix16 edge_torsion(const PlateMesh& mesh, int i, int j, int side) {
+Matrix16 edge_torsion(const PlateMesh& mesh, int i, int j, int side, double cell) {
   const PlateShape& shape = mesh.shape();
   const double hx = mesh.x()[i + 1] - mesh.x()[i], hy = mesh.y()[j + 1] - mesh.y()[j],
                t = shape.thickness;
-  double factor = 6 * free_edge_coefficient * (1.0 - shape.poissons_ratio) * t;
+  double factor =
+      (6 * free_edge_coefficient * std::pow(cell, 4)) * (1.0 - shape.poissons_ratio) * t;
   if (hy < least_edge_element * t) factor *= hy / (least_edge_element * t);
   constexpr double offset = 0.7745966692414834;  // Gauss, three points
   Matrix16 torsion = Matrix16::Zero();
@@ -95,22 +110,42 @@ class Assembler {
   Triplets K_, M_;
 };
 
+ElementMatrices no_matrices() {
+  const Matrix16 none = Matrix16::Zero();
+  return {none, none, none, none, none};
+}
+
+// `add(i, j, t)` for every element that is there, and its thickness over that of the plate.
+template <class Add>
+void each_element(const PlateBody& body, const PlateMesh& mesh, const Add& add) {
+  for (int i = 0; i < mesh.elements_along(); ++i)
+    for (int j = 0; j < mesh.elements_across(); ++j)
+      if (const double t = cell_thickness(body, i, j); t != 0) add(i, j, t);
+}
+// `add(torsion)` for every side of an element that is a free edge, where the mesh has it not.
+template <class Add>
+void each_free_edge(const PlateBody& body, const PlateMesh& mesh, int i, int j, double t,
+                    const Add& add) {
+  if (mesh.shape().free_edge_torsion) return;
+  for (int side = 0; side < 2; ++side)
+    if (body.free_edges[side] && (side == 0 ? j == 0 : j == mesh.elements_across() - 1))
+      add(edge_torsion(mesh, i, j, side, t));
+}
+
 }  // namespace
 
 Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
   Assembler all(mesh);
-  const int last = mesh.elements_across() - 1;
-  for (int i = 0; i < mesh.elements_along(); ++i)
-    for (int j = 0; j <= last; ++j) {
-      const PlateMesh::Element& element = mesh.element(i, j);
-      ElementMatrices e = membrane_matrices(mesh.membrane(), element);
-      e.bending = element.bending;
-      e.mass = element.mass;
-      for (int side = 0; side < 2; ++side)  // free edges, where the mesh has not their torsion
-        if (!mesh.shape().free_edge_torsion && body.free_edges[side] && j == (side == 0 ? 0 : last))
-          e.bending -= edge_torsion(mesh, i, j, side);
-      all.add(i, j, e);
-    }
+  each_element(body, mesh, [&](int i, int j, double t) {
+    const PlateMesh::Element& element = mesh.element(i, j);
+    ElementMatrices e = no_matrices();
+    e.bending = t * t * t * element.bending;
+    each_free_edge(body, mesh, i, j, t, [&](const Matrix16& x) { e.bending -= x; });
+    add_membrane(e, mesh.membrane(),
+                 membrane_products(element.gradient, t * element.weight, element.gradient));
+    e.mass = t * element.mass;
+    all.add(i, j, e);
+  });
   return all.matrices();
 }
 
@@ -145,6 +180,31 @@ Interfaces rigid_edges(const PlateMesh& mesh, FreeDofs& free) {
       for (const PlateMesh::EdgeSlope& s : mesh.edge_slopes())
         free.release(dof(i, j, s.axis, s.function));
     }
+  }
+  return c;
+}
+
+// A mesh node: u, v, w and the rotation (w,y, −w,x, ½(v,x − u,y)); the shear v,x + u,y stays free.
+Interfaces mesh_nodes(const PlateMesh& mesh, const std::vector<std::array<int, 2>>& nodes,
+                      FreeDofs& free) {
+  const Dofs dof(mesh);
+  Interfaces c = no_interfaces(dof.count(), static_cast<int>(nodes.size()));
+  for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
+    const auto [i, j] = nodes[a];
+    assert(i >= 0 && i < mesh.lines() && j >= 0 && j < mesh.nodes_per_line());
+    const int b = 6 * a;
+    c.nodes.emplace_back(mesh.x()[i], mesh.y()[j], 0);
+    for (int d = 0; d < 3; ++d) c.boundary(dof(i, j, d, 0), b + d) = 1;
+    c.boundary(dof(i, j, w, 2), b + 3) = 1;
+    c.boundary(dof(i, j, w, 1), b + 4) = -1;
+    c.boundary(dof(i, j, v, 1), b + 5) = 1;
+    c.boundary(dof(i, j, u, 2), b + 5) = -1;
+    for (const int k : {dof(i, j, u, 0), dof(i, j, v, 0), dof(i, j, w, 0), dof(i, j, w, 1),
+                        dof(i, j, w, 2), dof(i, j, v, 1), dof(i, j, u, 2)})
+      free.hold(k);
+    free.free.emplace_back(dof(i, j, v, 1), free.unknowns, 0.5);
+    free.free.emplace_back(dof(i, j, u, 2), free.unknowns, 0.5);
+    ++free.unknowns;
   }
   return c;
 }
@@ -283,9 +343,12 @@ MatrixXd motion_of_middle(const PlateMesh& mesh) {
 
 }  // namespace
 
-Interfaces interfaces(const PlateMesh& mesh, Interface interface, FreeDofs& free) {
-  Interfaces result =
-      interface == Interface::rigid_edges ? rigid_edges(mesh, free) : corners(mesh, free);
+Interfaces interfaces(const PlateMesh& mesh, const PlateCondensation& condensation,
+                      FreeDofs& free) {
+  Interfaces result = condensation.interface == Interface::rigid_edges ? rigid_edges(mesh, free)
+                      : condensation.interface == Interface::corners
+                          ? corners(mesh, free)
+                          : mesh_nodes(mesh, condensation.mesh_nodes, free);
   result.middle = motion_of_middle(mesh);
   return result;
 }

@@ -22,6 +22,11 @@ struct Dofs {
   int count() const { return 3 * per_line * lines; }
 };
 
+/// Over that of the plate; 0 where the cell is left out.
+inline double cell_thickness(const PlateBody& body, int i, int j) {
+  return body.cells.size() == 0 ? 1.0 : body.cells(i, j);
+}
+
 /// Unconstrained, dofs × dofs. The membrane takes the integration rule of the plate leaf.
 struct Matrices {
   SparseMatrix stiffness, mass;
@@ -50,5 +55,5 @@ struct Interfaces {
   MatrixXd middle;  ///< 6 × dofs: displacement and rotation (w,y, −w,x, ½(v,x − u,y)) in the middle
 };
 /// Holds and releases what the interface nodes decide about; all other dofs are left open.
-Interfaces interfaces(const PlateMesh& mesh, Interface interface, FreeDofs& free);
+Interfaces interfaces(const PlateMesh& mesh, const PlateCondensation& condensation, FreeDofs& free);
 }  // namespace flexopt::linear_plate

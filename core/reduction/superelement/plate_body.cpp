@@ -11,12 +11,29 @@
 
 namespace flexopt {
 
+std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body, Interface interface) {
+  const bool leaf = interface == Interface::rigid_edges;
+  PlateShape shape = plate_shape(body.plate, body.mesh, leaf && body.free_edges[0]);
+  shape.linear = !leaf;
+  shape.transverse_shear = leaf && body.transverse_shear;
+  return std::make_shared<PlateMesh>(shape);
+}
+
 namespace {
 
 using namespace linear_plate;
 
 // Modes beyond the kept ones: they make the gap behind the kept ones wide.
 constexpr int guard = 3;
+
+bool in_use(const PlateBody& body, const PlateMesh& mesh, int i, int j) {
+  for (int p = i - 1; p <= i; ++p)
+    for (int q = j - 1; q <= j; ++q)
+      if (p >= 0 && q >= 0 && p < mesh.elements_along() && q < mesh.elements_across() &&
+          cell_thickness(body, p, q) > 0)
+        return true;
+  return false;
+}
 
 MatrixXd symmetric(const MatrixXd& A) { return 0.5 * (A + A.transpose()); }
 
@@ -32,16 +49,23 @@ MatrixXd bordered(const MatrixXd& boundary, const MatrixXd& coupling, const Matr
 }
 
 // K_CB, M_CB and Φ_CB of (R11): lengths over L, energies over D, masses over ρ t L⁴.
-SuperelementModel condensed(const PlateBody& body, Interface interface, int vibration_modes,
+SuperelementModel condensed(const PlateBody& body, const PlateCondensation& condensation,
                             const PlateMesh& mesh) {
+  [[maybe_unused]] const int nx = mesh.elements_along(), ny = mesh.elements_across();
+  assert(body.cells.size() == 0 || (body.cells.rows() == nx && body.cells.cols() == ny));
+  const Dofs dof(mesh);
   FreeDofs free(mesh);
-  const Interfaces c = interfaces(mesh, interface, free);
-  for (int dof = 0; dof < Dofs(mesh).count(); ++dof)
-    if (!free.held[dof]) free.release(dof);
+  const Interfaces c = interfaces(mesh, condensation, free);
+  for (int i = 0; i <= nx; ++i)
+    for (int j = 0; j < mesh.nodes_per_line(); ++j)
+      if (in_use(body, mesh, i, j))
+        for (int d = 0; d < 3; ++d)
+          for (int k = 0; k < 4; ++k)
+            if (!free.held[dof(i, j, d, k)]) free.release(dof(i, j, d, k));
 
   const Matrices matrices = assemble(body, mesh);
   const SparseMatrix &stiffness = matrices.stiffness, &mass = matrices.mass;
-  SparseMatrix to_dofs(Dofs(mesh).count(), free.unknowns);  // of the free unknowns
+  SparseMatrix to_dofs(dof.count(), free.unknowns);  // of the free unknowns
   to_dofs.setFromTriplets(free.free.begin(), free.free.end());
   const Eigen::SimplicialLDLT<SparseMatrix> factor(
       SparseMatrix(to_dofs.transpose() * stiffness * to_dofs));
@@ -50,7 +74,7 @@ SuperelementModel condensed(const PlateBody& body, Interface interface, int vibr
   // boundary modes Φ = B − F K_ff⁻¹ Fᵀ K B, vibration modes F ψ (R11)
   const MatrixXd KB = stiffness * c.boundary;
   MatrixXd boundary = c.boundary - to_dofs * factor.solve(MatrixXd(to_dofs.transpose() * KB));
-  const int kept = std::min(vibration_modes, free.unknowns / 4);
+  const int kept = std::min(condensation.vibration_modes, free.unknowns / 4);
   VectorXd omega2;
   MatrixXd modes(free.unknowns, 0);  // M-orthonormal
   if (kept > 0) {
@@ -98,37 +122,20 @@ SuperelementModel in_units(const SuperelementModel& model, double length, double
   return other;
 }
 
-CondensedPlate condense(const PlateBody& body, Interface interface, int vibration_modes,
-                        const PlateShape& shape) {
-  const auto mesh = std::make_shared<const PlateMesh>(shape);
+}  // namespace
+
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation) {
+  return condense(body, condensation, plate_body_mesh(body, condensation.interface));
+}
+
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation,
+                        std::shared_ptr<const PlateMesh> mesh) {
   LeafSpring flat = body.plate;
   flat.origin.setZero();
   flat.axes.setIdentity();
-  const LeafScale scale(flat, shape.flexure);
+  const LeafScale scale(flat, mesh->shape().flexure);
   return {mesh, scale, 0.5 * flat.length * Vector3d::UnitX(),
-          in_units(condensed(body, interface, vibration_modes, *mesh), scale.length, scale.energy,
-                   scale.mass)};
-}
-
-}  // namespace
-
-CondensedPlate condense(const PlateBody& body, Interface interface, int vibration_modes) {
-  const bool leaf = interface == Interface::rigid_edges;
-  PlateShape shape = plate_shape(body.plate, body.mesh, leaf && body.free_edges[0]);
-  shape.linear = !leaf;
-  shape.transverse_shear = leaf && body.transverse_shear;
-  return condense(body, interface, vibration_modes, shape);
-}
-
-CondensedPlate condense_beam(const LeafSpring& beam, int elements, Warping warping,
-                             int vibration_modes, bool transverse_shear) {
-  assert(elements >= 2 && elements % 2 == 0);
-  const ModelOptions options{.flexure = Flexure::beam,
-                             .warping = warping,
-                             .mesh = {elements, 1},
-                             .transverse_shear = transverse_shear};
-  return condense({beam, {elements, 1}}, Interface::rigid_edges, vibration_modes,
-                  leaf_shape(beam, options));
+          in_units(condensed(body, condensation, *mesh), scale.length, scale.energy, scale.mass)};
 }
 
 }  // namespace flexopt

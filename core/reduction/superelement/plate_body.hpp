@@ -16,6 +16,8 @@ namespace flexopt {
 struct PlateBody {
   LeafSpring plate;  ///< length, width, thickness [m] and material are used
   std::array<int, 2> mesh{4, 4};
+  /// Thickness of each cell over that of the plate; 0: the cell is left out. Empty: uniform.
+  MatrixXd cells;
   /// Sides y = ∓w/2 with the torsion layer of a free edge, (E2) of core/elements.
   std::array<bool, 2> free_edges{false, false};
   bool transverse_shear = true;  ///< of a leaf between rigid edges, (E10) of core/elements
@@ -27,7 +29,15 @@ enum class Interface {
   rigid_edges,
   /// Four nodes: the corners (0, −), (0, +), (L, −), (L, +). The sides between them are
   /// interpolated, so that constant strains, curvatures and twist pass exactly (R12), (R13).
-  corners
+  corners,
+  /// Nodes of the mesh, their displacement and mean rotation; all else is free.
+  mesh_nodes
+};
+
+struct PlateCondensation {
+  Interface interface = Interface::corners;
+  std::vector<std::array<int, 2>> mesh_nodes;  ///< (along, across), for Interface::mesh_nodes
+  int vibration_modes = 0;                     ///< fixed-interface modes kept
 };
 
 /// A condensed body: the superelement and the fields it stands for.
@@ -40,15 +50,15 @@ struct CondensedPlate {
   SuperelementModel superelement;
 };
 
-/// Static condensation to the interface nodes, and the lowest fixed-interface modes. The mesh
-/// between rigid edges is that of the leaf, whose sides are both free or neither; else that of a
-/// linear plate, without free-edge term, which depends on the sides.
-CondensedPlate condense(const PlateBody& body, Interface interface, int vibration_modes = 0);
+/// The mesh of a body: between rigid edges that of the leaf, whose sides are both free or neither;
+/// else that of a linear plate, without free-edge term, which depends on the sides.
+std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body, Interface interface);
 
-/// A straight beam or wire between two nodes, the middles of its ends, which hold it as rigid edges
-/// hold a leaf: beams.md, "Ends". `elements`: along, even; the frame sits in the middle. The
-/// `recovery` has the order (line, component, function) of PlateLeaf::nodal.
-CondensedPlate condense_beam(const LeafSpring& beam, int elements, Warping warping,
-                             int vibration_modes, bool transverse_shear = true);
+/// Static condensation to the interface nodes, and the lowest fixed-interface modes. The middle of
+/// the plate, where the frame sits, must not lie in a cell that was left out.
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation);
+/// On a mesh of one's own, of a beam too.
+CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation,
+                        std::shared_ptr<const PlateMesh> mesh);
 
 }  // namespace flexopt

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/elements/plate/element_numbers.hpp"
+#include "core/reduction/superelement/beam_body.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
 
 namespace flexopt {
@@ -66,12 +67,15 @@ SuperelementGrid::SuperelementGrid(const LeafSpring& leaf, const ModelOptions& m
   body.mesh = {own_elements(model.mesh[0], along_), own_elements(model.mesh[1], rows())};
   body.transverse_shear = model.transverse_shear;
   const bool edge = model.free_edge_torsion;
-  const Interface interface = across_ == 0 ? Interface::rigid_edges : Interface::corners;
+  const PlateCondensation condensation{
+      .interface = across_ == 0 ? Interface::rigid_edges : Interface::corners,
+      .mesh_nodes = {},
+      .vibration_modes = modes_};
   std::vector<std::array<bool, 2>> kinds{{edge, edge}};
   if (rows() > 1) kinds = {{edge, false}, {false, false}, {false, edge}};
   for (const auto& free_edges : kinds) {
     body.free_edges = free_edges;
-    kinds_.push_back(std::make_shared<CondensedPlate>(condense(body, interface, modes_)));
+    kinds_.push_back(std::make_shared<CondensedPlate>(condense(body, condensation)));
   }
 }
 

@@ -262,8 +262,10 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
 
 TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
                    std::string reason)
-    : MeshLeaf(leaf, index, model->shape().flexure),
+    : leaf_(leaf),
+      index_(index),
       reason_(std::move(reason)),
+      scale_(leaf, model->shape().flexure),
       model_(std::move(model)),
       edges_(model_->rest()) {
   state_.mixed.f = model_->range().centre();

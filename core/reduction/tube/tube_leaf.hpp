@@ -182,7 +182,7 @@ class TubeModel {
   int expected_ = 0;  ///< states at which the dynamics are wanted
 };
 
-class TubeLeaf final : public MeshLeaf, public LimitedRange {
+class TubeLeaf final : public LeafElement, public LimitedRange {
  public:
   /// `reason`: why the potential is not of degree 5, where that is so.
   TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int index,
@@ -190,6 +190,7 @@ class TubeLeaf final : public MeshLeaf, public LimitedRange {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
+  const LeafEvaluation& evaluation() const override { return evaluation_; }
   LimitedRange* limited_range() override { return this; }
   LimitedRange::Refinement refine(const Surroundings& surroundings) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
@@ -230,6 +231,7 @@ class TubeLeaf final : public MeshLeaf, public LimitedRange {
             .replaced = !full.empty()};
   }
 
+  const LeafScale& scale() const { return scale_; }
   const std::shared_ptr<TubeModel>& model() const { return model_; }
   const EdgePoses& edges() const { return edges_; }  ///< scaled
   /// State and response of the latest evaluate().
@@ -261,10 +263,9 @@ class TubeLeaf final : public MeshLeaf, public LimitedRange {
   LeafDynamics condensed_dynamics(DynamicsRequest request);
   LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
-  const PlateMesh& full_mesh() const override { return *model_->mesh(); }
   /// What the stress is taken from where it is not from tables: of a leaf that has some, after a
   /// Newton step.
-  std::vector<MatrixXd> nodal_values() override;
+  std::vector<MatrixXd> stressed_nodal();
   /// How far the axial force is from that about which the potential is expanded, over the load that
   /// buckles the leaf between held edges.
   double axial_offset() const;
@@ -303,13 +304,17 @@ class TubeLeaf final : public MeshLeaf, public LimitedRange {
   /// they have.
   std::optional<LeafDynamics> tabulated_dynamics(const DynamicsRequest& request);
 
+  LeafSpring leaf_;
+  int index_;
   std::string reason_;
   bool doubted_alone_ = false;  ///< the last test needed the mechanism
   int centred_ = 0;             ///< so often expanded anew about its forces
+  LeafScale scale_;
   std::shared_ptr<TubeModel> model_;
   EdgePoses edges_;  ///< scaled
   ReducedState state_;
   ReducedResponse response_;
+  LeafEvaluation evaluation_;
   double check_ = 0;
   std::shared_ptr<const TubeStress::Answer> stress_;  ///< at this state, where it was asked for
   /// Dynamics at this state, where they were asked for; `reason` tells what is doubted.

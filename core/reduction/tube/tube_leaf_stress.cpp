@@ -85,13 +85,13 @@ std::vector<MatrixXd> TubeLeaf::rebuilt_nodal() {
   return plate.nodal();
 }
 
-std::vector<MatrixXd> TubeLeaf::nodal_values() {
+std::vector<MatrixXd> TubeLeaf::stressed_nodal() {
   return rebuilt_because_.empty() ? rebuilt_nodal() : condensed().nodal();
 }
 
 StressPeak TubeLeaf::max_stress() {
   const StrainField* strains = tabulated_strains();
-  if (!strains) return MeshLeaf::max_stress();
+  if (!strains) return plate_max_stress(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_);
   StressPeak peak = *model_->kept().peaks.at(
       place(), [&] { return largest_stress(*strains, model_->shape(), 1, 0); });
   peak.leaf = index_;
@@ -103,13 +103,14 @@ StressPeak TubeLeaf::max_stress() {
 std::vector<StressPeak> TubeLeaf::stress_peaks() {
   if (const StrainField* strains = tabulated_strains())
     return flexopt::stress_peaks(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
-  return MeshLeaf::stress_peaks();
+  return plate_stress_peaks(*model_->mesh(), stressed_nodal(), leaf_, index_);
 }
 
 std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
   if (!factors[0] && !factors[1]) return {};
   const StrainField* strains = tabulated_strains();
-  if (!strains) return MeshLeaf::clamp_stresses(factors);
+  if (!strains)
+    return plate_clamp_stresses(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_, factors);
   std::vector<StressPeak> peaks = flexopt::clamp_stresses(
       *strains, model_->shape(), leaf_.material.youngs_modulus, index_, factors);
   for (StressPeak& peak : peaks) peak.position = tabulated_point(peak.along, peak.across);
@@ -119,15 +120,15 @@ std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
 std::vector<StressPlace> TubeLeaf::stress_places() { return section_places(model_->shape()); }
 
 MatrixXd TubeLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  const double modulus = leaf_.material.youngs_modulus;
   if (const StrainField* strains = tabulated_strains())
-    return flexopt::section_stresses(*strains, model_->shape(), leaf_.material.youngs_modulus,
-                                     places);
-  return MeshLeaf::section_stresses(places);
+    return flexopt::section_stresses(*strains, model_->shape(), modulus, places);
+  return flexopt::section_stresses(*model_->mesh(), stressed_nodal(), modulus, places);
 }
 
 LeafShape TubeLeaf::shape() {
   if (const StrainField* strains = tabulated_strains()) return tabulated_shape(*strains);
-  return MeshLeaf::shape();
+  return plate_deformed_shape(*model_->mesh(), stressed_nodal(), leaf_, scale_);
 }
 
 LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {

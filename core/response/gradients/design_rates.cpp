@@ -8,7 +8,9 @@
 
 #include "core/math/rotation.hpp"
 #include "core/response/dynamics/rigid_motion.hpp"
-#include "core/response/gradients/body_gradients.hpp"
+#include "core/response/gradients/joint_gradients.hpp"
+#include "core/response/gradients/load_gradients.hpp"
+#include "core/response/gradients/spring_gradients.hpp"
 
 namespace flexopt {
 namespace {
@@ -209,7 +211,9 @@ auto DesignRates<S>::residual() const -> Matrix {
       }
     }
   }
-  add_body_residual_rates(factor, state_, *directions_, R);
+  add_joint_residual_rates(factor, state_, *directions_, R);
+  add_spring_residual_rates(factor, state_, *directions_, R);
+  add_load_residual_rates(factor, state_, *directions_, R);
   for (const int k : factor.system().held()) R.row(k).setZero();
   return R;
 }
@@ -263,7 +267,9 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matr
     }
   }
   rates.noalias() += forces.sum().transpose() * state_rates;
-  add_body_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
+  add_joint_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
+  add_spring_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
+  add_load_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
   for (Eigen::Index k = 0; k < n; ++k)
     if (lambda[k] != S(0))
       for (Eigen::Index p = 0; p < count; ++p)

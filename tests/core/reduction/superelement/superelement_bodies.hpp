@@ -1,5 +1,8 @@
 #pragma once
-// Plates condensed to interface nodes, and places of the nodes to test them at.
+// Irregular plates, condensed to interface nodes, and places of the nodes to test them at.
+#include <algorithm>
+#include <random>
+#include <set>
 #include <vector>
 
 #include "core/math/rotation.hpp"
@@ -10,20 +13,34 @@
 
 namespace flexopt::bodies {
 
-/// A plate of random width and thickness on 5 × 4 elements, one side a free edge.
-inline PlateBody random_plate(unsigned seed) {
+/// A 5 × 4 plate of varying thickness with cells left out at a corner and in the inside.
+inline PlateBody irregular_plate(unsigned seed) {
   synthetic::Random random(seed);
   PlateBody body;
   body.plate = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.06 + random(0.02), 0.004 + random(0.001));
   body.mesh = {5, 4};
+  body.cells.resize(5, 4);
+  for (double& t : body.cells.reshaped()) t = 1 + random(0.4);
+  body.cells(0, 3) = body.cells(3, 1) = 0;
   body.free_edges = {true, false};
   return body;
 }
 
-/// The same condensed to the middles of its ends (2 nodes) or to its corners (4).
-inline CondensedPlate condensed_plate(unsigned seed, int nodes, int vibration_modes = 0) {
-  return condense(random_plate(seed), nodes == 2 ? Interface::rigid_edges : Interface::corners,
-                  vibration_modes);
+/// m different mesh nodes of it.
+inline std::vector<std::array<int, 2>> interface_nodes(unsigned seed, int m) {
+  std::mt19937 engine(seed);
+  std::set<std::array<int, 2>> nodes;
+  while (static_cast<int>(nodes.size()) < m) {
+    const std::array<int, 2> node{static_cast<int>(engine() % 6), static_cast<int>(engine() % 5)};
+    if (node != std::array<int, 2>{0, 4}) nodes.insert(node);  // the corner left out
+  }
+  return {nodes.begin(), nodes.end()};
+}
+
+inline CondensedPlate irregular(unsigned seed, int m, int vibration_modes = 0) {
+  return condense(irregular_plate(seed), {.interface = Interface::mesh_nodes,
+                                          .mesh_nodes = interface_nodes(seed + 1, m),
+                                          .vibration_modes = vibration_modes});
 }
 
 inline Matrix3d random_rotation(synthetic::Random& random, double limit) {
