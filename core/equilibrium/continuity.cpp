@@ -11,7 +11,7 @@
 namespace flexopt {
 namespace {
 
-// Of lengths over the longest leaf, of energies, of changes inside leaves.
+// What is smaller is rounding: lengths over the longest leaf, energies and changes inside leaves.
 constexpr double rounding = 1e-6;
 
 // Displacement over the length of the system, and rotation vector.
@@ -22,7 +22,7 @@ Vector6d motion_between(const BodyPose& from, const BodyPose& to, double length)
   return motion;
 }
 
-// Of motions of all bodies, displacements over the length.
+// Returns the norm of the motions of all bodies; displacements count over the length.
 double size_of(const VectorXd& motion, double length) {
   double sum = 0;
   for (Eigen::Index b = 0; b < motion.size(); b += 6)

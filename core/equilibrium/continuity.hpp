@@ -51,7 +51,7 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
 ///   turns sharply, and the other side of its branch differs by all of the buckle;
 /// - of ways of strokes the work of the drives beside the change of energy, over the changes of the
 ///   energies: the work by the two-point Hermite polynomial of the power.
-/// Both vanish with the third power of the step or faster on a smooth branch, and do not where the
+/// All vanish with the third power of the step or faster on a smooth branch, and do not where the
 /// end lies on another one. `step`: of p. Infinite where a slope is not finite.
 double departure(const BranchState& start, const BranchState& end, double step,
                  const System& system);

@@ -128,8 +128,8 @@ class LeafElement {
   /// is not to be believed; empty where it is, or where none was rebuilt.
   virtual std::string rebuilt_gap() const { return {}; }
 
-  /// Where the interior is and how it follows the edges: after evaluate(). Of a leaf without
-  /// unknowns of its own empty.
+  /// Tells where the interior is and how it follows the edges; after evaluate(). It is empty for a
+  /// leaf without unknowns of its own, and for one with a material point.
   virtual LeafInterior interior(const Vector12d& /*dq*/) const { return {}; }
 
   virtual std::unique_ptr<LeafState> save() const = 0;

@@ -287,7 +287,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
     bool better_potential_helps = true;  ///< else the full leaf has to take over
   };
   Doubt doubt(const Surroundings& surroundings);
-  /// The same for a leaf that is indefinite alone, by the full leaf rebuilt at its state.
+  /// Why a leaf that is indefinite alone is not believed, by the full leaf rebuilt at its state.
   std::string doubt_beside_full(const EdgeSurroundings& about);
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
