@@ -370,7 +370,7 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none
   const auto traced = [&](double turn) {
     LoadCase loads;
     loads.constant = {along_x(-5)};
-    loads.assembly = {{0, 0, {}, {0, turn, 0}}};
+    loads.assembly = {{0, 0, Vector3d::Zero(), {0, turn, 0}}};
     System system(m, make_full_leaves(m, coarse_plates()), loads);
     REQUIRE(step_load(system, {.constant = 1}, {}).converged);
     LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});

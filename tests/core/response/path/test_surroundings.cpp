@@ -404,7 +404,7 @@ TEST_CASE("what acts on no edge and no leaf that there is is refused in words", 
     CHECK(r.status == Status::no_equilibrium);
     return r.message;
   };
-  CHECK(says(m, {.assembly = {{2, 0, {}, {}}}}) ==
+  CHECK(says(m, {.assembly = {{2, 0, Vector3d::Zero(), {}}}}) ==
         "an assembly error is of leaf 2, but there are 2 leaves");
   CHECK(says(m, {.assembly = {{.leaf = 0}, {.leaf = 0}}}) ==
         "two assembly errors are of one edge of leaf 0");
