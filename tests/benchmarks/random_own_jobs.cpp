@@ -1,4 +1,5 @@
 // Random mechanisms of their own, every number found in two ways: tests/support/differences.hpp.
+// Every mechanism is looked at by full accuracy and every third other law, by turns.
 //
 // Arguments: how many, the first seed, a folder for findings, processes at a time (2). The folder
 // gets log.jsonl, to which every seed adds a line as it ends (seeds that are in it are not run
@@ -46,7 +47,7 @@ json line_of(int seed, const std::filesystem::path& folder) {
   } catch (const std::exception& error) {
     return {{"seed", seed}, {"status", "not drawn"}, {"message", error.what()}};
   }
-  const Differences found = differences_of(job, number, Laws::all);
+  const Differences found = differences_of(job, number, Laws::quick);
   json line{{"seed", seed},
             {"status", found.status},
             {"message", found.message},
