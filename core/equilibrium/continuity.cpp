@@ -7,6 +7,7 @@
 #include "core/equilibrium/newton_equations.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/rotation.hpp"
+#include "core/math/sparse_solver.hpp"
 
 namespace flexopt {
 namespace {
@@ -42,14 +43,27 @@ double rounding_of_energies(const System& system) {
   return share * largest;
 }
 
-// How far the end is from where both slopes lead the interior of a leaf, a quarter of it: the
-// branch of a leaf that buckles may turn, but not change its side.
-double inside(const LeafInterior& start, const LeafInterior& end, double step) {
-  constexpr double weight = 0.25;
+// How far the end is from where both slopes lead the interior of a leaf, a quarter of it where they
+// point the same way: the branch of a leaf that buckles may turn, but not change its side. Beside a
+// bifurcation the mean of slopes of both sides may lead from one to the other: slopes that point
+// against each other are believed where what they lead to is small beside the way from the origin.
+double inside(const LeafInterior& origin, const LeafInterior& start, const LeafInterior& end,
+              double step) {
+  constexpr double small = 0.5;
   if (start.unknowns.size() == 0 || start.unknowns.size() != end.unknowns.size()) return 0;
   const VectorXd motion = end.unknowns - start.unknowns;
+  const double before = start.change.norm(), after = end.change.norm(),
+               cosine = start.change.dot(end.change) / std::max(before * after, 1e-300),
+               slight = rounding * end.unknowns.norm();
+  if (cosine < 0 && origin.unknowns.size() == end.unknowns.size()) {
+    const double way = std::max((end.unknowns - origin.unknowns).norm(),
+                                (start.unknowns - origin.unknowns).norm());
+    if (step * (before + after) > small * way + slight)
+      return std::numeric_limits<double>::infinity();
+  }
+  const double weight = cosine < 0.5 ? 1 : 0.25;
   const double beside = (motion - 0.5 * step * (start.change + end.change)).norm();
-  return weight * beside / (motion.norm() + rounding * end.unknowns.norm());
+  return weight * beside / (motion.norm() + slight);
 }
 
 }  // namespace
@@ -111,7 +125,11 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
   const VectorXd rest = system.load() - system.internal_force();  // what Newton's method has left
   NewtonEquations equations(system, driven);
   equations.assemble(rest, strokes);
-  state.noise = size_of(equations.motion(equations.solve()), system.length()) / step;
+  // the tangent here: where loads have changed the leaves are out of balance, and a soft motion
+  // takes what they pull for its stiffness
+  const LinearSolver solver(equations.matrix(), system.analyses());
+  state.noise =
+      size_of(equations.motion(solver.solve(equations.right_side())), system.length()) / step;
   // where errors of assembly grow, the unstable state is wanted
   const bool assembles = growth.constant != 0 && !system.loads().assembly.empty(),
              settled = system.correction() < rounding * step;
@@ -120,8 +138,10 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
   system.apply({here.factors.constant - step * growth.constant,
                 here.factors.growing - step * growth.growing});
   system.assemble();
-  equations.assemble(system.load() - system.internal_force() - rest, strokes);
-  const VectorXd motion = equations.motion(equations.solve());
+  VectorXd change = VectorXd::Zero(equations.right_side().size());
+  change.head(system.size()) =
+      equations.scale().cwiseProduct(system.load() - system.internal_force() - rest);
+  const VectorXd motion = equations.motion(solver.solve(change));
   state.slope = -1 / step * motion;
   for (std::size_t i = 0; i < state.interiors.size(); ++i) {
     LeafInterior& interior = state.interiors[i];
@@ -134,8 +154,8 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
   return state;
 }
 
-double departure(const BranchState& start, const BranchState& end, double step,
-                 const System& system) {
+double departure(const BranchState& origin, const BranchState& start, const BranchState& end,
+                 double step, const System& system) {
   if (!start.slope.allFinite() || !end.slope.allFinite())
     return std::numeric_limits<double>::infinity();
   double moved = 0, beside = 0, of_moments = 0;
@@ -154,7 +174,9 @@ double departure(const BranchState& start, const BranchState& end, double step,
   double motion = std::max(0.0, std::sqrt(beside) - blurred) / (std::sqrt(moved) + rounding);
   const bool sharp = blurred <= 0.05 * std::sqrt(moved);
   for (std::size_t i = 0; sharp && i < std::min(start.interiors.size(), end.interiors.size()); ++i)
-    motion = std::max(motion, inside(start.interiors[i], end.interiors[i], step));
+    motion = std::max(motion,
+                      inside(i < origin.interiors.size() ? origin.interiors[i] : start.interiors[i],
+                             start.interiors[i], end.interiors[i], step));
   if (!start.work || !end.work) return motion;
   const VectorXd change = end.place.energies - start.place.energies;
   const double work = 0.5 * step * (start.work->rate + end.work->rate) +

@@ -239,6 +239,8 @@ bool ends_stretched(double before, double strain_before, double reached, double 
 
 // A step of a way is taken for one along its branch up to this departure().
 constexpr double largest_departure = 0.05;
+// A way that takes more steps is taken for lost.
+constexpr int most_steps = 2000;
 // So many of the bifurcations on a way are named.
 constexpr int named_crossings = 3;
 
@@ -272,15 +274,17 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   bool halved = false;
   double strain = 0;  // of the last good state
   BranchState here;   // likewise
+  BranchState origin;
   std::string crossings;
   int crossed = 0;
+  bool turns_sharply = false;
   Equilibrium result;
   while (reached < 1) {
     if (negative < 0) {
       system.assemble();
       negative = negative_pivots(system, way.drive_held);
       strain = system.strain();
-      if (way.moves) here = way.state();
+      if (way.moves) origin = here = way.state();
     }
     const double target = std::min(1.0, reached + step);  // powers of two: 1 is met exactly
     double failed = target;
@@ -296,11 +300,12 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
             now <= negative && overstretched.is_believed(reached, target, system.strain());
       } else if (way.moves) {
         there = way.state();
-        const double off = departure(here, there, target - reached, system);
+        const double off = departure(origin, here, there, target - reached, system);
         const bool crosses = now != negative;
         if (!(off <= largest_departure) || (crosses && halvings < most_for_stability)) {
           if (crosses && before_crossing < 0) before_crossing = halvings;
           most_halvings = near_bifurcations;
+          turns_sharply = turns_sharply || (!crosses && halvings >= 2);
           result.converged = false;
           result.left_branch = true;
           result.message = fmt::format(
@@ -330,6 +335,12 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
       strain = system.strain();
       here = std::move(there);
       if (reached < 1) good = system.save();
+      if (reached < 1 && sub_steps == most_steps) {
+        result.converged = false;
+        result.message = fmt::format("no equilibrium beyond {:.7g} of the {} step: {} steps taken",
+                                     reached, way.what, most_steps);
+        break;
+      }
       if (!ends) {
         if (++in_succession == 2 && halvings > 0) {
           in_succession = 0;
@@ -367,6 +378,7 @@ Equilibrium follow(System& system, const NewtonOptions& options, const Way& way)
   if (crossed > named_crossings)
     crossings += fmt::format("; and {} changes more", crossed - named_crossings);
   result.crossings = std::move(crossings);
+  result.turns_sharply = turns_sharply;
   return result;
 }
 

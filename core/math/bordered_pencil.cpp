@@ -250,18 +250,16 @@ std::optional<EigenPairs> pairs_by_mass(const BorderedPencil& pencil) {
 }
 
 // A decomposition knows values to the rounding of the smallest or of the largest alone: each pair
-// is made exact, and counted.
-EigenPairs whole(const BorderedPencil& pencil, int count) {
+// is made exact, and counted. Nothing where the count says that some are missing.
+std::optional<EigenPairs> whole(const BorderedPencil& pencil, int count) {
   const EigenPairs all =
       lowest_dense_pairs(pencil.dense_stiffness(), pencil.dense_mass(), pencil.size());
   if (pencil.size() == 0) return all;
   std::vector<Eigen::Index> every(static_cast<std::size_t>(pencil.modes.size()));
   std::iota(every.begin(), every.end(), 0);
-  if (auto exact = iterated(pencil, all, every, count)) return *exact;
-  if (auto start = pairs_by_mass(pencil))
-    if (auto exact = iterated(pencil, *start, every, count)) return *exact;
-  const Eigen::Index n = with_neighbours(all.values, count);
-  return {all.values.head(n), all.vectors.leftCols(n)};
+  if (auto exact = iterated(pencil, all, every, count)) return exact;
+  if (auto start = pairs_by_mass(pencil)) return iterated(pencil, *start, every, count);
+  return std::nullopt;
 }
 
 // Whether the pencil has so few more coordinates that an iteration does not pay.
@@ -271,8 +269,8 @@ bool is_small(const BorderedPencil& pencil, const std::vector<Eigen::Index>& mod
 
 }  // namespace
 
-FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<int>& held,
-                              PairCounts counts) {
+std::optional<FreeAndHeldPairs> lowest_pairs(const BorderedPencil& pencil,
+                                             const std::vector<int>& held, PairCounts counts) {
   if (held.empty()) {
     counts.free = std::max(counts.free, counts.held);
     counts.held = 0;
@@ -304,12 +302,17 @@ FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<in
     }
   }
   FreeAndHeldPairs found;
-  if (counts.free > 0) found.free = free ? std::move(*free) : whole(pencil, counts.free);
+  if (counts.free > 0) {
+    if (!free) free = whole(pencil, counts.free);
+    if (!free) return std::nullopt;
+    found.free = std::move(*free);
+  }
   if (held.empty()) found.held = found.free;
   if (counts.held > 0) {
-    const EigenPairs inner = at_rest ? std::move(*at_rest) : whole(rest, counts.held);
-    found.held = {inner.values, MatrixXd::Zero(pencil.size(), inner.vectors.cols())};
-    found.held.vectors(kept, Eigen::all) = inner.vectors;
+    if (!at_rest) at_rest = whole(rest, counts.held);
+    if (!at_rest) return std::nullopt;
+    found.held = {at_rest->values, MatrixXd::Zero(pencil.size(), at_rest->vectors.cols())};
+    found.held.vectors(kept, Eigen::all) = at_rest->vectors;
   }
   return found;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Lowest eigenpairs of K x = λ M x where most coordinates are modes of their own that only the mass
 // ties to a few others, the border: substructures between the bodies of a mechanism.
+#include <optional>
 #include <vector>
 
 #include "core/math/dense_pencil.hpp"
@@ -38,8 +39,8 @@ struct PairCounts {
 ///
 /// By Sylvester's law of inertia as many eigenvalues lie below σ as of S(σ) below zero and of the d
 /// below σ: (S29) of core/response/README.md. That count at the last pair shows that none is
-/// missing; where it fails, a whole decomposition is made instead.
-FreeAndHeldPairs lowest_pairs(const BorderedPencil& pencil, const std::vector<int>& held,
-                              PairCounts counts);
+/// missing; where it fails, a whole decomposition is made instead. Nothing where that fails too.
+std::optional<FreeAndHeldPairs> lowest_pairs(const BorderedPencil& pencil,
+                                             const std::vector<int>& held, PairCounts counts);
 
 }  // namespace flexopt

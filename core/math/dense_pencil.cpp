@@ -2,34 +2,51 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/math/decompositions.hpp"
 
 namespace flexopt {
 
-// Uses the Cholesky factor of K, or that of M where K is not positive definite.
+namespace {
+
+// Pairs of K x = λ M x by the Cholesky factor of K − σ M: λ = σ + 1/θ with the largest θ. Nothing
+// where that is not positive definite.
+std::optional<EigenPairs> pairs_above(double sigma, const MatrixXd& K, const MatrixXd& M,
+                                      int count) {
+  const Cholesky factor(K - sigma * M);
+  if (!factor.positive_definite()) return std::nullopt;
+  MatrixXd A = factor.solve_lower(M);
+  A = factor.solve_lower(A.transpose());
+  const SymmetricEigen eigen(0.5 * (A + A.transpose()));
+  const VectorXd distance =
+      eigen.eigenvalues().tail(count).reverse().cwiseMax(1e-300).cwiseInverse();
+  return EigenPairs{sigma + distance.array(),
+                    factor.solve_upper(eigen.eigenvectors().rightCols(count).rowwise().reverse()) *
+                        distance.cwiseSqrt().asDiagonal()};
+}
+
+}  // namespace
+
+// Uses the Cholesky factor of K or, where K is not positive definite, of K − σ M below all values:
+// that of M alone loses them where some motions have (nearly) no mass.
 EigenPairs lowest_dense_pairs(const MatrixXd& K, const MatrixXd& M, int count) {
   const int n = static_cast<int>(K.rows());
   count = std::min(count, n);
-  EigenPairs pairs{VectorXd(count), MatrixXd(n, count)};
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd Ks = s.asDiagonal() * K * s.asDiagonal(), Ms = s.asDiagonal() * M * s.asDiagonal();
-  const Cholesky factor(Ks);
-  if (factor.positive_definite()) {
-    MatrixXd A = factor.solve_lower(Ms);
-    A = factor.solve_lower(A.transpose());
-    const SymmetricEigen eigen(0.5 * (A + A.transpose()));
-    pairs.values = eigen.eigenvalues().tail(count).reverse().cwiseMax(1e-300).cwiseInverse();
-    pairs.vectors = s.asDiagonal() *
-                    factor.solve_upper(eigen.eigenvectors().rightCols(count).rowwise().reverse()) *
-                    pairs.values.cwiseSqrt().asDiagonal();
-  } else {
+  std::optional<EigenPairs> pairs = pairs_above(0, Ks, Ms, count);
+  constexpr double first = 1e-4, last = 1e12;  // times the value of unit stiffness and all mass
+  const double unit = 1 / std::max(Ms.diagonal().cwiseAbs().maxCoeff(), 1e-300);
+  for (double below = first; !pairs && below <= last; below *= 10)
+    pairs = pairs_above(-below * unit, Ks, Ms, count);
+  if (!pairs) {
     const SymmetricEigen eigen(Ks, Ms);
-    pairs.values = eigen.eigenvalues().head(count);
-    pairs.vectors = s.asDiagonal() * eigen.eigenvectors().leftCols(count);
+    pairs = EigenPairs{eigen.eigenvalues().head(count), eigen.eigenvectors().leftCols(count)};
   }
-  return pairs;
+  pairs->vectors = (s.asDiagonal() * pairs->vectors).eval();
+  return *std::move(pairs);
 }
 
 EigenPairs held_pairs(const EigenPairs& free, Eigen::Index r, int count) {

@@ -35,6 +35,7 @@ struct Differences {
 
 /// Evaluates a job of random_own_job() and looks at:
 ///   full accuracy         every number as on full leaves
+///   drives raise frequencies, the k-th with d of them held no further than to the (k + d)-th
 ///   alone                 the last point without the others
 ///   other order           the points from last to first
 ///   more points           two more on the way to each

@@ -362,13 +362,18 @@ PlateLeaf& TubeLeaf::condensed() {
   check_ = dx.cwiseAbs().maxCoeff();
   PlateLeaf::State state = plate.state();
   state.x += dx;
-  // The rebuilt state's error in the membrane force, over the buckling load: small, and its
-  // stiffness will do for the internal shapes (0.1 % in their frequencies).
+  // The rebuilt state's error in the membrane force, over the buckling load: small beside what is
+  // left of that load, and its stiffness will do for the internal shapes (0.1 % in their
+  // frequencies).
+  constexpr double buckling = 4 * std::numbers::pi * std::numbers::pi, small_force = 0.02;
   const PlateShape& shape = model_->mesh()->shape();
-  const double force = plate.correction() / shape.thickness * std::sqrt(12 / shape.mean_width()) /
-                       (4 * std::numbers::pi * std::numbers::pi);
+  const double left = std::clamp(1 + state_.mixed.f[0] / buckling, 0.01, 1.0);
+  const auto wrong_force = [&] {
+    return plate.correction() / shape.thickness * std::sqrt(12 / shape.mean_width()) / buckling >
+           small_force * left;
+  };
   plate.set_state(state);
-  plate_is_corrected_ = force > 0.02;
+  plate_is_corrected_ = wrong_force();
   if (plate_is_corrected_) plate.assemble();
   // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
   // can tell, and so does a leaf under more than it carries alone: the steps that are left then.
@@ -376,7 +381,7 @@ PlateLeaf& TubeLeaf::condensed() {
   constexpr int most = 12;
   const bool far = shape.curve || !reason_.empty() || doubted_alone_ || check_ > one_step_will_do;
   double change = check_;
-  for (int k = 0; far && change > good && k < most; ++k) {
+  for (int k = 0; ((far && change > good) || wrong_force()) && k < most; ++k) {
     if (!plate_is_corrected_) plate.assemble();
     plate_is_corrected_ = true;
     state = plate.state();

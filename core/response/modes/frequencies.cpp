@@ -158,7 +158,7 @@ Mode mode_of_shares(double omega2, double drive, double end_effector, double int
   return mode;
 }
 
-Frequencies natural_frequencies(System& system, const FrequencyOptions& options) {
+std::optional<Frequencies> natural_frequencies(System& system, const FrequencyOptions& options) {
   Frequencies result;
   // Not the modes of the previous state: the answer would depend on the path.
   std::vector<int> leaf_modes(static_cast<std::size_t>(system.leaves()), options.leaf_modes);
@@ -172,18 +172,20 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options)
     return system.analyses() || pencil.size >= krylov_from;
   };
   // drive free, where that is wanted, and held
-  const auto pairs = [&](const MechanismPencil& pencil) -> std::array<EigenPairs, 2> {
+  const auto pairs =
+      [&](const MechanismPencil& pencil) -> std::optional<std::array<EigenPairs, 2>> {
     if (by_krylov(pencil)) {
       const int count = std::min(options.count, unknowns(pencil));
       const std::optional<EigenPairs> held = solve_by_krylov(system, pencil, true, count),
                                       free = options.free
                                                  ? solve_by_krylov(system, pencil, false, count)
                                                  : EigenPairs();
-      if (held && free) return {*free, *held};  // else all at once, however many
+      if (held && free) return std::array{*free, *held};  // else all at once, however many
     }
     auto found = free_and_held_pairs(system, pencil, LeafModes(pencil),
                                      {options.free ? options.count : 0, options.count});
-    for (EigenPairs& list : found) {
+    if (!found) return std::nullopt;
+    for (EigenPairs& list : *found) {
       const auto count = std::min<Eigen::Index>(options.count, list.values.size());
       list = {list.values.head(count).eval(), list.vectors.leftCols(count).eval()};
     }
@@ -191,7 +193,9 @@ Frequencies natural_frequencies(System& system, const FrequencyOptions& options)
   };
   for (;;) {
     const MechanismPencil pencil = mechanism_pencil(system, leaf_modes, options);
-    const auto [free, locked] = pairs(pencil);
+    const auto found = pairs(pencil);
+    if (!found) return std::nullopt;
+    const auto& [free, locked] = *found;
     const Eigen::Index held = locked.values.size();  // none: nothing moves with the drives held
     const double highest = held > 0 ? hertz(std::max(0.0, locked.values[held - 1])) : 0;
     if (options.leaf_modes > 0 &&

@@ -1,6 +1,7 @@
 #pragma once
 // Natural frequencies about an equilibrium, drive free and drive locked, with the modes sorted into
 // drive, end-effector, intermediate body and leaf.
+#include <optional>
 #include <vector>
 
 #include "core/equilibrium/system.hpp"
@@ -34,6 +35,7 @@ Mode mode_of_shares(double omega2, double drive, double end_effector, double int
 
 /// Solves (K − ω² M) φ = 0 over the bodies and the leaves' fixed-interface modes. The system must
 /// be assembled at an equilibrium. Of each leaf so many modes are taken as the frequencies need.
-Frequencies natural_frequencies(System& system, const FrequencyOptions& options);
+/// Nothing where some of the lowest are missing.
+std::optional<Frequencies> natural_frequencies(System& system, const FrequencyOptions& options);
 
 }  // namespace flexopt

@@ -319,8 +319,9 @@ std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int 
   const std::optional<InternalPencil> internal = internal_pencil(factor);
   if (!internal || internal->pencil.size >= krylov_from) return std::nullopt;
   const MechanismPencil& pencil = internal->pencil;
-  const auto [of_free, of_held] =
-      free_and_held_pairs(system, pencil, LeafModes(pencil), {free, locked});
+  const auto pairs = free_and_held_pairs(system, pencil, LeafModes(pencil), {free, locked});
+  if (!pairs) return std::nullopt;
+  const auto& [of_free, of_held] = *pairs;
   const auto list = [&](const EigenPairs& pairs, bool drive_locked, int count) {
     FullModes found;
     found.converged = std::min(count, static_cast<int>(pairs.values.size()));

@@ -211,17 +211,19 @@ Motions motions_of(const System& system) {
 
 }  // namespace
 
-std::array<EigenPairs, 2> free_and_held_pairs(const System& system, const MechanismPencil& pencil,
-                                              const LeafModes& modes, PairCounts counts) {
+std::optional<std::array<EigenPairs, 2>> free_and_held_pairs(const System& system,
+                                                             const MechanismPencil& pencil,
+                                                             const LeafModes& modes,
+                                                             PairCounts counts) {
   const Motions motions = motions_of(system);
-  const FreeAndHeldPairs found =
-      lowest_pairs(modes.pencil.along(motions.basis), motions.held, counts);
+  const auto found = lowest_pairs(modes.pencil.along(motions.basis), motions.held, counts);
+  if (!found) return std::nullopt;
   const auto all = [&](const EigenPairs& pairs) -> EigenPairs {
     if (pairs.values.size() == 0) return pairs;
     const MatrixXd bodies = motions.basis * pairs.vectors.topRows(motions.basis.cols());
     return {pairs.values, modes.expanded(pencil, bodies, pairs.vectors)};
   };
-  return {all(found.free), all(found.held)};
+  return std::array{all(found->free), all(found->held)};
 }
 
 }  // namespace flexopt

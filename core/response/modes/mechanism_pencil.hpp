@@ -64,8 +64,10 @@ struct LeafModes {
 };
 
 /// The lowest pairs of a mechanism, drives free and held, in its coordinates; those next to the
-/// last ones too. Not of one that is solved sparse.
-std::array<EigenPairs, 2> free_and_held_pairs(const System& system, const MechanismPencil& pencil,
-                                              const LeafModes& modes, PairCounts counts);
+/// last ones too. Not of one that is solved sparse. Nothing where some are missing.
+std::optional<std::array<EigenPairs, 2>> free_and_held_pairs(const System& system,
+                                                             const MechanismPencil& pencil,
+                                                             const LeafModes& modes,
+                                                             PairCounts counts);
 
 }  // namespace flexopt

@@ -85,6 +85,8 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
 constexpr const char* no_equilibrium = "no equilibrium with reduced leaves";
 constexpr const char* unbelieved_crossing =
     "reduced leaves that are not believed lost their stability on the way";
+constexpr const char* sharp_turn =
+    "the way turns sharply, where what reduced leaves are off by may decide on the branch";
 
 // Why a leaf cannot give the exact modes and derivatives that a point is asked for; empty where all
 // can.
@@ -295,8 +297,11 @@ Equilibrium BranchWalk::advance(Stage stage) {
       }
     }
     equilibrium.iterations += last.iterations;
+    equilibrium.turns_sharply = equilibrium.turns_sharply || last.turns_sharply;
     if (equilibrium.left_branch) break;
   }
+  if (equilibrium.converged && equilibrium.turns_sharply && !away_ && !system().all_full())
+    equilibrium = go_again(stage, sharp_turn);
   return equilibrium;
 }
 

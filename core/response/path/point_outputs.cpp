@@ -177,14 +177,19 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
 
 // Of the condensed mechanism.
 void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
-  const Frequencies f =
+  const auto found =
       natural_frequencies(system, {.count = request_->frequencies,
                                    .free = request_->frequencies_of(DriveState::free) > 0,
                                    .leaf_modes = model_->leaf_modes,
                                    .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
                                    .motions = wants_mode_motions(*request_),
                                    .shapes = request_->outputs.has(Output::shapes)});
-  add_modes(*request_, f.free, f.locked, point);
+  if (!found) {
+    point.status = PointStatus::no_equilibrium;
+    point.message = "the lowest frequencies were not found: some are missing by their count";
+    return;
+  }
+  add_modes(*request_, found->free, found->locked, point);
   add_reports(system, point);
 }
 
@@ -232,16 +237,17 @@ void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
   if (!request_->outputs.has(Output::shapes) ||
       (point.modes_free.empty() && point.modes_locked.empty()))
     return;
-  const Frequencies drawn = natural_frequencies(
+  const auto drawn = natural_frequencies(
       system, {.count = request_->frequencies, .leaf_modes = model_->leaf_modes, .shapes = true});
+  if (!drawn) return;
   const auto take = [](const std::vector<Mode>& from, std::vector<Mode>& to) {
     for (std::size_t k = 0; k < std::min(from.size(), to.size()); ++k) {
       to[k].body_motion = from[k].body_motion;
       to[k].leaf_motion = from[k].leaf_motion;
     }
   };
-  take(drawn.free, point.modes_free);
-  take(drawn.locked, point.modes_locked);
+  take(drawn->free, point.modes_free);
+  take(drawn->locked, point.modes_locked);
 }
 
 // Why modes of reduced leaves, which were found or not, are not believed; empty where they are.

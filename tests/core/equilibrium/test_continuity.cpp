@@ -29,7 +29,7 @@ TEST_CASE("the departure of states of one branch falls faster than the step", "[
     const BranchState start = branch_state_of_strokes(system, growth);
     REQUIRE(step_to(system, 0.02 + step, {}).converged);
     const BranchState end = branch_state_of_strokes(system, growth);
-    const double off = departure(start, end, 1, system);
+    const double off = departure(start, start, end, 1, system);
     CAPTURE(step, off);
     CHECK(off < 1e-3);
     if (before > 0) CHECK(off < 0.3 * before);
@@ -66,12 +66,12 @@ TEST_CASE("the straight and the buckled leaf are on different branches", "[conti
   const int modes = negative_pivots(bowed, true);
   const BranchState start = branch_state_of_strokes(bowed, growth);
   REQUIRE(step_to(bowed, strokes(-3.5e-4, 0), {}).converged);
-  CHECK(departure(start, branch_state_of_strokes(bowed, growth), 1, bowed) < 0.05);
+  CHECK(departure(start, start, branch_state_of_strokes(bowed, growth), 1, bowed) < 0.05);
 
   System straight = full_system(m);  // perfect: nothing turns it aside, in any of many modes
   REQUIRE(solve_equilibrium(straight, std::optional<VectorXd>(strokes(-3.5e-4, 0)), {}).converged);
   REQUIRE(negative_pivots(straight, true) > modes + 2);
-  CHECK(departure(start, branch_state_of_strokes(straight, growth), 1, straight) > 0.05);
+  CHECK(departure(start, start, branch_state_of_strokes(straight, growth), 1, straight) > 0.05);
 }
 
 TEST_CASE("a system stands near itself with another model, and not near another stroke",

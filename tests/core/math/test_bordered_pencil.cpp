@@ -30,7 +30,7 @@ BorderedPencil pencil(int border, int leaves, int modes, double mass) {
 }
 
 EigenPairs lowest(const BorderedPencil& p, int count) {
-  const EigenPairs found = lowest_pairs(p, {}, {count, 0}).free;
+  const EigenPairs found = lowest_pairs(p, {}, {count, 0}).value().free;
   return {found.values.head(count), found.vectors.leftCols(count)};
 }
 
@@ -80,7 +80,7 @@ TEST_CASE("a pencil is solved with coordinates held at the same time") {
     std::vector<int> kept;
     for (int i = 0; i < 6; ++i)
       if (std::find(held.begin(), held.end(), i) == held.end()) kept.push_back(i);
-    const FreeAndHeldPairs found = lowest_pairs(p, held, {8, 8});
+    const FreeAndHeldPairs found = lowest_pairs(p, held, {8, 8}).value();
     check_pairs(p, found.free, exact_values(p, 8), 1e-12);
     CHECK(found.held.vectors(held, Eigen::all).norm() == 0);
     std::vector<int> rows = kept;
@@ -94,8 +94,9 @@ TEST_CASE("one of both lists alone is the same") {
   std::srand(12);
   const BorderedPencil p = pencil(6, 3, 10, 0.1);
   const std::vector<int> held{1, 4};
-  const FreeAndHeldPairs both = lowest_pairs(p, held, {7, 5}), free = lowest_pairs(p, held, {7, 0}),
-                         inner = lowest_pairs(p, held, {0, 5});
+  const FreeAndHeldPairs both = lowest_pairs(p, held, {7, 5}).value(),
+                         free = lowest_pairs(p, held, {7, 0}).value(),
+                         inner = lowest_pairs(p, held, {0, 5}).value();
   CHECK(free.held.values.size() == 0);
   CHECK(inner.free.values.size() == 0);
   CHECK((free.free.values - both.free.values).norm() <= 1e-12 * both.free.values.norm());
@@ -117,7 +118,7 @@ TEST_CASE("lists end with whole clusters") {
     const auto next_to_last = [&](const VectorXd& of, Eigen::Index n) {
       return of[n] - of[n - 1] <= 1e-3 * std::abs(of[n]);
     };
-    const EigenPairs found = lowest_pairs(p, {0}, {count, 0}).free;
+    const EigenPairs found = lowest_pairs(p, {0}, {count, 0}).value().free;
     const Eigen::Index n = found.values.size();
     CHECK(n >= count);
     split += n > count;

@@ -44,6 +44,19 @@ TEST_CASE("negative values come first, and no more pairs than there are") {
   CHECK((p.K * found.vectors - p.M * found.vectors * values.asDiagonal()).norm() < 1e-11);
 }
 
+TEST_CASE("a negative value is found beside motions that have next to no mass") {
+  Matrices p = matrices((VectorXd(4) << -2, 1, 5, 8).finished());
+  const MatrixXd K = p.K, M = p.M;
+  p = {MatrixXd::Identity(6, 6), 1e-17 * MatrixXd::Identity(6, 6)};
+  p.K.topLeftCorner(4, 4) = K;
+  p.M.topLeftCorner(4, 4) = M;
+  p.K.topRightCorner(4, 2).setConstant(1e-2);  // with the massless motions at rest: nothing less
+  p.K.bottomLeftCorner(2, 4).setConstant(1e-2);
+  p.K.topLeftCorner(4, 4) += 2e-4 * MatrixXd::Ones(4, 4);
+  const EigenPairs found = lowest_dense_pairs(p.K, p.M, 4);
+  CHECK((found.values - (VectorXd(4) << -2, 1, 5, 8).finished()).norm() < 1e-9);
+}
+
 TEST_CASE(
     "pairs with a coordinate held follow from those without, equal values and idle ones too") {
   const VectorXd values = (VectorXd(7) << -1, 1, 3, 3, 4, 9, 20).finished();
