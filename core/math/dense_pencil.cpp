@@ -34,6 +34,7 @@ std::optional<EigenPairs> pairs_above(double sigma, const MatrixXd& K, const Mat
 EigenPairs lowest_dense_pairs(const MatrixXd& K, const MatrixXd& M, int count) {
   const int n = static_cast<int>(K.rows());
   count = std::min(count, n);
+  if (n == 0) return {VectorXd(0), MatrixXd(0, 0)};
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd Ks = s.asDiagonal() * K * s.asDiagonal(), Ms = s.asDiagonal() * M * s.asDiagonal();
   std::optional<EigenPairs> pairs = pairs_above(0, Ks, Ms, count);

@@ -82,6 +82,12 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   return leaves;
 }
 
+bool has_limited_range(System& system) {
+  for (int i = 0; i < system.leaves(); ++i)
+    if (system.leaf(i).limited_range()) return true;
+  return false;
+}
+
 constexpr const char* no_equilibrium = "no equilibrium with reduced leaves";
 constexpr const char* unbelieved_crossing =
     "reduced leaves that are not believed lost their stability on the way";
@@ -300,7 +306,7 @@ Equilibrium BranchWalk::advance(Stage stage) {
     equilibrium.turns_sharply = equilibrium.turns_sharply || last.turns_sharply;
     if (equilibrium.left_branch) break;
   }
-  if (equilibrium.converged && equilibrium.turns_sharply && !away_ && !system().all_full())
+  if (equilibrium.converged && equilibrium.turns_sharply && !away_ && has_limited_range(system()))
     equilibrium = go_again(stage, sharp_turn);
   return equilibrium;
 }
