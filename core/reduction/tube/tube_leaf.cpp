@@ -365,7 +365,7 @@ PlateLeaf& TubeLeaf::condensed() {
   // The rebuilt state's error in the membrane force, over the buckling load: small beside what is
   // left of that load, and its stiffness will do for the internal shapes (0.1 % in their
   // frequencies).
-  constexpr double buckling = 4 * std::numbers::pi * std::numbers::pi, small_force = 0.02;
+  constexpr double buckling = 4 * std::numbers::pi * std::numbers::pi, small_force = 0.002;
   const PlateShape& shape = model_->mesh()->shape();
   const double left = std::clamp(1 + state_.mixed.f[0] / buckling, 0.01, 1.0);
   const auto wrong_force = [&] {

@@ -79,10 +79,6 @@ Vector3d force_unit() {
 }
 constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
 
-/// Replaces largest_degree_change for leaves under a dead load, for which the same change comes
-/// with larger errors.
-constexpr double largest_change_under_load = 0.02;
-
 /// Bound on the change by the highest degree times the square of (axial force off the centre over
 /// the buckling load), (R18).
 constexpr double largest_next_change = 0.0004;
@@ -93,10 +89,6 @@ constexpr double largest_change_along_ray = 0.003;
 /// Bounds on the change of the leaf's forces, measured by the nominal stress that they cause,
 /// (R21), and of a drive load, (R22).
 constexpr double largest_own_change = 0.01, largest_load_change = 0.01;
-
-/// Largest relative change of the stiffness of the mechanism, drives held, by the full leaf in the
-/// place of one that is indefinite alone.
-constexpr double largest_change_beside_full = 0.01;
 
 /// What changes of a drive's load and stiffness are relative to at least, of what all leaves add to
 /// them without signs.
@@ -208,7 +200,7 @@ std::string TubeLeaf::doubt_beside_full(const EdgeSurroundings& about) {
   const Matrix12d change = scale_.global_tangent(plate.tangent()) - evaluation_.tangent;
   const double held = relative_change(change, about.compliance),
                free = relative_change(change, compliance_with_free_drives(about));
-  if (held <= largest_change_beside_full && free <= largest_degree_change) return {};
+  if (std::max(held, free) <= largest_degree_change) return {};
   return fmt::format(
       "the full leaf at its state changes the stiffness of the mechanism by {:.2g}, drives free by "
       "{:.2g}",
@@ -217,9 +209,7 @@ std::string TubeLeaf::doubt_beside_full(const EdgeSurroundings& about) {
 
 TubeLeaf::Doubt TubeLeaf::doubt(const Surroundings& surroundings) {
   const int degree = model_->potential().degree();
-  const double largest = degree == 7                          ? largest_change_of_degree_7
-                         : model_->range().centre().isZero(0) ? largest_degree_change
-                                                              : largest_change_under_load;
+  const double largest = degree == 7 ? largest_change_of_degree_7 : largest_degree_change;
   const double next = axial_offset() * axial_offset();
   const auto too_large = [&](double change) {
     return change > largest || next * change > largest_next_change;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/equilibrium/free_motions.hpp"
+#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/math/rotation.hpp"
@@ -18,6 +19,7 @@ namespace {
 // where the pairs are not found.
 std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismPencil& pencil,
                                           bool drive_locked, int count) {
+  if (negative_pivots(system, drive_locked) > 0) return std::nullopt;  // those may come last
   const TangentFactor factor(system, pencil.K_bodies, drive_locked);
   std::vector<Lu> modes(pencil.leaves.size());
   for (std::size_t i = 0; i < modes.size(); ++i)

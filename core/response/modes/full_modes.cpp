@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 #include "core/mechanism/joint.hpp"
@@ -50,8 +51,21 @@ struct Convergence {
   }
 };
 
+// The Ritz pairs of the lowest λ = 1/θ, ascending: negative θ come first, however small, and are
+// never more than K has negative eigenvalues.
+LargestPairs lowest_of(const MatrixXd& T, int count) {
+  constexpr double rounding = 1e-13;  // of the largest θ
+  LargestPairs all = largest_pairs(T, static_cast<int>(T.rows()));
+  const double least = all.values.size() > 0 ? rounding * std::abs(all.values[0]) : 0;
+  std::vector<int> order(static_cast<std::size_t>(all.values.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_partition(order, [&](int k) { return all.values[k] < -least; });
+  order.resize(std::min<std::size_t>(order.size(), static_cast<std::size_t>(count)));
+  return {all.values(order), all.vectors(Eigen::all, order)};
+}
+
 RitzPairs locked_pairs(const BlockKrylov& krylov, int count) {
-  LargestPairs largest = largest_pairs(krylov.T(), count + guards);
+  LargestPairs largest = lowest_of(krylov.T(), count + guards);
   RitzPairs pairs{std::move(largest.values), std::move(largest.vectors), {}};
   set_residual(krylov, count, pairs);
   return pairs;
@@ -70,7 +84,7 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
   const MatrixXd size = drive.shapes.transpose() * drive.mass - W.transpose() * W;
   const Cholesky factor(size);
   if (!factor.positive_definite()) {  // they lie in V
-    LargestPairs in_V = largest_pairs(T + W * drive.compliance * W.transpose(), count + guards);
+    LargestPairs in_V = lowest_of(T + W * drive.compliance * W.transpose(), count + guards);
     RitzPairs pairs{std::move(in_V.values), std::move(in_V.vectors), {}};
     pairs.of_C = MatrixXd::Zero(d, pairs.of_V.cols());
     set_residual(krylov, count, pairs);
@@ -88,7 +102,7 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
                          W.transpose() * TW;
   F.bottomRightCorner(d, d) =
       beside(beside(inner).transpose()) + L.transpose() * drive.compliance * L;
-  LargestPairs largest = largest_pairs(F, count + guards);
+  LargestPairs largest = lowest_of(F, count + guards);
   RitzPairs pairs{std::move(largest.values), {}, factor.solve_upper(largest.vectors.bottomRows(d))};
   pairs.of_V = largest.vectors.topRows(k) - W * pairs.of_C;
   set_residual(krylov, count, pairs);
@@ -151,7 +165,7 @@ FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, in
   const auto list = [&](bool drive_locked, int count) {
     MatrixXd C = held;
     if (!drive_locked) C += along * factor.drive_compliance() * along.transpose();
-    const LargestPairs pairs = largest_pairs(0.5 * (C + C.transpose()), count + guards);
+    const LargestPairs pairs = largest_pairs(0.5 * (C + C.transpose()), static_cast<int>(C.rows()));
     Eigen::Index found = 0;
     while (found < pairs.values.size() &&
            std::abs(pairs.values[found]) > nothing * std::abs(pairs.values[0]))
@@ -218,6 +232,10 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
 
 namespace {
 
+bool has_negative(const RitzPairs& pairs, int count) {
+  return (pairs.values.array() < 0).count() >= std::min<Eigen::Index>(count, pairs.values.size());
+}
+
 // The lowest modes of both lists, from one Krylov space.
 std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
@@ -237,6 +255,8 @@ std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int 
   start = solve(start);
   const MatrixXd inertial = start.rightCols(factor.drives());
   BlockKrylov krylov(start, most, solve, mass);
+  const int negative_free = free > 0 ? negative_pivots(factor.system(), false) : 0,
+            negative_locked = locked > 0 ? negative_pivots(factor.system(), true) : 0;
   RitzPairs of_free, of_locked;
   Convergence free_convergence, locked_convergence;
   for (int step = 1;; ++step) {
@@ -247,12 +267,14 @@ std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int 
     bool found_all = true;
     if (locked > 0) {
       of_locked = locked_pairs(krylov, locked);
-      found_all = locked_convergence.reached(of_locked.residual, !more);
+      found_all = locked_convergence.reached(of_locked.residual, !more) &&
+                  has_negative(of_locked, negative_locked);
     }
     if (free > 0 && (found_all || !more)) {
       of_free = free_pairs(krylov, drive, inertial, free);
       const bool held_up = !more || of_locked.residual > tolerance;  // rounding is that of both
-      found_all = free_convergence.reached(of_free.residual, held_up) && found_all;
+      found_all = free_convergence.reached(of_free.residual, held_up) &&
+                  has_negative(of_free, negative_free) && found_all;
     }
     if (found_all || krylov.invariant()) break;
     if (!more) return std::nullopt;
