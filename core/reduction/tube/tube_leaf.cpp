@@ -377,9 +377,9 @@ PlateLeaf& TubeLeaf::condensed() {
   if (plate_is_corrected_) plate.assemble();
   // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
   // can tell, and so does a leaf under more than it carries alone: the steps that are left then.
-  constexpr double good = 1e-4, one_step_will_do = 1e-2, believed = 1e-3;
+  constexpr double good = 1e-4, believed = 1e-3;
   constexpr int most = 12;
-  const bool far = shape.curve || !reason_.empty() || doubted_alone_ || check_ > one_step_will_do;
+  const bool far = shape.curve || !reason_.empty() || doubted_alone_;
   double change = check_;
   for (int k = 0; ((far && change > good) || wrong_force()) && k < most; ++k) {
     if (!plate_is_corrected_) plate.assemble();
@@ -392,9 +392,8 @@ PlateLeaf& TubeLeaf::condensed() {
     plate.assemble();
   }
   // written so that what is no number is not believed either
-  if (far && !(change <= believed))
-    rebuilt_gap_ =
-        fmt::format("its full state, rebuilt, still moves by {:.1e} of its length", change);
+  if (const double moves = shape.curve ? change : std::max(change, check_); !(moves <= believed))
+    rebuilt_gap_ = fmt::format("its full state, rebuilt, moves by {:.1e} of its length", moves);
   full_state_ = plate.state();
   return plate;
 }
