@@ -392,7 +392,8 @@ PlateLeaf& TubeLeaf::condensed() {
     plate.assemble();
   }
   // written so that what is no number is not believed either
-  if (const double moves = shape.curve ? change : std::max(change, check_); !(moves <= believed))
+  const bool expanded_anew = shape.curve || !reason_.empty();
+  if (const double moves = expanded_anew ? change : check_; !(moves <= believed))
     rebuilt_gap_ = fmt::format("its full state, rebuilt, moves by {:.1e} of its length", moves);
   full_state_ = plate.state();
   return plate;

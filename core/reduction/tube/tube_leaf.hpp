@@ -25,7 +25,7 @@ namespace flexopt {
 /// Largest relative change of the mechanism's stiffness by the highest degree of a leaf's
 /// potential, of degree 5 and of degree 7, and how often a leaf is expanded anew about its forces:
 /// core/reduction/README.md.
-inline constexpr double largest_degree_change = 0.01, largest_change_of_degree_7 = 0.007;
+inline constexpr double largest_degree_change = 0.03, largest_change_of_degree_7 = 0.007;
 inline constexpr int most_centred = 3;
 
 /// What an atlas knows of a leaf.

@@ -79,6 +79,15 @@ Vector3d force_unit() {
 }
 constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
 
+/// Replaces largest_degree_change for leaves under a dead load, for which the same change comes
+/// with larger errors.
+constexpr double largest_change_under_load = 0.02;
+
+/// Up to this change of its own stiffness a leaf's series is sound: its last degree bounds what
+/// comes next. The change of the mechanism's stiffness by one that is not, nor stable alone, is
+/// bounded by less than largest_degree_change.
+constexpr double sound_change = 0.05, largest_change_of_unsound = 0.01;
+
 /// Bound on the change by the highest degree times the square of (axial force off the centre over
 /// the buckling load), (R18).
 constexpr double largest_next_change = 0.0004;
@@ -200,7 +209,7 @@ std::string TubeLeaf::doubt_beside_full(const EdgeSurroundings& about) {
   const Matrix12d change = scale_.global_tangent(plate.tangent()) - evaluation_.tangent;
   const double held = relative_change(change, about.compliance),
                free = relative_change(change, compliance_with_free_drives(about));
-  if (std::max(held, free) <= largest_degree_change) return {};
+  if (std::max(held, free) <= largest_change_of_unsound) return {};
   return fmt::format(
       "the full leaf at its state changes the stiffness of the mechanism by {:.2g}, drives free by "
       "{:.2g}",
@@ -209,13 +218,17 @@ std::string TubeLeaf::doubt_beside_full(const EdgeSurroundings& about) {
 
 TubeLeaf::Doubt TubeLeaf::doubt(const Surroundings& surroundings) {
   const int degree = model_->potential().degree();
-  const double largest = degree == 7 ? largest_change_of_degree_7 : largest_degree_change;
+  const HighestDegree highest = highest_degree();
+  const std::optional<double> alone = relative_change(highest.stiffness, response_.mixed.hessian);
+  const bool sound = alone && *alone <= sound_change;
+  const double largest = degree == 7                          ? largest_change_of_degree_7
+                         : !sound                             ? largest_change_of_unsound
+                         : model_->range().centre().isZero(0) ? largest_degree_change
+                                                              : largest_change_under_load;
   const double next = axial_offset() * axial_offset();
   const auto too_large = [&](double change) {
     return change > largest || next * change > largest_next_change;
   };
-  const HighestDegree highest = highest_degree();
-  const std::optional<double> alone = relative_change(highest.stiffness, response_.mixed.hessian);
   doubted_alone_ = !alone || too_large(*alone);
   const double own = own_change(highest);
   if (own > largest_own_change)

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/equilibrium/continuity.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
@@ -53,7 +52,10 @@ EndEffectorCompliance constrained_compliance(const System& system) {
   return result;
 }
 
-EndEffectorCompliance coordinate_compliance(const System& system) {
+}  // namespace
+
+EndEffectorCompliance end_effector_compliance(const System& system) {
+  if (system.constraints().count() > 0 || system.analyses()) return constrained_compliance(system);
   const Mechanism& m = system.mechanism();
   const int n = system.size(), ee = 6 * m.end_effector;
   EndEffectorCompliance result;
@@ -100,23 +102,6 @@ EndEffectorCompliance coordinate_compliance(const System& system) {
   result.still = m.bodies[m.end_effector].held;
   for (const int d : driven)
     if (d >= ee && d < ee + 6) result.still[d - ee] = true;
-  return result;
-}
-
-}  // namespace
-
-EndEffectorCompliance end_effector_compliance(const System& system) {
-  EndEffectorCompliance result = system.constraints().count() > 0 || system.analyses()
-                                     ? constrained_compliance(system)
-                                     : coordinate_compliance(system);
-  // a dead moment has no potential: the derivative of a drive's load is not that of a symmetric K
-  if (system.loads().driven() && std::ranges::any_of(system.acting(), [](const BodyLoad& load) {
-        return !load.moment.isZero(0);
-      }))
-    for (Eigen::Index k = 0; k < result.drive_stiffness.size(); ++k)
-      result.drive_stiffness[k] =
-          branch_state_of_strokes(system, VectorXd::Unit(result.drive_stiffness.size(), k))
-              .work->slope;
   return result;
 }
 

@@ -19,8 +19,8 @@ Matrix3d turn(double angle, const Vector3d& axis) {
 }
 
 /// Undeflected to here, in the axes of the leaf and over its length.
-const EdgePoses bent{EdgePose{{0.01, 0.02, -0.01}, turn(0.06, {0.1, -1, 0.02})},
-                     EdgePose{{1.0095, 0.021, -0.02}, turn(0.08, {-0.08, 1, 0.015})}};
+const EdgePoses bent{EdgePose{{0.01, 0.02, -0.01}, turn(0.015, {0.1, -1, 0.02})},
+                     EdgePose{{1.00996875, 0.02025, -0.0125}, turn(0.02, {-0.08, 1, 0.015})}};
 
 /// The image of `bent` in a mirror, turned as a whole.
 EdgePoses image(const Vector3d& mirror, const Matrix3d& turned) {

@@ -134,7 +134,7 @@ TEST_CASE("a leaf tells where the full one that it rebuilds finds no equilibrium
   const EdgePoses rest{EdgePose{Vector3d::Zero(), Matrix3d::Identity()},
                        EdgePose{Vector3d(0.1, 0, 0), Matrix3d::Identity()}};
   EdgePoses near = rest, far = rest;
-  near[1].position += Vector3d(-1e-5, 0, 2e-3);
+  near[1].position += Vector3d(-6e-6, 0, 1e-3);
   far[1].position += Vector3d(-0.03, 0.02, 0.03);
   far[1].axes = rotation_exp(Vector3d(1.2, 0.4, 0.8));
   const auto gap_at = [&](const EdgePoses& edges) {
