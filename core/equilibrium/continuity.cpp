@@ -44,9 +44,10 @@ double rounding_of_energies(const System& system) {
 }
 
 // How far the end is from where both slopes lead the interior of a leaf, a quarter of it where they
-// point the same way: the branch of a leaf that buckles may turn, but not change its side. Beside a
-// bifurcation the mean of slopes of both sides may lead from one to the other: slopes that point
-// against each other are believed where what they lead to is small beside the way from the origin.
+// are less than 60° apart: the branch of a leaf that buckles may turn, but not change its side.
+// Beside a bifurcation the mean of slopes of both sides may lead from one to the other: slopes that
+// point against each other are believed where what they lead to is small beside the way from the
+// origin.
 double inside(const LeafInterior& origin, const LeafInterior& start, const LeafInterior& end,
               double step) {
   constexpr double small = 0.5;
@@ -55,6 +56,7 @@ double inside(const LeafInterior& origin, const LeafInterior& start, const LeafI
   const double before = start.change.norm(), after = end.change.norm(),
                cosine = start.change.dot(end.change) / std::max(before * after, 1e-300),
                slight = rounding * end.unknowns.norm();
+  if (!std::isfinite(before + after)) return std::numeric_limits<double>::infinity();
   if (cosine < 0 && origin.unknowns.size() == end.unknowns.size()) {
     const double way = std::max((end.unknowns - origin.unknowns).norm(),
                                 (start.unknowns - origin.unknowns).norm());

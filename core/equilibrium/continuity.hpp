@@ -48,12 +48,13 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
 /// How far the end is from where both slopes lead from the start, the larger of
 /// - the motion of the bodies beside the mean of both slopes, over the motion;
 /// - the same inside each full leaf, of which less is asked: a leaf that buckles between its edges
-///   turns sharply, and the other side of its branch differs by all of the buckle; slopes against
-///   each other count where they lead little further than the way has led from its `origin`;
+///   turns sharply, and the other side of its branch differs by all of the buckle. Slopes against
+///   each other are believed where what they lead to is at most half of what the interior has moved
+///   since `origin`, the state at which the way began; else the departure is infinite;
 /// - of ways of strokes the work of the drives beside the change of energy, over the changes of the
 ///   energies: the work by the two-point Hermite polynomial of the power.
-/// All vanish with the third power of the step or faster on a smooth branch, and do not where the
-/// end lies on another one. `step`: of p. Infinite where a slope is not finite.
+/// Finite ones vanish with the third power of the step or faster on a smooth branch, and do not
+/// where the end lies on another one. `step`: of p. Infinite where a slope is not finite.
 double departure(const BranchState& origin, const BranchState& start, const BranchState& end,
                  double step, const System& system);
 

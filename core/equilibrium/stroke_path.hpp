@@ -30,7 +30,8 @@ struct Equilibrium {
   /// Not converged because what is found at the end of the shortest step is on another branch than
   /// the state before it.
   bool left_branch = false;
-  /// (Q11) or (Q12) has asked for shorter steps than a quarter of the way.
+  /// (Q11) or (Q12) has refused a step that was halved twice or more, and stability did not change
+  /// over it.
   bool turns_sharply = false;
   std::string message;    ///< why not, with the figures
   std::string crossings;  ///< where the way has passed bifurcations; empty: nowhere

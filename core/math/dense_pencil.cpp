@@ -38,7 +38,7 @@ EigenPairs lowest_dense_pairs(const MatrixXd& K, const MatrixXd& M, int count) {
   const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd Ks = s.asDiagonal() * K * s.asDiagonal(), Ms = s.asDiagonal() * M * s.asDiagonal();
   std::optional<EigenPairs> pairs = pairs_above(0, Ks, Ms, count);
-  constexpr double first = 1e-4, last = 1e12;  // times the value of unit stiffness and all mass
+  constexpr double first = 1e-4, last = 1e12;  // times unit stiffness over the largest mass
   const double unit = 1 / std::max(Ms.diagonal().cwiseAbs().maxCoeff(), 1e-300);
   for (double below = first; !pairs && below <= last; below *= 10)
     pairs = pairs_above(-below * unit, Ks, Ms, count);

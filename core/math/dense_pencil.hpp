@@ -9,9 +9,9 @@ struct EigenPairs {
   MatrixXd vectors;  ///< M-orthonormal columns
 };
 
-/// K symmetric; M positive definite, or K is. Where K is positive definite its spectrum is
-/// inverted: then the lowest values come out with full accuracy. Fewer than `count` where there are
-/// no more.
+/// K symmetric; K − σ M positive definite for some σ ≤ 0, or M. The spectrum of K − σ M is
+/// inverted: where K is positive definite, σ = 0, the lowest values come out with full accuracy,
+/// else to the rounding of their distance from σ. Fewer than `count` where there are no more.
 EigenPairs lowest_dense_pairs(const MatrixXd& K, const MatrixXd& M, int count);
 
 /// The lowest `count` pairs of a pencil with one coordinate held, x_r = 0, from all pairs (λ_k,

@@ -14,10 +14,12 @@ namespace flexopt {
 
 enum class PointStatus {
   converged,
-  no_equilibrium,  ///< Newton failed although the step was halved; the message has the figures
-  left_branch,     ///< the branch of the way to the point ends, or could not be followed to it
-  not_reached,     ///< the path ended before this point
-  limit_reached    ///< the limits of the request ended the evaluation before this point was done
+  /// Newton failed although the step was halved, or numbers about an equilibrium were not found;
+  /// the message has the figures.
+  no_equilibrium,
+  left_branch,   ///< the branch of the way to the point ends, or could not be followed to it
+  not_reached,   ///< the path ended before this point
+  limit_reached  ///< the limits of the request ended the evaluation before this point was done
 };
 
 struct Mode {

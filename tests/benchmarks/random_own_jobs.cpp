@@ -1,5 +1,6 @@
 // Random mechanisms of their own, every number found in two ways: tests/support/differences.hpp.
-// Every mechanism is looked at by full accuracy and every third other law, by turns.
+// Every mechanism is looked at by full accuracy, by its frequencies and by every third other law,
+// in turn.
 //
 // Arguments: how many, the first seed, a folder for findings, processes at a time (2). The folder
 // gets log.jsonl, to which every seed adds a line as it ends (seeds that are in it are not run

@@ -67,7 +67,7 @@ Path follow(const Mechanism& mechanism, const std::vector<double>& strokes, Leav
                                 .eigenvalues()[1]
                       : 1 / C(0, 0);
     // the lowest planar frequency with the drive locked
-    const Frequencies f = *natural_frequencies(system, {.count = 8, .leaf_modes = 2});
+    const Frequencies f = natural_frequencies(system, {.count = 8, .leaf_modes = 2}).value();
     for (const Mode& mode : f.locked) {
       const Vector6d motion = mode.motion.head<6>().cwiseAbs();
       if (motion[0] + motion[1] + motion[5] < motion[2] + motion[3] + motion[4]) continue;

@@ -369,8 +369,9 @@ PlateLeaf& TubeLeaf::condensed() {
   const PlateShape& shape = model_->mesh()->shape();
   const double left = std::clamp(1 + state_.mixed.f[0] / buckling, 0.01, 1.0);
   const auto wrong_force = [&] {
-    return plate.correction() / shape.thickness * std::sqrt(12 / shape.mean_width()) / buckling >
-           small_force * left;
+    const double force =
+        plate.correction() / shape.thickness * std::sqrt(12 / shape.mean_width()) / buckling;
+    return !(force <= small_force * left);
   };
   plate.set_state(state);
   plate_is_corrected_ = wrong_force();
@@ -393,8 +394,11 @@ PlateLeaf& TubeLeaf::condensed() {
   }
   // written so that what is no number is not believed either
   const bool expanded_anew = shape.curve || !reason_.empty();
-  if (const double moves = expanded_anew ? change : check_; !(moves <= believed))
-    rebuilt_gap_ = fmt::format("its full state, rebuilt, moves by {:.1e} of its length", moves);
+  const double first = expanded_anew ? 0 : check_;
+  if (!(first <= believed) || !(change <= believed) || wrong_force())
+    rebuilt_gap_ =
+        fmt::format("its full state, rebuilt, moves by {:.1e} of its length, by {:.1e} at last",
+                    check_, change);
   full_state_ = plate.state();
   return plate;
 }

@@ -257,7 +257,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// State of the full leaf rebuilt from the fields, edges at their present poses.
   PlateLeaf::State rebuilt() const;
   /// The full leaf at that state, moved on by one Newton step with the edges held, or by several;
-  /// assembled there where the step is large. Where these do not end rebuilt_gap() says so.
+  /// assembled there where its membrane force was off or there were several. Where it is not to be
+  /// believed rebuilt_gap() says so.
   PlateLeaf& condensed();
   /// Dynamics of the condensed leaf, or taken from a leaf in the same deformation.
   LeafDynamics condensed_dynamics(DynamicsRequest request);

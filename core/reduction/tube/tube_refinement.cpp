@@ -84,8 +84,8 @@ constexpr double far_units = 10;  ///< from there on a leaf is expanded anew
 constexpr double largest_change_under_load = 0.02;
 
 /// Up to this change of its own stiffness a leaf's series is sound: its last degree bounds what
-/// comes next. The change of the mechanism's stiffness by one that is not, nor stable alone, is
-/// bounded by less than largest_degree_change.
+/// comes next. A leaf that is not sound may change the stiffness of the mechanism by the second
+/// bound only, and so may the full leaf in the place of one that is indefinite alone.
 constexpr double sound_change = 0.05, largest_change_of_unsound = 0.01;
 
 /// Bound on the change by the highest degree times the square of (axial force off the centre over

@@ -16,10 +16,10 @@ namespace flexopt {
 namespace {
 
 // The lowest eigenpairs by a Krylov method; the modes of each leaf form a diagonal block. Nothing
-// where the pairs are not found.
+// where the pairs are not found, and where some are negative: these may be of any magnitude.
 std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismPencil& pencil,
                                           bool drive_locked, int count) {
-  if (negative_pivots(system, drive_locked) > 0) return std::nullopt;  // those may come last
+  if (negative_pivots(system, drive_locked) > 0) return std::nullopt;
   const TangentFactor factor(system, pencil.K_bodies, drive_locked);
   std::vector<Lu> modes(pencil.leaves.size());
   for (std::size_t i = 0; i < modes.size(); ++i)

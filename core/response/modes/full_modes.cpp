@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "core/equilibrium/stroke_path.hpp"
@@ -34,11 +35,24 @@ struct RitzPairs {
   double residual = 0;  ///< largest of those asked for, relative
 };
 
-void set_residual(const BlockKrylov& krylov, int count, RitzPairs& pairs) {
+// Indices of θ = 1/λ by falling magnitude.
+std::vector<int> by_magnitude(const VectorXd& theta) {
+  std::vector<int> order(static_cast<std::size_t>(theta.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::greater(), [&](int k) { return std::abs(theta[k]); });
+  return order;
+}
+
+// Takes the residual of the first `count` pairs, whose λ ascend, and leaves all by falling |θ|.
+void complete(const BlockKrylov& krylov, int count, RitzPairs& pairs) {
   const MatrixXd& B = krylov.rest();
   const VectorXd size = (B * pairs.of_V.bottomRows(B.cols())).colwise().norm();
   for (int k = 0; k < std::min<int>(count, size.size()); ++k)
     pairs.residual = std::max(pairs.residual, size[k] / std::abs(pairs.values[k]));
+  const std::vector<int> order = by_magnitude(pairs.values);
+  pairs.values = pairs.values(order).eval();
+  pairs.of_V = pairs.of_V(Eigen::all, order).eval();
+  if (pairs.of_C.size() > 0) pairs.of_C = pairs.of_C(Eigen::all, order).eval();
 }
 
 // Convergence of a list by the residuals of one decomposition after the other.
@@ -51,15 +65,17 @@ struct Convergence {
   }
 };
 
-// The Ritz pairs of the lowest λ = 1/θ, ascending: negative θ come first, however small, and are
-// never more than K has negative eigenvalues.
+// The pairs of the lowest λ = 1/θ, ascending: negative θ come first, the smallest ones at the head.
+// Ritz values have no more of them than K has negative eigenvalues.
 LargestPairs lowest_of(const MatrixXd& T, int count) {
   constexpr double rounding = 1e-13;  // of the largest θ
   LargestPairs all = largest_pairs(T, static_cast<int>(T.rows()));
   const double least = all.values.size() > 0 ? rounding * std::abs(all.values[0]) : 0;
   std::vector<int> order(static_cast<std::size_t>(all.values.size()));
   std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_partition(order, [&](int k) { return all.values[k] < -least; });
+  const auto others =
+      std::ranges::stable_partition(order, [&](int k) { return all.values[k] < -least; });
+  std::reverse(order.begin(), others.begin());
   order.resize(std::min<std::size_t>(order.size(), static_cast<std::size_t>(count)));
   return {all.values(order), all.vectors(Eigen::all, order)};
 }
@@ -67,7 +83,7 @@ LargestPairs lowest_of(const MatrixXd& T, int count) {
 RitzPairs locked_pairs(const BlockKrylov& krylov, int count) {
   LargestPairs largest = lowest_of(krylov.T(), count + guards);
   RitzPairs pairs{std::move(largest.values), std::move(largest.vectors), {}};
-  set_residual(krylov, count, pairs);
+  complete(krylov, count, pairs);
   return pairs;
 }
 
@@ -87,7 +103,7 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
     LargestPairs in_V = lowest_of(T + W * drive.compliance * W.transpose(), count + guards);
     RitzPairs pairs{std::move(in_V.values), std::move(in_V.vectors), {}};
     pairs.of_C = MatrixXd::Zero(d, pairs.of_V.cols());
-    set_residual(krylov, count, pairs);
+    complete(krylov, count, pairs);
     return pairs;
   }
   const MatrixXd L = factor.solve_lower(size).transpose(), WD = W * drive.compliance;
@@ -105,11 +121,11 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
   LargestPairs largest = lowest_of(F, count + guards);
   RitzPairs pairs{std::move(largest.values), {}, factor.solve_upper(largest.vectors.bottomRows(d))};
   pairs.of_V = largest.vectors.topRows(k) - W * pairs.of_C;
-  set_residual(krylov, count, pairs);
+  complete(krylov, count, pairs);
   return pairs;
 }
 
-// Rayleigh–Ritz step on the columns of Y, whose λ ascend: the lower triangle of YᵀK Y then is the
+// Rayleigh–Ritz step on the columns of Y, whose |λ| ascend: the lower triangle of YᵀK Y then is the
 // accurate one.
 FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
@@ -165,7 +181,9 @@ FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, in
   const auto list = [&](bool drive_locked, int count) {
     MatrixXd C = held;
     if (!drive_locked) C += along * factor.drive_compliance() * along.transpose();
-    const LargestPairs pairs = largest_pairs(0.5 * (C + C.transpose()), static_cast<int>(C.rows()));
+    LargestPairs pairs = lowest_of(0.5 * (C + C.transpose()), count + guards);
+    const std::vector<int> order = by_magnitude(pairs.values);
+    pairs = {pairs.values(order).eval(), pairs.vectors(Eigen::all, order).eval()};
     Eigen::Index found = 0;
     while (found < pairs.values.size() &&
            std::abs(pairs.values[found]) > nothing * std::abs(pairs.values[0]))

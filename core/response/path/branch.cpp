@@ -266,8 +266,8 @@ Equilibrium BranchWalk::step(Stage stage) {
 // equilibrium, or where the way to it has ended. Where leaves have merely got more bent states the
 // step is made anew: without them it has led anywhere. Where leaves have become full ones all of
 // the way is, and all leaves become full where the ones that were not believed lost their
-// stability. Other reduced models go on from where the last ones have led, and have to find an
-// equilibrium nearby.
+// stability, or where the way turns sharply. Other reduced models go on from where the last ones
+// have led, and have to find an equilibrium nearby.
 Equilibrium BranchWalk::advance(Stage stage) {
   constexpr int most_rounds = 12, most_failures = 2;
   const System::Snapshot before = system().save();
@@ -306,8 +306,11 @@ Equilibrium BranchWalk::advance(Stage stage) {
     equilibrium.turns_sharply = equilibrium.turns_sharply || last.turns_sharply;
     if (equilibrium.left_branch) break;
   }
-  if (equilibrium.converged && equilibrium.turns_sharply && !away_ && has_limited_range(system()))
+  if (equilibrium.converged && equilibrium.turns_sharply && !away_ && has_limited_range(system())) {
+    const int iterations = equilibrium.iterations;
     equilibrium = go_again(stage, sharp_turn);
+    equilibrium.iterations += iterations;
+  }
   return equilibrium;
 }
 

@@ -175,6 +175,13 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
   if (request.outputs.has(Output::clearance)) clearance_pairs_ = clearance_pairs(mechanism);
 }
 
+namespace {
+void miss_frequencies(int unknowns, PathPoint& point) {
+  point.status = PointStatus::no_equilibrium;
+  point.message = fmt::format("the lowest frequencies of {} unknowns were not found", unknowns);
+}
+}  // namespace
+
 // Of the condensed mechanism.
 void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
   const auto found =
@@ -184,11 +191,7 @@ void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
                                    .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
                                    .motions = wants_mode_motions(*request_),
                                    .shapes = request_->outputs.has(Output::shapes)});
-  if (!found) {
-    point.status = PointStatus::no_equilibrium;
-    point.message = "the lowest frequencies were not found: some are missing by their count";
-    return;
-  }
+  if (!found) return miss_frequencies(system.size(), point);
   add_modes(*request_, found->free, found->locked, point);
   add_reports(system, point);
 }
@@ -210,9 +213,7 @@ bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, std::size
     auto modes = full_modes(factor, std::max(free, needed), locked,
                             wants_mode_motions(*request_) ? ModeMotions::yes : ModeMotions::no);
     if (!modes) {
-      point.status = PointStatus::no_equilibrium;
-      point.message =
-          fmt::format("the lowest frequencies of {} unknowns were not found", factor.size());
+      miss_frequencies(factor.size(), point);
       return false;
     }
     lists = std::move(*modes);
@@ -239,7 +240,7 @@ void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
     return;
   const auto drawn = natural_frequencies(
       system, {.count = request_->frequencies, .leaf_modes = model_->leaf_modes, .shapes = true});
-  if (!drawn) return;
+  if (!drawn) return miss_frequencies(system.size(), point);
   const auto take = [](const std::vector<Mode>& from, std::vector<Mode>& to) {
     for (std::size_t k = 0; k < std::min(from.size(), to.size()); ++k) {
       to[k].body_motion = from[k].body_motion;
@@ -322,9 +323,7 @@ void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& po
   if (!request_->wants_state_space(index)) return;
   const auto modes =
       full_modes(factor, std::min(request_->state_space->modes, factor.size()), 0, ModeMotions::no);
-  if (!modes)
-    return refuse(
-        fmt::format("the lowest frequencies of {} unknowns were not found", factor.size()));
+  if (!modes) return miss_frequencies(factor.size(), point);
   add_state_space(factor, modes->free, index, point);
 }
 
