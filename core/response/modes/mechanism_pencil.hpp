@@ -64,8 +64,7 @@ struct LeafModes {
 };
 
 /// The lowest pairs of a mechanism, drives free and held, in its coordinates; those next to the
-/// last ones too. By dense matrices, whose cost is cubic. Nothing where some
-/// are missing.
+/// last ones too. By dense matrices, whose cost is cubic. Nothing where some are missing.
 std::optional<std::array<EigenPairs, 2>> free_and_held_pairs(const System& system,
                                                              const MechanismPencil& pencil,
                                                              const LeafModes& modes,
