@@ -73,8 +73,11 @@ class SideBySide {
         allowed_(allowed),
         length_(length_of(one.record.mechanism)),
         all_(quantities(DriveList(one.record.mechanism))) {
-    for (const LeafSpring& leaf : one.record.mechanism.leaves)
-      modulus_ = std::max(modulus_, leaf.material.youngs_modulus);
+    for (const LeafSpring& leaf : one.record.mechanism.leaves) {
+      const double E = leaf.material.youngs_modulus;
+      modulus_ = std::max(modulus_, E);
+      rounding_ = std::max(rounding_, of_force * E * leaf.width * leaf.thickness);
+    }
   }
 
   void write(Difference& found) {
@@ -137,8 +140,8 @@ class SideBySide {
       for (const PathPoint& p : one_.path())
         if (believed(p)) stiffest = std::max(stiffest, std::abs(p.drive_stiffnesses[j]));
       stiffest_.push_back(stiffest);
-      known_.push_back(of_newton * unit * stiffest +
-                       twin_.of_acting * acting * (turns ? length_ : 1));
+      known_.push_back((of_newton + twin_.of_motion * motion_) * unit * stiffest +
+                       (twin_.of_acting * acting + rounding_) * (turns ? length_ : 1));
     }
   }
 
@@ -150,13 +153,22 @@ class SideBySide {
   }
 
   double scale_of(const Quantity& q, double value, const PathPoint& point) const {
-    const double here = std::abs(value), most = largest_.contains(q.name) ? largest_.at(q.name) : 0;
+    double here = std::abs(value);
+    const double most = largest_.contains(q.name) ? largest_.at(q.name) : 0;
     switch (q.row->error) {
       case ErrorKind::load:
         return std::max({most, load_[static_cast<std::size_t>(q.component)],
                          known_[static_cast<std::size_t>(q.component)] / allowed_.number});
       case ErrorKind::stress:
         return std::max({here, 0.2 * most, 3 * of_newton * modulus_ / allowed_.stress});
+      case ErrorKind::frequency:
+        // of a motion that is all but free Newton's tolerance of the next stiffness is left
+        for (const auto* list : {&point.frequencies_free, &point.frequencies_locked})
+          for (std::size_t k = 0; k + 1 < list->size(); ++k)
+            if ((*list)[k] == value)
+              here = std::max(here, of_newton * std::pow((*list)[k + 1], 2) /
+                                        std::max(std::abs(value), 1e-300) / allowed_.number);
+        [[fallthrough]];
       default:
         return std::max(
             here,
@@ -192,10 +204,10 @@ class SideBySide {
                      r = turn * (twin_.Q * a.bodies[i].rotation), s = b.bodies[i].rotation;
       const std::string& name = one_.record.mechanism.bodies[i].name;
       add(u.norm(), u.norm() + (u - v).norm(),
-          std::max({motion_ * length_, u.norm(), of_newton * length_ / allowed_.number}),
+          std::max({motion_ * length_, u.norm(), of_place * length_ / allowed_.number}),
           allowed_.number, "displacement of " + name);
       add(r.norm(), r.norm() + (r - s).norm(),
-          std::max({motion_, r.norm(), of_newton / allowed_.number}), allowed_.number,
+          std::max({motion_, r.norm(), of_place / allowed_.number}), allowed_.number,
           "rotation of " + name);
     }
   }
@@ -237,7 +249,7 @@ class SideBySide {
   const Run &one_, &other_;
   const Twin& twin_;
   const LawTolerance allowed_;
-  double length_, modulus_ = 0, motion_ = 0, worst_ = 0;
+  double length_, modulus_ = 0, rounding_ = 0, motion_ = 0, worst_ = 0;
   std::vector<Quantity> all_;
   std::map<std::string, double> largest_;
   // of each drive: largest stroke, load that counts, load that is known, largest stiffness

@@ -19,6 +19,10 @@ struct Run {
 // What Newton's tolerance leaves of a place, over the length.
 inline constexpr double of_newton = 3e-9;
 
+// What rounding leaves of the force in a leaf, over its stretching stiffness E w t, and of the
+// place of a body that hangs on soft leaves beside stiff ones, over the length.
+inline constexpr double of_force = 1e-13, of_place = 6e-8;
+
 // Largest errors of the kinds of numbers, relative.
 struct LawTolerance {
   double number = 0, stress = 0;
@@ -33,6 +37,7 @@ struct Twin {
   bool frequencies = true, motion = true, compliance = true;
   bool drives_free = true;  // the compliance with them
   double of_acting = 1e-7;  // what is unknown of a drive's load, over the loads that act beside it
+  double of_motion = 0;     // the same, over the largest motion times the drive's stiffness
 };
 
 Run run(const nlohmann::json& job);

@@ -186,10 +186,12 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   for (int i = 0, o = u, s = 0; i < n; ++i) {
     const LeafDynamics& part = parts[i];
     const int k = static_cast<int>(part.mode_frequencies.size());
+    const MatrixXd edges = edge_rows(i, lines);
     MatrixXd T(12 + k, inner + 12);
-    T << edge_rows(i, lines), T0.middleRows(o, k);
+    T << edges, T0.middleRows(o, k);
     M.noalias() += T.transpose() * part.mass * T;
-    K.noalias() += T.transpose() * part.stiffness * T;
+    K.noalias() += edges.transpose() * segments_[i]->evaluation().tangent * edges;
+    K.block(o, o, k, k) = part.internal_stiffness;
     motion.middleRows(s, part.stations.rows()).noalias() = part.stations * T;
     s += static_cast<int>(part.stations.rows());
     o += k;
@@ -226,11 +228,9 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   dynamics.mass = R.transpose() * M * R;
   dynamics.stations = motion * R;
   dynamics.shape_motion = shape_motion(parts, lines) * R;
-  dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
-  dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
+  dynamics.internal_stiffness = omega2.head(kept).asDiagonal();
   dynamics.mode_frequencies.resize(kept);
   for (int k = 0; k < kept; ++k) {
-    dynamics.stiffness(12 + k, 12 + k) = omega2[k];
     dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k])) / (2 * std::numbers::pi);
   }
   // half: no shapes of the boundary's own inertia, so more modes are needed

@@ -45,10 +45,12 @@ struct LeafState {
   virtual ~LeafState() = default;
 };
 
-/// Stiffness and mass over (12 edge coordinates, 3 of the material point if there is one, internal
-/// modes): K = [tangent 0; 0 ω²].
+/// Mass over (12 edge coordinates, 3 of the material point if there is one, internal shapes), and
+/// the stiffness of the internal shapes. That of the edges and the point is LeafEvaluation's; edges
+/// and internal shapes have none together.
 struct LeafDynamics {
-  MatrixXd stiffness, mass;
+  MatrixXd mass;
+  MatrixXd internal_stiffness;
   VectorXd mode_frequencies;  ///< [Hz] of the internal shapes, edges held
   double highest_mode = 0;    ///< [Hz]; below it every mode between held edges is there
   double check = 0;           ///< relative internal correction met on the way

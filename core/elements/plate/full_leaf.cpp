@@ -326,18 +326,11 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   const MatrixXd rates = T * S.transpose();
   dynamics.stations = leaf_station_motion(plate, scale, rates);
   if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate, scale, rates);
-  dynamics.stiffness = MatrixXd::Zero(b + internal, b + internal);
-  dynamics.stiffness.topLeftCorner<12, 12>() = scale.global_tangent(plate.tangent());
-  if (plate.has_point()) {
-    const LeafEvaluation::Point point = scale.global_point(plate.point());
-    dynamics.stiffness.block<3, 3>(12, 12) = point.tangent;
-    dynamics.stiffness.block<3, 12>(12, 0) = point.coupling;
-    dynamics.stiffness.block<12, 3>(0, 12) = point.coupling.transpose();
-  }
+  dynamics.internal_stiffness = MatrixXd::Zero(internal, internal);
   dynamics.mode_frequencies.resize(internal);
   for (int k = 0; k < internal; ++k) {
     const double w = k < m ? omega2[k] : ritz.omega2[k - m];
-    dynamics.stiffness(b + k, b + k) = w * scale.energy / scale.mass;
+    dynamics.internal_stiffness(k, k) = w * scale.energy / scale.mass;
     dynamics.mode_frequencies[k] = frequency(w);
   }
   dynamics.highest_mode = m > 0 && omega2[m - 1] > 0 ? frequency(omega2[m - 1]) : 0;

@@ -387,14 +387,11 @@ LeafDynamics ModalLeaf::dynamics(DynamicsRequest request) {
   LeafScale seen = scale_;  // the plate lies in the frame
   seen.axes = scale_.axes * frame_.axes;
   if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate_, seen, all_rates);
-  dynamics.stiffness = MatrixXd::Zero(12 + kept, 12 + kept);
-  dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
   dynamics.mode_frequencies.resize(kept);
   const double unit = scale_.energy / scale_.mass;
-  for (int k = 0; k < kept; ++k) {
-    dynamics.stiffness(12 + k, 12 + k) = omega2[k] * unit;
+  dynamics.internal_stiffness = unit * MatrixXd(omega2.asDiagonal());
+  for (int k = 0; k < kept; ++k)
     dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k]) * unit) / (2 * std::numbers::pi);
-  }
   // half: no shapes of the boundary's own inertia, so more modes are needed
   dynamics.highest_mode = kept > 0 ? 0.5 * dynamics.mode_frequencies.maxCoeff() : 0;
   return dynamics;

@@ -292,17 +292,9 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
   MatrixXd of_nodes(nodal + 12, T.cols());
   of_nodes << T.topRows(nodal), T.bottomRows(12);
   if (request.shapes) dynamics.shape_motion = shape_motion(of_nodes);
-  MatrixXd& K = dynamics.stiffness = MatrixXd::Zero(outer + modes, outer + modes);
-  K.topLeftCorner<12, 12>() = evaluation_.tangent;
-  if (evaluation_.point) {
-    K.block<3, 3>(12, 12) = evaluation_.point->tangent;
-    K.block<3, 12>(12, 0) = evaluation_.point->coupling;
-    K.block<12, 3>(0, 12) = evaluation_.point->coupling.transpose();
-  }
-  for (int k = 0; k < modes; ++k) {
-    K(outer + k, outer + k) = pairs.values[k];
+  dynamics.internal_stiffness = pairs.values.head(modes).asDiagonal();
+  for (int k = 0; k < modes; ++k)
     dynamics.mode_frequencies[k] = std::sqrt(std::abs(pairs.values[k])) / (2 * std::numbers::pi);
-  }
   // half: no shapes of the boundary's own inertia, so more modes are needed
   const double top = modes > 0 ? pairs.values[modes - 1] : 0;
   dynamics.highest_mode = top > 0 ? 0.5 * dynamics.mode_frequencies[modes - 1] : 0;

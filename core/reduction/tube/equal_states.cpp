@@ -80,7 +80,6 @@ LeafDynamics image_of_dynamics(const PlateMesh& mesh, const Mirror& mirror, cons
     T.block<3, 3>(6 * e + 3, 6 * e + 3) = mirror.handed() * global.transpose();
   }
   image.mass = T.transpose() * leaf.mass * T;
-  image.stiffness = T.transpose() * leaf.stiffness * T;
   const MatrixXd stations = leaf.stations * T;
   for (Eigen::Index i = 0; i < stations.rows(); i += 6) {
     image.stations.middleRows<3>(i) = local * stations.middleRows<3>(i);

@@ -23,9 +23,8 @@ struct LeafStand {
 
 /// What is condensed from a full leaf.
 struct CondensedLeaf {
-  VectorXd unknowns;       ///< PlateLeaf::State::x of the corrected state
-  double check = 0;        ///< size of that correction
-  bool corrected = false;  ///< assembled after it
+  VectorXd unknowns;  ///< PlateLeaf::State::x of the corrected state
+  double check = 0;   ///< size of that correction
   LeafDynamics dynamics;
 };
 

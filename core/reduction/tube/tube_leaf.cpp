@@ -374,17 +374,16 @@ PlateLeaf& TubeLeaf::condensed() {
     return !(force <= small_force * left);
   };
   plate.set_state(state);
-  plate_is_corrected_ = wrong_force();
-  if (plate_is_corrected_) plate.assemble();
+  bool is_assembled = wrong_force();
+  if (is_assembled) plate.assemble();
   // Pulled along its chord an arc bends far more than its fields, of second order in the pull,
   // can tell, and so does a leaf under more than it carries alone: the steps that are left then.
-  constexpr double good = 1e-4, believed = 1e-3;
+  constexpr double good = 1e-4;
   constexpr int most = 12;
-  const bool far = shape.curve || !reason_.empty() || doubted_alone_;
   double change = check_;
-  for (int k = 0; ((far && change > good) || wrong_force()) && k < most; ++k) {
-    if (!plate_is_corrected_) plate.assemble();
-    plate_is_corrected_ = true;
+  for (int k = 0; (change > good || wrong_force()) && k < most; ++k) {
+    if (!is_assembled) plate.assemble();
+    is_assembled = true;
     state = plate.state();
     const VectorXd further = plate.internal_step(Vector12d::Zero());
     change = further.cwiseAbs().maxCoeff();
@@ -393,12 +392,12 @@ PlateLeaf& TubeLeaf::condensed() {
     plate.assemble();
   }
   // written so that what is no number is not believed either
-  const bool expanded_anew = shape.curve || !reason_.empty();
-  const double first = expanded_anew ? 0 : check_;
-  if (!(first <= believed) || !(change <= believed) || wrong_force())
+  if (!(change <= good) || wrong_force())
     rebuilt_gap_ =
         fmt::format("its full state, rebuilt, moves by {:.1e} of its length, by {:.1e} at last",
                     check_, change);
+  else if (is_assembled)
+    rebuilt_gap_ = gap_to_full(plate);
   full_state_ = plate.state();
   return plate;
 }

@@ -288,6 +288,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
     bool better_potential_helps = true;  ///< else the full leaf has to take over
   };
   Doubt doubt(const Surroundings& surroundings);
+  /// Why the leaf is not believed beside the full one, in equilibrium between the same edges.
+  std::string gap_to_full(const PlateLeaf& plate) const;
   /// Why a leaf that is indefinite alone is not believed, by the full leaf rebuilt at its state.
   std::string doubt_beside_full(const EdgeSurroundings& about);
   /// The leaf with a better potential, at the same state; null where there is none.
@@ -325,7 +327,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was
   std::uint64_t state_number_ = 0;              ///< of the plate in the pool that stands there
-  bool plate_is_corrected_ = false;             ///< assembled after the Newton step, not before it
 };
 
 }  // namespace flexopt

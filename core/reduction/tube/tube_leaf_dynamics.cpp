@@ -150,9 +150,7 @@ LeafDynamics TubeLeaf::dynamics_of(const TubeDynamics::Answer& local) const {
   dynamics.mass.bottomRightCorner<internal, internal>() =
       local.mass.bottomRightCorner<internal, internal>();
   const double unit = scale_.energy / scale_.mass;
-  dynamics.stiffness = MatrixXd::Zero(12 + internal, 12 + internal);
-  dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
-  dynamics.stiffness.bottomRightCorner<internal, internal>() = unit * local.stiffness;
+  dynamics.internal_stiffness = unit * local.stiffness;
   const double to_hertz = std::sqrt(unit) / (2 * std::numbers::pi);
   dynamics.mode_frequencies =
       to_hertz * local.stiffness.diagonal()
@@ -214,7 +212,6 @@ LeafDynamics TubeLeaf::condensed_dynamics(DynamicsRequest request) {
   if (others > 0)
     if (std::optional<CondensedLeaf> known = states.find(*model_->mesh(), here, request)) {
       check_ = known->check;
-      plate_is_corrected_ = known->corrected;
       full_state_ = PlateLeaf::State{edges_, std::move(known->unknowns)};
       state_number_ = 0;
       return std::move(known->dynamics);
@@ -222,7 +219,7 @@ LeafDynamics TubeLeaf::condensed_dynamics(DynamicsRequest request) {
   PlateLeaf& plate = condensed();
   LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, request);
   if (others > 0 && rebuilt_gap_.empty())
-    states.keep(here, request, {full_state_->x, check_, plate_is_corrected_, dynamics},
+    states.keep(here, request, {full_state_->x, check_, dynamics},
                 static_cast<std::size_t>(std::min(others, most_kept)));
   return dynamics;
 }
@@ -232,8 +229,6 @@ LeafDynamics TubeLeaf::dynamics(DynamicsRequest request) {
   if (!request.shapes)
     if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(request)) return *tabulated;
   LeafDynamics dynamics = condensed_dynamics(request);
-  // the tube knows the stiffness better than the rebuilt state, not better than the one after it
-  if (!plate_is_corrected_) dynamics.stiffness.topLeftCorner<12, 12>() = evaluation_.tangent;
   dynamics.check = check_;
   return dynamics;
 }

@@ -99,6 +99,10 @@ constexpr double largest_change_along_ray = 0.003;
 /// (R21), and of a drive load, (R22).
 constexpr double largest_own_change = 0.01, largest_load_change = 0.01;
 
+/// Bounds on what the full leaf between the same edges has of other forces, measured as above, and
+/// of another stiffness, (R23).
+constexpr double largest_force_gap = 0.001, largest_stiffness_gap = 0.01;
+
 /// What changes of a drive's load and stiffness are relative to at least, of what all leaves add to
 /// them without signs.
 constexpr double least_share = 0.1;
@@ -198,6 +202,22 @@ double TubeLeaf::change_along_ray(const HighestDegree& highest) const {
   const Eigen::Matrix2d change{{all(theta1y, theta1y), all(theta1y, theta2y)},
                                {all(theta2y, theta1y), all(theta2y, theta2y)}};
   return std::abs(ray.dot(change * ray)) / (shape.mean_width() * ray.dot(bending * ray));
+}
+
+std::string TubeLeaf::gap_to_full(const PlateLeaf& plate) const {
+  // g' = (B Bᵀ)⁻¹ B q', so that forces and stiffness over q give those over g
+  const Rows6x12& B = response_.frame.B;
+  const Rows6x12 P = (B * B.transpose()).llt().solve(B);
+  const Vector6d force = P * plate.force();
+  const Matrix12d K = plate.tangent() - geometric_stiffness(response_.frame, force);
+  const double forces = own_change({force - response_.mixed.gradient, Matrix6d::Zero()}),
+               stiffness = relative_change(P * K * P.transpose() - response_.mixed.hessian,
+                                           response_.mixed.hessian)
+                               .value_or(0);  // indefinite: forces tell alone
+  if (forces <= largest_force_gap && stiffness <= largest_stiffness_gap) return {};
+  return fmt::format(
+      "the full leaf at its state has other forces by {:.2g}, another stiffness by {:.2g}", forces,
+      stiffness);
 }
 
 // A leaf that comes near to buckling between its edges has an indefinite stiffness on its own. Its

@@ -49,13 +49,6 @@ LeafDynamics ConstantMass::dynamics(System& system, int i, DynamicsRequest reque
     for (Eigen::Index k = 0; k < d.shape_motion.rows(); k += 3)
       d.shape_motion.middleRows<3>(k) = (R * d.shape_motion.middleRows<3>(k)).eval();
   }
-  const LeafEvaluation& now = system.leaf(i).evaluation();
-  d.stiffness.topLeftCorner<12, 12>() = now.tangent;
-  if (now.point) {
-    d.stiffness.block<3, 3>(12, 12) = now.point->tangent;
-    d.stiffness.block<3, 12>(12, 0) = now.point->coupling;
-    d.stiffness.block<12, 3>(0, 12) = now.point->coupling.transpose();
-  }
   return d;
 }
 

@@ -88,19 +88,9 @@ void add_leaf(const System& system, const LeafDynamics& leaf, bool motions,
     return MatrixXd(columns(Eigen::all, kept));
   };
   part.mass = of_bodies(of_bodies(leaf.mass).transpose());
-  part.stiffness = leaf.stiffness.bottomRightCorner(k, k);
+  part.stiffness = leaf.internal_stiffness;
   if (motions && leaf.stations.rows() > 0) part.stations = of_bodies(leaf.stations);
   if (leaf.shape_motion.rows() > 0) part.shape = of_bodies(leaf.shape_motion);
-  // a condensed full leaf is nearer the truth than the reduced one it stands in for
-  const Matrix12d better =
-      leaf.stiffness.topLeftCorner<12, 12>() - system.leaf(i).evaluation().tangent;
-  if (!better.isZero(0))
-    for (const int a : sides)
-      for (const int b : sides) {
-        const Matrix6d Qa = system.edge_map(i, a), Qb = system.edge_map(i, b);
-        pencil.K_bodies.block(a == 0 ? l.base : l.tip, b == 0 ? l.base : l.tip) +=
-            Qa.transpose() * better.block<6, 6>(6 * a, 6 * b) * Qb;
-      }
   pencil.leaves.push_back(std::move(part));
   pencil.size += k;
 }

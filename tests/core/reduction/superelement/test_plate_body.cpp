@@ -118,7 +118,7 @@ TEST_CASE("a segment between rigid edges is the undeflected plate leaf", "[reduc
   CHECK(same(condensed.superelement.mass, dynamics.mass) < 1e-9);
   for (int k = 0; k < 2; ++k)
     CHECK(condensed.superelement.stiffness(12 + k, 12 + k) ==
-          Approx(dynamics.stiffness(12 + k, 12 + k)).epsilon(1e-6));
+          Approx(dynamics.internal_stiffness(k, k)).epsilon(1e-6));
   // soft directions do not drown in the norm
   const MatrixXd A = Lu(scaled(condensed.superelement.stiffness).bottomRightCorner(6, 6)).inverse(),
                  B = Lu(scaled(full.evaluation().tangent).bottomRightCorner(6, 6)).inverse();

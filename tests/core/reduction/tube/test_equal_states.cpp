@@ -19,8 +19,8 @@ Matrix3d turn(double angle, const Vector3d& axis) {
 }
 
 /// Undeflected to here, in the axes of the leaf and over its length.
-const EdgePoses bent{EdgePose{{0.01, 0.02, -0.01}, turn(0.015, {0.1, -1, 0.02})},
-                     EdgePose{{1.00996875, 0.02025, -0.0125}, turn(0.02, {-0.08, 1, 0.015})}};
+const EdgePoses bent{EdgePose{{0.01, 0.02, -0.01}, turn(0.00375, {0.1, -1, 0.02})},
+                     EdgePose{{1.009998, 0.0200625, -0.010625}, turn(0.005, {-0.08, 1, 0.015})}};
 
 /// The image of `bent` in a mirror, turned as a whole.
 EdgePoses image(const Vector3d& mirror, const Matrix3d& turned) {
@@ -79,7 +79,6 @@ TEST_CASE(
     return (a - b).norm() < 1e-6 * b.norm();
   };
   CHECK(same(taken.mass.topLeftCorner(12, 12), own.mass.topLeftCorner(12, 12)));
-  CHECK(same(taken.stiffness.topLeftCorner(12, 12), own.stiffness.topLeftCorner(12, 12)));
   CHECK(
       same(taken.mass.topRightCorner(12, 2).cwiseAbs(), own.mass.topRightCorner(12, 2).cwiseAbs()));
   CHECK(same(taken.stations.leftCols(12), own.stations.leftCols(12)));
@@ -105,7 +104,7 @@ TEST_CASE("only leaves in equal deformations share", "[tube]") {
   const VectorXd unknowns = PlateLeaf::undeflected(mesh).x;
   CondensedLeaf condensed;
   condensed.unknowns = unknowns;
-  condensed.dynamics.mass = condensed.dynamics.stiffness = MatrixXd::Identity(12, 12);
+  condensed.dynamics.mass = MatrixXd::Identity(12, 12);
   condensed.dynamics.stations = MatrixXd::Zero(6, 12);
   EqualStates states;
   states.keep(stand, 2, condensed, 4);
