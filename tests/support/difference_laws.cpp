@@ -61,9 +61,13 @@ double Looker::stiffest() const {
 static bool softens(const Run& run) {
   const auto& path = run.path();
   for (std::size_t k = 0; k < path.front().drive_stiffnesses.size(); ++k) {
-    const auto stiffness = [k](const PathPoint& p) { return p.drive_stiffnesses[k]; };
-    const auto [least, most] = std::ranges::minmax(path, {}, stiffness);
-    if (stiffness(least) < stiffness(most) / 1.5) return true;
+    double least = 1e300, most = -1e300;
+    for (const PathPoint& p : path)
+      if (believed(p)) {
+        least = std::min(least, p.drive_stiffnesses[k]);
+        most = std::max(most, p.drive_stiffnesses[k]);
+      }
+    if (least < most - std::abs(most) / 3) return true;
   }
   return false;
 }

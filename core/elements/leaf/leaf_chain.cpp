@@ -230,9 +230,8 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   dynamics.shape_motion = shape_motion(parts, lines) * R;
   dynamics.internal_stiffness = omega2.head(kept).asDiagonal();
   dynamics.mode_frequencies.resize(kept);
-  for (int k = 0; k < kept; ++k) {
+  for (int k = 0; k < kept; ++k)
     dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k])) / (2 * std::numbers::pi);
-  }
   // half: no shapes of the boundary's own inertia, so more modes are needed
   const bool stable = kept > 0 && omega2[kept - 1] > 0;
   dynamics.highest_mode = stable ? 0.5 * dynamics.mode_frequencies[kept - 1] : 0;

@@ -126,8 +126,9 @@ class LeafElement {
   /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
   /// empty where it has one.
   virtual std::string interior_gap(InteriorUse use);
-  /// Why the full leaf that a reduced one rebuilt at its present state, for frequencies or stress,
-  /// is not to be believed; empty where it is, or where none was rebuilt.
+  /// Why a reduced leaf is not to be believed beside the full one that it rebuilt at its present
+  /// state, for frequencies or stress, or that one is not; empty where both are, or none was
+  /// rebuilt.
   virtual std::string rebuilt_gap() const { return {}; }
 
   /// Tells where the interior is and how it follows the edges; after evaluate(). It is empty for a

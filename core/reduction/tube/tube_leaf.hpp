@@ -264,8 +264,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LeafDynamics condensed_dynamics(DynamicsRequest request);
   LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
-  /// What the stress is taken from where it is not from tables: of a leaf that has some, after a
-  /// Newton step.
+  /// What the stress is taken from where it is not from tables: of a leaf that has some, after
+  /// the steps of condensed().
   std::vector<MatrixXd> stressed_nodal();
   /// How far the axial force is from that about which the potential is expanded, over the load that
   /// buckles the leaf between held edges.
@@ -276,7 +276,9 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
     Matrix6d stiffness;
   };
   HighestDegree highest_degree() const;
-  double own_change(const HighestDegree& highest) const;  ///< DegreeChanges::own
+  /// What a force beside the leaf's own makes of nominal stress, over the leaf's: s(Δg)/s(g) of
+  /// (R21).
+  double own_change(const Vector6d& force) const;
   DegreeChanges changes_in(const EdgeSurroundings& surroundings,
                            const HighestDegree& highest) const;
   /// What the highest degree adds to the stiffness along the ray, the one against the drive, over
@@ -310,8 +312,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LeafSpring leaf_;
   int index_;
   std::string reason_;
-  bool doubted_alone_ = false;  ///< the last test needed the mechanism
-  int centred_ = 0;             ///< so often expanded anew about its forces
+  int centred_ = 0;  ///< so often expanded anew about its forces
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;
   EdgePoses edges_;  ///< scaled

@@ -120,7 +120,7 @@ TubeLeaf::HighestDegree TubeLeaf::highest_degree() const {
   return {response_.mixed.gradient - lower.gradient, response_.mixed.hessian - lower.hessian};
 }
 
-double TubeLeaf::own_change(const HighestDegree& highest) const {
+double TubeLeaf::own_change(const Vector6d& force) const {
   const PlateShape& shape = model_->shape();
   const double w = shape.mean_width(), t = shape.mean_thickness();
   const auto nominal_stress = [&](const Vector6d& g) {
@@ -129,7 +129,7 @@ double TubeLeaf::own_change(const HighestDegree& highest) const {
   };
   constexpr double slight = 1e-6;  // [rad] of bending: less is rounding
   const double least = 6 / t * 4 * w * slight;
-  return nominal_stress(highest.force) / std::max(nominal_stress(response_.mixed.gradient), least);
+  return nominal_stress(force) / std::max(nominal_stress(response_.mixed.gradient), least);
 }
 
 namespace {
@@ -174,7 +174,7 @@ TubeLeaf::DegreeChanges TubeLeaf::changes_in(const EdgeSurroundings& surrounding
 TubeLeaf::DegreeChanges TubeLeaf::changes_in(const EdgeSurroundings& s,
                                              const HighestDegree& highest) const {
   DegreeChanges changes;
-  changes.own = own_change(highest);
+  changes.own = own_change(highest.force);
   const Rows6x12& B = response_.frame.B;
   const Rows6x12 KB = highest.stiffness.lazyProduct(B);
   Matrix12d change = geometric_stiffness(response_.frame, highest.force);
@@ -210,14 +210,18 @@ std::string TubeLeaf::gap_to_full(const PlateLeaf& plate) const {
   const Rows6x12 P = (B * B.transpose()).llt().solve(B);
   const Vector6d force = P * plate.force();
   const Matrix12d K = plate.tangent() - geometric_stiffness(response_.frame, force);
-  const double forces = own_change({force - response_.mixed.gradient, Matrix6d::Zero()}),
+  const double forces = own_change(force - response_.mixed.gradient),
                stiffness = relative_change(P * K * P.transpose() - response_.mixed.hessian,
                                            response_.mixed.hessian)
                                .value_or(0);  // indefinite: forces tell alone
-  if (forces <= largest_force_gap && stiffness <= largest_stiffness_gap) return {};
-  return fmt::format(
-      "the full leaf at its state has other forces by {:.2g}, another stiffness by {:.2g}", forces,
-      stiffness);
+  if (!(forces <= largest_force_gap))
+    return fmt::format("the full leaf between the same edges has other forces by {:.2g} > {:.2g}",
+                       forces, largest_force_gap);
+  if (!(stiffness <= largest_stiffness_gap))
+    return fmt::format(
+        "the full leaf between the same edges has another stiffness by {:.2g} > {:.2g}", stiffness,
+        largest_stiffness_gap);
+  return {};
 }
 
 // A leaf that comes near to buckling between its edges has an indefinite stiffness on its own. Its
@@ -249,14 +253,14 @@ TubeLeaf::Doubt TubeLeaf::doubt(const Surroundings& surroundings) {
   const auto too_large = [&](double change) {
     return change > largest || next * change > largest_next_change;
   };
-  doubted_alone_ = !alone || too_large(*alone);
-  const double own = own_change(highest);
+  const bool doubted_alone = !alone || too_large(*alone);
+  const double own = own_change(highest.force);
   if (own > largest_own_change)
     return {fmt::format(
         "its potential has not converged: degree {} changes its forces by {:.2g} > {:.2g}", degree,
         own, largest_own_change)};
   if (alone && !too_large(*alone / least_share)) return {};
-  if (const double along_ray = doubted_alone_ ? change_along_ray(highest) : 0;
+  if (const double along_ray = doubted_alone ? change_along_ray(highest) : 0;
       along_ray > largest_change_along_ray)
     return {fmt::format(
         "its potential has not converged: degree {} changes its stiffness against the drive by "
@@ -298,7 +302,7 @@ LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
   const auto [reason, better_potential_helps] = doubt(surroundings);
   if (reason.empty()) return {};
   // a series that changes its forces by more than they are says nothing of those to expand about
-  if (better_potential_helps && own_change(highest_degree()) < 1)
+  if (better_potential_helps && own_change(highest_degree().force) < 1)
     if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason))
       return {true, std::move(better)};
   return {true, full_model(reason)};

@@ -34,7 +34,7 @@ Matrix3d turn_of(const System& system, int i) {
 
 }  // namespace
 
-LeafDynamics ConstantMass::dynamics(System& system, int i, DynamicsRequest request) {
+LeafDynamics ConstantMass::dynamics(const System& system, int i, DynamicsRequest request) {
   const auto key = std::tuple(i, request.modes, request.shapes);
   if (!known_.contains(key)) known_[key] = undeflected_[i]->dynamics(request);
   LeafDynamics d = known_.at(key);

@@ -16,10 +16,10 @@ class ConstantMass {
   /// Uses undeflected full leaves, whatever the accuracy of the model.
   ConstantMass(const Mechanism& mechanism, const ModelOptions& model);
 
-  /// Craig–Bampton dynamics of a leaf of the assembled system: its present tangent beside the
-  /// undeflected leaf's mass, internal shapes and their frequencies, M = T M0 Tᵀ with T the turn
-  /// of the chord frame (of the base edge, where the tip is free) for every vector of three.
-  LeafDynamics dynamics(System& system, int leaf, DynamicsRequest request);
+  /// Craig–Bampton dynamics of a leaf of the assembled system: the undeflected leaf's mass,
+  /// internal shapes and their frequencies, M = T M0 Tᵀ with T the turn of the chord frame (of the
+  /// base edge, where the tip is free) for every vector of three.
+  LeafDynamics dynamics(const System& system, int leaf, DynamicsRequest request);
 
  private:
   std::vector<std::unique_ptr<LeafElement>> undeflected_;

@@ -111,7 +111,7 @@ std::string interior_gap(System& system, const StrokeRequest& request, std::size
   return {};
 }
 
-// Why what a reduced leaf rebuilt is not believed; empty where all are.
+// Why a reduced leaf is not believed beside what it rebuilt; empty where all are.
 std::string rebuilt_gap(const System& system) {
   for (int i = 0; i < system.leaves(); ++i)
     if (const std::string gap = system.leaf(i).rebuilt_gap(); !gap.empty())

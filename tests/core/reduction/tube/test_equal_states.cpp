@@ -31,6 +31,10 @@ EdgePoses image(const Vector3d& mirror, const Matrix3d& turned) {
   return edges;
 }
 
+/// Four times as far, where the tube about the flat leaf has other forces.
+const EdgePoses far{EdgePose{{0.01, 0.02, -0.01}, turn(0.015, {0.1, -1, 0.02})},
+                    EdgePose{{1.00996875, 0.02025, -0.0125}, turn(0.02, {-0.08, 1, 0.015})}};
+
 std::unique_ptr<TubeLeaf> leaf_at(const std::shared_ptr<TubeModel>& model, const Matrix3d& axes,
                                   const EdgePoses& scaled) {
   LeafSpring spring = models::leaf({0.01, 0.02, 0.03}, {1, 0, 0}, 0.1, 0.03, 5e-4);
@@ -92,6 +96,16 @@ TEST_CASE(
   CHECK(second->max_stress().value == Approx(first->max_stress().value).epsilon(1e-7));
   for (const double along : {0.0, 0.3, 1.0})
     CHECK((second->material_point(along, 0.2) - alone->material_point(along, 0.2)).norm() < 1e-9);
+}
+
+TEST_CASE("what is not believed beside the full leaf is not taken over", "[tube]") {
+  const auto shared = tube();
+  const auto first = leaf_at(shared, Matrix3d::Identity(), far),
+             second = leaf_at(shared, Matrix3d::Identity(), far);
+  const LeafDynamics known = first->dynamics({2}), own = second->dynamics({2});
+  for (const TubeLeaf* leaf : {first.get(), second.get()})
+    CHECK_THAT(leaf->rebuilt_gap(), Catch::Contains("has other forces by 0.028"));
+  CHECK(own.mode_frequencies == known.mode_frequencies);
 }
 
 TEST_CASE("only leaves in equal deformations share", "[tube]") {

@@ -120,6 +120,7 @@ TEST_CASE("a constant mass only turns: its eigenvalues stay, its axes follow the
     CHECK((after.mass - after.mass.transpose()).norm() < 1e-12 * after.mass.norm());
     CHECK((eigenvalues(after) - eigenvalues(before)).norm() < 1e-12 * eigenvalues(before).norm());
     CHECK((after.mode_frequencies - before.mode_frequencies).norm() == 0);
+    CHECK(after.internal_stiffness == before.internal_stiffness);
     // a rod's third of the leaf moves with its tip along the chord, which turned
     const EdgePose base = bent.edge_pose(0, 0), tip = bent.edge_pose(0, 1);
     const Vector3d chord = (tip.position - base.position).normalized();
