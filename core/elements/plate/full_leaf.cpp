@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/elements/plate/deformed_plate.hpp"
+#include "core/elements/plate/mesh_numbers.hpp"
 #include "core/elements/plate/section_stress.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/profile.hpp"
@@ -36,12 +37,64 @@ PlateSupport plate_support(const LeafSpring& leaf, const PlateMesh& mesh) {
   return support;
 }
 
+namespace {
+
+// What beam elements on the lines of this mesh leave out of the compliance of a leaf of varying
+// section, against bending by moments at both edges. Their curvature is linear in each element, so
+// that beside the exact ∫ m mᵀ/EI, m = (1 − s, s), they have in each
+//
+//     Cᵀ A⁻¹ C,   A = ∫ EI u uᵀ,   C = ∫ u mᵀ,   u = (1, s)
+//
+// with EI ~ w t³ across the width and w³ t in the plane; the largest relative difference of both.
+double missing_compliance(const PlateShape& shape) {
+  constexpr int samples = 24;
+  const std::vector<double> lines = MeshNumbers<double>(shape).x;
+  double missing = 0;
+  for (const int plane : {0, 1}) {
+    Eigen::Matrix2d exact = Eigen::Matrix2d::Zero(), of_elements = exact;
+    for (std::size_t i = 0; i + 1 < lines.size(); ++i) {
+      const double h = lines[i + 1] - lines[i];
+      Eigen::Matrix2d A = Eigen::Matrix2d::Zero(), C = A;
+      for (int k = 0; k < samples; ++k) {
+        const double xi = (k + 0.5) / samples, s = lines[i] + h * xi,
+                     w = profile_at(shape.width_profile, s),
+                     t = profile_at(shape.thickness_profile, s),
+                     EI = plane == 0 ? w * t * t * t : w * w * w * t, weight = h / samples;
+        const Eigen::Vector2d u(1, xi - 0.5), m(1 - s, s);
+        A += weight * EI * u * u.transpose();
+        C += weight * u * m.transpose();
+        exact += weight / EI * m * m.transpose();
+      }
+      of_elements += C.transpose() * A.inverse() * C;
+    }
+    missing =
+        std::max(missing, SymmetricEigen(exact - of_elements, exact).eigenvalues().maxCoeff());
+  }
+  return missing;
+}
+
+// How many times as many elements along a leaf of varying section has.
+int refinement(PlateShape shape) {
+  constexpr double small = 0.003;
+  constexpr int most_refined = 8;
+  const ProfileRange thickness = profile_range(shape.thickness_profile);
+  // a notch bends where it is thin: twice the elements, and closer together there
+  int times = thickness.largest > 1.5 * thickness.smallest ? 2 : 1;
+  if (!shape.has_profile()) return times;
+  // of the default mesh, so that finer ones are finer everywhere
+  for (; times < most_refined; ++times) {
+    shape.mesh[0] = times * default_mesh[0];
+    if (missing_compliance(shape) <= small) break;
+  }
+  return times;
+}
+
+}  // namespace
+
 PlateShape leaf_shape(const LeafSpring& leaf, const ModelOptions& model) {
   PlateShape shape = plate_shape(leaf, model.mesh, model.free_edge_torsion);
   shape.transverse_shear = model.transverse_shear;
-  // a notch bends where it is thin: twice the elements, and closer together there
-  const ProfileRange thickness = profile_range(leaf.thickness_profile);
-  if (thickness.largest > 1.5 * thickness.smallest) shape.mesh[0] *= 2;
+  shape.mesh[0] *= refinement(shape);
   // the error of an arc's elements grows with the fourth power of their angle
   const double angle = std::abs(leaf.curve.value_or(0));
   if (angle > 1.8)

@@ -94,7 +94,7 @@ double unit_of(const Mechanism& m) {
 TEST_CASE("modes of a leaf far above those of a heavy body are found", "[derivatives]") {
   // a notch of 3 um under a body that is thousands of times as heavy as the leaf
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {6, 2}};
-  for (const double deep : {490.0, 5e3, 5e5}) {
+  for (const double deep : {490.0, 5e3}) {
     Mechanism m = models::single_leaf(1.14e-3, 4e-3, 2.85e-6);
     for (const double s : profile_stations())
       m.leaves[0].thickness_profile.push_back(1 + deep * (s - 0.5) * (s - 0.5));
