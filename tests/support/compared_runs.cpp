@@ -112,7 +112,8 @@ class SideBySide {
                         at_, a, b, std::abs(a - b) / std::max(scale, 1e-300), scale, check);
   }
 
-  // Of every row the largest of the path; of loads what makes a twentieth of the largest work.
+  // Finds the largest value of each row along the path, and of loads what makes a twentieth of
+  // the largest work.
   void find_sizes() {
     for (const PathPoint& p : one_.path()) {
       if (!believed(p)) continue;

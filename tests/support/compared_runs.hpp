@@ -45,7 +45,7 @@ Run run(const nlohmann::json& job);
 // Converged, stable and on the primary branch.
 bool believed(const PathPoint& point);
 
-// Of the longest leaf.
+// The length of the longest leaf.
 double length_of(const Mechanism& mechanism);
 
 // [N]; moments over the length.
@@ -57,7 +57,7 @@ void compare(const Run& one, const Run& other, const Twin& twin, const LawTolera
 
 // What the reduction may be off by: README's accuracy of reduced leaves, three times.
 inline constexpr LawTolerance of_reduction{0.01, 0.03};
-// Of the same leaves, expanded about other states.
+// What leaves may be off by that are expanded about other states.
 inline constexpr LawTolerance of_expansion{0.005, 0.015};
 // Full leaves, by Newton's tolerance and rounding.
 inline constexpr LawTolerance of_rounding{2e-5, 1e-4};

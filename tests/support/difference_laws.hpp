@@ -17,7 +17,7 @@ class Looker {
  private:
   const nlohmann::json& points() const { return job_["stroke"]["at"]; }
 
-  // Where few laws are asked for each mechanism is looked at by every third one, in turn.
+  // Runs one law; a mechanism is looked at by every third one, in turn, where few are asked for.
   void law(const std::string& name, const std::function<void(Difference&)>& look);
   void look_at(const std::string& name, std::size_t number,
                const std::function<void(Difference&)>& look);

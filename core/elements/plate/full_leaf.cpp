@@ -41,9 +41,9 @@ namespace {
 
 // What beam elements on the lines of this mesh leave out of the compliance of a leaf of varying
 // section, against bending by moments at both edges. Their curvature is linear in each element, so
-// that beside the exact ∫ m mᵀ/EI, m = (1 − s, s), they have in each
+// that in place of the exact ∫ m mᵀ/EI, m = (1 − s, s), each has
 //
-//     Cᵀ A⁻¹ C,   A = ∫ EI u uᵀ,   C = ∫ u mᵀ,   u = (1, s)
+//     Cᵀ A⁻¹ C,   A = ∫ EI u uᵀ,   C = ∫ u mᵀ,   u = (1, ξ − ½), ξ in it
 //
 // with EI ~ w t³ across the width and w³ t in the plane; the largest relative difference of both.
 double missing_compliance(const PlateShape& shape) {
@@ -81,7 +81,7 @@ int refinement(PlateShape shape) {
   // a notch bends where it is thin: twice the elements, and closer together there
   int times = thickness.largest > 1.5 * thickness.smallest ? 2 : 1;
   if (!shape.has_profile()) return times;
-  // of the default mesh, so that finer ones are finer everywhere
+  // the default mesh decides for all meshes, so that a finer one is finer everywhere
   for (; times < most_refined; ++times) {
     shape.mesh[0] = times * default_mesh[0];
     if (missing_compliance(shape) <= small) break;
