@@ -3,15 +3,58 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <span>
+#include <type_traits>
 
+#include "core/math/decompositions.hpp"
 #include "core/math/dual.hpp"
 #include "core/mechanism/profile.hpp"
 #include "designs/design_reader.hpp"
 #include "designs/flattener.hpp"
 
 namespace flexopt {
+namespace {
+
+/// Throws where a profile with these numbers, each at one of profile_stations(), is not the
+/// formula: where it has more than 1 % less or more bending compliance ∫ t⁻³ (1 − s, s)(1 − s, s)ᵀ
+/// ds under some pair of moments at the edges, or steps from one polynomial to the next.
+void expect_followed(std::span<const double> numbers, const std::function<double(double)>& formula,
+                     const std::string& pointer) {
+  constexpr double small = 0.01;
+  constexpr const char* advice = "make a leaf of each part, or let the size vary more gently";
+  constexpr int samples = 10 * profile_pieces;
+  Eigen::Matrix2d apart = Eigen::Matrix2d::Zero(), whole = apart;
+  for (int k = 0; k < samples; ++k) {
+    const double s = (k + 0.5) / samples, own = std::pow(formula(s), -3);
+    const Eigen::Vector2d moment(1 - s, s);
+    apart += (std::pow(profile_at(numbers, s), -3) - own) * moment * moment.transpose();
+    whole += own * moment * moment.transpose();
+  }
+  const double off = SymmetricEigen(apart, whole).eigenvalues().cwiseAbs().maxCoeff();
+  if (!(off <= small))
+    throw SpecError(
+        pointer, fmt::format("{:.2g} %", 100 * off),
+        fmt::format("the size varies so steeply that {} polynomials along the leaf miss "
+                    "more than {:g} % of its bending compliance: {}",
+                    profile_pieces, 100 * small, advice));
+  for (int k = 1; k < profile_pieces; ++k) {
+    const double border = static_cast<double>(k) / profile_pieces;
+    const ProfileWeights weights = profile_weights(numbers.size(), border);
+    std::array<double, 2> side{};  // the mean of both is the value
+    for (int i = 0; i < weights.count; ++i)
+      side[2 * i / weights.count] += 2 * weights.weight[i] * numbers[weights.first + i];
+    const double step = std::abs(side[1] - side[0]);
+    if (!(step <= small * std::min(side[0], side[1])))
+      throw SpecError(pointer, fmt::format("a step of {:.3g} m", step),
+                      fmt::format("the size steps at s = {:.3g}: {}", border, advice));
+  }
+}
+
+}  // namespace
 
 template <class S>
 FlatSize<S> Flattener<S>::size_along(const DesignSize& size, const std::string& pointer,
@@ -23,10 +66,12 @@ FlatSize<S> Flattener<S>::size_along(const DesignSize& size, const std::string& 
     return result;
   }
   slots_.push_back(S(0));
-  for (const double s : profile_stations()) {
+  const auto at = [&](double s) {
     slots_.back() = S(s);
-    result.values.push_back(positive({0, size.profile}, pointer + "/profile", what));
-  }
+    return positive({0, size.profile}, pointer + "/profile", what);
+  };
+  for (const double s : profile_stations()) result.values.push_back(at(s));
+  if constexpr (std::is_same_v<S, double>) expect_followed(result.values, at, pointer + "/profile");
   slots_.pop_back();
   std::vector<double> numbers;
   for (const S& x : slots_) numbers.push_back(value_of(x));

@@ -99,7 +99,7 @@ bool judge(const Mechanism& mechanism, const StrokeRequest& request,
   for (const StrokeResponse* one : {&reduced, &own, &along, &across})
     if (one->status != Status::ok) return false;
   each_with_truth(
-      errors_of(reduced, {&own, &along, &across, mesh, longest_leaf(mechanism)}), truth,
+      errors_of(reduced, {&own, &along, &across, mesh, scale_of(mechanism)}), truth,
       [&](const EstimatedError& number, double true_value, std::size_t) {
         numbers.push_back({number.kind, family, std::abs(number.value - true_value) / number.scale,
                            number.relative()});

@@ -144,6 +144,10 @@ void add_matrices(const PathPoint& point, std::vector<EstimatedError>& numbers) 
     }
 }
 
+std::string load_name(const std::string& drive) {
+  return drive.empty() ? "drive_load" : "drive_load." + drive;
+}
+
 constexpr const char* displacements = "displacement";
 constexpr const char* rotations = "rotation";
 
@@ -153,19 +157,72 @@ std::string scale_key(const EstimatedError& number) {
   return number.name.substr(0, number.name.find('.'));
 }
 
-/// What motions are relative to: the largest of the path, and at least a thousandth of what the
-/// other kind of motion does over the longest leaf. A hinge whose axis stays where it is has
-/// displacements of rounding alone.
-double motion_scale(const std::map<std::string, double>& largest, const std::string& key,
-                    double length) {
-  const auto of = [&](const char* kind) {
-    const auto found = largest.find(kind);
-    return found == largest.end() ? 0 : found->second;
-  };
-  if (length == 0) return of(key.c_str());
-  return key == displacements ? std::max(of(displacements), least_share * length * of(rotations))
-                              : std::max(of(rotations), least_share * of(displacements) / length);
-}
+/// What the numbers of a path are relative to (after (S28)), and how far two evaluations of a
+/// number that is zero are apart by rounding.
+class Scales {
+ public:
+  Scales(const MechanismScale& of, const std::vector<PathPoint>& path) : of_(of) {
+    for (const PathPoint& point : path) {
+      driven(load_name(""), point.stroke);
+      for (std::size_t k = 0; k < std::min(point.strokes.size(), point.drive_names.size()); ++k)
+        driven(load_name(point.drive_names[k]), point.strokes[k]);
+    }
+  }
+
+  void add(const EstimatedError& number) {
+    double& of = largest_[scale_key(number)];
+    of = std::max(of, std::abs(number.value));
+  }
+
+  /// `stiffness`: that of the drive of a load; of no meaning for other numbers.
+  double scale(const EstimatedError& number, double stiffness) const {
+    const std::string key = scale_key(number);
+    if (number.kind == ErrorKind::motion)
+      return key == displacements
+                 ? std::max(largest(key), least_share * of_.length * largest(rotations))
+                 : std::max(largest(key), least_share * over_length(largest(displacements)));
+    double of_motion = 0;
+    if (number.kind == ErrorKind::load)
+      of_motion = std::abs(stiffness) * (is_moment(number.name) ? over_length(moved()) : moved());
+    return std::max(std::abs(number.value), least_share * std::max(largest(key), of_motion));
+  }
+
+  double rounding(const EstimatedError& number) const {
+    constexpr double of_force = 1e-12, of_place = 1e-7;
+    switch (number.kind) {
+      case ErrorKind::load:
+        return of_force * of_.force * (is_moment(number.name) ? of_.length : 1);
+      case ErrorKind::motion:
+        return of_place * (scale_key(number) == displacements ? of_.length : 1);
+      case ErrorKind::stress:
+        return number.name.ends_with("_stress") ? of_force * of_.modulus : 0;
+      case ErrorKind::stiffness:
+      case ErrorKind::frequency:
+      case ErrorKind::none:
+        break;
+    }
+    return 0;
+  }
+
+ private:
+  double largest(const std::string& key) const {
+    const auto found = largest_.find(key);
+    return found == largest_.end() ? 0 : found->second;
+  }
+  bool is_moment(const std::string& load) const { return of_.moments.contains(load); }
+  void driven(const std::string& load, double stroke) {
+    driven_ = std::max(driven_, (is_moment(load) ? of_.length : 1) * std::abs(stroke));
+  }
+  double over_length(double motion) const { return of_.length > 0 ? motion / of_.length : 0; }
+  /// The largest motion of the path, angles times the longest leaf [m].
+  double moved() const {
+    return std::max({driven_, largest(displacements), of_.length * largest(rotations)});
+  }
+
+  MechanismScale of_;
+  double driven_ = 0;
+  std::map<std::string, double> largest_;
+};
 
 struct MeanSquare {
   double sum = 0;
@@ -216,22 +273,32 @@ Values values_of(const StrokeResponse* response, std::size_t k) {
   return values;
 }
 
-/// The number's distances from the full leaves' values, each times what makes an error of it;
-/// false where one of these is missing.
+/// The number's distances from the full leaves' values beyond `rounding`, each times what makes an
+/// error of it; false where one of these is missing.
 bool set_differences(const Values& own, const Values& along, const Values& across,
-                     const FullPaths& full, EstimatedError& number) {
+                     const FullPaths& full, double rounding, EstimatedError& number) {
   const auto at = own.find(number.name), longer = along.find(number.name),
              wider = across.find(number.name);
   if (at == own.end() || longer == along.end() || (full.across && wider == across.end()))
     return false;
   const std::array<int, 2> next{more_along(full.mesh)[0], more_across(full.mesh)[1]};
-  number.reduction = std::abs(number.value - at->second);
+  const auto difference = [&](double a, double b) {
+    return std::max(0.0, std::abs(a - b) - rounding);
+  };
+  number.reduction = difference(number.value, at->second);
   number.along =
-      error_over_difference(full.mesh[0], next[0]) * std::abs(at->second - longer->second);
+      error_over_difference(full.mesh[0], next[0]) * difference(at->second, longer->second);
   if (full.across)
     number.across =
-        error_over_difference(full.mesh[1], next[1]) * std::abs(at->second - wider->second);
+        error_over_difference(full.mesh[1], next[1]) * difference(at->second, wider->second);
   return true;
+}
+
+/// Stiffness of the drive whose load the number is; zero where the numbers do not have it.
+double stiffness_of_drive(const Values& numbers, const EstimatedError& load) {
+  if (load.kind != ErrorKind::load) return 0;
+  const auto found = numbers.find("drive_stiffness" + load.name.substr(load_name("").size()));
+  return found == numbers.end() ? 0 : found->second;
 }
 
 LargestError largest_of(const EstimatedError& number, std::size_t point) {
@@ -288,14 +355,11 @@ StrokeRequest estimate_request(StrokeRequest request) {
 StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
   StrokeErrors errors;
   errors.path.resize(response.path.size());
-  std::map<std::string, double> largest;  // of each scale
+  Scales scales(full.scale, response.path);
   for (std::size_t k = 0; k < response.path.size(); ++k) {
     if (!is_converged(response, k)) continue;
     errors.path[k] = estimated_numbers(response.path[k]);
-    for (const EstimatedError& number : errors.path[k]) {
-      double& of = largest[scale_key(number)];
-      of = std::max(of, std::abs(number.value));
-    }
+    for (const EstimatedError& number : errors.path[k]) scales.add(number);
   }
   Differences differences;
   for (std::size_t k = 0; k < response.path.size(); ++k) {
@@ -311,13 +375,10 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
       continue;
     }
     std::erase_if(errors.path[k], [&](EstimatedError& number) {
-      return !set_differences(own, along, across, full, number);
+      return !set_differences(own, along, across, full, scales.rounding(number), number);
     });
     for (EstimatedError& number : errors.path[k]) {
-      const std::string key = scale_key(number);
-      number.scale = number.kind == ErrorKind::motion
-                         ? motion_scale(largest, key, full.length)
-                         : std::max(std::abs(number.value), least_share * largest[key]);
+      number.scale = scales.scale(number, stiffness_of_drive(own, number));
       if (number.scale > 0) differences.add(number, k);
     }
   }
@@ -336,7 +397,7 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
       const double share = raw > 0 ? number.across / (number.along + number.across) : 0;
       number.along = (1 - share) * mesh * number.scale;
       number.across = share * mesh * number.scale;
-      number.theory = error_of(number, full.theory) * number.scale;
+      number.theory = error_of(number, full.scale.theory) * number.scale;
     }
   return errors;
 }
@@ -345,6 +406,19 @@ double longest_leaf(const Mechanism& mechanism) {
   double length = 0;
   for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
   return length;
+}
+
+MechanismScale scale_of(const Mechanism& mechanism) {
+  MechanismScale scale{.length = longest_leaf(mechanism), .theory = profile_error(mechanism)};
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    const double modulus = leaf.material.youngs_modulus;
+    scale.modulus = std::max(scale.modulus, modulus);
+    scale.force = std::max(scale.force, modulus * leaf.width * leaf.thickness);
+  }
+  const DriveList drives(mechanism);
+  for (const DriveList::Item& drive : drives.items)
+    if (is_rotation(drive.direction)) scale.moments.insert(load_name(drive.name));
+  return scale;
 }
 
 bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model) {
@@ -369,7 +443,7 @@ StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& mod
   const StrokeResponse longer = with_mesh(more_along(model.mesh));
   if (across) wider = with_mesh(more_across(model.mesh));
   return errors_of(response, {reduced ? &own : &response, &longer, across ? &wider : nullptr,
-                              model.mesh, longest_leaf(mechanism), profile_error(mechanism)});
+                              model.mesh, scale_of(mechanism)});
 }
 
 std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses) {

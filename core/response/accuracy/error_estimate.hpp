@@ -2,6 +2,7 @@
 // Estimated errors of all numbers of a stroke, from full leaves on the same mesh and on finer ones.
 #include <array>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,16 @@ struct StrokeErrors {
   const EstimatedError* find(std::size_t point, const std::string& name) const;
 };
 
+/// What the numbers of a mechanism's paths are large or small against.
+struct MechanismScale {
+  double length = 0;              ///< longest_leaf [m]
+  double force = 0;               ///< largest E w t of a leaf [N]
+  double modulus = 0;             ///< largest E of a leaf [Pa]
+  std::set<std::string> moments;  ///< names of the drive loads that are moments
+  ProfileError theory;
+};
+MechanismScale scale_of(const Mechanism& mechanism);
+
 /// Request of a path from which errors can be estimated.
 StrokeRequest estimate_request(StrokeRequest request);
 
@@ -38,8 +49,7 @@ struct FullPaths {
   const StrokeResponse *own = nullptr, *along = nullptr;
   const StrokeResponse* across = nullptr;  ///< null where no leaf has elements across
   std::array<int, 2> mesh{};               ///< own
-  double length = 0;                       ///< longest_leaf of the mechanism [m]
-  ProfileError theory;                     ///< of the mechanism
+  MechanismScale scale;
 };
 
 /// Errors of a response by some model on that mesh.

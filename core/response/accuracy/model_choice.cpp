@@ -22,7 +22,7 @@ class Paths {
       : mechanism_(&mechanism),
         model_(&model),
         across_(has_elements_across(mechanism, model)),
-        theory_(profile_error(mechanism)) {
+        scale_(scale_of(mechanism)) {
     for (const StrokeRequest& request : requests) requests_.push_back(estimate_request(request));
   }
 
@@ -48,12 +48,8 @@ class Paths {
   }
 
   KeptFullPaths full(const std::array<int, 2>& mesh, std::size_t k) {
-    return {get(Accuracy::full, mesh, k),
-            get(Accuracy::full, more_along(mesh), k),
-            across_ ? get(Accuracy::full, more_across(mesh), k) : nullptr,
-            mesh,
-            longest_leaf(*mechanism_),
-            theory_};
+    return {get(Accuracy::full, mesh, k), get(Accuracy::full, more_along(mesh), k),
+            across_ ? get(Accuracy::full, more_across(mesh), k) : nullptr, mesh, scale_};
   }
 
   double cost() const { return cost_; }
@@ -84,7 +80,7 @@ class Paths {
   const Mechanism* mechanism_;
   const ModelOptions* model_;
   bool across_;
-  ProfileError theory_;
+  MechanismScale scale_;
   double cost_ = 0;
   std::vector<StrokeRequest> requests_;
   std::map<Key, Path> paths_;

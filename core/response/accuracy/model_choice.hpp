@@ -28,10 +28,9 @@ struct TriedModel {
 struct KeptFullPaths {
   std::shared_ptr<const StrokeResponse> own, along, across;
   std::array<int, 2> mesh{};
-  double length = 0;  ///< longest_leaf [m]
-  ProfileError theory;
+  MechanismScale scale;
 
-  FullPaths view() const { return {own.get(), along.get(), across.get(), mesh, length, theory}; }
+  FullPaths view() const { return {own.get(), along.get(), across.get(), mesh, scale}; }
 };
 
 /// Which model was chosen, and why.
