@@ -14,18 +14,30 @@ std::string plural(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
-/// Tells how many of the points with an equilibrium are unstable; empty if none is.
-std::string unstable_text(const std::vector<PathPoint>& path) {
-  const auto count = static_cast<std::size_t>(std::ranges::count_if(
+/// Tells how many points are on the branch that bifurcates; empty if none is.
+std::string other_branch_text(const std::vector<PathPoint>& path) {
+  const auto other = [](const PathPoint& p) {
+    return p.status == PointStatus::converged && p.other_branch;
+  };
+  const auto count = static_cast<std::size_t>(std::ranges::count_if(path, other));
+  if (count == 0) return "";
+  return fmt::format(" {} of {} {} on the stable branch that turns away, from point {} on.", count,
+                     plural(path.size(), "point"), count == 1 ? "is" : "are",
+                     std::ranges::find_if(path, other) - path.begin());
+}
+
+/// Tells of stability: points that are unstable, changes on the way, points that left their branch.
+std::string stability_text(const std::vector<PathPoint>& path) {
+  const auto unstable = static_cast<std::size_t>(std::ranges::count_if(
       path, [](const PathPoint& p) { return p.status == PointStatus::converged && !p.stable; }));
+  std::string text;
+  if (unstable > 0)
+    text += fmt::format(" With the drive held it is unstable at {} of {}.", unstable,
+                        plural(path.size(), "point"));
   const auto passed = std::ranges::find(path, true, &PathPoint::bifurcation_passed);
-  const std::string bifurcation = passed == path.end() || passed->message.empty()
-                                      ? ""
-                                      : fmt::format(" On the way {}.", passed->message);
-  if (count == 0) return bifurcation;
-  return fmt::format(" With the drive held it is unstable at {} of {}.", count,
-                     plural(path.size(), "point")) +
-         bifurcation;
+  if (passed != path.end() && !passed->message.empty())
+    text += fmt::format(" On the way {}.", passed->message);
+  return text + other_branch_text(path);
 }
 
 /// Note for a run of reduced accuracy with derivatives: exact derivatives are those of full leaves
@@ -51,7 +63,7 @@ std::pair<std::string, std::string> conclusion(const StrokeResponse& response, A
     return {"ok", fmt::format("Equilibrium found at {}, {} accuracy{}.{}",
                               plural(path.size(), "stroke point"), name_of(accuracy),
                               why.empty() ? "" : "; no frequency derivatives: " + why,
-                              unstable_text(path))};
+                              stability_text(path))};
   }
   const char* status = response.status == Status::limit_reached ? "limit_reached"
                        : response.status == Status::left_branch ? "left_branch"
@@ -85,7 +97,7 @@ void conclude_evaluation(RunRecord& record) {
       fmt::format("Equilibrium found at {} in {} load cases, {} accuracy.",
                   plural(points, "stroke point"), record.cases.size(), name_of(accuracy));
   for (std::size_t k = 0; k < record.cases.size(); ++k)
-    if (const std::string text = unstable_text(record.cases[k].path); !text.empty())
+    if (const std::string text = stability_text(record.cases[k].path); !text.empty())
       record.message += fmt::format(" Load case {}:{}", record.job.cases[k].name, text);
   if (differentiated) record.message += full_leaves_text(record.cases.front().path);
 }

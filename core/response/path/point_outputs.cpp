@@ -54,8 +54,14 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   const EndEffectorCompliance c = end_effector_compliance(system);
   point.compliance_free = c.drive_free;
   point.compliance_locked = c.drive_locked;
-  for (int d = 0; d < 6; ++d)
-    if (!c.still[d]) point.support_stiffness[d] = 1 / c.drive_locked(d, d);
+  // what a direction that is all but held gives way by is rounding: 1e-16 of the softest of its
+  // kind
+  constexpr double least_share = 1e-12;
+  for (int d = 0; d < 6; ++d) {
+    const double softest = c.drive_free.diagonal().segment<3>(3 * (d / 3)).cwiseAbs().maxCoeff();
+    if (!c.still[d] && std::abs(c.drive_locked(d, d)) > least_share * softest)
+      point.support_stiffness[d] = 1 / c.drive_locked(d, d);
+  }
   point.drive_stiffnesses.assign(c.drive_stiffness.begin(), c.drive_stiffness.end());
   if (!point.drive_stiffnesses.empty()) point.drive_stiffness = point.drive_stiffnesses.front();
   point.negative_pivots =
