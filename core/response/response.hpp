@@ -64,7 +64,7 @@ struct BodyMotion {
 };
 
 /// A material point of a leaf with its thickness or of a body's box, by coordinates of its own:
-/// core/response/space/solids.hpp.
+/// core/response/solids.hpp.
 struct SolidPoint {
   int solid = -1;  ///< the leaves first, then the boxes
   Vector3d at = Vector3d::Zero();

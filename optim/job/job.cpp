@@ -9,7 +9,7 @@
 
 #include "core/mechanism/body_inertia.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
-#include "core/response/accuracy/error_estimate.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/numerics/parallel.hpp"
 #include "optim/problem/gradient_checker.hpp"
+#include "optim/solvers/parallel.hpp"
 
 namespace flexopt {
 namespace {

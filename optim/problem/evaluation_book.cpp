@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "optim/numerics/parallel.hpp"
+#include "optim/solvers/parallel.hpp"
 
 namespace flexopt {
 

@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "optim/numerics/central_differences.hpp"
-#include "optim/numerics/sharing.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_log.hpp"
+#include "optim/solvers/central_differences.hpp"
+#include "optim/solvers/sharing.hpp"
 
 namespace flexopt {
 

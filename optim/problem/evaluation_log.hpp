@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "optim/numerics/sharing.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_record.hpp"
 #include "optim/problem/line_log.hpp"
+#include "optim/solvers/sharing.hpp"
 
 namespace flexopt {
 

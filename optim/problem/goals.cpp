@@ -6,8 +6,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/response/path/stroke_ways.hpp"
 #include "core/response/quantities.hpp"
-#include "core/response/stroke_series/stroke_ways.hpp"
 #include "optim/job/job_numbers.hpp"
 
 namespace flexopt {

@@ -6,13 +6,13 @@
 #include <array>
 #include <cmath>
 
+#include "core/response/path/stroke_ways.hpp"
 #include "core/response/principal_stiffness.hpp"
-#include "core/response/stroke_series/stroke_ways.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
-#include "optim/numerics/sampled_rounding.hpp"
 #include "optim/problem/goals.hpp"
+#include "optim/solvers/sampled_rounding.hpp"
 
 namespace flexopt {
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/files/draft.hpp"
+#include "core/spec/draft.hpp"
 #include "core/spec/spec_error.hpp"
 
 namespace flexopt {

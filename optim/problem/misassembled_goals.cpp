@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "optim/numerics/central_differences.hpp"
+#include "optim/solvers/central_differences.hpp"
 
 namespace flexopt {
 

@@ -12,8 +12,8 @@
 #include <optional>
 #include <vector>
 
-#include "optim/numerics/correction.hpp"
 #include "optim/problem/evaluation_book.hpp"
+#include "optim/solvers/correction.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {

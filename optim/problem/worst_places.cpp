@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "core/math/decompositions.hpp"
-#include "optim/numerics/unit_points.hpp"
 #include "optim/problem/misassembled_goals.hpp"
 #include "optim/solvers/problem.hpp"
+#include "optim/solvers/unit_points.hpp"
 
 namespace flexopt {
 namespace {

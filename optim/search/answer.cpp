@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "optim/numerics/parallel.hpp"
 #include "optim/search/search.hpp"
 #include "optim/search/stages.hpp"
+#include "optim/solvers/parallel.hpp"
 
 namespace flexopt {
 namespace {

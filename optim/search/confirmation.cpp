@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/math/decompositions.hpp"
-#include "optim/numerics/multipliers.hpp"
 #include "optim/search/stages.hpp"
+#include "optim/solvers/multipliers.hpp"
 #include "optim/solvers/trials.hpp"
 
 namespace flexopt {

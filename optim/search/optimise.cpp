@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cassert>
 
-#include "optim/numerics/parallel.hpp"
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/search/stages.hpp"
+#include "optim/solvers/parallel.hpp"
 
 namespace flexopt {
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "optim/numerics/sharing.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/search/optimum.hpp"
+#include "optim/solvers/sharing.hpp"
 
 namespace flexopt {
 

@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "optim/job/job_sections.hpp"
-#include "optim/numerics/parallel.hpp"
-#include "optim/numerics/unit_points.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/search/stages.hpp"
+#include "optim/solvers/parallel.hpp"
 #include "optim/solvers/problem.hpp"
+#include "optim/solvers/unit_points.hpp"
 
 namespace flexopt {
 

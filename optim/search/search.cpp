@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "optim/numerics/multipliers.hpp"
-#include "optim/numerics/unit_points.hpp"
+#include "optim/solvers/multipliers.hpp"
+#include "optim/solvers/unit_points.hpp"
 
 namespace flexopt {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <set>
 
-#include "optim/numerics/parallel.hpp"
 #include "optim/search/stages.hpp"
+#include "optim/solvers/parallel.hpp"
 
 namespace flexopt {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "optim/numerics/multipliers.hpp"
+#include "optim/solvers/multipliers.hpp"
 #include "optim/solvers/problem.hpp"
 
 namespace flexopt {

@@ -7,7 +7,7 @@
 #include "core/reduction/atlas/atlas_file.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/numerics/parallel.hpp"
+#include "optim/solvers/parallel.hpp"
 #include "results/cli/commands.hpp"
 #include "results/run/progress.hpp"
 

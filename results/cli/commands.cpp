@@ -11,10 +11,11 @@
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "designs/family.hpp"
-#include "optim/compare/comparison.hpp"
 #include "optim/problem/check_gradients.hpp"
+#include "optim/studies/comparison.hpp"
+#include "results/cli/new_job.hpp"
 #include "results/cli/printed.hpp"
-#include "results/drawing/design_drawing.hpp"
+#include "results/export/design_drawing.hpp"
 #include "results/export/formats.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
@@ -23,7 +24,6 @@
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "results/server/serve.hpp"
-#include "results/start/new_job.hpp"
 
 namespace flexopt {
 

@@ -7,7 +7,7 @@
 #include "core/response/quantities.hpp"
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
-#include "optim/numerics/sharing.hpp"
+#include "optim/solvers/sharing.hpp"
 #include "results/files/run_record.hpp"
 #include "results/run/run_files.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <system_error>
 
-#include "core/files/draft.hpp"
+#include "core/spec/draft.hpp"
 #include "core/spec/spec_error.hpp"
 
 namespace flexopt {

@@ -10,7 +10,7 @@ namespace flexopt {
 /// this.
 void check_writable(const std::filesystem::path& folder);
 
-/// Writes a file as write_whole (core/files/draft.hpp) does. Throws SpecError (pointer --out) if
+/// Writes a file as write_whole (core/spec/draft.hpp) does. Throws SpecError (pointer --out) if
 /// that fails; the old file then stays untouched.
 void write_file(const std::filesystem::path& file, std::string_view content);
 /// Writes a file, or removes that of an earlier run where there is no content.

@@ -11,8 +11,8 @@
 
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/elements/plate/leaf_validity.hpp"
+#include "core/mechanism/mobility.hpp"
 #include "core/response/fatigue_law.hpp"
-#include "core/response/mobility/mobility.hpp"
 #include "core/response/quantities.hpp"
 #include "designs/family.hpp"
 #include "optim/job/job_numbers.hpp"

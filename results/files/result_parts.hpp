@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/response/accuracy/error_estimate.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "core/response/request.hpp"
 #include "core/response/response.hpp"
 #include "results/files/json_text.hpp"

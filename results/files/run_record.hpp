@@ -6,14 +6,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/response/accuracy/model_choice.hpp"
+#include "core/response/path/model_choice.hpp"
 #include "core/response/response.hpp"
-#include "optim/compare/comparison.hpp"
 #include "optim/job/job.hpp"
-#include "optim/maps/response_map.hpp"
 #include "optim/search/optimum.hpp"
-#include "optim/tolerances/assembly_study.hpp"
-#include "optim/tolerances/tolerance_study.hpp"
+#include "optim/studies/assembly_study.hpp"
+#include "optim/studies/comparison.hpp"
+#include "optim/studies/response_map.hpp"
+#include "optim/studies/tolerance_study.hpp"
 
 namespace flexopt {
 

@@ -3,9 +3,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "optim/numerics/parallel.hpp"
 #include "optim/problem/goals.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
+#include "optim/solvers/parallel.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/library/translated.hpp"

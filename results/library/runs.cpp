@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/numerics/parallel.hpp"
+#include "optim/solvers/parallel.hpp"
 #include "results/files/folder.hpp"
 #include "results/run/run.hpp"
 #include "results/run/run_files.hpp"

@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "optim/numerics/parallel.hpp"
+#include "optim/solvers/parallel.hpp"
 
 namespace flexopt {
 

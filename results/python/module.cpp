@@ -11,7 +11,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
-#include "optim/numerics/parallel.hpp"
+#include "optim/solvers/parallel.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/version.hpp"

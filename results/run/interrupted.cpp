@@ -8,11 +8,11 @@
 #include <optional>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/compare/compare.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/search/optimise.hpp"
+#include "optim/studies/compare.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"

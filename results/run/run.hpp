@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "optim/numerics/sharing.hpp"
+#include "optim/solvers/sharing.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/run_record.hpp"
 #include "results/run/progress.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "optim/job/job.hpp"
-#include "optim/numerics/sharing.hpp"
+#include "optim/solvers/sharing.hpp"
 
 namespace flexopt {
 

@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include "optim/compare/compare.hpp"
-#include "optim/numerics/parallel.hpp"
 #include "optim/search/optimise.hpp"
+#include "optim/solvers/parallel.hpp"
+#include "optim/studies/compare.hpp"
 #include "results/run/progress.hpp"
 
 namespace flexopt {

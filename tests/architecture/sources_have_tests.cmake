@@ -5,7 +5,7 @@ cmake_minimum_required(VERSION 3.25)
 
 # Source, and the test under tests/ that is about it although it has another name.
 set(tested_by
-  core/elements/leaf/leaf_chain core/reduction/modal/test_modal_leaf
+  core/elements/leaf/leaf_chain core/reduction/superelement/test_modal_leaf
   core/elements/plate/beam_section core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
@@ -25,7 +25,7 @@ set(tested_by
   core/elements/plate/plate_fold_gradient core/response/gradients/test_fold_gradients
   core/elements/plate/plate_gradient_quadratic core/response/gradients/test_point_gradients
   core/elements/plate/plate_point_gradient core/response/gradients/test_material_point_gradients
-  core/elements/plate/plate_series core/response/stroke_series/test_frequency_derivatives
+  core/elements/plate/plate_series core/response/path/test_frequency_derivatives
   designs/describe designs/test_families
   designs/design_items designs/test_design_files
   designs/design_parts designs/test_design_files
@@ -54,7 +54,7 @@ set(tested_by
   core/reduction/atlas/compressed_table core/reduction/atlas/test_dynamics_atlas
   core/reduction/atlas/expanded_leaf core/reduction/atlas/test_looked_up_mechanism
   core/reduction/atlas/table_parts core/reduction/atlas/test_dynamics_atlas
-  core/reduction/frame/chord_gradient core/reduction/tube/test_tube_leaf_gradient
+  core/elements/leaf/chord_gradient core/reduction/tube/test_tube_leaf_gradient
   core/reduction/tube/bent_states core/reduction/atlas/test_tube_atlas
   core/reduction/expansion/dynamics_expansion core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/field_solver core/reduction/tube/test_tube_leaf
@@ -63,7 +63,7 @@ set(tested_by
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/tube/interval_coefficients core/reduction/tube/test_tube_potential
   core/reduction/tube/tube_rates core/reduction/tube/test_tube_leaf_gradient
-  core/reduction/frame/chord_edges core/reduction/modal/test_modal_derivatives
+  core/elements/leaf/chord_edges core/reduction/superelement/test_modal_derivatives
   core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
   core/reduction/tube/dynamics_entries core/reduction/tube/test_dynamics_form
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
@@ -75,25 +75,25 @@ set(tested_by
     core/reduction/superelement/test_superelement_leaf
   core/reduction/superelement/superelement_rule
     core/reduction/superelement/test_superelement_points
-  core/response/dynamics/harmonic_answer core/response/dynamics/test_dynamics_measures
-  core/response/dynamics/rigid_motion core/response/dynamics/test_dynamics_measures
-  core/response/buckling/branch_tracer core/response/buckling/test_critical_load
-  core/response/buckling/load_branch core/response/buckling/test_critical_load
-  core/response/buckling/softening core/response/buckling/test_critical_load
+  core/response/modes/harmonic_answer core/response/modes/test_dynamics_measures
+  core/response/modes/rigid_motion core/response/modes/test_dynamics_measures
+  core/response/stability/branch_tracer core/response/stability/test_critical_load
+  core/response/stability/load_branch core/response/stability/test_critical_load
+  core/response/stability/softening core/response/stability/test_critical_load
   core/response/gradients/design_rates core/response/gradients/test_point_gradients
   core/response/modes/constant_mass core/response/modes/test_mass_options
   core/response/modes/frequencies core/response/path/test_response
   core/response/modes/mechanism_factor core/response/modes/test_full_modes
   core/response/modes/mechanism_pencil core/response/path/test_response
   core/response/path/evaluate_stroke core/response/path/test_response
-  core/response/capacity/capacity_limits core/response/capacity/test_load_capacity
+  core/response/stability/capacity_limits core/response/stability/test_load_capacity
   core/response/path/stiffness core/response/path/test_response
-  core/response/stroke_series/stroke_ways core/response/stroke_series/test_mode_tracking
-  core/response/space/clearance core/response/space/test_room_taken
-  core/response/space/extents core/response/space/test_room_taken
-  core/response/space/leaf_mass core/response/space/test_room_taken
-  core/response/space/solid_rates core/response/space/test_solids
-  core/response/space/undeflected_place core/response/space/test_solids
+  core/response/path/stroke_ways core/response/path/test_mode_tracking
+  core/response/clearance core/response/test_room_taken
+  core/response/extents core/response/test_room_taken
+  core/response/leaf_mass core/response/test_room_taken
+  core/response/solid_rates core/response/test_solids
+  core/response/undeflected_place core/response/test_solids
   core/response/probe core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
   core/response/quantity_rows core/response/path/test_response
@@ -102,30 +102,30 @@ set(tested_by
   core/response/path/branch core/response/path/test_response
   core/response/path/full_finish core/response/gradients/test_point_gradients
   core/response/path/point_outputs core/response/path/test_response
-  core/response/stroke_series/mechanism_series
-    core/response/stroke_series/test_frequency_derivatives
+  core/response/path/mechanism_series
+    core/response/path/test_frequency_derivatives
   core/spec/formula_dimensions core/spec/test_formula
   core/spec/formula_functions core/spec/test_formula
   core/spec/formula_parser core/spec/test_formula
   core/spec/formula_tokens core/spec/test_formula
   core/spec/json_schema optim/job/test_job_schema
   core/spec/spec_error core/spec/test_json_file
-  optim/compare/comparison optim/compare/test_compare
-  optim/job/compared_quantity optim/compare/test_compare
+  optim/studies/comparison optim/studies/test_compare
+  optim/job/compared_quantity optim/studies/test_compare
   optim/job/expression optim/job/test_job
-  optim/job/job_assembly optim/tolerances/test_assembly_study
+  optim/job/job_assembly optim/studies/test_assembly_study
   optim/job/job_capacity optim/job/test_job_wrong
-  optim/job/job_compare optim/compare/test_samples
+  optim/job/job_compare optim/studies/test_samples
   optim/job/job_design optim/job/test_job
   optim/job/job_goals optim/job/test_job_optimise
   optim/job/job_loads optim/job/test_job
-  optim/job/job_maps optim/maps/test_response_map
+  optim/job/job_maps optim/studies/test_response_map
   optim/job/job_numbers optim/job/test_job
   optim/job/job_shape optim/job/test_job
   optim/job/job_tables optim/job/test_job
   optim/job/model_table optim/job/test_job
   optim/job/search_tables optim/job/test_job_optimise
-  optim/job/job_tolerances optim/tolerances/test_tolerance_study
+  optim/job/job_tolerances optim/studies/test_tolerance_study
   optim/search/answer optim/search/test_optimise
   optim/problem/check_gradients results/cli/test_command_line
   optim/problem/gradient_checker results/cli/test_command_line
@@ -147,11 +147,11 @@ set(tested_by
   results/cli/run_command results/run/test_shard
   results/cli/run_json results/cli/test_terminal
   results/cli/stroke_table results/cli/test_summary
-  results/drawing/dimension_lines results/drawing/test_design_drawing
-  results/drawing/parts_picture results/drawing/test_design_drawing
-  results/drawing/placed_design results/drawing/test_measures
-  results/drawing/svg results/drawing/test_design_drawing
-  results/drawing/view_picture results/drawing/test_design_drawing
+  results/export/dimension_lines results/export/test_design_drawing
+  results/export/parts_picture results/export/test_design_drawing
+  results/export/placed_design results/export/test_measures
+  results/export/svg results/export/test_design_drawing
+  results/export/view_picture results/export/test_design_drawing
   results/export/ccx_limits results/export/test_ccx_deck
   results/export/ccx_model results/export/test_ccx_deck
   results/export/convex_hull results/export/test_triangles
@@ -173,8 +173,8 @@ set(tested_by
   results/library/problem results/library/test_flexopt
   results/library/results results/library/test_flexopt
   results/library/runs results/python/test_runs
-  results/start/first_goals results/start/test_new_job
-  results/start/first_stroke results/start/test_new_job
+  results/cli/first_goals results/cli/test_new_job
+  results/cli/first_stroke results/cli/test_new_job
   results/server/local_server results/server/test_serve
   results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files

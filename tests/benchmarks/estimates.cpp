@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/math/memory.hpp"
-#include "core/response/accuracy/model_choice.hpp"
+#include "core/response/path/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "tests/benchmarks/estimates/drawn_designs.hpp"
 #include "tests/benchmarks/page.hpp"

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/response/mobility/mobility.hpp"
+#include "core/mechanism/mobility.hpp"
 #include "core/response/response.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"

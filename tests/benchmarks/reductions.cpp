@@ -1,7 +1,8 @@
 // Errors of the reductions over the stroke, against full leaves on the same mesh.
 //
 // Parallel guide to 0.3 L and cross hinge to 30° and 45°, beam leaves of 100 × 30 × 0.5 mm. Prints
-// the table of core/reduction/modal/README.md: 32 elements a leaf, as in the planar prototype.
+// the table of core/reduction/superelement/README.md: 32 elements a leaf, as in the planar
+// prototype.
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/math/ridders.hpp"
-#include "core/response/mobility/mobility.hpp"
+#include "core/mechanism/mobility.hpp"
 #include "core/response/response.hpp"
 #include "designs/describe.hpp"
 #include "support/families.hpp"

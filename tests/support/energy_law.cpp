@@ -7,8 +7,8 @@
 
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
-#include "core/response/accuracy/error_estimate.hpp"
 #include "core/response/models/leaf_models.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "support/bearable_loads.hpp"
 #include "support/mechanism_laws.hpp"
 #include "support/one_stroke.hpp"

@@ -11,9 +11,9 @@
 
 #include "core/math/decompositions.hpp"
 #include "core/math/work_limit.hpp"
-#include "core/response/accuracy/error_estimate.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "core/response/quantities.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job.hpp"

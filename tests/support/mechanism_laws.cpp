@@ -8,7 +8,7 @@
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
-#include "core/response/accuracy/error_estimate.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 

@@ -8,8 +8,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "core/response/accuracy/error_estimate.hpp"
-#include "core/response/mobility/mobility.hpp"
+#include "core/mechanism/mobility.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "core/response/response.hpp"
 #include "support/bearable_loads.hpp"
 #include "support/mechanism_laws.hpp"

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "optim/numerics/unit_points.hpp"
 #include "optim/search/search.hpp"
+#include "optim/solvers/unit_points.hpp"
 #include "support/guide.hpp"
 #include "support/random_design.hpp"
 

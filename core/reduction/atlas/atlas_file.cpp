@@ -13,11 +13,11 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "core/files/draft.hpp"
 #include "core/math/polynomial.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 #include "core/reduction/atlas/table_parts.hpp"
+#include "core/spec/draft.hpp"
 
 namespace flexopt {
 namespace {

@@ -9,7 +9,7 @@
 //     W_s = ∂W*/∂s,  W_ub = c f,  W_ee = [W*_ss 0; 0 0] − hᵀ F⁻¹ h,  h = dR/de,  F = W*_ff   (C2)
 //
 // Off stationarity (R ≠ 0): W −= ½ Rᵀ F⁻¹ R and W_e −= hᵀ F⁻¹ R, correct to first order in R.
-#include "core/reduction/frame/chord_frame.hpp"
+#include "core/elements/leaf/chord_frame.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
 
 namespace flexopt {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/elements/leaf/chord_gradient.hpp"
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/leaf/leaf_linear.hpp"
-#include "core/reduction/frame/chord_gradient.hpp"
 #include "core/reduction/tube/dynamics_form.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "core/reduction/tube/tube_rates.hpp"

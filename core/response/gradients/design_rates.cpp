@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "core/math/rotation.hpp"
-#include "core/response/dynamics/rigid_motion.hpp"
 #include "core/response/gradients/joint_gradients.hpp"
 #include "core/response/gradients/load_gradients.hpp"
 #include "core/response/gradients/spring_gradients.hpp"
+#include "core/response/modes/rigid_motion.hpp"
 
 namespace flexopt {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/math/eigenvalue_branches.hpp"
 #include "core/math/rotation.hpp"
-#include "core/response/space/room_taken.hpp"
+#include "core/response/room_taken.hpp"
 #include "core/response/stress_safety.hpp"
 
 namespace flexopt {

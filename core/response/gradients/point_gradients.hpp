@@ -3,11 +3,11 @@
 // Equations (S6)–(S10) of core/response/README.md.
 #include <vector>
 
-#include "core/response/dynamics/dynamics_measures.hpp"
 #include "core/response/gradients/design_rates.hpp"
+#include "core/response/modes/dynamics_measures.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
-#include "core/response/space/solids.hpp"
+#include "core/response/solids.hpp"
 #include "core/response/stroke_gradients.hpp"
 
 namespace flexopt {

@@ -15,7 +15,7 @@
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/reduction/atlas/tube_atlas.hpp"
-#include "core/reduction/modal/modal_leaf.hpp"
+#include "core/reduction/superelement/modal_leaf.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"

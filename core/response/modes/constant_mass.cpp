@@ -1,8 +1,8 @@
 #include "core/response/modes/constant_mass.hpp"
 
+#include "core/elements/leaf/chord_frame.hpp"
 #include "core/elements/leaf/leaf_scale.hpp"
 #include "core/math/nearest_rotation.hpp"
-#include "core/reduction/frame/chord_frame.hpp"
 #include "core/response/models/leaf_models.hpp"
 
 namespace flexopt {

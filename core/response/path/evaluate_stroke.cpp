@@ -12,10 +12,10 @@
 #include "core/mechanism/joint.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
-#include "core/response/space/room_taken.hpp"
-#include "core/response/space/undeflected_place.hpp"
+#include "core/response/path/stroke_ways.hpp"
+#include "core/response/room_taken.hpp"
 #include "core/response/stress_history.hpp"
-#include "core/response/stroke_series/stroke_ways.hpp"
+#include "core/response/undeflected_place.hpp"
 
 namespace flexopt {
 namespace {

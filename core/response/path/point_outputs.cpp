@@ -7,15 +7,15 @@
 
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
-#include "core/response/buckling/critical_load.hpp"
-#include "core/response/dynamics/state_space.hpp"
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/frequencies.hpp"
+#include "core/response/modes/state_space.hpp"
+#include "core/response/path/low_modes.hpp"
 #include "core/response/path/stiffness.hpp"
-#include "core/response/space/room_taken.hpp"
+#include "core/response/path/stroke_ways.hpp"
+#include "core/response/room_taken.hpp"
+#include "core/response/stability/critical_load.hpp"
 #include "core/response/stress_safety.hpp"
-#include "core/response/stroke_series/low_modes.hpp"
-#include "core/response/stroke_series/stroke_ways.hpp"
 
 namespace flexopt {
 namespace {

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "core/equilibrium/stroke_path.hpp"
-#include "core/response/capacity/load_capacity.hpp"
-#include "core/response/dynamics/dynamics_measures.hpp"
 #include "core/response/gradients/design_rates.hpp"
 #include "core/response/modes/constant_mass.hpp"
+#include "core/response/modes/dynamics_measures.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/response.hpp"
-#include "core/response/space/solids.hpp"
+#include "core/response/solids.hpp"
+#include "core/response/stability/load_capacity.hpp"
 #include "core/response/stroke_gradients.hpp"
-#include "core/response/stroke_series/frequency_derivatives.hpp"
 
 namespace flexopt {
 

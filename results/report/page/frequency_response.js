@@ -1,5 +1,5 @@
 // Frequency responses about the equilibrium that is shown, from the modes of its linear model:
-// equation (H3) of core/response/dynamics/README.md.
+// equation (H3) of core/response/modes/README.md.
 import {greatest, max, min, range} from "d3";
 import {line_chart} from "./charts.js";
 import {direction_colors, palette} from "./colors.js";

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "optim/numerics/unit_points.hpp"
 #include "optim/search/stages.hpp"
+#include "optim/solvers/unit_points.hpp"
 #include "support/guide.hpp"
 
 using namespace flexopt;

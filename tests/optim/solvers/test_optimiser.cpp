@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/numerics/multipliers.hpp"
+#include "optim/solvers/multipliers.hpp"
 #include "optim/solvers/problem.hpp"
 
 using namespace flexopt;

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "optim/compare/compare.hpp"
+#include "optim/studies/compare.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/csv.hpp"
 #include "results/files/result_json.hpp"

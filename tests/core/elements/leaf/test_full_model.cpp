@@ -11,7 +11,7 @@
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
-#include "core/response/stroke_series/frequency_derivatives.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "support/evaluated.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/reduction/frame/chord_frame.hpp"
+#include "core/elements/leaf/chord_frame.hpp"
 #include "superelement_bodies.hpp"
 #include "superelement_law.hpp"
 #include "support/real_rotations.hpp"

@@ -5,7 +5,7 @@
 
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
-#include "core/response/mobility/mobility.hpp"
+#include "core/mechanism/mobility.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/strokes.hpp"

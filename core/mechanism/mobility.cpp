@@ -1,0 +1,220 @@
+#include "core/mechanism/mobility.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "core/math/rotation.hpp"
+#include "core/math/sparse_rank.hpp"
+#include "core/mechanism/joint.hpp"
+
+namespace flexopt {
+namespace {
+
+// What holds bodies: a leaf, a joint, or the held directions of a body.
+struct Member {
+  std::string name;
+  std::array<int, 2> body{ground, ground};
+};
+
+// One condition on the motions (displacement over the longest leaf, rotation) of two bodies.
+struct Condition {
+  int member = 0;
+  std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
+};
+
+class Conditions {
+ public:
+  explicit Conditions(const Mechanism& mechanism) : mechanism_(&mechanism) {
+    for (const LeafSpring& leaf : mechanism.leaves) length_ = std::max(length_, leaf.length);
+    for (const LeafSpring& leaf : mechanism.leaves) add(leaf);
+    for (const Joint& joint : mechanism.joints) add(joint);
+    for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b) add_held(b);
+  }
+
+  double length() const { return length_; }
+  const std::vector<Member>& members() const { return members_; }
+  const std::vector<Condition>& all() const { return conditions_; }
+
+  /// Entries of the matrix; columns of the body `without` are left out.
+  std::vector<SparseEntry> entries(int without) const {
+    std::vector<SparseEntry> list;
+    for (std::size_t i = 0; i < conditions_.size(); ++i) {
+      const Condition& c = conditions_[i];
+      for (int e = 0; e < 2; ++e) {
+        const int b = members_[static_cast<std::size_t>(c.member)].body[e];
+        if (b < 0 || b == without) continue;
+        for (int k = 0; k < 6; ++k)
+          if (c.gradient[e][k] != 0)
+            list.push_back({static_cast<int>(i), 6 * b + k, c.gradient[e][k]});
+      }
+    }
+    return list;
+  }
+
+ private:
+  int member(std::string name, int body, int other) {
+    members_.push_back({std::move(name), {body, other}});
+    return static_cast<int>(members_.size()) - 1;
+  }
+
+  // Displacement along `direction` of a material point of a body, or of the ground about the
+  // origin.
+  Vector6d displacement(int body, const Vector3d& place, const Vector3d& direction) const {
+    const Vector3d arm = body < 0 ? place : place - mechanism_->bodies[body].reference;
+    Vector6d g;
+    g << direction, arm.cross(direction) / length_;
+    return g;
+  }
+  static Vector6d rotation(const Vector3d& axis) {
+    Vector6d g = Vector6d::Zero();
+    g.tail<3>() = axis;
+    return g;
+  }
+  void add(int member, const Vector6d& body, const Vector6d& other) {
+    conditions_.push_back({member, {body, other}});
+  }
+
+  // The tip, seen from the base, does not move in the plane of a leaf; a wire keeps its length.
+  void add(const LeafSpring& leaf) {
+    const Vector3d along = leaf.axes.col(0), across = leaf.axes.col(1), normal = leaf.axes.col(2);
+    const auto same_displacement = [&](int m, int body, const Vector3d& place,
+                                       const Vector3d& direction) {
+      add(m, displacement(body, place, direction), -displacement(leaf.base, place, direction));
+    };
+    const bool wire = leaf.section == Section::circular;
+    if (leaf.fold && std::abs(std::sin(leaf.fold->angle)) > Mobility::tolerance) {
+      // both legs together hold one direction: along their fold
+      const int m = member(leaf.name, leaf.tip, leaf.base);
+      same_displacement(m, leaf.tip, leaf.origin + along * (leaf.length * leaf.fold->place),
+                        across);
+      return;
+    }
+    if (leaf.tip != free_edge) {
+      const int m = member(leaf.name, leaf.tip, leaf.base);
+      same_displacement(m, leaf.tip, leaf.tip_middle(), along);
+      if (!wire) {
+        same_displacement(m, leaf.tip, leaf.tip_middle(), across);
+        add(m, rotation(normal), -rotation(normal));
+      }
+    }
+    if (leaf.point) {
+      const int m = member(leaf.name, leaf.point->body, leaf.base);
+      const Vector3d place = mechanism_->bodies[leaf.point->body].reference;
+      same_displacement(m, leaf.point->body, place, along);
+      if (!wire) same_displacement(m, leaf.point->body, place, across);
+    }
+  }
+
+  void add(const Joint& joint) {
+    const int m = member(joint.name, joint.body, joint.other);
+    const auto at = [&](int body) {
+      JointBody place;
+      if (body >= 0) place.position = place.reference = mechanism_->bodies[body].reference;
+      return place;
+    };
+    const JointConditions c = conditions(joint, at(joint.body), at(joint.other));
+    const int lengths = size_of(joint.type).lengths;
+    for (int k = 0; k < c.value.size(); ++k) {
+      Vector6d body = c.gradient.row(k).head<6>(), other = c.gradient.row(k).tail<6>();
+      for (Vector6d* g : {&body, &other})
+        if (k < lengths)
+          g->tail<3>() /= length_;
+        else
+          g->head<3>() *= length_;
+      add(m, body, other);
+    }
+  }
+
+  void add_held(int b) {
+    const RigidBody& body = mechanism_->bodies[b];
+    if (std::ranges::none_of(body.held, [](bool held) { return held; })) return;
+    const int m = member(body.name + " (held)", b, ground);
+    for (int d = 0; d < 6; ++d)
+      if (body.held[d]) add(m, Vector6d::Unit(d), Vector6d::Zero());
+  }
+
+  const Mechanism* mechanism_;
+  double length_ = 0;
+  std::vector<Member> members_;
+  std::vector<Condition> conditions_;
+};
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "`" : i + 1 == names.size() ? " and `" : ", `") + names[i] + "`";
+  return text;
+}
+
+// Body and direction in which a self-stress acts: what the member of its last condition does to one
+// of its bodies, as a force or else a moment.
+Redundancy redundancy(const Mechanism& mechanism, const Conditions& conditions,
+                      const std::vector<std::pair<int, double>>& stress) {
+  constexpr double nothing = 1e-6;
+  const auto& members = conditions.members();
+  std::map<int, std::array<Vector6d, 2>> loads;  // of every member on its bodies
+  for (const auto& [k, factor] : stress) {
+    const Condition& c = conditions.all()[static_cast<std::size_t>(k)];
+    auto& load = loads
+                     .try_emplace(c.member, std::array{Vector6d(Vector6d::Zero()),
+                                                       Vector6d(Vector6d::Zero())})
+                     .first->second;
+    for (int e = 0; e < 2; ++e) load[e] += factor * c.gradient[e];
+  }
+  const int last = conditions.all()[static_cast<std::size_t>(stress.back().first)].member;
+  double largest = 0;
+  for (const auto& [m, load] : loads)
+    for (const Vector6d& l : load) largest = std::max(largest, l.norm());
+
+  Redundancy r;
+  for (const auto& [m, load] : loads)
+    if (std::max(load[0].norm(), load[1].norm()) >= nothing * largest) {
+      const std::string& name = members[static_cast<std::size_t>(m)].name;
+      if (std::ranges::find(r.shared_by, name) == r.shared_by.end()) r.shared_by.push_back(name);
+    }
+  const Member& own = members[static_cast<std::size_t>(last)];
+  const int side = own.body[0] >= 0 ? 0 : 1, body = own.body[side];
+  const Vector6d& load = loads.at(last)[side];
+  r.body = body < 0 ? "ground" : mechanism.bodies[body].name;
+  const bool turns = load.head<3>().norm() <= nothing * load.norm();
+  r.axis = (turns ? load.tail<3>() : load.head<3>()).normalized();
+  Eigen::Index k = 0;
+  r.axis.cwiseAbs().maxCoeff(&k);
+  if (r.axis[k] < 0) r.axis = -r.axis;
+  r.axis += Vector3d::Zero();  // 0 for -0
+  r.direction = static_cast<Direction>(k + (turns ? 3 : 0));
+  const std::string direction = (turns ? "about " : "along ") + described(r.axis);
+  if (r.shared_by.size() == 1)
+    r.text = fmt::format("{} is held at both ends {}", listed(r.shared_by), direction);
+  else
+    r.text = fmt::format("{} of `{}` {} is held {}, by {}", turns ? "rotation" : "displacement",
+                         r.body, direction, r.shared_by.size() == 2 ? "twice" : "once too often",
+                         listed(r.shared_by));
+  return r;
+}
+
+}  // namespace
+
+Mobility mobility(const Mechanism& mechanism) {
+  Mobility result;
+  const int coordinates = 6 * static_cast<int>(mechanism.bodies.size());
+  const Conditions conditions(mechanism);
+  const int count = static_cast<int>(conditions.all().size());
+  const DependentRows all =
+      dependent_rows(count, coordinates, conditions.entries(ground), Mobility::tolerance);
+  result.degrees_of_freedom = coordinates - all.rank;
+  result.overconstraints = count - all.rank;
+  // motions of all bodies less those that leave the end-effector where it is
+  result.end_effector_degrees_of_freedom =
+      6 - all.rank +
+      rank_of(count, coordinates, conditions.entries(mechanism.end_effector), Mobility::tolerance);
+  for (const auto& sum : all.sums)
+    result.redundant.push_back(redundancy(mechanism, conditions, sum));
+  return result;
+}
+
+}  // namespace flexopt

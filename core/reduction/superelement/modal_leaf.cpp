@@ -1,0 +1,461 @@
+#include "core/reduction/superelement/modal_leaf.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/elements/plate/deformed_plate.hpp"
+#include "core/elements/plate/full_model.hpp"
+#include "core/elements/plate/section_stress.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/polynomial.hpp"
+#include "core/math/rotation.hpp"
+#include "core/reduction/superelement/modal_derivatives.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr double negligible = 1e-6;  // of a field, once what the others have of it is taken away
+
+// Orthonormal columns Q that span the columns C that were added, one after the other.
+struct Basis {
+  MatrixXd Q;
+
+  void add(const MatrixXd& C) {
+    Q.conservativeResize(C.rows(), Eigen::NoChange);
+    const VectorXd size = C.colwise().norm();
+    const double largest = size.maxCoeff();
+    for (Eigen::Index k = 0; k < C.cols(); ++k) {
+      if (size[k] <= 1e-10 * largest) continue;
+      VectorXd q = C.col(k) / size[k];
+      for (int twice = 0; twice < 2; ++twice) q -= Q * (Q.transpose() * q);
+      const double rest = q.norm();
+      if (rest <= negligible) continue;
+      Q.conservativeResize(Eigen::NoChange, Q.cols() + 1);
+      Q.rightCols<1>() = q / rest;
+    }
+  }
+};
+
+// ∂²/∂ei∂ej of the nodal values of an edge whose rotation vector is e ↦ T e and whose slopes are
+// e ↦ S e, at e = 0: r = p + exp(hat T e)(w0 + w1 S e).
+VectorXd edge_second_derivative(const PlateMesh& mesh, const Eigen::Matrix<double, 3, 6>& T,
+                                const MatrixXd& S, int i, int j) {
+  const int n = mesh.functions_per_line();
+  const auto& slopes = mesh.edge_slopes();
+  const int per_node = static_cast<int>(slopes.size());
+  const Matrix3d Wi = hat(T.col(i)), Wj = hat(T.col(j));
+  VectorXd b(3 * n);
+  for (int s = 0; s < n; ++s) {
+    Vector3d w0 = Vector3d::Zero(), wi = Vector3d::Zero(), wj = Vector3d::Zero();
+    if (s % 4 == 0) w0 = mesh.y()[s / 4] * Vector3d::UnitY();
+    if (s % 4 == 1) w0 = Vector3d::UnitX();
+    if (s % 4 == 2) w0 = Vector3d::UnitY();
+    for (int d = 0; d < per_node; ++d)
+      if (slopes[d].function == s % 4) {
+        wi[slopes[d].axis] += S(per_node * (s / 4) + d, i);
+        wj[slopes[d].axis] += S(per_node * (s / 4) + d, j);
+      }
+    const Vector3d v = 0.5 * (Wi * Wj + Wj * Wi) * w0 + Wi * wj + Wj * wi;
+    for (int c = 0; c < 3; ++c) b[c * n + s] = v[c];
+  }
+  return b;
+}
+
+// The terms of degree 3.
+FieldExpansion third_order(const FieldExpansion& expansion) {
+  constexpr int terms = monomial_count(6, 3) - monomial_count(6, 2);
+  return {expansion.fields.rightCols(terms), expansion.edge_nodal.rightCols(terms)};
+}
+
+// What interface deformations and the lines that follow the edges have of them: X c + X_b b.
+MatrixXd edge_share(const FieldExpansion& third, const MatrixXd& X, const MatrixXd& follow) {
+  constexpr std::array<int, 3> stiff{elongation, theta1z, theta2z};
+  MatrixXd share = X(Eigen::all, stiff) * third.fields.bottomRows(3);
+  const Eigen::Index inner = follow.rows();
+  share.middleRows((X.rows() - inner) / 2, inner) += follow * third.edge_nodal;
+  return share;
+}
+
+}  // namespace
+
+ModalModel::ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method,
+                       ModalDerivativeSet set)
+    : mesh_(std::move(mesh)),
+      slaved_(method == Reduction::quadratic_manifold),
+      slopes_(mesh_->edge_unknowns()) {
+  PlateLeaf plate(mesh_);
+  const int n = plate.unknowns(), u = slopes_, inner = n - 2 * u,
+            n3 = 3 * mesh_->functions_per_line();
+  rest_ = plate.state().x;
+  edges_at_rest_ = edge_nodal(plate.state().edges, rest_);
+  plate.linearise();
+  follow_ = plate.line_shapes();
+  const MatrixXd J0 = plate.edge_jacobian(0), J1 = plate.edge_jacobian(1);
+  plate.eliminate();
+  assert(plate.negative_pivots() == 0);
+  const Rows12x6 G = chord_edge_map(Vector6d::Zero());
+  const MatrixXd shapes = boundary_modes(plate) * G;
+  modes_ = shapes.topRows(n);
+  modes_.middleRows(u, inner).setZero();
+
+  // what the lines between follow of the edges' nodal values, taken out of a field
+  const auto follow_slopes = [&](const MatrixXd& field) {
+    MatrixXd b(2 * n3, field.cols());
+    b << J0.leftCols(u) * field.topRows(u), J1.leftCols(u) * field.bottomRows(u);
+    return b;
+  };
+  const MatrixXd forces = second_order_forces(plate, shapes);
+  MatrixXd held = derivatives_edges_held(plate, forces);
+  MatrixXd b2(2 * n3, 21);
+  for (int j = 0; j < 6; ++j)
+    for (int i = 0; i <= j; ++i)
+      b2.col(pair_index(i, j)) << edge_second_derivative(*mesh_, G.middleRows<3>(3),
+                                                         modes_.topRows(u), i, j),
+          edge_second_derivative(*mesh_, G.bottomRows<3>(), modes_.bottomRows(u), i, j);
+  theta_ = held;
+  theta_.middleRows(u, inner) -= follow_ * (b2 + follow_slopes(theta_));
+  if (set == ModalDerivativeSet::bending)
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i <= j; ++i)
+        if ((i != theta1y && i != theta2y) || (j != theta1y && j != theta2y)) {
+          theta_.col(pair_index(i, j)).setZero();
+          held.col(pair_index(i, j)).setZero();
+        }
+  fields_.resize(n, 0);
+  if (slaved_) return;
+
+  // L⁻¹ K ψ of K = L Lᵀ, ψ the whole field of an amplitude: scalar products are energies
+  PlateLeaf linear(mesh_);
+  linear.linearise();
+  const auto coordinates = [&](MatrixXd field) {
+    field.middleRows(u, inner) += follow_ * follow_slopes(field);
+    MatrixXd c = linear.tangent_times(field);
+    plate.solve_lower(c);
+    return c;
+  };
+  Basis basis;
+  basis.add(coordinates(theta_));
+  const bool beam = mesh_->shape().is_beam();
+  if (beam) {  // the few slopes of a beam's ends stay free
+    MatrixXd slopes = MatrixXd::Zero(n, 2 * u);
+    slopes.topLeftCorner(u, u).setIdentity();
+    slopes.bottomRightCorner(u, u).setIdentity();
+    basis.add(coordinates(slopes));
+  }
+  if (set == ModalDerivativeSet::third_order) {
+    const FieldExpansion expansion =
+        third_order(expand_fields(ChordLeaf(mesh_), Eigen::Matrix2d::Identity(), 3));
+    basis.add(coordinates(expansion.fields.topRows(n) - edge_share(expansion, modes_, follow_)));
+  }
+  fields_ = basis.Q;
+  plate.solve_upper(fields_);
+  fields_.middleRows(u, inner) -= follow_ * follow_slopes(fields_);
+}
+
+MatrixXd ModalModel::derivatives_times(const Vector6d& e) const {
+  MatrixXd result = MatrixXd::Zero(theta_.rows(), 6);
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      if (e[j] != 0) result.col(i) += e[j] * theta_.col(pair_index(i, j));
+  return result;
+}
+
+VectorXd ModalModel::edge_nodal(const EdgePoses& edges, const VectorXd& x) const {
+  VectorXd b(6 * mesh_->functions_per_line());
+  b << PlateLeaf::edge_nodal(*mesh_, 0, edges[0], x.data()).reshaped(),
+      PlateLeaf::edge_nodal(*mesh_, 1, edges[1], x.data() + x.size() - slopes_).reshaped();
+  return b;
+}
+
+VectorXd ModalModel::unknowns(const Vector6d& e, const EdgePoses& edges,
+                              const VectorXd& amplitudes) const {
+  VectorXd x = rest_ + modes_ * e;
+  if (slaved_)
+    x += 0.5 * derivatives_times(e) * e;
+  else
+    x += fields_ * amplitudes;
+  x.segment(slopes_, x.size() - 2 * slopes_) += follow_ * (edge_nodal(edges, x) - edges_at_rest_);
+  return x;
+}
+
+MatrixXd ModalModel::chart_rates(const Vector6d& e) const {
+  if (slaved_) return modes_ + derivatives_times(e);
+  MatrixXd V(modes_.rows(), 6 + fields_.cols());
+  V << modes_, fields_;
+  return V;
+}
+
+ModalLeaf::ModalLeaf(const LeafSpring& leaf, std::shared_ptr<const ModalModel> model, int index)
+    : leaf_(leaf),
+      index_(index),
+      scale_(leaf, model->mesh()->shape().flexure),
+      model_(std::move(model)),
+      plate_(model_->mesh()),
+      edges_(PlateLeaf::undeflected(*model_->mesh()).edges),
+      a_(VectorXd::Zero(model_->amplitudes())) {}
+
+void ModalLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
+  moved_ = evaluated_;
+  if (evaluated_) {
+    const Vector6d de = frame_.B * scale_.scaled_increment(dq);
+    const int m = model_->amplitudes();
+    const VectorXd da = static_ * de - inverse_ * g_.tail(m);
+    VectorXd step(6 + m);
+    step << de, da;
+    dx_ = V_ * step;
+    dq_ = edge_map_ * de;
+    a_ += da;
+    // all of a slaved step may be stretch: a small one then moves the stress by much
+    step_size_ = model_->slaved() ? std::sqrt(std::abs(de.dot(H_ * de))) : 0;
+  }
+  edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
+  placed_ = evaluated_ = false;
+}
+
+bool ModalLeaf::place() {
+  if (placed_) return true;
+  frame_ = chord_frame(edges_, 1.0);
+  if (!frame_.converged) return false;
+  PlateLeaf::State state;
+  state.edges = chord_edges(frame_.e);
+  state.x = model_->unknowns(frame_.e, state.edges, a_);
+  if (moved_)
+    plate_.step_to(state, dx_, dq_);
+  else
+    plate_.set_state(state);
+  moved_ = false;
+  placed_ = true;
+  return true;
+}
+
+const LeafEvaluation& ModalLeaf::evaluate() {
+  if (!place()) {  // edges on top of each other: no step leads on from here
+    evaluation_.correction = 1e6;
+    return evaluation_;
+  }
+  plate_.linearise();
+  const int m = model_->amplitudes(), n = plate_.unknowns();
+  const Vector6d& e = frame_.e;
+  edge_map_ = chord_edge_map(e);
+  const Vector12d& f = plate_.edge_force();
+  // x follows e and a directly and, in the interior, through the nodal values of the edges
+  const MatrixXd chart = model_->chart_rates(e);
+  const MatrixXd& Xb = model_->line_shapes();
+  const int u = model_->slopes(), inner = n - 2 * u, n3 = static_cast<int>(Xb.cols()) / 2;
+  std::array<MatrixXd, 2> W;  // (slopes, displacement and spin) of an edge by (e, a)
+  V_ = chart;
+  for (int k = 0; k < 2; ++k) {
+    W[k] = MatrixXd::Zero(u + 6, 6 + m);
+    W[k].topRows(u) = k == 0 ? chart.topRows(u) : chart.bottomRows(u);
+    W[k].bottomLeftCorner<6, 6>() = edge_map_.middleRows<6>(6 * k);
+    V_.middleRows(u, inner).noalias() +=
+        Xb.middleCols(k * n3, n3) * (plate_.edge_jacobian(k) * W[k]);
+  }
+  const VectorXd& r = plate_.residual();
+  g_ = V_.transpose() * r;
+  g_.head<6>() += edge_map_.transpose() * f;
+  MatrixXd KV = plate_.tangent_times(V_);
+  const MatrixXd coupling = plate_.coupling() * edge_map_;
+  KV.leftCols<6>() += coupling;
+  H_.noalias() = V_.transpose() * KV;
+  H_.topRows<6>() += coupling.transpose() * V_;
+  H_.topLeftCorner<6, 6>() += edge_map_.transpose() * plate_.edge_tangent() * edge_map_;
+  // second derivatives of the map times the residual
+  const VectorXd followed = Xb.transpose() * r.segment(u, inner);
+  Vector12d edge_force = f;
+  VectorXd whole = r;  // of the chart: the slopes' share of what the interior follows
+  for (int k = 0; k < 2; ++k) {
+    const MatrixXd C = plate_.edge_curvature(k, followed.segment(k * n3, n3));
+    const MatrixXd CW = C.selfadjointView<Eigen::Lower>() * W[k];
+    H_.noalias() += W[k].transpose() * CW;
+    const VectorXd share = plate_.edge_jacobian(k).transpose() * followed.segment(k * n3, n3);
+    edge_force.segment<6>(6 * k) += share.tail<6>();
+    (k == 0 ? whole.head(u) : whole.tail(u)) += share.head(u);
+  }
+  H_.topLeftCorner<6, 6>() += chord_edge_curvature(e, edge_force);
+  if (model_->slaved())
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j)
+        H_(i, j) += model_->derivatives().col(pair_index(i, j)).dot(whole);
+  H_ = (0.5 * (H_ + H_.transpose())).eval();
+
+  Vector6d g = g_.head<6>();
+  Matrix6d K = H_.topLeftCorner<6, 6>();
+  evaluation_.correction = step_size_;
+  evaluation_.negative_pivots = 0;
+  inverse_.resize(m, m);
+  static_.resize(m, 6);
+  if (m > 0) {
+    const SymmetricEigen eigen(H_.bottomRightCorner(m, m));
+    evaluation_.negative_pivots = static_cast<int>((eigen.eigenvalues().array() < 0).count());
+    inverse_ = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
+               eigen.eigenvectors().transpose();
+    static_ = -inverse_ * H_.bottomLeftCorner(m, 6);
+    g += static_.transpose() * g_.tail(m);
+    K += H_.topRightCorner(6, m) * static_;
+    evaluation_.correction = std::sqrt(std::abs(g_.tail(m).dot(inverse_ * g_.tail(m))));
+  }
+  const Vector12d force = frame_.B.transpose() * g;
+  const Matrix12d tangent = frame_.B.transpose() * (0.5 * (K + K.transpose())) * frame_.B +
+                            geometric_stiffness(frame_, g);
+  evaluation_.energy = scale_.energy * plate_.energy();
+  evaluation_.force = scale_.global_force(force);
+  evaluation_.tangent = scale_.global_tangent(tangent);
+  evaluation_.strain = plate_.strain();
+  evaluated_ = true;
+  return evaluation_;
+}
+
+namespace {
+struct ModalLeafState final : LeafState {
+  EdgePoses edges;
+  VectorXd amplitudes;
+};
+}  // namespace
+
+std::unique_ptr<LeafState> ModalLeaf::save() const {
+  auto copy = std::make_unique<ModalLeafState>();
+  copy->edges = edges_;
+  copy->amplitudes = a_;
+  return copy;
+}
+
+void ModalLeaf::restore(const LeafState& state) {
+  const auto& copy = static_cast<const ModalLeafState&>(state);
+  edges_ = copy.edges;
+  a_ = copy.amplitudes;
+  placed_ = evaluated_ = moved_ = false;
+  step_size_ = 0;
+}
+
+MatrixXd ModalLeaf::rates() const {
+  const int m = model_->amplitudes(), n = plate_.unknowns();
+  const Matrix3d Et = frame_.axes.transpose();
+  // rates of the unknowns, seen from axes that stand still: the frame's motion, X de + Ψ da
+  MatrixXd T = MatrixXd::Zero(n + 12, 12 + m);
+  T.topLeftCorner(n, 12) = V_.leftCols<6>() * frame_.B;
+  T.topRightCorner(n, m) = V_.rightCols(m);
+  for (int k = 0; k < 4; ++k) T.block<3, 3>(n + 3 * k, 3 * k) = Et;
+  const PlateMesh& mesh = *model_->mesh();
+  const int functions = mesh.functions_per_line();
+  for (int i = 1; i + 1 < mesh.lines(); ++i)
+    for (int s = 0; s < functions; ++s) {
+      const Vector3d v = plate_.nodal()[i].row(s).transpose();
+      Eigen::Matrix<double, 3, 12> rigid = -hat(v) * frame_.spin_local;
+      if (s % 4 == 0) rigid.leftCols<3>() += Et;
+      for (int c = 0; c < 3; ++c)
+        T.row(plate_.block_offset(i) + c * functions + s).head<12>() += rigid.row(c);
+    }
+  return T;
+}
+
+MatrixXd ModalLeaf::station_motion(const MatrixXd& T) const {
+  MatrixXd stations = leaf_station_motion(plate_, scale_, T);
+  for (Eigen::Index k = 0; k < stations.rows(); k += 3)
+    stations.middleRows<3>(k) = (frame_.axes * stations.middleRows<3>(k)).eval();
+  return stations;
+}
+
+LeafDynamics ModalLeaf::dynamics(DynamicsRequest request) {
+  if (!evaluated_) evaluate();
+  const int m = model_->amplitudes();
+  MatrixXd T = rates();
+  T.leftCols<12>() += T.rightCols(m) * (static_ * frame_.B);
+
+  // what the amplitudes do beside the edges: eigenvectors of their own stiffness and mass
+  const MatrixXd M = plate_.mass(T);
+  const int kept = std::min(request.modes, m);
+  MatrixXd S = MatrixXd::Zero(12 + m, 12 + kept);
+  S.topLeftCorner<12, 12>().setIdentity();
+  VectorXd omega2(kept);
+  if (kept > 0) {
+    const SymmetricEigen eigen(H_.bottomRightCorner(m, m), M.bottomRightCorner(m, m));
+    omega2 = eigen.eigenvalues().head(kept);
+    S.bottomRightCorner(m, kept) = eigen.eigenvectors().leftCols(kept);
+  }
+  MatrixXd units = MatrixXd::Zero(12 + kept, 12 + kept);  // scaled → SI
+  units.topLeftCorner<12, 12>() = scale_.transformation();
+  units.bottomRightCorner(kept, kept).diagonal().setConstant(1 / std::sqrt(scale_.mass));
+
+  LeafDynamics dynamics;
+  dynamics.mass = scale_.mass * (units * (S.transpose() * M * S) * units.transpose());
+  const MatrixXd all_rates = T * (S * units.transpose());
+  dynamics.stations = station_motion(all_rates);
+  LeafScale seen = scale_;  // the plate lies in the frame
+  seen.axes = scale_.axes * frame_.axes;
+  if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate_, seen, all_rates);
+  dynamics.mode_frequencies.resize(kept);
+  const double unit = scale_.energy / scale_.mass;
+  dynamics.internal_stiffness = unit * MatrixXd(omega2.asDiagonal());
+  for (int k = 0; k < kept; ++k)
+    dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k]) * unit) / (2 * std::numbers::pi);
+  // half: no shapes of the boundary's own inertia, so more modes are needed
+  dynamics.highest_mode = kept > 0 ? 0.5 * dynamics.mode_frequencies.maxCoeff() : 0;
+  return dynamics;
+}
+
+std::vector<MatrixXd> ModalLeaf::nodal() const {
+  assert(placed_);
+  std::vector<MatrixXd> nodal = plate_.nodal();
+  for (MatrixXd& line : nodal) {
+    line = (line * frame_.axes.transpose()).eval();
+    for (Eigen::Index s = 0; s < line.rows(); s += 4) line.row(s) += edges_[0].position.transpose();
+  }
+  return nodal;
+}
+
+StressPeak ModalLeaf::max_stress() {
+  place();
+  return plate_max_stress(*model_->mesh(), nodal(), leaf_, scale_, index_);
+}
+
+std::vector<StressPeak> ModalLeaf::stress_peaks() {
+  place();
+  return plate_stress_peaks(*model_->mesh(), nodal(), leaf_, index_);
+}
+
+std::vector<StressPeak> ModalLeaf::clamp_stresses(const ClampFactors& factors) {
+  place();
+  return plate_clamp_stresses(*model_->mesh(), nodal(), leaf_, scale_, index_, factors);
+}
+
+std::vector<StressPlace> ModalLeaf::stress_places() {
+  return section_places(model_->mesh()->shape());
+}
+
+MatrixXd ModalLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  place();
+  return flexopt::section_stresses(*model_->mesh(), nodal(), leaf_.material.youngs_modulus, places);
+}
+
+LeafShape ModalLeaf::shape() {
+  place();
+  return plate_deformed_shape(*model_->mesh(), nodal(), leaf_, scale_);
+}
+
+Vector3d ModalLeaf::material_point(double along, double across) {
+  place();
+  return plate_material_point(*model_->mesh(), nodal(), scale_, along, across);
+}
+
+std::unique_ptr<LeafElement> ModalLeaf::full_model(const std::string& reason) {
+  if (!evaluated_) evaluate();
+  const LeafHold hold{{scale_.global(edges_[0]), scale_.global(edges_[1])}};
+  return full_model_in_place(*this, hold, leaf_, model_->mesh(), index_, reason);
+}
+
+LeafReport ModalLeaf::report() const {
+  return {.model = model_->slaved() ? "quadratic_manifold" : "modal_derivatives",
+          .reason = {},
+          .check = 0};
+}
+
+std::vector<Vector3d> ModalLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
+  place();
+  return plate_material_points(*model_->mesh(), nodal(), scale_, places);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,111 @@
+#pragma once
+// A leaf, or a segment of one, whose full model is projected on its Craig–Bampton modes and their
+// modal derivatives, in the chord frame. Equations (M6)–(M9) of
+// core/reduction/superelement/README.md.
+#include <memory>
+
+#include "core/elements/leaf/chord_edges.hpp"
+#include "core/elements/leaf/chord_frame.hpp"
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/mechanism/model_options.hpp"
+#include "core/reduction/expansion/tube_expansion.hpp"
+
+namespace flexopt {
+
+/// The fields of all leaves of one shape. The unknowns x of the plate are the slopes σ of the edges
+/// and the interior lines y; b are the nodal values of the edges' lines, exactly where e and σ put
+/// them, and X_b the static shapes of the lines between:
+///
+///     σ = σ0 + X e + Ψ a,   y = y0 + X_b (b(e, σ) − b0) + Ψ′ a        (modal_derivatives)
+///     σ = σ0 + X e + ½ θij ei ej,   y = … + ½ θ′ij ei ej                (quadratic_manifold)
+class ModalModel {
+ public:
+  ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method, ModalDerivativeSet set);
+
+  const std::shared_ptr<const PlateMesh>& mesh() const { return mesh_; }
+  bool slaved() const { return slaved_; }
+  int amplitudes() const { return static_cast<int>(fields_.cols()); }  ///< none where slaved
+
+  /// Unknowns and linear rates about a state given by e and the amplitudes.
+  VectorXd unknowns(const Vector6d& e, const EdgePoses& edges, const VectorXd& amplitudes) const;
+  /// d(unknowns)/d(e, amplitudes), what the lines between follow of the edges still left out.
+  MatrixXd chart_rates(const Vector6d& e) const;
+  /// θ of the chart: Σ_ij ei ej θij / 2 is what `unknowns` adds; unknowns × 21 (pair_index).
+  const MatrixXd& derivatives() const { return theta_; }
+  const MatrixXd& line_shapes() const { return follow_; }  ///< X_b
+  int slopes() const { return slopes_; }                   ///< of one edge
+
+ private:
+  VectorXd edge_nodal(const EdgePoses& edges, const VectorXd& x) const;
+  MatrixXd derivatives_times(const Vector6d& e) const;  ///< Σ_j ej θij, a column i
+
+  std::shared_ptr<const PlateMesh> mesh_;
+  bool slaved_;
+  int slopes_;
+  VectorXd rest_, edges_at_rest_;
+  MatrixXd follow_;  ///< X_b
+  MatrixXd modes_;   ///< X; zero in the interior
+  MatrixXd theta_;
+  MatrixXd fields_;  ///< Ψ, Ψ′; whole fields orthonormal in energy at rest
+};
+
+class ModalLeaf final : public LeafElement {
+ public:
+  /// The model must have been made for such a leaf. `index`: of the leaf in its mechanism.
+  ModalLeaf(const LeafSpring& leaf, std::shared_ptr<const ModalModel> model, int index);
+
+  void move(const EdgePoses& edges, const Vector12d& dq) override;
+  const LeafEvaluation& evaluate() override;
+  const LeafEvaluation& evaluation() const override { return evaluation_; }
+  std::unique_ptr<LeafState> save() const override;
+  void restore(const LeafState& state) override;
+  LeafDynamics dynamics(DynamicsRequest request) override;
+  StressPeak max_stress() override;
+  std::vector<StressPeak> stress_peaks() override;
+  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
+  std::vector<StressPlace> stress_places() override;
+  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafShape shape() override;
+  Vector3d material_point(double along, double across) override;
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
+  LeafReport report() const override;
+  std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
+
+  const ModalModel& model() const { return *model_; }
+
+ private:
+  /// Rates of the plate's unknowns and edges by (edges, a), seen in the axes of the chord frame
+  /// from axes that stand still: unknowns + 12 rows.
+  MatrixXd rates() const;
+  /// Nodal values in the leaf's axes, from the base's undeflected place.
+  std::vector<MatrixXd> nodal() const;
+  /// Motion of the stations for such rates: LeafDynamics::stations.
+  MatrixXd station_motion(const MatrixXd& T) const;
+  /// Puts the plate into the state of the present edges and amplitudes.
+  bool place();
+
+  LeafSpring leaf_;
+  int index_;
+  LeafScale scale_;
+  std::shared_ptr<const ModalModel> model_;
+  PlateLeaf plate_;  ///< in the chord frame
+  EdgePoses edges_;  ///< scaled
+  VectorXd a_;
+  ChordFrame frame_;
+  bool placed_ = false;     ///< plate_ and frame_ are those of edges_ and a_
+  bool evaluated_ = false;  ///< and so are the linear model and the evaluation
+  bool moved_ = false;      ///< the last move left a linearised step
+  VectorXd dx_;
+  Vector12d dq_;
+  double step_size_ = 0;  ///< of the last step of a slaved leaf, in energy
+
+  MatrixXd V_;         ///< d(unknowns)/d(e, a)
+  VectorXd g_;         ///< of e and a
+  MatrixXd H_;         ///< tangent of e and a
+  MatrixXd inverse_;   ///< of its block of a
+  MatrixXd static_;    ///< da/de
+  Rows12x6 edge_map_;  ///< G
+  LeafEvaluation evaluation_;
+};
+
+}  // namespace flexopt

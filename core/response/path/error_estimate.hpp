@@ -1,0 +1,84 @@
+#pragma once
+// Estimated errors of all numbers of a stroke, from full leaves on the same mesh and on finer ones.
+#include <array>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/response/estimated_error.hpp"
+#include "core/response/path/profile_error.hpp"
+#include "core/response/response.hpp"
+
+namespace flexopt {
+
+/// The mesh with √2 times the elements along, and across: 14 × 4 and 10 × 6 of 10 × 4.
+std::array<int, 2> more_along(const std::array<int, 2>& mesh);
+std::array<int, 2> more_across(const std::array<int, 2>& mesh);
+
+/// Why a model has no estimates; nothing where it has.
+std::optional<std::string> no_estimates(const ModelOptions& model);
+
+/// The numbers of a converged point that have estimates, with values alone.
+std::vector<EstimatedError> estimated_numbers(const PathPoint& point);
+
+/// Errors of every point of a path; none at points that did not converge.
+struct StrokeErrors {
+  std::vector<std::vector<EstimatedError>> path;
+  std::string message;  ///< why points that converged have none; empty otherwise
+
+  /// Estimated error of a number at a point; null where there is none.
+  const EstimatedError* find(std::size_t point, const std::string& name) const;
+};
+
+/// What the numbers of a mechanism's paths are large or small against.
+struct MechanismScale {
+  double length = 0;              ///< longest_leaf [m]
+  double force = 0;               ///< largest E w t of a leaf [N]
+  double modulus = 0;             ///< largest E of a leaf [Pa]
+  std::set<std::string> moments;  ///< names of the drive loads that are moments
+  ProfileError theory;
+};
+MechanismScale scale_of(const Mechanism& mechanism);
+
+/// Request of a path from which errors can be estimated.
+StrokeRequest estimate_request(StrokeRequest request);
+
+/// The evaluated path with full leaves, on the mesh of the model and on the finer meshes.
+struct FullPaths {
+  const StrokeResponse *own = nullptr, *along = nullptr;
+  const StrokeResponse* across = nullptr;  ///< null where no leaf has elements across
+  std::array<int, 2> mesh{};               ///< own
+  MechanismScale scale;
+};
+
+/// Errors of a response by some model on that mesh.
+StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full);
+
+/// Errors of a response, from paths of full leaves that are evaluated here. `response`: the result
+/// of evaluate_stroke for the other arguments. Costs about as much as five paths of full leaves.
+StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& model,
+                             const StrokeRequest& request, const StrokeResponse& response);
+
+/// Length of the longest leaf [m].
+double longest_leaf(const Mechanism& mechanism);
+
+/// Whether some leaf of the mechanism has elements across.
+bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model);
+
+/// The largest relative error of a path and where it is: of all numbers but stresses, or of these.
+struct LargestError {
+  std::string name;
+  std::size_t path = 0, point = 0;
+  double relative = 0, along = 0, across = 0, reduction = 0, theory = 0;  ///< relative
+};
+std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses);
+/// The largest relative error over several paths.
+std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,
+                                          bool of_stresses);
+
+/// For every number but stresses, the largest error that exceeds the tolerance, in descending
+/// order.
+std::vector<LargestError> errors_beyond(const std::vector<StrokeErrors>& errors, double tolerance);
+
+}  // namespace flexopt

@@ -1,0 +1,403 @@
+#include "core/response/path/mechanism_series.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "core/math/rotation.hpp"
+#include "core/mechanism/drive.hpp"
+#include "core/mechanism/joint.hpp"
+#include "core/mechanism/spring.hpp"
+
+namespace flexopt {
+
+Answer<MechanismSeries> MechanismSeries::of(const MechanismFactor& factor) {
+  std::vector<std::unique_ptr<LeafSeries>> leaves;
+  for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
+    Answer<LeafSeries> own = leaf.linear->series();
+    if (!own.value) return {nullptr, fmt::format("leaf {}: {}", leaves.size(), own.reason)};
+    leaves.push_back(std::move(own.value));
+  }
+  return {std::unique_ptr<MechanismSeries>(new MechanismSeries(factor, std::move(leaves)))};
+}
+
+MechanismSeries::MechanismSeries(const MechanismFactor& factor,
+                                 std::vector<std::unique_ptr<LeafSeries>> leaves)
+    : factor_(&factor), bodies_(factor.bodies()) {
+  const System& system = factor.system();
+  const Vector3d zero = Vector3d::Zero();
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const VectorXd x = leaves[i]->unknowns(), none = VectorXd::Zero(x.size());
+    const Vector3d force = leaves[i]->point_force();
+    leaves_.push_back(
+        {&factor.leaves()[i], std::move(leaves[i]), {x, none, none}, {force, zero, zero}});
+  }
+  const VectorXd none = VectorXd::Zero(factor.conditions());
+  multipliers_ = {system.multipliers(), none, none};
+  for (int b = 0; b < bodies_ / 6; ++b) {
+    place_.push_back({system.pose(b).position, zero, zero});
+    turn_.push_back({rotation_log(system.pose(b).rotation), zero, zero});
+  }
+  expand();
+}
+
+// Expands leaves and bodies about the present coefficients of the path.
+void MechanismSeries::expand() {
+  const Mechanism& m = factor_->system().mechanism();
+  rotation_.clear();
+  body_mass_.clear();
+  const auto times = [](const Matrix3d& a, const Matrix3d& b) { return Matrix3d(a * b); };
+  for (int b = 0; b < bodies_ / 6; ++b) {
+    rotation_.push_back(series(jet_rotation_exp(jets(turn_[b]))));
+    const RigidBody& body = m.bodies[b];
+    const Series<Matrix3d>& R = rotation_.back();
+    Series<Matrix3d> c, RI, J, RT;
+    for (int o = 0; o < 3; ++o) {
+      c[o] = hat(R[o] * (body.center_of_mass - body.reference));
+      RI[o] = R[o] * body.inertia;
+      RT[o] = R[o].transpose();
+      J[o].setZero();
+    }
+    add_product(J, RI, RT, times);
+    add_product(J, c, c,
+                [&](const Matrix3d& x, const Matrix3d& y) { return Matrix3d(-body.mass * x * y); });
+    Series<Matrix6d> M;
+    for (int o = 0; o < 3; ++o) {
+      M[o].setZero();
+      if (o == 0) M[o].topLeftCorner<3, 3>() = body.mass * Matrix3d::Identity();
+      M[o].topRightCorner<3, 3>() = -body.mass * c[o];
+      M[o].bottomLeftCorner<3, 3>() = body.mass * c[o];
+      M[o].bottomRightCorner<3, 3>() = J[o];
+    }
+    body_mass_.push_back(M);
+  }
+  if (factor_->conditions() > 0) expand_conditions();
+  expand_springs();
+  for (Leaf& leaf : leaves_) {
+    const LeafScale& scale = leaf.linear->linear->scale();
+    const LeafSpring& spring = m.leaves[static_cast<std::size_t>(&leaf - leaves_.data())];
+    std::array<EdgeBodySeries, 2> edges;
+    std::array<Matrix3d, 2> own;  // axes of the edges seen from the leaf's
+    for (int e = 0; e < 2; ++e) {
+      for (int o = 0; o < 3; ++o) {
+        edges[e].position[o].setZero();
+        edges[e].rotation[o].setZero();
+      }
+      const ArcPoint<double> place = spring.middle(e);
+      const System::EdgeFit& fit =
+          factor_->system().edge_fit(static_cast<int>(&leaf - leaves_.data()), e);
+      own[e] = place.axes();
+      if (!fit.turn.isIdentity(0))
+        own[e] = scale.axes.transpose() * fit.turn * scale.axes * place.axes();
+      edges[e].rotation[0] = own[e];
+      edges[e].arm = own[e].transpose() * (Vector3d(place.x, 0, place.z) / scale.growth +
+                                           scale.axes.transpose() * fit.move / scale.length);
+    }
+    LeafSeries::PointSeries point;
+    point.force = leaf.point_force;
+    for (const MechanismFactor::Leaf::Side& side : leaf.linear->sides) {
+      const int b = side.body;
+      const auto scaled = [&](int order, const Vector3d& from) {
+        return Vector3d(scale.axes.transpose() *
+                        (place_[b][order] - (order == 0 ? from : Vector3d::Zero())) / scale.length);
+      };
+      if (side.size == 3) {
+        for (int o = 0; o < 3; ++o) point.displacement[o] = scaled(o, m.bodies[b].reference);
+        continue;
+      }
+      EdgeBodySeries& edge = edges[side.column / 6];
+      for (int o = 0; o < 3; ++o) {
+        edge.position[o] = scaled(o, scale.origin);
+        edge.rotation[o] =
+            scale.axes.transpose() * rotation_[b][o] * scale.axes * own[side.column / 6];
+      }
+      edge.arm -= own[side.column / 6].transpose() * scale.axes.transpose() *
+                  (m.bodies[b].reference - scale.origin) / scale.length;
+    }
+    leaf.series->expand(edges, leaf.x, point);
+  }
+}
+
+JointBodyOf<Jet> MechanismSeries::body_series(int body) const {
+  if (body < 0) return {};
+  return {jets(place_[body]), jets(rotation_[body]),
+          factor_->system().mechanism().bodies[body].reference};
+}
+
+// λ·Ψ_qq of the order `o` of λ, between the bodies of a row.
+void MechanismSeries::add_curvature(const std::array<int, 2>& sides, int o,
+                                    const Series<MatrixXd>& H) {
+  for (int p = 0; o + p < 3; ++p)
+    for (int e = 0; e < 2; ++e)
+      for (int f = 0; f < 2; ++f)
+        if (sides[e] >= 0 && sides[f] >= 0)
+          conditions_.curvature[o + p].block(sides[e], sides[f]) += H[p].block<6, 6>(6 * e, 6 * f);
+}
+
+// The stroke of a drive or of a held direction, which is no polynomial of rotation matrices.
+void MechanismSeries::expand_stroke(const Drive& drive, int row) {
+  const DriveStroke<Jet> stroke =
+      drive_stroke(drive, body_series(drive.body), body_series(drive.other));
+  for (int o = 0; o < 3; ++o) {
+    conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
+    conditions_.rows[o][static_cast<std::size_t>(row)].gradient = coefficients(stroke.gradient, o);
+    Series<MatrixXd> H;
+    for (int p = 0; p < 3; ++p) H[p] = multipliers_[o][row] * coefficients(stroke.curvature, p);
+    add_curvature({drive.body, drive.other}, o, H);
+  }
+}
+
+// Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices X of the
+// bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0 ± X2.
+void MechanismSeries::expand_joint(const Joint& joint, int row) {
+  const Mechanism& m = factor_->system().mechanism();
+  const auto body = [&](int b, int order, double sign) {
+    JointBody at;
+    if (b < 0) return at;
+    at = {place_[b][0], rotation_[b][0], m.bodies[b].reference};
+    if (order > 0) {
+      at.position += sign * place_[b][order];
+      at.rotation += sign * rotation_[b][order];
+    }
+    return at;
+  };
+  const auto series = [&](const auto& f) {
+    const auto at = [&](int order, double sign) {
+      return MatrixXd(f(body(joint.body, order, sign), body(joint.other, order, sign)));
+    };
+    const MatrixXd here = at(0, 0), up = at(1, 1), down = at(1, -1);
+    return Series<MatrixXd>{here, 0.5 * (up - down),
+                            0.5 * (at(2, 1) - at(2, -1)) + 0.5 * (up + down) - here};
+  };
+  const int k = size_of(joint.type).conditions;
+  const Series<MatrixXd> value =
+      series([&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).value; });
+  const Series<MatrixXd> gradient = series(
+      [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).gradient; });
+  for (int o = 0; o < 3; ++o) {
+    conditions_.value[o].segment(row, k) = value[o];
+    for (int i = 0; i < k; ++i)
+      conditions_.rows[o][static_cast<std::size_t>(row + i)].gradient =
+          gradient[o].row(i).transpose();
+    const VectorXd weights = multipliers_[o].segment(row, k);
+    add_curvature({joint.body, joint.other}, o, series([&](const JointBody& a, const JointBody& b) {
+                    return curvature(joint, a, b, weights);
+                  }));
+  }
+}
+
+void MechanismSeries::expand_conditions() {
+  const Mechanism& m = factor_->system().mechanism();
+  for (int o = 0; o < 3; ++o) {
+    conditions_.value[o] = VectorXd::Zero(factor_->conditions());
+    conditions_.rows[o] = factor_->system().constraints().rows();
+    for (Constraints::Row& row : conditions_.rows[o]) row.gradient.setZero();
+    conditions_.curvature[o] = BlockMatrix(bodies_ / 6);
+  }
+  int row = 0;
+  for (const Joint& joint : m.joints) {
+    if (is_held(joint.type))
+      expand_stroke(held_direction(joint), row);
+    else
+      expand_joint(joint, row);
+    row += size_of(joint.type).conditions;
+  }
+  for (const int k : factor_->system().constraints().drives())
+    expand_stroke(m.drives[static_cast<std::size_t>(k)], row++);
+  for (std::vector<Constraints::Row>& rows : conditions_.rows)
+    for (Constraints::Row& r : rows)
+      for (int e = 0; e < 2; ++e)
+        for (int d = 0; d < 6; ++d)
+          if (r.body[e] < 0 || m.bodies[r.body[e]].held[d]) r.gradient[6 * e + d] = 0;
+}
+
+void MechanismSeries::expand_springs() {
+  const Mechanism& m = factor_->system().mechanism();
+  if (m.springs.empty()) return;
+  for (int o = 0; o < 3; ++o) {
+    springs_.force[o] = VectorXd::Zero(bodies_);
+    springs_.tangent[o] = BlockMatrix(bodies_ / 6);
+  }
+  const MechanismState<Jet> state = path();
+  for (const Spring& spring : m.springs) {
+    const SpringForcesOf<Jet> f = spring_forces(spring, joint_body(m, state, spring.body),
+                                                joint_body(m, state, spring.other));
+    const std::array<int, 2> sides{spring.body, spring.other};
+    for (int o = 0; o < 3; ++o) {
+      const Vector12d force = coefficients(f.force, o);
+      const Matrix12d tangent = coefficients(f.tangent, o);
+      for (int e = 0; e < 2; ++e) {
+        if (sides[e] < 0) continue;
+        springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
+        for (int g = 0; g < 2; ++g)
+          if (sides[g] >= 0)
+            springs_.tangent[o].block(sides[e], sides[g]) += tangent.block<6, 6>(6 * e, 6 * g);
+      }
+    }
+  }
+}
+
+void MechanismSeries::add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const {
+  const int m = factor_->conditions();
+  if (m == 0) return;
+  result.topRows(bodies_) += conditions_.curvature[order] * Y.topRows(bodies_);
+  add_condition_forces(Y.bottomRows(m), order, result);
+  result.bottomRows(m).setZero();
+  for (int k = 0; k < m; ++k) {
+    const Constraints::Row& row = conditions_.rows[order][static_cast<std::size_t>(k)];
+    for (int e = 0; e < 2; ++e)
+      if (row.body[e] >= 0)
+        result.row(result.rows() - m + k) +=
+            row.gradient.segment<6>(6 * e).transpose() * Y.middleRows<6>(6 * row.body[e]);
+  }
+}
+
+void MechanismSeries::add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const {
+  for (int k = 0; k < factor_->conditions(); ++k) {
+    const Constraints::Row& row = conditions_.rows[order][static_cast<std::size_t>(k)];
+    for (int e = 0; e < 2; ++e)
+      if (row.body[e] >= 0)
+        result.middleRows<6>(6 * row.body[e]) += row.gradient.segment<6>(6 * e) * Y.row(k);
+  }
+}
+
+template <class Apply>
+Series<MatrixXd> MechanismSeries::leaf_products(const MatrixXd& Y, int orders,
+                                                const Apply& apply) const {
+  Series<MatrixXd> result;
+  for (int o = 0; o < orders; ++o) result[o] = MatrixXd::Zero(factor_->size(), Y.cols());
+  for (const Leaf& leaf : leaves_) {
+    const auto [scale, rows] = apply(leaf, factor_->leaf_rows(*leaf.linear, Y));
+    for (int o = 0; o < orders; ++o)
+      factor_->add_leaf_force(*leaf.linear, scale, rows[o], result[o]);
+  }
+  return result;
+}
+
+Series<MatrixXd> MechanismSeries::tangent_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = bordered_tangent_times(Y, orders);
+  for (int o = 0; o < orders; ++o)
+    for (const int row : factor_->drive_rows()) result[o].row(row).setZero();
+  return result;
+}
+
+Series<MatrixXd> MechanismSeries::bordered_tangent_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
+    return std::pair(leaf.linear->linear->scale().energy, leaf.series->tangent_times(rows, orders));
+  });
+  for (int o = 0; o < orders; ++o) {
+    for (const BodyLoad& load : factor_->system().acting()) {
+      const int r = 6 * load.body + 3;
+      const Vector3d arm = rotation_[load.body][o] * load.arm;
+      result[o].middleRows(r, 3) += arm_stiffness(load.force, arm) * Y.middleRows(r, 3);
+    }
+    add_conditions(Y, o, result[o]);
+    if (!factor_->system().mechanism().springs.empty())
+      result[o].topRows(bodies_) += springs_.tangent[o] * Y.topRows(bodies_);
+    factor_->clear_held(result[o]);
+  }
+  return result;
+}
+
+Series<MatrixXd> MechanismSeries::mass_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = leaf_products(Y, orders, [&](const Leaf& leaf, const MatrixXd& rows) {
+    return std::pair(leaf.linear->linear->scale().mass, leaf.series->mass_times(rows, orders));
+  });
+  for (int o = 0; o < orders; ++o) {
+    for (int b = 0; b < bodies_ / 6; ++b)
+      result[o].middleRows(6 * b, 6) += body_mass_[b][o] * Y.middleRows(6 * b, 6);
+    factor_->clear_held(result[o]);
+  }
+  return result;
+}
+
+Series<VectorXd> MechanismSeries::residual() const {
+  Series<MatrixXd> sum;
+  for (MatrixXd& s : sum) s = MatrixXd::Zero(factor_->size(), 1);
+  for (const Leaf& leaf : leaves_) {
+    const Series<VectorXd> rows = leaf.series->force();
+    for (int o = 0; o < 3; ++o)
+      factor_->add_leaf_force(*leaf.linear, leaf.linear->linear->scale().energy, rows[o], sum[o]);
+  }
+  Series<VectorXd> result;
+  for (int o = 0; o < 3; ++o) {
+    for (const BodyLoad& load : factor_->system().acting())
+      sum[o].middleRows(6 * load.body + 3, 3) -=
+          (rotation_[load.body][o] * load.arm).cross(load.force);
+    if (!factor_->system().mechanism().springs.empty())
+      sum[o].topRows(bodies_) += springs_.force[o];
+    factor_->clear_held(sum[o]);
+    result[o] = sum[o];
+    if (factor_->conditions() == 0) continue;
+    result[o].tail(factor_->conditions()) = conditions_.value[o];
+    MatrixXd forces = MatrixXd::Zero(bodies_, 1);
+    for (int p = 0; p <= o; ++p) add_condition_forces(multipliers_[o - p], p, forces);
+    result[o].head(bodies_) += forces;
+  }
+  return result;
+}
+
+void MechanismSeries::set(int order, const VectorXd& y) {
+  multipliers_[order] = y.tail(factor_->conditions());
+  for (int b = 0; b < bodies_ / 6; ++b) {
+    place_[b][order] = y.segment<3>(6 * b);
+    turn_[b][order] = rotation_left_tangent_inverse(turn_[b][0]) * y.segment<3>(6 * b + 3);
+  }
+  for (Leaf& leaf : leaves_) {
+    const auto [offset, rows] = std::pair(leaf.linear->offset, leaf.linear->rows);
+    leaf.x[order] = y.segment(offset, rows.unknowns);
+    if (rows.point > 0) leaf.point_force[order] = y.segment<3>(offset + rows.unknowns);
+  }
+}
+
+// Applies (S1) twice.
+void MechanismSeries::expand_along_strokes(const VectorXd& strokes) {
+  const auto step = [&](const VectorXd& b, double by) {
+    return VectorXd(factor_->balance(b, MatrixXd(by * strokes)).topRows(factor_->size()));
+  };
+  const VectorXd none = VectorXd::Zero(factor_->size());
+  set(1, step(none, 1));
+  set(2, none);
+  expand();
+  set(2, step(-residual()[2], 0));
+  expand();
+}
+
+MechanismState<Jet> MechanismSeries::path() const {
+  MechanismState<Jet> path{{}, jets(multipliers_)};
+  for (std::size_t b = 0; b < place_.size(); ++b)
+    path.bodies.push_back({jets(place_[b]), jets(rotation_[b])});
+  return path;
+}
+
+LeafGradients<Jet> MechanismSeries::leaf_gradients(LeafRates& rates) const {
+  LeafGradients<Jet> gradients;
+  for (const Leaf& leaf : leaves_)
+    gradients.push_back(leaf.series->gradient(rates, leaf.linear->rows));
+  return gradients;
+}
+
+Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int orders) const {
+  Series<MatrixXd> result = bordered_tangent_times(Y, orders);
+  const Series<VectorXd> force = residual();
+  for (int o = 0; o < orders; ++o) {
+    for (int b = 3; b < bodies_; b += 6)
+      result[o].middleRows(b, 3) -= 0.5 * hat(force[o].segment<3>(b)) * Y.middleRows(b, 3);
+    factor_->clear_held(result[o]);
+  }
+  return result;
+}
+
+Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const {
+  const MatrixXd still = MatrixXd::Zero(factor_->drives(), B.cols());
+  Series<MatrixXd> Y, force = series(B);
+  for (int o = 0; o < 3; ++o) {
+    Y[o] = factor_->balance(force[o], still).topRows(factor_->size());
+    if (o == 2) break;
+    const Series<MatrixXd> KY = tilted_tangent_times(Y[o], 3 - o);
+    for (int k = 1; o + k < 3; ++k) force[o + k] -= KY[k];
+  }
+  return jets(Y);
+}
+
+}  // namespace flexopt

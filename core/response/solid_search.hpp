@@ -1,0 +1,27 @@
+#pragma once
+// What the searches for extents and for clearances share.
+#include <algorithm>
+#include <utility>
+
+#include "core/response/minimise.hpp"
+#include "core/response/solids.hpp"
+
+namespace flexopt {
+
+/// Relative difference below which two values are equal; the first one counts then.
+inline constexpr double equal_distance = 1e-9;
+
+/// Place of the second derivative (i, j) in Solids::Local::curvatures.
+inline int symmetric_index(int i, int j) {
+  if (i > j) std::swap(i, j);
+  return i == 0 ? j : i == 1 ? 2 + j : 5;
+}
+
+/// Length that distances are compared with: the longest leaf [m].
+inline double size_of(const Mechanism& mechanism) {
+  double size = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) size = std::max(size, leaf.length);
+  return size;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,466 @@
+#include "core/response/stability/branch_tracer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "core/equilibrium/stroke_path.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int most_states = 60;
+// Change of the factor without a critical state that is believed where the
+// states are spent.
+constexpr double enough = 10;
+// Of the way to a critical state, over the size of the factor: where it counts
+// as reached.
+constexpr double reached = 1e-8;
+// The shortest step, likewise.
+constexpr double least_step = 1e-7;
+// Estimates that move by so small a share of the way between two states are
+// those of a branch that leads straight to a bifurcation. An imperfection that
+// is rounding, or as small, makes it miss that by a little; it has passed it
+// where the factor is so far beyond.
+constexpr double agreement = 0.02, passed = 1.01;
+// As near to it, over the size of the factor, what makes the branch miss it is rounding, or as
+// small, and its factor and the derivatives of that are the bifurcation's.
+constexpr double nearly_met = 1e-5;
+// The same where Newton's method does not come nearer.
+constexpr double still_near = 1e-2;
+// So many estimates in a row, for next to a fold one may agree by chance.
+constexpr int straight_states = 3;
+// Beyond it, where the tangent must have become indefinite.
+constexpr double beyond = 1e-4;
+// Motions of the bodies by the factor that are not rounding, lengths over the
+// longest leaf.
+constexpr double least_rate = 1e-6;
+// Motions of the bodies by the factor, over those where the branch begins:
+// beyond it a fold.
+constexpr double fold_motion = 1e3;
+// Where a limit is watched: the first step along σ, and the step, over the size of the factor, at
+// which a leaf that is stretched too far ends the search.
+constexpr double first_step = 1, last_stretch = 0.01;
+// Of a trial with the load put on, over the way to the factor: how far from it just below and above
+// are, in how many steps it is come to, and the shortest of them.
+constexpr double trial_margin = 1e-3, least_trial_step = 1e-5;
+// Motion of the bodies over that of the same step before, where it leads to another branch.
+constexpr double most_jump = 4;
+constexpr int trial_steps = 10;
+// What a limit is missed by.
+constexpr double at_the_limit = 1e-11;
+
+VectorXd over_length(const VectorXd& bodies, double length) {
+  VectorXd scaled = bodies;
+  for (Eigen::Index b = 0; b < scaled.size(); b += 6) scaled.segment<3>(b) /= length;
+  return scaled;
+}
+
+// Places and rotations of the bodies, lengths over the longest leaf.
+VectorXd places(const System& system) {
+  VectorXd all(2 * static_cast<Eigen::Index>(system.size()));
+  for (int b = 0; 12 * b < all.size(); ++b) {
+    const BodyPose& pose = system.pose(b);
+    all.segment<3>(12 * b) = pose.position / system.length();
+    all.segment<9>(12 * b + 3) = Eigen::Map<const VectorXd>(pose.rotation.data(), 9);
+  }
+  return all;
+}
+
+// Motions of the bodies, over the largest unknown of all.
+std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& mode) {
+  const double L = factor.system().length();
+  double largest = over_length(mode.head(factor.bodies()), L).cwiseAbs().maxCoeff();
+  for (const MechanismFactor::Leaf& leaf : factor.leaves())
+    largest =
+        std::max(largest, mode.segment(leaf.offset, leaf.rows.unknowns).cwiseAbs().maxCoeff());
+  std::vector<BodyMotion> bodies;
+  for (int b = 0; b < factor.bodies(); b += 6)
+    bodies.push_back({mode.segment<3>(b) / (L * largest), mode.segment<3>(b + 3) / largest});
+  return bodies;
+}
+
+}  // namespace
+
+double BranchTracer::measure(const VectorXd& bodies) const {
+  return over_length(bodies, branch_->system().length()).norm();
+}
+
+double BranchTracer::product(const BranchDirection& a, const BranchDirection& b) const {
+  const double L = branch_->system().length();
+  return weight_ * weight_ * over_length(a.bodies, L).dot(over_length(b.bodies, L)) +
+         a.factor * b.factor;
+}
+
+// The motions of bodies count as the factor does, by how they go with it where
+// the branch begins.
+BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
+  Look here;
+  Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
+  assert(linear.value);  // full leaves have interiors
+  here.factor = std::move(linear.value);
+  const MechanismFactor& factor = *here.factor;
+  MatrixXd forces = MatrixXd::Zero(factor.size(), 1);
+  forces.topRows(factor.bodies()) = branch_->load();
+  std::optional<MatrixXd> still;
+  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), 1);
+  const VectorXd state = factor.balance(forces, still).topRows(factor.size());
+  const VectorXd bodies = state.head(factor.bodies());
+  if (weight_ == 0) {
+    first_rate_ = std::max(measure(bodies), least_rate);
+    weight_ = 1 / first_rate_;
+  }
+  const double size = std::hypot(weight_ * measure(bodies), 1.0);
+  // states that are kept have no negative pivot (stride), so that the load does not turn between
+  // them: P·u̇ = u̇ᵀK u̇ > 0
+  here.along = {side / size * bodies, side / size};
+  here.rate = std::make_unique<StiffnessRate>(factor, shared_, *model_, branch_->named());
+  here.rate->set_direction(side / size * state, side / size);
+  Softening soft = soften(factor, *here.rate, branch_->locked(), start);
+  here.ahead = std::move(soft.ahead);
+  here.behind = std::move(soft.behind);
+  return here;
+}
+
+// Far from a fold the motions count by how they go with the factor now.
+void BranchTracer::weigh_anew(Look& here) {
+  const double rate = measure(here.along.bodies) / std::abs(here.along.factor);
+  weight_ = 1 / std::max(rate, least_rate);
+  const double size = std::sqrt(product(here.along, here.along));
+  here.along.bodies /= size;
+  here.along.factor /= size;
+  if (here.ahead) here.ahead->step *= size;
+  if (here.behind) here.behind->step *= size;
+}
+
+// Whether the tangent is indefinite a little farther on; the branch stays where
+// it is.
+bool BranchTracer::crosses(const Look& at) {
+  const LoadBranch::State kept = branch_->save();
+  const double size = std::max(1.0, std::abs(branch_->factor()));
+  bool found = false;
+  for (const double far : {beyond, 10 * beyond}) {
+    if (!branch_->advance(at.along, far * size, weight_).converged) continue;
+    found = branch_->negative_pivots() > 0;
+    branch_->restore(kept);
+    if (found) break;
+  }
+  return found;
+}
+
+// Whether there is a bifurcation that the branch was heading for straight on: beyond the state
+// nearest to it there is an equilibrium with an indefinite tangent. Of a fold there is none with so
+// much of the load. The branch stays where it is.
+bool BranchTracer::proves(Nearest& nearest) {
+  if (nearest.straight < straight_states || std::exchange(nearest.tried, true)) return false;
+  const double size = std::max(1.0, std::abs(nearest.factor));
+  const LoadBranch::State kept = branch_->save();
+  bool crossed = false;
+  for (const double share : {1, 10, 100}) {
+    const double far = share * beyond * size;
+    branch_->restore(nearest.state);
+    const double from = branch_->factor();
+    crossed =
+        branch_->advance(nearest.along, far / std::abs(nearest.along.factor), weight_).converged &&
+        std::abs(branch_->factor() - from) > 0.9 * far && branch_->negative_pivots() > 0;
+    if (crossed) break;
+  }
+  branch_->restore(kept);
+  return crossed;
+}
+
+// Whether the branch turned away from one that it met but for rounding.
+bool BranchTracer::turned_away(Heading& heading) {
+  const double size = std::max(1.0, std::abs(branch_->factor()));
+  return next_to(heading, size) && !heading.at_nearest && proves(*heading.nearest);
+}
+
+// Whether a bifurcation that the branch was heading for straight on is met but for rounding.
+bool BranchTracer::next_to(const Heading& heading, double size) {
+  return heading.nearest && heading.nearest->straight >= straight_states &&
+         heading.nearest->distance < nearly_met * size;
+}
+
+// The motion that is known, or next to a singular state the answer to any
+// force.
+VectorXd BranchTracer::nearly_singular_motion(const MechanismFactor& factor,
+                                              const VectorXd& known) const {
+  if (known.size() == factor.size()) return known;
+  const VectorXd force = any_force(factor);
+  return branch_->locked() ? factor.solve_locked(force) : factor.solve(force);
+}
+
+CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd& mode,
+                                       bool straight) {
+  if (!here.ahead) here.ahead = SoftMode{0, nearly_singular_motion(*here.factor, mode)};
+  CriticalLoad result;
+  result.factor = factor;
+  result.fold = !straight && measure(here.along.bodies) >
+                                 fold_motion * first_rate_ * std::abs(here.along.factor);
+  result.mode = motions(*here.factor, here.ahead->mode);
+  if (passed_) result.reason = "the branch of equilibria leads there: " + passed_by();
+  critical_ = std::move(here);
+  return result;
+}
+
+CriticalLoad BranchTracer::critical_beside(int side, Nearest nearest) {
+  branch_->restore(nearest.state);
+  return critical_at(nearest.factor, look(side, nearest.mode), nearest.mode, true);
+}
+
+BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double step) {
+  const LoadBranch::State kept = branch_->save();
+  const LoadBranch::Step went = branch_->advance(along, step, weight_);
+  if (!went.converged) return {.obstacle = went.message};
+  const double strain = branch_->system().strain();
+  if (strain <= largest_strain && branch_->negative_pivots() == 0) return {.taken = true};
+  const bool stretched = strain > largest_strain;
+  branch_->restore(kept);
+  if (stretched)
+    return {.stretched = true,
+            .obstacle = fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
+                                    strain, largest_strain)};
+  return {.crossed = true, .obstacle = "the tangent becomes indefinite all at once"};
+}
+
+// What is linear after a step from `last`, and what the step tells of its
+// estimate.
+BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double step,
+                                         Heading& heading) {
+  const std::optional<SoftMode> foretold = std::move(last.ahead);
+  const double last_estimate = foretold ? last.estimate(at, *foretold) : 0;
+  if (foretold) heading.mode = foretold->mode;
+  last = {};  // before its leaves move on
+  Look here = look(side, heading.mode);
+  heading.at_nearest = false;
+  if (!foretold || !here.ahead) {
+    heading.trust = 0.5;
+    weigh_anew(here);
+    return here;
+  }
+  const double left = here.ahead->step / foretold->step,
+               error = std::abs(step + here.ahead->step - foretold->step) / foretold->step;
+  const double now = here.estimate(branch_->factor(), *here.ahead), distance = here.distance();
+  const bool straight =
+      std::abs(now - last_estimate) < agreement * std::abs(branch_->factor() - at);
+  heading.straight = straight ? heading.straight + 1 : 0;
+  heading.at_nearest = straight && (!heading.nearest || distance < heading.nearest->distance);
+  if (heading.at_nearest)
+    heading.nearest =
+        Nearest{branch_->save(), here.along, here.ahead->mode, now, distance, heading.straight};
+  // an estimate that keeps its distance is that of a branch that bends away
+  heading.trust =
+      left > 0.8 ? std::min(2 * heading.trust, 32.0) : std::clamp(1 - 3 * error, 0.5, 0.999);
+  if (left > 0.8) weigh_anew(here);
+  return here;
+}
+
+// The limit lies between a state and the one a step on, where the branch stands: the regula falsi
+// in the Illinois way.
+bool BranchTracer::close_in(const LoadBranch::State& from, const BranchDirection& along,
+                            double step) {
+  constexpr int most_rounds = 60;
+  double high = step, above = limit_->beyond(branch_->system());
+  branch_->restore(from);
+  double low = 0, below = limit_->beyond(branch_->system());
+  int last = 0;  // the side that moved
+  for (int round = 0; round < most_rounds; ++round) {
+    const double middle = (low * above - high * below) / (above - below);
+    branch_->restore(from);
+    if (!branch_->advance(along, middle, weight_).converged) return false;
+    const double here = limit_->beyond(branch_->system());
+    if (std::abs(here) < at_the_limit || high - low < 1e-14 * step) return true;
+    const int side = here > 0 ? 1 : -1;
+    (side > 0 ? high : low) = middle;
+    (side > 0 ? above : below) = here;
+    if (side == last) (side > 0 ? below : above) *= 0.5;
+    last = side;
+  }
+  return true;
+}
+
+// The estimate of every state tells how far the next step goes; what it was
+// wrong by tells how far it is trusted.
+CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
+  CriticalLoad result;
+  const double begin = branch_->factor();
+  Heading heading;
+  at_limit_ = false;
+  passed_.reset();
+  if (limit_) heading.longest = first_step;
+  for (int count = 0;; ++count) {
+    const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
+    if (here.ahead && here.ahead->step < reached * size) {
+      if (crosses(here)) {
+        const double factor = here.estimate(at, *here.ahead);
+        return critical_at(factor, std::move(here), heading.mode, next_to(heading, size));
+      }
+      heading.longest = std::numeric_limits<double>::infinity();
+      heading.trust = std::max(2.0, heading.trust);  // it only touches
+    }
+    if (turned_away(heading)) {
+      here = {};
+      return critical_beside(side, *std::move(heading.nearest));
+    }
+    if (const auto& nearest = heading.nearest;
+        nearest && std::abs(at - begin) > passed * std::abs(nearest->factor - begin)) {
+      // the states that lead past it are not those that the way beyond it may take
+      if (!passed_) count = 0;
+      if (nearest->straight >= straight_states || nearest->distance < still_near * size)
+        passed_ = nearest->factor;
+      heading.nearest.reset();
+      heading.straight = 0;
+    }
+    if (std::abs(at - begin) > bound || count == most_states) {
+      result.none = std::abs(at - begin) > std::min(bound, enough);
+      result.reason = where_it_ended(at, !result.none);
+      return result;
+    }
+    const double step =
+        std::min(here.ahead ? heading.trust * here.ahead->step : size / std::abs(here.along.factor),
+                 heading.longest);
+    std::optional<LoadBranch::State> from;
+    if (limit_) from = branch_->save();
+    const Stride went = stride(here.along, step);
+    if (went.taken && limit_ && limit_->beyond(branch_->system()) > 0) {
+      at_limit_ = close_in(*from, here.along, step);
+      if (!at_limit_)
+        result.reason = fmt::format("no equilibrium was found next to the limit, at {}",
+                                    shown(branch_->factor()));
+      return result;
+    }
+    if (went.taken) {
+      heading.longest = std::max(heading.longest - step, 2 * step);
+      here = look_on(side, std::move(here), at, step, heading);
+      continue;
+    }
+    heading.longest = 0.5 * step;
+    const bool stretched = limit_ && went.stretched && step < last_stretch * size;
+    if (step >= least_step * size && !stretched) continue;
+    // the estimate is rounded where stiff motions hide the soft one; the
+    // inertia is not
+    if (went.crossed) {
+      const bool straight = next_to(heading, size);
+      const double factor =
+          straight ? heading.nearest->factor : at + 0.5 * step * here.along.factor;
+      return critical_at(factor, std::move(here), heading.mode, straight);
+    }
+    // where several modes become soft at once no equilibrium may be found next to the singular
+    // state
+    if (heading.nearest && heading.nearest->distance < still_near * size &&
+        proves(*heading.nearest)) {
+      here = {};
+      return critical_beside(side, *std::move(heading.nearest));
+    }
+    result.none = went.stretched;
+    result.reason =
+        fmt::format("the branch of equilibria ends at {}: {}", shown(at), went.obstacle);
+    return result;
+  }
+}
+
+std::string BranchTracer::where_it_ended(double factor, bool states_spent) const {
+  std::string text =
+      fmt::format("no singular tangent on the branch of equilibria up to {}{}", shown(factor),
+                  states_spent ? fmt::format(", where {} states were spent", most_states) : "");
+  return passed_ ? text + "; " + passed_by() : text;
+}
+
+std::string BranchTracer::passed_by() const {
+  return "it bends away from a bifurcation near " + shown(*passed_);
+}
+
+std::string BranchTracer::shown(double factor) const {
+  return unit_ == 0 ? fmt::format("a factor of {:.4g}", factor)
+                    : fmt::format("a load of {:.4g}", factor * unit_);
+}
+
+bool BranchTracer::stands_within() const {
+  LoadBranch& branch = *branch_;
+  return branch.negative_pivots() == 0 && (!limit_ || limit_->beyond(branch.system()) <= 0);
+}
+
+BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double factor) {
+  branch_->restore(begin);
+  Trial trial{branch_->factor(), {}};
+  const double way = factor - branch_->factor(),
+               margin =
+                   trial_margin * std::copysign(std::max(std::abs(way), std::abs(factor)), way);
+  const double below = std::abs(way) > std::abs(margin) ? factor - margin : trial.stable_to;
+  const double longest = way / trial_steps;
+  double step = longest;
+  while (std::abs(below - trial.stable_to) > 1e-9 * std::abs(way)) {
+    const LoadBranch::State kept = branch_->save();
+    const bool ends = std::abs(below - trial.stable_to) <= std::abs(step);
+    const double next = ends ? below : trial.stable_to + step;
+    if (branch_->advance_to(next).converged && stands_within()) {
+      trial.stable_to = next;
+      if (std::abs(step) < std::abs(longest)) step *= 2;
+      continue;
+    }
+    branch_->restore(kept);
+    step /= 2;
+    if (std::abs(step) > least_trial_step * std::abs(way)) continue;
+    trial.doubt = fmt::format(
+        "the branch was followed to {}, but put on step by step the load has no stable equilibrium "
+        "within its limits beyond {}",
+        shown(factor), shown(trial.stable_to));
+    return trial;
+  }
+  if (at_limit_) return trial;
+  // another branch beyond a singular state is farther away than a step on this one
+  const LoadBranch::State under = branch_->save();
+  const VectorXd here = places(branch_->system());
+  if (!branch_->advance_to(below - 2 * margin).converged) {
+    branch_->restore(under);
+    return trial;
+  }
+  const double usual = (here - places(branch_->system())).norm();
+  branch_->restore(under);
+  const double above = factor + margin;
+  if (branch_->advance_to(above).converged && stands_within() &&
+      (places(branch_->system()) - here).norm() < most_jump * usual) {
+    trial.stable_to = above;
+    trial.doubt = fmt::format("the branch was followed to {}, but it goes on, stable, to {}",
+                              shown(factor), shown(above));
+  }
+  return trial;
+}
+
+// (S25): the stiffness of the critical mode stays zero.
+VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& drive_load_rates) {
+  const MechanismFactor& factor = *critical_->factor;
+  // by inverse iteration, which leaves no rounding along stiff motions
+  VectorXd mode = critical_->rate->times(critical_->ahead->mode);
+  mode = branch_->locked() ? factor.solve_locked(mode) : factor.solve(mode);
+  mode /= mode.norm();
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
+  assert(leaves.value);
+  const DesignRates<double> rates(factor, std::move(*leaves.value), present_state(factor),
+                                  *design.directions, *model_);
+  MatrixXd residual = rates.residual();
+  if (!branch_->locked())
+    residual.topRows(factor.bodies()) -= branch_->system().drive_forces() * drive_load_rates;
+  // motions along the parameters and along the load from one solve: near a fold
+  // both are as large, and what rounding does to them is the same
+  const Eigen::Index count = residual.cols();
+  MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
+  forces.leftCols(count) = -residual;
+  forces.col(count).head(factor.bodies()) = branch_->load();
+  std::optional<MatrixXd> still;
+  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), count + 1);
+  const MatrixXd moved = factor.balance(forces, still).topRows(factor.size());
+  MatrixXd state = moved.leftCols(count);
+  if (!branch_->locked())
+    for (int k = 0; k < factor.drives(); ++k)
+      if (const auto& row = branch_->system().drives()[static_cast<std::size_t>(k)].condition)
+        state.row(factor.size() - factor.conditions() + *row) = -drive_load_rates.row(k);
+  critical_->rate->set_direction(moved.col(count), 1);
+  const double along = critical_->rate->forms(mode)(0, 0);
+  return -rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along;
+}
+
+}  // namespace flexopt

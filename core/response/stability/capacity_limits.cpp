@@ -1,0 +1,181 @@
+#include "core/response/stability/capacity_limits.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+#include <utility>
+
+#include "core/equilibrium/free_motions.hpp"
+#include "core/mechanism/drive.hpp"
+
+namespace flexopt {
+namespace {
+
+// Largest stress of a leaf, with the notch factors of its fillets where it has some.
+StressPeak peak_of(System& system, int i, const StressRules& rules) {
+  const StressPeak largest = system.leaf(i).max_stress();
+  if (!rules.fillet || !fillet_fault(system.mechanism(), *rules.fillet).empty()) return largest;
+  return with_fillets(largest, system.leaf(i), system.mechanism(), *rules.fillet);
+}
+
+// Derivatives along the directions and the load, with the state that moves along each.
+struct Rates {
+  Answer<MechanismFactor> linear;
+  std::unique_ptr<DesignRates<double>> design;
+  MatrixXd state;
+};
+
+// `load`: for a factor of 1, null where there is none.
+Rates rates_of(System& system, CapacityDirections& directions, const ModelOptions& model,
+               const VectorXd* load) {
+  Rates rates;
+  rates.linear = MechanismFactor::of(system);
+  const MechanismFactor& factor = *rates.linear.value;
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, directions.rates);
+  assert(leaves.value);  // full leaves have them
+  rates.design = std::make_unique<DesignRates<double>>(
+      factor, std::move(*leaves.value), present_state(factor), directions.with_load, model);
+  MatrixXd forces = -rates.design->residual();
+  if (load) forces.col(forces.cols() - 1).head(factor.bodies()) += *load;
+  const MatrixXd still = MatrixXd::Zero(factor.drives(), forces.cols());
+  rates.state = factor.balance(forces, still).topRows(factor.size());
+  return rates;
+}
+
+// k = 1/c, c = yᵀK y of the answer y to a unit load.
+VectorXd stiffness_rates(const Rates& rates, int support, const BodyLoad* load) {
+  const MechanismFactor& factor = *rates.linear.value;
+  const Eigen::Index at =
+      6 * static_cast<Eigen::Index>(factor.system().mechanism().end_effector) + support;
+  MatrixXd force = MatrixXd::Zero(factor.size(), 1);
+  force(at, 0) = 1;
+  const MatrixXd y = factor.solve_locked(force);
+  VectorXd form = rates.design->quadratic(y, VectorXd::Zero(1), rates.state).row(0).transpose();
+  if (load) {  // its size grows on the present arm
+    const Vector3d w = y.col(0).segment<3>(6 * static_cast<Eigen::Index>(load->body) + 3);
+    const Vector3d arm = factor.system().pose(load->body).rotation * load->arm;
+    form[form.size() - 1] += w.dot(arm_stiffness(load->force, arm) * w);
+  }
+  return form / (y(at, 0) * y(at, 0));
+}
+
+VectorXd peak_rates(const Rates& rates, const StressPeak& peak, const Mechanism& mechanism,
+                    const CapacityDirections& directions, const StressRules& rules) {
+  const MechanismFactor& factor = *rates.linear.value;
+  const auto leaf = static_cast<std::size_t>(peak.leaf);
+  const auto fields = rates.design->leaf(peak.leaf).fields(
+      factor.leaf_rows(factor.leaves()[leaf], rates.state), rates.design->variations(peak.leaf));
+  VectorXd moduli(static_cast<Eigen::Index>(directions.with_load.size()));
+  for (Eigen::Index p = 0; p < moduli.size(); ++p)
+    moduli[p] =
+        directions.with_load[static_cast<std::size_t>(p)].leaves[leaf].material.youngs_modulus;
+  VectorXd of_stress =
+      fields->stress_rates(peak, mechanism.leaves[leaf].material.youngs_modulus, moduli);
+  if (!rules.fillet) return of_stress;
+  return with_fillet_rates(std::move(of_stress), peak, mechanism, directions.with_load,
+                           *rules.fillet);
+}
+
+}  // namespace
+
+CapacityLimits::CapacityLimits(System& system, const StrokeRequest& request)
+    : request_(&request), mechanism_(&system.mechanism()) {
+  for (const LeafSpring& leaf : mechanism_->leaves)
+    strengths_.push_back(request.capacity.stress ? request.capacity.stress
+                                                 : leaf.material.yield_strength);
+  if (request.capacity.stiffness_share > 0) unloaded_ = support_stiffness(system);
+}
+
+std::array<std::optional<double>, 6> CapacityLimits::support_stiffness(const System& system) const {
+  const FreeMotions motions(system, true);
+  const Eigen::Index ee = 6 * static_cast<Eigen::Index>(mechanism_->end_effector);
+  MatrixXd forces = MatrixXd::Zero(system.size(), 6);
+  forces.middleRows<6>(ee).setIdentity();
+  const MatrixXd C = motions.answer(forces).middleRows<6>(ee);
+  const std::array<bool, 6> still = motions.still(mechanism_->end_effector),
+                            driven = prescribed_directions(*mechanism_);
+  std::array<std::optional<double>, 6> stiffness;
+  for (std::size_t d = 0; d < 6; ++d) {
+    const auto k = static_cast<Eigen::Index>(d);
+    if (!still[d] && !driven[d] && request_->capacity.supports[d]) stiffness[d] = 1 / C(k, k);
+  }
+  return stiffness;
+}
+
+double CapacityLimits::beyond(System& system) {
+  double largest = -1;
+  stress_.reset();
+  support_.reset();
+  for (int i = 0; i < system.leaves(); ++i) {
+    const auto& strength = strengths_[static_cast<std::size_t>(i)];
+    if (!strength) continue;
+    const StressPeak peak = peak_of(system, i, request_->stress);
+    const double over = peak.value / *strength - 1;
+    if (over <= largest) continue;
+    largest = over;
+    stress_ = peak;
+  }
+  if (request_->capacity.stiffness_share == 0) return largest;
+  const auto now = support_stiffness(system);
+  for (std::size_t d = 0; d < 6; ++d) {
+    if (!now[d] || !unloaded_[d]) continue;
+    const double over = request_->capacity.stiffness_share * *unloaded_[d] / *now[d] - 1;
+    if (over <= largest) continue;
+    largest = over;
+    stress_.reset();
+    support_ = static_cast<int>(d);
+    stiffness_ = *now[d];
+  }
+  return largest;
+}
+
+LoadCapacity CapacityLimits::reached() const {
+  LoadCapacity capacity;
+  if (stress_) {
+    capacity.limit = CapacityLimit::stress;
+    capacity.stress = stress_;
+    capacity.reason = fmt::format("the stress of {} reaches {:.4g} MPa",
+                                  mechanism_->leaves[static_cast<std::size_t>(stress_->leaf)].name,
+                                  stress_->value / 1e6);
+  } else {
+    assert(support_);
+    capacity.limit = CapacityLimit::stiffness;
+    capacity.support = static_cast<Direction>(*support_);
+    capacity.stiffness = stiffness_;
+    capacity.reason = fmt::format(
+        "the support stiffness {} falls to {:g} of what it is without "
+        "the load",
+        direction_names[static_cast<std::size_t>(*support_)], request_->capacity.stiffness_share);
+  }
+  return capacity;
+}
+
+UnloadedStiffness CapacityLimits::unloaded(System& system, CapacityDirections& design,
+                                           const ModelOptions& model) const {
+  UnloadedStiffness stiffness;
+  if (request_->capacity.stiffness_share == 0) return stiffness;
+  const Rates rates = rates_of(system, design, model, nullptr);
+  for (std::size_t d = 0; d < 6; ++d)
+    if (unloaded_[d])
+      stiffness.rates[d] =
+          stiffness_rates(rates, static_cast<int>(d), nullptr).head(rates.state.cols() - 1);
+  return stiffness;
+}
+
+VectorXd CapacityLimits::gradient(LoadBranch& branch, CapacityDirections& design,
+                                  const ModelOptions& model,
+                                  const UnloadedStiffness& unloaded) const {
+  const VectorXd load = branch.load();
+  const Rates rates = rates_of(branch.system(), design, model, &load);
+  const Eigen::Index count = rates.state.cols() - 1;
+  if (stress_) {
+    const VectorXd of = peak_rates(rates, *stress_, *mechanism_, design, request_->stress);
+    return -of.head(count) / of[count];
+  }
+  const BodyLoad named = branch.named();
+  const VectorXd of = stiffness_rates(rates, *support_, &named);
+  const VectorXd& without = *unloaded.rates[static_cast<std::size_t>(*support_)];
+  return -(of.head(count) - request_->capacity.stiffness_share * without) / of[count];
+}
+
+}  // namespace flexopt

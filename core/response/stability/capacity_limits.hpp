@@ -1,0 +1,43 @@
+#pragma once
+// What ends a load's growth beside a singular tangent: stress, and support stiffness that is lost.
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/response/stability/load_capacity.hpp"
+
+namespace flexopt {
+
+/// Support stiffness of the state without the load, and its derivatives along the directions.
+struct UnloadedStiffness {
+  std::array<std::optional<VectorXd>, 6> rates;
+};
+
+class CapacityLimits : public BranchLimit {
+ public:
+  /// `system`: assembled at the state without the load. `request` must outlive it.
+  CapacityLimits(System& system, const StrokeRequest& request);
+
+  double beyond(System& system) override;
+  /// The limit that was decisive in the latest beyond(); its value is left open.
+  LoadCapacity reached() const;
+
+  UnloadedStiffness unloaded(System& system, CapacityDirections& design,
+                             const ModelOptions& model) const;
+  /// Derivatives of the load factor of the branch, which stands at the limit that was found last.
+  VectorXd gradient(LoadBranch& branch, CapacityDirections& design, const ModelOptions& model,
+                    const UnloadedStiffness& unloaded) const;
+
+ private:
+  std::array<std::optional<double>, 6> support_stiffness(const System& system) const;
+
+  const StrokeRequest* request_;
+  const Mechanism* mechanism_;
+  std::vector<std::optional<double>> strengths_;  ///< of each leaf [Pa]
+  std::array<std::optional<double>, 6> unloaded_;
+  std::optional<StressPeak> stress_;  ///< the limit is that of this stress, or
+  std::optional<int> support_;        ///< of the stiffness in this direction
+  double stiffness_ = 0;
+};
+
+}  // namespace flexopt

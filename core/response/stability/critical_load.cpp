@@ -1,0 +1,95 @@
+#include "core/response/stability/critical_load.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace flexopt {
+namespace {
+
+constexpr double largest_factor = no_critical_factor;  // farther estimates are rounding
+
+// Where the tangent of a state is not definite: to where it is, with less of
+// the load.
+bool unload_to_stable(LoadBranch& branch) {
+  if (branch.negative_pivots() == 0) return true;
+  double step = 0.25;
+  while (branch.factor() > 0 && step > 1e-4) {
+    if (branch.advance_to(std::max(0.0, branch.factor() - step)).converged) {
+      if (branch.negative_pivots() == 0) return true;
+    } else {
+      step /= 2;
+    }
+  }
+  return false;
+}
+
+// Of the drives' loads, their strokes and the load kept.
+MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model,
+                          const DesignDirections& design) {
+  const Answer<MechanismFactor> linear = MechanismFactor::of(branch.system());
+  const MechanismFactor& factor = *linear.value;
+  const auto count = static_cast<Eigen::Index>(design.directions->size());
+  if (!design.driven || factor.drives() == 0) return MatrixXd::Zero(factor.drives(), count);
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
+  const DesignRates<double> rates(factor, std::move(*leaves.value), present_state(factor),
+                                  *design.directions, model);
+  return factor.balance(-rates.residual(), MatrixXd::Zero(factor.drives(), count))
+      .bottomRows(factor.drives());
+}
+
+}  // namespace
+
+CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& model,
+                                      const DesignDirections* design) {
+  CriticalLoadResult result;
+  const bool stable = branch.negative_pivots() == 0;
+  MatrixXd of_drives;
+  if (design && !branch.locked()) of_drives = drive_load_rates(branch, model, *design);
+  if (!stable && !unload_to_stable(branch)) {
+    result.load.reason = "the state is unstable, and stays so without the load";
+    return result;
+  }
+  BranchTracer tracer(branch, model);
+  const LoadBranch::State begin = branch.save();
+  const double at = branch.factor();
+  BranchTracer::Look first = tracer.look(1, {});
+  const auto estimate = [&](const std::optional<SoftMode>& mode) -> std::optional<double> {
+    if (!mode || std::abs(first.estimate(at, *mode)) > largest_factor) return std::nullopt;
+    return first.estimate(at, *mode);
+  };
+  const std::optional<double> ahead = estimate(first.ahead), behind = estimate(first.behind);
+  if (!ahead) first.ahead.reset();
+  double bound = 100;
+  for (const auto& e : {ahead, behind})
+    if (e) bound = std::max(bound, 10 * std::abs(*e - at));
+  // the derivative is that of the state where the branch stands: before the load is put on
+  const auto follow = [&](int side) {
+    result.load = tracer.follow(side, std::move(first), bound);
+    if (!result.load.factor) return;
+    if (design) result.gradient = tracer.gradient(*design, of_drives);
+    const BranchTracer::Trial trial = tracer.put_on(begin, *result.load.factor);
+    if (trial.doubt.empty()) return;
+    result.gradient.reset();
+    result.load.factor.reset();
+    result.load.mode.clear();
+    result.load.reason = "a singular tangent is not confirmed: " + trial.doubt;
+  };
+  follow(1);
+  if (!result.load.factor && stable) {
+    const std::string reason = result.load.reason;
+    const bool none = result.load.none;
+    branch.restore(begin);
+    first = tracer.look(-1, {});
+    if (!behind) first.ahead.reset();
+    follow(-1);
+    if (!result.load.factor) {
+      result.load.none = none && result.load.none;
+      result.load.reason = reason + "; " + result.load.reason;
+    }
+  }
+  if (stable) result.load.linearised = ahead ? ahead : behind;
+  return result;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,123 @@
+#include "core/response/stability/load_capacity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/equilibrium/free_motions.hpp"
+#include "core/mechanism/drive.hpp"
+#include "core/mechanism/each_number.hpp"
+#include "core/response/stability/capacity_limits.hpp"
+
+namespace flexopt {
+namespace {
+
+// Bound from which motions of the bodies count as large; lengths over the longest leaf.
+constexpr double large_motion = 0.01;
+
+DeadLoad load_along(int direction, double size) {
+  Vector6d load = Vector6d::Zero();
+  load[direction % 6] = direction < 6 ? size : -size;
+  return load_at_O(load);
+}
+
+std::vector<Mechanism> with_load(const Mechanism& mechanism, std::vector<Mechanism> directions) {
+  directions.push_back(zero_rate(mechanism));
+  return directions;
+}
+
+// About as large as the load gets: to a singular tangent as the state foretells it, or to large
+// motions.
+double size_of_load(LoadBranch& branch, const ModelOptions& model) {
+  BranchTracer tracer(branch, model);
+  const BranchTracer::Look here = tracer.look(1, {});
+  double motion = 0;
+  for (Eigen::Index k = 0; k < here.along.bodies.size(); ++k)
+    motion = std::max(
+        motion, std::abs(here.along.bodies[k]) / (k % 6 < 3 ? branch.system().length() : 1.0));
+  double size = large_motion * std::abs(here.along.factor) / std::max(motion, 1e-300);
+  if (here.ahead) size = std::min(size, std::abs(here.estimate(0, *here.ahead)));
+  return size;
+}
+
+LoadCapacity none_left(const CapacityLimits& limits) {
+  LoadCapacity capacity = limits.reached();
+  capacity.value = 0;
+  capacity.reason = "the state without the load is at the limit: " + capacity.reason;
+  return capacity;
+}
+
+}  // namespace
+
+CapacityDirections::CapacityDirections(const Mechanism& mechanism,
+                                       const std::vector<Mechanism>& directions,
+                                       LeafRates& design_rates)
+    : design{&directions, &design_rates},
+      with_load(flexopt::with_load(mechanism, directions)),
+      rates(ProfileDirections(mechanism, with_load)) {}
+
+LoadCapacityResult find_load_capacity(System& system, int direction, double growing,
+                                      const StrokeRequest& request, const ModelOptions& model,
+                                      CapacityDirections* design) {
+  LoadCapacityResult result;
+  LoadCapacity& capacity = result.capacity;
+  const auto count = design ? static_cast<Eigen::Index>(design->design.directions->size()) : 0;
+  const auto constant = [&] {
+    if (design) result.gradient = VectorXd(VectorXd::Zero(count));
+  };
+  LoadBranch unit(system, load_along(direction, 1), growing, request.newton);
+  if (unit.negative_pivots() > 0) {
+    capacity.limit = CapacityLimit::instability;
+    capacity.reason = "the state without the load is unstable";
+    constant();
+    return result;
+  }
+  CapacityLimits limits(unit.system(), request);
+  if (limits.beyond(unit.system()) >= 0) {
+    capacity = none_left(limits);
+    constant();
+    return result;
+  }
+  std::optional<UnloadedStiffness> unloaded;
+  if (design) unloaded = limits.unloaded(unit.system(), *design, model);
+  const double size = size_of_load(unit, model);
+  LoadBranch branch(system, load_along(direction, size), growing, request.newton);
+  const LoadBranch::State begin = branch.save();
+  BranchTracer tracer(branch, model, &limits, size);
+  const std::optional<double>& largest =
+      direction % 6 < 3 ? request.capacity.largest_force : request.capacity.largest_moment;
+  const double bound = largest ? *largest / size : std::numeric_limits<double>::infinity();
+  CriticalLoad end = tracer.follow(1, tracer.look(1, {}), bound);
+  const double reached = end.factor.value_or(branch.factor());
+  if (reached > bound || (!end.factor && !tracer.at_limit())) {
+    capacity.limit = CapacityLimit::none;
+    capacity.value = std::min(reached * size, largest.value_or(reached * size));
+    capacity.reason = reached > bound ? "no limit up to the largest load that is looked at"
+                                      : std::move(end.reason);
+    return result;
+  }
+  if (tracer.at_limit()) {
+    limits.beyond(branch.system());
+    capacity = limits.reached();
+    if (design) result.gradient = size * limits.gradient(branch, *design, model, *unloaded);
+  } else {
+    capacity.limit = CapacityLimit::instability;
+    capacity.fold = end.fold;
+    capacity.reason = fmt::format(
+        "the tangent becomes singular ({})",
+        end.fold ? "the load is the largest of its branch" : "branches of equilibria meet");
+    if (design) result.gradient = size * tracer.gradient(design->design, {});
+  }
+  capacity.value = reached * size;
+  if (const BranchTracer::Trial trial = tracer.put_on(begin, reached); !trial.doubt.empty()) {
+    capacity = {};
+    capacity.value = trial.stable_to * size;
+    capacity.reason = "a limit is not confirmed: " + trial.doubt;
+    result.gradient.reset();
+  }
+  return result;
+}
+
+}  // namespace flexopt

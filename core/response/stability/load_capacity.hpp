@@ -1,0 +1,36 @@
+#pragma once
+// The largest load at O that a state bears beside those that act, drives held: README.md of
+// core/response, (S30) and (S31).
+#include <optional>
+#include <vector>
+
+#include "core/response/stability/branch_tracer.hpp"
+#include "core/response/stress_safety.hpp"
+
+namespace flexopt {
+
+/// Directions along which a load capacity is differentiated.
+class CapacityDirections {
+ public:
+  /// `mechanism` and `directions` must outlive this.
+  CapacityDirections(const Mechanism& mechanism, const std::vector<Mechanism>& directions,
+                     LeafRates& rates);
+
+  DesignDirections design;
+  std::vector<Mechanism> with_load;  ///< the directions, and the load: a design that stays
+  LeafRates rates;                   ///< along these
+};
+
+struct LoadCapacityResult {
+  LoadCapacity capacity;
+  std::optional<VectorXd> gradient;  ///< where the capacity has a value and it was asked for
+};
+
+/// Load capacity along `direction`, an index of LoadCapacity. `system`: assembled at an
+/// equilibrium, its leaves with interior unknowns; it is copied. `growing`: the present factor of
+/// the growing loads. `design`: null where no derivatives are wanted.
+LoadCapacityResult find_load_capacity(System& system, int direction, double growing,
+                                      const StrokeRequest& request, const ModelOptions& model,
+                                      CapacityDirections* design);
+
+}  // namespace flexopt

@@ -1,0 +1,201 @@
+#include "core/response/stability/softening.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "core/elements/leaf/leaf_gradient.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/mechanism/each_number.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
+
+namespace flexopt {
+namespace {
+
+constexpr int most_vectors = 60;  // of a Krylov space
+constexpr int exact_vectors = 4;  // of either sign whose forms are computed exactly
+
+// No force on what is held, and nothing in the rows of conditions (joints, drives, material
+// points): answers that keep them alone have a positive product with K.
+VectorXd on_motions(const MechanismFactor& factor, MatrixXd column) {
+  factor.clear_held(column);
+  column.bottomRows(factor.conditions()).setZero();
+  for (const MechanismFactor::Leaf& leaf : factor.leaves())
+    column.middleRows(leaf.offset + leaf.rows.unknowns, leaf.rows.point).setZero();
+  return column;
+}
+
+}  // namespace
+
+StiffnessRate::Shared::Shared(const Mechanism& mechanism)
+    : still{zero_rate(mechanism)}, rates(ProfileDirections(mechanism, still)) {}
+
+StiffnessRate::StiffnessRate(const MechanismFactor& factor, Shared& shared,
+                             const ModelOptions& model, const BodyLoad& named)
+    : factor_(&factor), named_(named) {
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, shared.rates);
+  assert(leaves.value);  // full leaves have them
+  design_ = std::make_unique<DesignRates<double>>(factor, std::move(*leaves.value),
+                                                  present_state(factor), shared.still, model);
+}
+
+// Derivative by the state of yᵀK y of the leaves, column by column.
+MatrixXd StiffnessRate::leaf_gradients_of(const MatrixXd& Y) const {
+  MatrixXd forces = MatrixXd::Zero(factor_->size(), Y.cols());
+  const VectorXd none = VectorXd::Zero(Y.cols());
+  for (std::size_t i = 0; i < factor_->leaves().size(); ++i) {
+    const MechanismFactor::Leaf& leaf = factor_->leaves()[i];
+    const MatrixXd rows = factor_->leaf_rows(leaf, Y);
+    factor_->add_leaf_force(leaf, leaf.linear->scale().energy,
+                            design_->leaf(static_cast<int>(i)).quadratic(rows, none).state, forces);
+  }
+  return forces;
+}
+
+void StiffnessRate::set_direction(const VectorXd& state, double load) {
+  state_ = state;
+  load_ = load;
+  size_ = state.norm();
+  if (size_ == 0) return;
+  scaled_state_ = state / size_;
+  of_state_ = leaf_gradients_of(scaled_state_);
+}
+
+MatrixXd StiffnessRate::forms(const MatrixXd& Y) const {
+  const Eigen::Index n = Y.cols();
+  MatrixXd all(Y.rows(), n * (n + 1) / 2);
+  all.leftCols(n) = Y;
+  Eigen::Index column = n;
+  for (Eigen::Index a = 0; a < n; ++a)
+    for (Eigen::Index b = a + 1; b < n; ++b) all.col(column++) = Y.col(a) + Y.col(b);
+  VectorXd q = design_->quadratic(all, VectorXd::Zero(all.cols()), state_);
+  // growing forces on the present arms
+  const Eigen::Index r = 6 * static_cast<Eigen::Index>(named_.body) + 3;
+  const Vector3d arm = factor_->system().pose(named_.body).rotation * named_.arm;
+  const Matrix3d K = load_ * arm_stiffness(named_.force, arm);
+  for (Eigen::Index k = 0; k < all.cols(); ++k) {
+    const Vector3d w = all.col(k).segment<3>(r);
+    q[k] += w.dot(K * w);
+  }
+  MatrixXd T(n, n);
+  column = n;
+  for (Eigen::Index a = 0; a < n; ++a) T(a, a) = q[a];
+  for (Eigen::Index a = 0; a < n; ++a)
+    for (Eigen::Index b = a + 1; b < n; ++b, ++column)
+      T(a, b) = T(b, a) = 0.5 * (q[column] - q[a] - q[b]);
+  return T;
+}
+
+// The third derivative of the energy is symmetric: T(ẏ, y, ·) from the gradients of ẏ, y and ẏ + y.
+VectorXd StiffnessRate::times(const VectorXd& y) const {
+  VectorXd w = VectorXd::Zero(y.size());
+  const double size = y.norm();
+  if (size_ > 0 && size > 0) {
+    MatrixXd both(y.size(), 2);
+    both << y / size, y / size + scaled_state_;
+    const MatrixXd g = leaf_gradients_of(both);
+    w = 0.5 * size * size_ * (g.col(1) - g.col(0) - of_state_);
+  }
+  const auto spin = [](const VectorXd& v, int body) -> Vector3d {
+    return v.segment<3>(6 * static_cast<Eigen::Index>(body) + 3);
+  };
+  const auto add_load = [&](const BodyLoad& load, const Vector3d& arm, double by) {
+    w.segment<3>(6 * static_cast<Eigen::Index>(load.body) + 3) +=
+        by * (arm_stiffness(load.force, arm) * spin(y, load.body));
+  };
+  const System& system = factor_->system();
+  add_load(named_, system.pose(named_.body).rotation * named_.arm, load_);
+  for (const BodyLoad& load : system.acting()) {
+    const Vector3d arm = system.pose(load.body).rotation * load.arm;
+    add_load(load, spin(state_, load.body).cross(arm), 1);
+  }
+  return on_motions(*factor_, std::move(w));
+}
+
+namespace {
+
+// The first roots of either sign in a basis with YᵀK Y = diag(values), from exact forms.
+void add_roots(const MatrixXd& Y, const VectorXd& stiffness, const StiffnessRate& rate,
+               Softening& found) {
+  if (Y.cols() == 0) return;
+  const VectorXd by = stiffness.cwiseSqrt().cwiseInverse();
+  const MatrixXd T = by.asDiagonal() * rate.forms(Y) * by.asDiagonal();
+  const SymmetricEigen eigen(T);
+  const MatrixXd modes = Y * (by.asDiagonal() * eigen.eigenvectors());
+  const Eigen::Index last = T.cols() - 1;
+  const double least = 1e-13 * eigen.eigenvalues().cwiseAbs().maxCoeff();
+  if (eigen.eigenvalues()[0] < -least)
+    found.ahead = SoftMode{-1 / eigen.eigenvalues()[0], modes.col(0)};
+  if (eigen.eigenvalues()[last] > least)
+    found.behind = SoftMode{-1 / eigen.eigenvalues()[last], modes.col(last)};
+}
+
+}  // namespace
+
+VectorXd any_force(const MechanismFactor& factor) {
+  VectorXd r(factor.size());
+  unsigned long long seed = 1;
+  for (Eigen::Index k = 0; k < r.rows(); ++k) {
+    seed = seed * 6364136223846793005ull + 1442695040888963407ull;
+    r[k] = static_cast<double>(seed >> 33) / 2147483648.0 - 1;
+  }
+  return on_motions(factor, std::move(r));
+}
+
+// Lanczos with K⁻¹ dK/dσ in the product of K: of v = K⁻¹ r it is vᵀr.
+Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool drives_locked,
+                 const VectorXd& start) {
+  const auto solve = [&](const VectorXd& b) -> VectorXd {
+    return drives_locked ? factor.solve_locked(b) : factor.solve(b);
+  };
+  const Eigen::Index n = factor.size();
+  VectorXd r = any_force(factor);
+  if (start.size() == n) {
+    const VectorXd w = rate.times(start);
+    if (w.norm() > 0) r = w / w.norm() + 1e-3 * r / r.norm();
+  }
+  const int most = std::min<int>(most_vectors, static_cast<int>(n));
+  MatrixXd V(n, most), R(n, most), W(n, most);
+  int count = 0;
+  VectorXd values;
+  MatrixXd vectors;
+  double ahead = 0, behind = 0;
+  while (count < most) {
+    VectorXd v = solve(r);
+    for (int pass = 0; pass < 2; ++pass)
+      for (int k = 0; k < count; ++k) {
+        const double by = R.col(k).dot(v);
+        v -= by * V.col(k);
+        r -= by * R.col(k);
+      }
+    const double size = v.dot(r);
+    if (!(size > 1e-26 * std::abs(v.norm() * r.norm()))) break;
+    V.col(count) = v / std::sqrt(size);
+    R.col(count) = r / std::sqrt(size);
+    W.col(count) = rate.times(V.col(count));
+    r = W.col(count++);
+    const MatrixXd T = V.leftCols(count).transpose() * W.leftCols(count);
+    const SymmetricEigen eigen(0.5 * (T + T.transpose()));
+    values = eigen.eigenvalues();
+    vectors = eigen.eigenvectors();
+    // both ends of the spectrum stand still
+    const double size_of_all = values.cwiseAbs().maxCoeff();
+    const bool still = std::abs(values[0] - ahead) < 1e-9 * size_of_all &&
+                       std::abs(values[count - 1] - behind) < 1e-9 * size_of_all;
+    ahead = values[0];
+    behind = values[count - 1];
+    if (still && count >= (start.size() == n ? 5 : 12)) break;
+  }
+  Softening found;
+  if (count == 0) return found;
+  std::vector<int> wanted;
+  for (int k = 0; k < std::min(exact_vectors, count); ++k) wanted.push_back(k);
+  for (int k = std::max(count - exact_vectors, static_cast<int>(wanted.size())); k < count; ++k)
+    wanted.push_back(k);
+  const MatrixXd Y = V.leftCols(count) * vectors(Eigen::all, wanted);
+  add_roots(Y, VectorXd::Ones(Y.cols()), rate, found);
+  return found;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,269 @@
+#include "optim/studies/compare.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "core/spec/spec_error.hpp"
+#include "optim/problem/evaluation_log.hpp"
+#include "optim/problem/line_log.hpp"
+#include "optim/solvers/parallel.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using OrderedJson = nlohmann::ordered_json;
+
+namespace {
+
+using Quantities = std::vector<ComparedQuantity>;
+
+OrderedJson point_json(const Quantities& quantities, const ComparedPoint& p) {
+  if (!p.converged) return {{"stroke", p.stroke}};
+  OrderedJson numbers = OrderedJson::object(), reasons = OrderedJson::object();
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    OrderedJson& list = numbers[quantities[q].name] = OrderedJson::array();
+    for (const auto& value : p.numbers[q]) list.push_back(value ? OrderedJson(*value) : nullptr);
+    if (std::ranges::any_of(p.reasons[q], [](const std::string& r) { return !r.empty(); }))
+      reasons[quantities[q].name] = p.reasons[q];
+  }
+  OrderedJson json{{"stroke", p.stroke},
+                   {"numbers", std::move(numbers)},
+                   {"stable", p.stable},
+                   {"fallback", p.fallback}};
+  if (!reasons.empty()) json["reasons"] = std::move(reasons);
+  return json;
+}
+
+ComparedPoint read_point(const Quantities& quantities, const json& j) {
+  ComparedPoint p;
+  j.at("stroke").get_to(p.stroke);
+  p.converged = j.contains("numbers");
+  if (!p.converged) return p;
+  for (const ComparedQuantity& quantity : quantities) {
+    auto& numbers = p.numbers.emplace_back();
+    for (const json& value : j.at("numbers").at(quantity.name))
+      numbers.push_back(value.is_null() ? std::nullopt : std::optional(value.get<double>()));
+    if (numbers.size() != quantity.numbers.size())
+      throw std::out_of_range("other numbers of " + quantity.name);
+    auto& reasons = p.reasons.emplace_back(numbers.size());
+    if (j.contains("reasons") && j["reasons"].contains(quantity.name))
+      reasons = j["reasons"][quantity.name].get<std::vector<std::string>>();
+    if (reasons.size() != numbers.size())
+      throw std::out_of_range("other reasons of " + quantity.name);
+  }
+  j.at("stable").get_to(p.stable);
+  j.at("fallback").get_to(p.fallback);
+  return p;
+}
+
+std::string line_of(const Quantities& quantities, const ComparedPath& path) {
+  OrderedJson points = OrderedJson::array();
+  for (const ComparedPoint& p : path.points) points.push_back(point_json(quantities, p));
+  return log_line({{"design", path.design},
+                   {"model", path.model},
+                   {"message", path.message},
+                   {"fallback_reason", path.fallback_reason},
+                   {"points", std::move(points)}});
+}
+
+ComparedPath parse_line(const Quantities& quantities, const std::string& line) {
+  const json j = json::parse(line);
+  ComparedPath path;
+  j.at("design").get_to(path.design);
+  j.at("model").get_to(path.model);
+  j.at("message").get_to(path.message);
+  j.at("fallback_reason").get_to(path.fallback_reason);
+  for (const json& point : j.at("points")) path.points.push_back(read_point(quantities, point));
+  return path;
+}
+
+/// All design and model pairs of a job, known or not: design × (models + 1) + model.
+struct Book {
+  Quantities quantities;
+  std::size_t width = 0;
+  std::vector<std::optional<ComparedPath>> paths;
+  std::vector<std::optional<EvaluationSeconds>> seconds;
+
+  Book(const Job& job, std::size_t designs)
+      : quantities(compared_quantities(job)),
+        width(job.compare->models.size() + 1),
+        paths(designs * width),
+        seconds(designs * width) {}
+
+  std::size_t place(int design, int model) const {
+    const auto d = static_cast<std::size_t>(design), m = static_cast<std::size_t>(model);
+    if (design < 0 || model < 0 || m >= width || d * width + m >= paths.size())
+      throw std::out_of_range("no such design or model");
+    return d * width + m;
+  }
+  void read_path(const std::string& line) {
+    ComparedPath path = parse_line(quantities, line);
+    paths[place(path.design, path.model)] = std::move(path);
+  }
+  void read_seconds(const std::string& line) {
+    const json j = json::parse(line);
+    seconds[place(j.at("design"), j.at("model"))] =
+        EvaluationSeconds{j.at("path").get<double>(), j.at("total").get<double>()};
+  }
+};
+
+/// The log of values and that of seconds, read into the book.
+struct Logs {
+  LineLog values, seconds;
+
+  Logs() = default;
+  Logs(const Job& job, const std::filesystem::path& log, const std::string& version, bool overwrite,
+       Book& book)
+      : values(log, log_identity(job, version), overwrite,
+               [&](const std::string& line) { book.read_path(line); }),
+        seconds(seconds_log(log), log_identity(job, version), overwrite,
+                [&](const std::string& line) { book.read_seconds(line); }) {}
+};
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// Adds a load case; what it says is said with its name.
+void append(StrokeResponse of_case, const std::string& name, StrokeResponse& whole) {
+  std::ranges::move(of_case.path, std::back_inserter(whole.path));
+  whole.seconds_path += of_case.seconds_path;
+  const bool worse = of_case.status != Status::ok && whole.status == Status::ok;
+  if (worse || whole.message.empty()) {
+    whole.status = of_case.status;
+    whole.message = (name.empty() ? "" : "load case " + name + ": ") + of_case.message;
+  }
+}
+
+ComparedPath evaluate(const Job& job, const Sample& sample, int design, int model,
+                      const Quantities& quantities, const StrokeEvaluator& evaluator,
+                      EvaluationSeconds& seconds) {
+  if (!sample.refused.empty()) return failed_path(design, model, sample.refused);
+  const CompareSpec& spec = *job.compare;
+  const ModelChoice& choice =
+      model == 0 ? spec.full : spec.models[static_cast<std::size_t>(model - 1)];
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    const Mechanism mechanism = make_mechanism(job, sample);
+    StrokeResponse whole;  // all load cases one after the other
+    auto first = sample.stroke.begin();
+    for (const JobCase& one : cases_of(job)) {
+      StrokeRequest request = one.request;
+      const auto last = first + static_cast<std::ptrdiff_t>(request.points.size());
+      request.points.assign(first, last);
+      first = last;
+      request.newton = choice.newton;
+      request.outputs = needs_of(quantities);
+      append(evaluator(mechanism, choice.model, request), one.name, whole);
+    }
+    seconds = {whole.seconds_path, seconds_since(begin)};
+    return compared_path(design, model, quantities, whole);
+  } catch (const SpecError& error) {
+    return failed_path(design, model, error.what());
+  }
+}
+
+std::string seconds_line(int design, int model, const EvaluationSeconds& seconds) {
+  return log_line(
+      {{"design", design}, {"model", model}, {"path", seconds.path}, {"total", seconds.total}});
+}
+
+}  // namespace
+
+std::filesystem::path seconds_log(const std::filesystem::path& log) {
+  std::filesystem::path beside = log;
+  return beside.replace_extension(".seconds.jsonl");
+}
+
+void check_compare_log(const Job& job, const std::filesystem::path& log,
+                       const std::string& version) {
+  Book book(job, make_samples(job).size());
+  const Logs logs(job, log, version, false, book);
+}
+
+CompareRun compare(const Job& job, const CompareOptions& options) {
+  assert(job.compare);
+  const std::vector<Sample> samples = make_samples(job);
+  Book book(job, samples.size());
+  const auto logs = options.log.empty() ? std::make_unique<Logs>()
+                                        : std::make_unique<Logs>(job, options.log, options.version,
+                                                                 options.overwrite_log, book);
+  CompareProgress progress;
+  Sharing nobody;
+  Sharing& sharing = options.sharing ? *options.sharing : nobody;
+  const std::vector<int> own = sharing.own("evaluations", static_cast<int>(book.paths.size()));
+  progress.total = static_cast<int>(own.size());
+  std::vector<int> open;
+  for (const int k : own) {
+    const auto& known = book.paths[static_cast<std::size_t>(k)];
+    if (!known) {
+      open.push_back(k);
+      continue;
+    }
+    ++progress.evaluations;
+    ++progress.replayed;
+    if (!known->whole()) ++progress.failed;
+  }
+  if (options.progress) options.progress(progress);
+
+  std::mutex mutex;
+  const int width = static_cast<int>(book.width);
+  const auto work = [&](int k) {
+    const int design = k / width, model = k % width;
+    EvaluationSeconds seconds;
+    const ComparedPath path = evaluate(job, samples[static_cast<std::size_t>(design)], design,
+                                       model, book.quantities, options.evaluator, seconds);
+    return seconds_line(design, model, seconds) + line_of(book.quantities, path);
+  };
+  const auto keep = [&](int k, const std::string& lines) {
+    const std::size_t second = lines.find('\n') + 1;
+    const std::string seconds = lines.substr(0, second), values = lines.substr(second);
+    logs->seconds.append(seconds);  // first: never without it
+    logs->values.append(values);
+    const std::lock_guard lock(mutex);
+    book.read_seconds(seconds);
+    book.read_path(values);
+    ++progress.evaluations;
+    if (!book.paths[static_cast<std::size_t>(k)]->whole()) ++progress.failed;
+    if (options.progress) options.progress(progress);
+  };
+  sharing.run(open, options.threads, work, keep);
+  if (sharing.shard()) throw ShardEnds();
+  if (!sharing.complete()) return {};
+
+  CompareRun run;
+  run.seconds.resize(book.width);
+  std::vector<std::string> values, seconds;
+  for (std::size_t k = 0; k < book.paths.size(); ++k) {
+    values.push_back(line_of(book.quantities, *book.paths[k]));
+    if (!book.seconds[k]) continue;
+    run.seconds[k % book.width].path += book.seconds[k]->path;
+    run.seconds[k % book.width].total += book.seconds[k]->total;
+    seconds.push_back(
+        seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
+  }
+  logs->seconds.finish(seconds);
+  logs->values.finish(values);
+  run.comparison = make_comparison(job, book.paths, book.seconds);
+  return run;
+}
+
+Comparison compare_logged(const Job& job, const std::filesystem::path& log) {
+  assert(job.compare);
+  Book book(job, make_samples(job).size());
+  try {
+    for (const std::string& line : read_log_lines(log)) book.read_path(line);
+    for (const std::string& line : read_log_lines(seconds_log(log))) book.read_seconds(line);
+  } catch (const SpecError&) {
+    throw;  // a line that does not fit its checksum
+  } catch (const std::exception& error) {
+    throw SpecError("", log.string(), std::string("expected evaluations: ") + error.what());
+  }
+  return make_comparison(job, book.paths, book.seconds);
+}
+
+}  // namespace flexopt

@@ -1,0 +1,419 @@
+#include "optim/studies/tolerance_study.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/response/quantities.hpp"
+#include "core/spec/spec_error.hpp"
+#include "optim/job/job_numbers.hpp"
+#include "optim/job/job_sections.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
+#include "optim/solvers/unit_points.hpp"
+
+namespace flexopt {
+
+namespace {
+
+/// What one sampled design yields, numbers in the order of the report.
+struct SampledDesign {
+  std::string failure;  ///< empty where all load cases have equilibria and all goals a value
+  std::vector<std::optional<double>> quantities;
+  std::vector<double> goals;  ///< none where one has no value
+};
+
+using OrderedJson = nlohmann::ordered_json;
+
+OrderedJson yield_of(const SampledDesign& sample) {
+  OrderedJson quantities = OrderedJson::array();
+  for (const std::optional<double>& value :
+       sample.quantities)  // those that are not finite do not count
+    quantities.push_back(value && std::isfinite(*value) ? OrderedJson(*value) : OrderedJson());
+  return {sample.failure, std::move(quantities), sample.goals};
+}
+
+SampledDesign read_design(const nlohmann::json& yield) {
+  SampledDesign sample;
+  yield.at(0).get_to(sample.failure);
+  for (const nlohmann::json& value : yield.at(1))
+    sample.quantities.push_back(value.is_null() ? std::nullopt
+                                                : std::optional(value.get<double>()));
+  yield.at(2).get_to(sample.goals);
+  return sample;
+}
+
+std::optional<SampledNumber> figures(const std::vector<double>& values) {
+  if (values.empty()) return std::nullopt;
+  SampledNumber n;
+  n.count = static_cast<int>(values.size());
+  for (const double v : values) n.mean += v / n.count;
+  double sum = 0;
+  for (const double v : values) sum += (v - n.mean) * (v - n.mean);
+  n.standard_deviation = n.count > 1 ? std::sqrt(sum / (n.count - 1)) : 0;
+  const auto [low, high] = std::ranges::minmax_element(values);
+  n.low = *low, n.high = *high;
+  return n;
+}
+
+class Study {
+ public:
+  Study(const Job& job, const ParameterValues& parameters, const ModelOptions& model);
+
+  ToleranceReport run(int threads, const LoopProgress& progress, SharedUnits* shared);
+
+ private:
+  /// Adds the values and first-order deviations of all numbers.
+  void linearise(ToleranceReport& report) const;
+  void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
+  void sample(int threads, const LoopProgress& progress, SharedUnits* shared,
+              ToleranceReport& report) const;
+  /// Whether all are known then.
+  bool evaluate_all(const std::vector<VectorXd>& points, int threads, const LoopProgress& progress,
+                    SharedUnits* shared, const ToleranceReport& report,
+                    std::vector<SampledDesign>& designs) const;
+  SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
+  /// Values and their slopes, part by part; no rows where one is missing.
+  GoalReading read(const Goal& goal, const ParameterValues& parameters,
+                   const std::vector<StrokeSensitivity>& found,
+                   const std::vector<StrokeRequest>& requests) const;
+  /// ToleranceSlopes in rows, from derivatives along the named parameters in rows.
+  MatrixXd slopes(const std::vector<std::string>& names, const MatrixXd& gradients) const {
+    return gradients * tolerance_changes(spec_.entries, names, parameters_);
+  }
+  ParameterValues deviated(const VectorXd& unit_point) const;
+  std::string refusal(const ParameterValues& values) const;
+
+  Job job_;
+  const TolerancesSpec& spec_;
+  ParameterValues parameters_;  ///< with all numbers of material and end-effector
+  ModelOptions model_;
+  std::vector<std::string> names_;  ///< parameters that deviate
+  std::vector<Goal> goals_;
+  std::vector<StrokeRequest> requests_;  ///< of each load case
+};
+
+Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptions& model)
+    : job_(job), spec_(*job.tolerances), model_(model) {
+  parameters_ = complete_parameters(job.design, parameters);
+  const auto [material, end_effector] = numbers_set(job, parameters);
+  for (const auto& [name, value] : numbers_of(material, end_effector)) parameters_[name] = value;
+  std::set<std::string> names;
+  for (const Tolerance& entry : spec_.entries)
+    for (const ToleranceTerm& term : entry.terms) names.insert(term.parameter);
+  names_.assign(names.begin(), names.end());
+  if (spec_.goals) {
+    job_.optimise = spec_.goals;
+    job_.optimise->pareto.reset();
+    for (Constraint& c : job_.optimise->constraints) {  // the study says itself what they bear
+      c.label.resize(c.label.size() - label_suffix(c.margin, c.misassembled).size());
+      c.margin = {};
+      c.misassembled = false;
+    }
+    job_.optimise->objective.misassembled = false;
+    job_.design.parameters = parameters_;  // what formulas may use
+    goals_ = make_goals(job_);
+  }
+  for (std::size_t k = 0; k < cases_of(job).size(); ++k) {
+    StrokeRequest request = cases_of(job)[k].request;
+    request.outputs.remove({Output::shapes, Output::frequency_derivatives});
+    if (spec_.goals) request.outputs.add(request_of_goals(job_, goals_, k).outputs);
+    requests_.push_back(std::move(request));
+  }
+}
+
+GoalReading Study::read(const Goal& goal, const ParameterValues& parameters,
+                        const std::vector<StrokeSensitivity>& found,
+                        const std::vector<StrokeRequest>& requests) const {
+  if (goal.expression) {
+    GoalReading reading = read_goal(goal, parameters);
+    if (reading.gradient.rows() == 0) return reading;
+    reading.gradient = slopes(goal.expression->names(), reading.gradient);
+    return reading;
+  }
+  GoalReading whole;
+  whole.ok = true;
+  bool differentiated = true;
+  for (const GoalPart& part : goal.parts) {
+    const StrokeSensitivity& of = found[part.load_case];
+    const GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
+                                          of.gradients ? &*of.gradients : nullptr);
+    if (!reading.ok) return reading;
+    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
+    differentiated = differentiated &&
+                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
+    if (!differentiated) continue;
+    const Eigen::Index before = whole.gradient.rows();
+    whole.gradient.conservativeResize(before + reading.gradient.rows(),
+                                      static_cast<Eigen::Index>(spec_.entries.size()));
+    whole.gradient.bottomRows(reading.gradient.rows()) =
+        slopes(of.gradients->parameters, reading.gradient);
+  }
+  if (!differentiated) whole.gradient.resize(0, 0);
+  return whole;
+}
+
+void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
+                            ToleranceReport& report) const {
+  const OptimiseSpec& spec = *job_.optimise;
+  for (std::size_t g = 0; g < goals_.size(); ++g) {
+    const Goal& goal = goals_[g];
+    ToleratedGoal& of = report.goals.emplace_back();
+    of.label = goal.label;
+    of.quantity = goal.quantity;
+    if (goal.expression) of.expression = goal.expression->text();
+    if (g > 0) of.min = spec.constraints[g - 1].min, of.max = spec.constraints[g - 1].max;
+    const GoalReading reading = read(goal, parameters_, found, requests_);
+    if (!reading.ok) {
+      report.message +=
+          fmt::format("{}{}: {}", report.message.empty() ? "" : "; ", goal.label, reading.message);
+      continue;
+    }
+    const Extreme e = extreme(goal, reading.values);
+    of.number.value = e.sign * reading.values[e.entry];
+    if (!goal.expression) of.decisive = place_of(goal, e.entry);
+    if (reading.gradient.rows() == 0) continue;
+    const LinearGoal linear = linear_goal(goal, reading.values, reading.gradient);
+    of.number.slopes = linear.slopes;
+    of.low = linear.low, of.high = linear.high;
+    if (g == 0) continue;
+    of.room = room_of(goal, reading.values, reading.gradient, of.min, of.max);
+    if (of.room && (!report.room || *of.room < *report.room))
+      report.room = of.room, report.room_of = of.label;
+  }
+  // of what is not known in all constraints nothing is said
+  if (std::ranges::any_of(report.goals, [](const ToleratedGoal& g) { return !g.number.slopes; }))
+    report.room.reset(), report.room_of.clear();
+}
+
+void Study::linearise(ToleranceReport& report) const {
+  std::vector<StrokeSensitivity> found;
+  std::set<std::string> without;
+  for (std::size_t k = 0; k < requests_.size(); ++k) {
+    StrokeRequest request = requests_[k];
+    request.values = PathValues::differentiable;
+    found.push_back(stroke_sensitivity(job_, parameters_, names_, model_, request));
+    const StrokeSensitivity& of = found.back();
+    if (!of.gradients) report.message = of.message.empty() ? of.response.message : of.message;
+    const DriveList drives = resolve(job_.design)->family().drives;
+    for (std::size_t i = 0; i < of.response.path.size(); ++i)
+      for (const Quantity& q : quantities(drives)) {
+        const std::optional<double> value = q.value(of.response.path[i]);
+        if (!value) continue;
+        ToleratedQuantity& number = report.quantities.emplace_back();
+        number.load_case = k, number.point = i, number.name = q.name;
+        number.number.value = *value;
+        if (!of.gradients || i >= of.gradients->path.size()) continue;
+        if (const auto gradient = q.gradient(of.response.path[i], of.gradients->path[i]);
+            gradient && gradient->allFinite())
+          number.number.slopes =
+              slopes(of.gradients->parameters, gradient->transpose()).transpose();
+        else
+          without.insert(q.name);
+      }
+  }
+  if (report.message.empty() && !without.empty())
+    report.message = fmt::format("no exact derivatives: {}", fmt::join(without, ", "));
+  if (spec_.goals) linearise_goals(found, report);
+}
+
+ParameterValues Study::deviated(const VectorXd& unit_point) const {
+  ParameterValues values = parameters_;
+  for (std::size_t e = 0; e < spec_.entries.size(); ++e) {
+    constexpr double edge = 1e-12;  // a normal deviation has no ends
+    const double u = std::clamp(unit_point[static_cast<Eigen::Index>(e)], edge, 1 - edge);
+    const Tolerance& entry = spec_.entries[e];
+    const double z = entry.spread == ToleranceSpread::uniform
+                         ? 2 * u - 1
+                         : entry.standard_deviation() * normal_quantile(u);
+    for (const ToleranceTerm& term : entry.terms)
+      values[term.parameter] += term.change_of(parameters_.at(term.parameter)) * z;
+  }
+  return values;
+}
+
+/// Why there is no design with these values; empty where there is one.
+std::string Study::refusal(const ParameterValues& values) const {
+  for (const std::string& name : names_) {
+    const Parameter& p = *find_parameter(resolve(job_.design)->family(), name);
+    const double v = values.at(name);
+    if (p.open_min ? v <= p.min : v < p.min)
+      return fmt::format("{} = {:g} {} is too small", name, v, p.unit);
+    if (p.open_max ? v >= p.max : v > p.max)
+      return fmt::format("{} = {:g} {} is too large", name, v, p.unit);
+  }
+  return "";
+}
+
+SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport& report) const {
+  SampledDesign sample;
+  const ParameterValues values = deviated(unit_point);
+  sample.failure = refusal(values);
+  if (!sample.failure.empty()) return sample;
+  std::vector<StrokeSensitivity> found(requests_.size());
+  try {
+    const auto [material, end_effector] = numbers_set(job_, values);
+    const Mechanism mechanism = resolve(job_.design)->build(values, material, end_effector);
+    for (std::size_t k = 0; k < requests_.size(); ++k)
+      found[k].response = evaluate_stroke(mechanism, model_, requests_[k]);
+  } catch (const SpecError& error) {
+    sample.failure = error.what();
+    return sample;
+  }
+  for (const StrokeSensitivity& of : found)
+    if (of.response.status != Status::ok && sample.failure.empty())
+      sample.failure = of.response.message;
+  for (const ToleratedQuantity& q : report.quantities)
+    sample.quantities.push_back(value_of(found[q.load_case].response.path[q.point], q.name));
+  for (const Goal& goal : goals_) {
+    const GoalReading reading = read(goal, values, found, requests_);
+    if (!reading.ok) {
+      sample.goals.clear();
+      if (sample.failure.empty()) sample.failure = reading.message;
+      break;
+    }
+    sample.goals.push_back(aggregate(goal, reading.values));
+  }
+  return sample;
+}
+
+bool Study::evaluate_all(const std::vector<VectorXd>& points, int threads,
+                         const LoopProgress& progress, SharedUnits* shared,
+                         const ToleranceReport& report, std::vector<SampledDesign>& designs) const {
+  designs.resize(points.size());
+  const auto count = static_cast<int>(points.size());
+  const auto work = [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); };
+  const auto place = [&](int i) -> SampledDesign& { return designs[static_cast<std::size_t>(i)]; };
+  if (!shared) {
+    parallel_for(
+        count, threads, [&](int i) { place(i) = work(i); }, progress);
+    return true;
+  }
+  const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
+  return shared->run(
+      loop_name("sampled designs", about.dump()), count, threads, progress,
+      [&](int i) { return yield_of(work(i)); },
+      [&](int i, const nlohmann::json& yield) { place(i) = read_design(yield); });
+}
+
+void Study::sample(int threads, const LoopProgress& progress, SharedUnits* shared,
+                   ToleranceReport& report) const {
+  if (spec_.samples == 0) return;
+  const std::vector<VectorXd> points =
+      latin_hypercube_points(static_cast<int>(spec_.entries.size()), spec_.samples, spec_.seed);
+  std::vector<SampledDesign> designs;
+  if (!evaluate_all(points, threads, progress, shared, report, designs)) return;
+  report.samples = spec_.samples;
+  int keep = 0;
+  for (const SampledDesign& design : designs) {
+    if (!design.failure.empty()) {
+      ++report.failed;
+      if (report.first_failure.empty()) report.first_failure = design.failure;
+      continue;
+    }
+    bool kept = true;
+    for (std::size_t g = 0; g < design.goals.size(); ++g) {
+      const ToleratedGoal& goal = report.goals[g];
+      kept = kept && !(goal.max && design.goals[g] > *goal.max) &&
+             !(goal.min && design.goals[g] < *goal.min);
+    }
+    keep += kept ? 1 : 0;
+  }
+  if (spec_.goals && !spec_.goals->constraints.empty())
+    report.yield = static_cast<double>(keep) / spec_.samples;
+  std::vector<double> values;
+  for (std::size_t q = 0; q < report.quantities.size(); ++q) {
+    values.clear();
+    for (const SampledDesign& design : designs)
+      if (q < design.quantities.size() && design.quantities[q] &&
+          std::isfinite(*design.quantities[q]))
+        values.push_back(*design.quantities[q]);
+    report.quantities[q].number.sampled = figures(values);
+  }
+  for (std::size_t g = 0; g < report.goals.size(); ++g) {
+    values.clear();
+    for (const SampledDesign& design : designs)
+      if (g < design.goals.size()) values.push_back(design.goals[g]);
+    report.goals[g].number.sampled = figures(values);
+  }
+}
+
+ToleranceReport Study::run(int threads, const LoopProgress& progress, SharedUnits* shared) {
+  ToleranceReport report;
+  report.entries = spec_.entries;
+  for (Tolerance& entry : report.entries)
+    for (ToleranceTerm& term : entry.terms)
+      term = {term.parameter, term.change_of(parameters_.at(term.parameter)), false};
+  linearise(report);
+  sample(threads, progress, shared, report);
+  return report;
+}
+
+double size_of(const MatrixXd& slopes, std::size_t value) {
+  return slopes.row(static_cast<Eigen::Index>(value)).cwiseAbs().sum();
+}
+
+/// The goal's one number where every value is `by` times its farthest away.
+double moved(const Goal& goal, const GoalValues& values, const MatrixXd& slopes, double by) {
+  GoalValues at = values;
+  const bool sizes = goal.over_stroke == OverStroke::max_abs;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (sizes) at[i] = std::abs(at[i]);
+    at[i] += by * size_of(slopes, i);
+    if (sizes) at[i] = std::max(at[i], 0.0);
+  }
+  return aggregate(goal, at);
+}
+
+}  // namespace
+
+ToleranceReport study_tolerances(const Job& job, const ParameterValues& parameters,
+                                 const ModelOptions& model, int threads,
+                                 const LoopProgress& progress, SharedUnits* shared) {
+  assert(job.tolerances);
+  return Study(job, parameters, model).run(threads, progress, shared);
+}
+
+LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixXd& slopes) {
+  const Extreme e = extreme(goal, values);
+  return {e.sign * values[e.entry], moved(goal, values, slopes, -1), moved(goal, values, slopes, 1),
+          e.sign * slopes.row(static_cast<Eigen::Index>(e.entry)).transpose()};
+}
+
+std::optional<double> room_of(const Goal& goal, const GoalValues& values, const MatrixXd& slopes,
+                              const std::optional<double>& min, const std::optional<double>& max) {
+  std::optional<double> room;
+  const auto take = [&](double distance, double size) {
+    if (distance < 0) room = 0;
+    if (size > 0)
+      room = std::min(room.value_or(std::numeric_limits<double>::infinity()),
+                      std::max(distance, 0.0) / size);
+  };
+  const bool sizes = goal.over_stroke == OverStroke::max_abs;
+  const auto each = [&](const auto& distance) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      take(distance(sizes ? std::abs(values[i]) : values[i]), size_of(slopes, i));
+  };
+  const Extreme e = extreme(goal, values);
+  const double value = e.sign * values[e.entry], size = size_of(slopes, e.entry);
+  if (max) {
+    if (goal.over_stroke == OverStroke::max || sizes)
+      each([&](double v) { return *max - v; });
+    else
+      take(*max - value, size);
+  }
+  if (min) {
+    if (goal.over_stroke == OverStroke::min)
+      each([&](double v) { return v - *min; });
+    else
+      take(value - *min, size);
+  }
+  return room;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,201 @@
+#include "results/export/picture.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace flexopt {
+
+namespace {
+
+constexpr double label_margin = 2;  // px
+
+/// Widths of the letters from ' ' to '~' in hundredths of their size: DejaVu Sans, nearly Verdana.
+constexpr std::array<unsigned char, 95> letter_widths{
+    32, 40, 46, 84, 64, 95, 78, 27, 39,  39, 50, 84, 32, 36, 32, 34, 64, 64, 64, 64, 64, 64, 64, 64,
+    64, 64, 34, 34, 84, 84, 84, 53, 100, 68, 69, 70, 77, 63, 58, 77, 75, 29, 29, 66, 56, 86, 75, 79,
+    60, 79, 69, 63, 61, 73, 68, 99, 69,  61, 69, 39, 34, 39, 84, 50, 50, 61, 63, 55, 63, 62, 35, 63,
+    63, 28, 28, 58, 28, 97, 63, 61, 63,  63, 41, 52, 39, 63, 59, 82, 59, 59, 52, 64, 34, 64, 84};
+
+struct Segment {
+  Point2 from, to;
+};
+
+template <class Visit>
+void each_segment(const std::vector<Point2>& points, bool closed, const Visit& visit) {
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) visit(Segment{points[i], points[i + 1]});
+  if (closed && points.size() > 2) visit(Segment{points.back(), points.front()});
+}
+
+/// visit(segment, whether it belongs to a dimension)
+template <class Visit>
+void each_segment(const Picture& picture, const Visit& visit) {
+  for (const DrawnShape& shape : picture.shapes) {
+    if (shape.kind == DrawnShape::Kind::circle) {
+      const Point2 radius(shape.radius, 0);
+      visit(Segment{shape.points[0] - radius, shape.points[0] + radius}, false);
+      continue;
+    }
+    each_segment(shape.points, shape.kind == DrawnShape::Kind::area,
+                 [&](const Segment& s) { visit(s, shape.style == "extension"); });
+  }
+  for (const DrawnDimension& dimension : picture.dimensions)
+    each_segment(dimension.line, false, [&](const Segment& s) { visit(s, true); });
+}
+
+double cross(const Point2& a, const Point2& b) { return a[0] * b[1] - a[1] * b[0]; }
+
+bool crosses(const Segment& a, const Segment& b) {
+  const Point2 along = a.to - a.from, other = b.to - b.from;
+  const auto apart = [](double x, double y) { return x * y < -1e-9; };
+  return apart(cross(along, b.from - a.from), cross(along, b.to - a.from)) &&
+         apart(cross(other, a.from - b.from), cross(other, a.to - b.from));
+}
+
+/// Whether they lie on each other or nearly so.
+bool covers(const Segment& a, const Segment& b) {
+  const Point2 way = a.to - a.from;
+  const double length = way.norm();
+  if (length < 1 || (b.to - b.from).norm() < 1) return false;
+  const Point2 along = way / length;
+  if (std::abs(cross(along, b.from - a.from)) > 3 || std::abs(cross(along, b.to - a.from)) > 3)
+    return false;
+  const double s = along.dot(b.from - a.from), t = along.dot(b.to - a.from);
+  return std::min(length, std::max(s, t)) - std::max(0.0, std::min(s, t)) > 1;
+}
+
+}  // namespace
+
+bool Box2::overlaps(const Box2& other, double margin) const {
+  return (low.array() < other.high.array() + margin).all() &&
+         (other.low.array() < high.array() + margin).all();
+}
+
+bool Box2::meets(const Point2& a, const Point2& b) const {
+  double first = 0, last = 1;
+  for (int k = 0; k < 2; ++k) {
+    const double way = b[k] - a[k];
+    if (std::abs(way) < 1e-12) {
+      if (a[k] <= low[k] || a[k] >= high[k]) return false;
+      continue;
+    }
+    const double s = (low[k] - a[k]) / way, t = (high[k] - a[k]) / way;
+    first = std::max(first, std::min(s, t));
+    last = std::min(last, std::max(s, t));
+  }
+  return first < last;
+}
+
+void Picture::area(const std::string& style, std::vector<Point2> points) {
+  shapes.push_back({DrawnShape::Kind::area, style, std::move(points)});
+}
+void Picture::line(const std::string& style, std::vector<Point2> points) {
+  shapes.push_back({DrawnShape::Kind::line, style, std::move(points)});
+}
+void Picture::circle(const std::string& style, const Point2& center, double radius) {
+  shapes.push_back({DrawnShape::Kind::circle, style, {center}, radius});
+}
+
+void Picture::append(const Picture& other) {
+  parts.insert(parts.end(), other.parts.begin(), other.parts.end());
+  shapes.insert(shapes.end(), other.shapes.begin(), other.shapes.end());
+  dimensions.insert(dimensions.end(), other.dimensions.begin(), other.dimensions.end());
+  labels.insert(labels.end(), other.labels.begin(), other.labels.end());
+}
+
+void Picture::move(const Point2& by) {
+  for (DrawnPart& part : parts) part.box.move(by);
+  for (DrawnShape& shape : shapes)
+    for (Point2& p : shape.points) p += by;
+  for (DrawnDimension& dimension : dimensions) {
+    for (Point2& p : dimension.line) p += by;
+    dimension.vertex += by;
+  }
+  for (DrawnLabel& label : labels) label.box.move(by);
+}
+
+Box2 Picture::extent() const {
+  Box2 box;
+  for (const DrawnShape& shape : shapes)
+    for (const Point2& p : shape.points) {
+      box.add(p - Point2::Constant(shape.radius));
+      box.add(p + Point2::Constant(shape.radius));
+    }
+  for (const DrawnDimension& dimension : dimensions)
+    for (const Point2& p : dimension.line) box.add(p);
+  for (const DrawnLabel& label : labels) {
+    box.add(label.box.low);
+    box.add(label.box.high);
+  }
+  return box;
+}
+
+Point2 size_of_text(const std::string& text, double size) {
+  double width = 0;
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code >= ' ' && code <= '~')
+      width += letter_widths[code - std::size_t{' '}];
+    else if ((code & 0xC0) != 0x80)  // the first byte of another letter
+      width += 60;
+  }
+  return {0.01 * size * width, 1.2 * size};
+}
+
+DrawnLabel label_at(const std::string& text, const Point2& corner, double size,
+                    const std::string& style) {
+  return {text, {corner, corner + size_of_text(text, size)}, size, style};
+}
+
+DrawnLabel label_around(const std::string& text, const Point2& center, double size,
+                        const std::string& style) {
+  return label_at(text, center - 0.5 * size_of_text(text, size), size, style);
+}
+
+std::vector<std::string> wrapped(const std::string& text, double width, double size) {
+  std::vector<std::string> lines;
+  std::string line;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    const double needed =
+        size_of_text(line, size)[0] + size_of_text(" ", size)[0] + size_of_text(word, size)[0];
+    if (!line.empty() && needed > width) {
+      lines.push_back(std::move(line));
+      line.clear();
+    }
+    if (!line.empty()) line += ' ';
+    line += word;
+    begin = end + 1;
+  }
+  lines.push_back(std::move(line));
+  return lines;
+}
+
+double conflict(const Picture& added, const Picture& there) {
+  double sum = 0;
+  for (const DrawnLabel& own : added.labels)
+    for (const DrawnLabel& other : there.labels)
+      if (own.box.overlaps(other.box, label_margin)) sum += 1000;
+  const auto words_on_lines = [&](const Picture& words, const Picture& lines, double cost) {
+    each_segment(lines, [&](const Segment& s, bool) {
+      for (const DrawnLabel& label : words.labels)
+        if (label.box.meets(s.from, s.to)) sum += cost;
+    });
+  };
+  words_on_lines(added, there, 30);
+  words_on_lines(there, added, 60);
+  std::vector<Segment> dimensions;
+  each_segment(there, [&](const Segment& s, bool dimension) {
+    if (dimension) dimensions.push_back(s);
+  });
+  each_segment(added, [&](const Segment& own, bool dimension) {
+    if (!dimension) return;
+    for (const Segment& other : dimensions)
+      sum += covers(own, other) ? 40 : crosses(own, other) ? 4 : 0;
+  });
+  return sum;
+}
+
+}  // namespace flexopt

@@ -1,0 +1,77 @@
+#pragma once
+// A mechanism as a view shows it: its parts, its dimensions, all of it.
+#include "results/export/measures.hpp"
+#include "results/export/picture.hpp"
+
+namespace flexopt {
+
+// Leaves, bodies and clamps as a view shows them.
+
+/// Places to pixels.
+struct Projection {
+  DrawnView view;
+  double scale = 1;  ///< pixels a metre
+
+  Point2 way(const Vector3d& v) const {
+    const Eigen::Vector2d seen = view(v);
+    return scale * Point2(seen[0], -seen[1]);
+  }
+  Point2 operator()(const Vector3d& place) const { return way(place); }
+};
+
+/// Hulls of bodies, leaves at their true thickness, the ground hatched.
+void add_parts(const Mechanism& mechanism, const Projection& on, Picture& picture);
+
+/// Draws the parts with correct occlusion: what is far lies behind what is near.
+void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& picture);
+
+// Dimension lines and notes, each where it is least in the way of what is drawn already.
+
+/// What a dimension says: "length = 80 mm".
+struct DimensionText {
+  std::string parameter, unit;  ///< SI
+  double value = 0;
+};
+/// Lengths in mm, angles in degrees, four digits.
+std::string with_drawn_unit(double value, const std::string& unit);
+
+/// Adds to a picture of `scale` pixels a metre.
+class DimensionLines {
+ public:
+  DimensionLines(Picture& picture, double scale)
+      : picture_(&picture), outline_(picture.extent()), scale_(scale) {}
+
+  /// The distance of two points along a direction, a unit vector. Along an axis of the drawing
+  /// (`outside`) the line stands beside all that was drawn at first. A distance too small for
+  /// its arrows is pinched where it is.
+  void length(const DimensionText& text, const Point2& a, const Point2& b, const Point2& along,
+              bool outside);
+  /// Dimension of the angle at `vertex` between the direction of an axis and the way to a point.
+  void angle(const DimensionText& text, const Point2& vertex, const Point2& axis, const Point2& to);
+  /// Words beside a point, with a leader where they stand away from it.
+  void note(const std::string& words, const Point2& at);
+
+ private:
+  void beside(const DimensionText& text, const Point2& a, const Point2& b, const Point2& along,
+              bool outside);
+  void pinched(const DimensionText& text, const Point2& a, const Point2& b, const Point2& along);
+  DrawnDimension dimension(const DimensionText& text, std::vector<Point2> line) const;
+
+  Picture* picture_;
+  Box2 outline_;  ///< of what was drawn at first
+  double scale_;
+};
+
+// A mechanism as a view shows it.
+
+/// Leaves at their true thickness, bodies, ground, O, drives and the view's measures, at so many
+/// pixels a metre; the origin of the mechanism at (0, 0).
+Picture view_picture(const PlacedDesign& design, const MeasuredView& view, double scale);
+
+/// Picture from the upper right in front, without measures, at most `largest` pixels large.
+Picture slanting_picture(const PlacedDesign& design, double largest);
+
+/// Room that a view takes without drives, notes and measures [m].
+Point2 room_of(const PlacedDesign& design, const DrawnView& view);
+
+}  // namespace flexopt
