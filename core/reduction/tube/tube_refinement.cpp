@@ -2,12 +2,11 @@
 // core/reduction/README.md.
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/math/decompositions.hpp"
 #include "core/reduction/tube/bent_states.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 
@@ -135,11 +134,9 @@ double TubeLeaf::own_change(const Vector6d& force) const {
 namespace {
 /// |L⁻¹ ΔK L⁻ᵀ| with K = L Lᵀ; nothing where K is not positive.
 std::optional<double> relative_change(const Matrix6d& change, const Matrix6d& stiffness) {
-  const Eigen::LLT<Matrix6d> llt(stiffness);
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  Matrix6d X = llt.matrixL().solve(change);
-  X = llt.matrixL().solve(X.transpose()).eval();
-  return X.norm();
+  const Cholesky cholesky(stiffness);
+  if (!cholesky.positive_definite()) return std::nullopt;
+  return cholesky.solve_lower(cholesky.solve_lower(change).transpose()).norm();
 }
 
 /// √tr((ΔK C)²)
@@ -159,8 +156,7 @@ Matrix12d compliance_with_free_drives(const EdgeSurroundings& s) {
                             .cwiseMax(1e-300)
                             .cwiseSqrt()
                             .cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> stiffness(unit.asDiagonal() * s.drive_stiffness *
-                                                          unit.asDiagonal());
+  const SymmetricEigen stiffness(unit.asDiagonal() * s.drive_stiffness * unit.asDiagonal());
   const MatrixXd V = s.strokes * unit.asDiagonal() * stiffness.eigenvectors();
   const VectorXd yields = stiffness.eigenvalues().cwiseAbs().cwiseMax(softest).cwiseInverse();
   return s.compliance + V * yields.asDiagonal() * V.transpose();
@@ -207,7 +203,7 @@ double TubeLeaf::change_along_ray(const HighestDegree& highest) const {
 std::string TubeLeaf::gap_to_full(const PlateLeaf& plate) const {
   // g' = (B Bᵀ)⁻¹ B q', so that forces and stiffness over q give those over g
   const Rows6x12& B = response_.frame.B;
-  const Rows6x12 P = (B * B.transpose()).llt().solve(B);
+  const Rows6x12 P = Lu(B * B.transpose()).solve(B);
   const Vector6d force = P * plate.force();
   const Matrix12d K = plate.tangent() - geometric_stiffness(response_.frame, force);
   const double forces = own_change(force - response_.mixed.gradient),
