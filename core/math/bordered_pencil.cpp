@@ -121,9 +121,10 @@ std::vector<Pair> Iteration::begin(const EigenPairs& found, const std::vector<Ei
 // (K − θ M) y = M x,  λ = θ + yᵀM x / yᵀM y: the residual of y then is sin(x, y) / |y|.
 bool Iteration::refine(Pair& pair) {
   constexpr int most = 12;
+  double beside = 0;  // of the value: at it the pencil may be singular to the last bit
   for (int k = 0; k < most; ++k) {
     check_work();
-    shift(pair.value);
+    shift(pair.value + beside);
     const VectorXd carried = pair.mass_inside.cwiseProduct(from_modes_);
     x_ = pair.mass_border;
     x_.noalias() += sigma_ * (C_.transpose() * carried);
@@ -134,10 +135,14 @@ bool Iteration::refine(Pair& pair) {
     next.inside = sigma_ * next.inside.cwiseProduct(from_modes_) + carried;
     set_mass(next);
     const double square = product(next, next), along = product(next, pair);
-    if (!(square > 0) || !std::isfinite(square)) return false;
+    if (!(square > 0) || !std::isfinite(square)) {
+      if (beside != 0) return false;
+      beside = 8 * epsilon * std::abs(pair.value) + std::numeric_limits<double>::min();
+      continue;
+    }
     const double by = 1 / std::sqrt(square), cosine = along * by,
                  residual = by * std::sqrt(std::max(4 * epsilon, 1 - cosine * cosine));
-    next.value = pair.value + along / square;
+    next.value = sigma_ + along / square;
     next.scale(by);
     pair = std::move(next);
     if (residual <= largest_residual * std::abs(pair.value) + 4 * rounding(pair)) return true;

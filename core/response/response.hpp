@@ -162,7 +162,7 @@ struct Signal {
 };
 
 /// Linear model of small motions about an equilibrium, drive free: equations (H1) to (H3) of
-/// dynamics/README.md. Modes by rows of `forces` and columns of `motions`.
+/// modes/README.md. Modes by rows of `forces` and columns of `motions`.
 struct StateSpace {
   std::vector<Signal> inputs, outputs;
   VectorXd omega2;    ///< squares of the circular frequencies, ascending [rad²/s²]

@@ -372,8 +372,8 @@ std::string ToleranceMargin::suffix() const {
   return kind == Kind::worst ? ", worst within tolerances" : ", " + text();
 }
 
-std::string label_suffix(const ToleranceMargin& margin, bool misassembled) {
-  return misassembled ? ", worst assembly" : margin.suffix();
+std::string label_suffix(const ToleranceMargin& margin, bool worst_assembly) {
+  return worst_assembly ? ", worst assembly" : margin.suffix();
 }
 
 std::vector<JobCase> cases_of(const Job& job) {

@@ -44,7 +44,7 @@ struct ToleranceMargin {
 };
 
 /// What ends the label of a goal that bears something: that of its margin, or ", worst assembly".
-std::string label_suffix(const ToleranceMargin& margin, bool misassembled);
+std::string label_suffix(const ToleranceMargin& margin, bool worst_assembly);
 
 struct Objective {
   bool maximise = true;
@@ -53,7 +53,7 @@ struct Objective {
   OverStroke over_stroke = OverStroke::min;  ///< unused for an expression
   std::string load_case;                     ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
-  bool misassembled = false;  ///< its worst in the box of errors of assembly counts
+  bool worst_assembly = false;  ///< its worst in the box of errors of assembly counts
 };
 
 struct Constraint {
@@ -63,7 +63,7 @@ struct Constraint {
   std::string label;               ///< "max_stress max over stroke"
   std::string load_case;           ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
-  bool misassembled = false;  ///< its worst in the box of errors of assembly counts
+  bool worst_assembly = false;  ///< its worst in the box of errors of assembly counts
 };
 
 struct Algorithm {
@@ -90,7 +90,7 @@ struct ParetoSpec {
   std::string label;      ///< "drive_load max_abs over stroke"
   std::string load_case;  ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
-  bool misassembled = false;  ///< its worst in the box of errors of assembly counts
+  bool worst_assembly = false;  ///< its worst in the box of errors of assembly counts
 };
 
 /// Settings to correct the optimum to full accuracy.

@@ -86,8 +86,8 @@ EdgeTolerance read_edge(const json& read, const Mechanism& mechanism, const Poin
 
 }  // namespace
 
-bool read_misassembled(json& goal, const GoalContext& context, const Constraint& read,
-                       const Pointer& at) {
+bool read_worst_assembly(json& goal, const GoalContext& context, const Constraint& read,
+                         const Pointer& at) {
   if (!goal.contains("under") || goal["under"] != "assembly_tolerances") return false;
   const std::string place = (at / "under").to_string(), shown_under = shown(goal["under"]);
   if (!context.borne.assembly_tolerances)
@@ -143,24 +143,24 @@ bool names_the_box(const json& job) {
 }
 
 void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec) {
-  const auto look_at = [&](bool misassembled, const std::string& quantity, OverStroke over,
+  const auto look_at = [&](bool worst_assembly, const std::string& quantity, OverStroke over,
                            const std::string& load_case, bool least) {
     const auto same = [&](const Constraint& c) {
       return c.quantity == quantity && c.over_stroke == over && c.load_case == load_case &&
              c.min.has_value() == least;
     };
-    if (!misassembled || std::ranges::any_of(spec.quantities, same)) return;
+    if (!worst_assembly || std::ranges::any_of(spec.quantities, same)) return;
     Constraint one{.quantity = quantity, .over_stroke = over, .load_case = load_case};
     if (least) one.min = 0;  // the least is the worst
     one.label = goal_label(one);
     spec.quantities.push_back(std::move(one));
   };
   const Objective& o = goals.objective;
-  look_at(o.misassembled, o.quantity, o.over_stroke, o.load_case, o.maximise);
+  look_at(o.worst_assembly, o.quantity, o.over_stroke, o.load_case, o.maximise);
   for (const Constraint& c : goals.constraints)
-    look_at(c.misassembled, c.quantity, c.over_stroke, c.load_case, c.min.has_value());
+    look_at(c.worst_assembly, c.quantity, c.over_stroke, c.load_case, c.min.has_value());
   if (const auto& front = goals.pareto)
-    look_at(front->misassembled, front->quantity, front->over_stroke, front->load_case,
+    look_at(front->worst_assembly, front->quantity, front->over_stroke, front->load_case,
             front->maximise);
 }
 

@@ -123,8 +123,8 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
   }
   Constraint bounded = measure;  // the least is the worst of what is to be made large
   if (read.contains("sense") && read["sense"] == "maximise") bounded.min = 0;
-  measure.misassembled = read_misassembled(read, context, bounded, at);
-  measure.label = goal_label(measure) + label_suffix(measure.margin, measure.misassembled);
+  measure.worst_assembly = read_worst_assembly(read, context, bounded, at);
+  measure.label = goal_label(measure) + label_suffix(measure.margin, measure.worst_assembly);
   return measure;
 }
 

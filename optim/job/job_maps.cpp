@@ -50,7 +50,7 @@ std::vector<Constraint> measures_of(const OptimiseSpec& goals) {
     c.min.reset();
     c.max.reset();
     c.margin = {};
-    c.misassembled = false;
+    c.worst_assembly = false;
     c.label = goal_label(c);
     if (std::ranges::find(measures, c.label, &Constraint::label) == measures.end())
       measures.push_back(std::move(c));

@@ -130,7 +130,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   if (formula) {
     forbid_over_stroke(read, at);
     objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
-    read_misassembled(read, context, {.expression = objective.expression}, at);
+    read_worst_assembly(read, context, {.expression = objective.expression}, at);
     return objective;
   }
   objective.load_case = context.load_case(read, at);
@@ -140,7 +140,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   read["over_stroke"] = name_in_job(objective.over_stroke);
   Constraint bounded{.quantity = objective.quantity, .over_stroke = objective.over_stroke};
   if (objective.maximise) bounded.min = 0;
-  objective.misassembled = read_misassembled(read, context, bounded, at);
+  objective.worst_assembly = read_worst_assembly(read, context, bounded, at);
   return objective;
 }
 
@@ -183,8 +183,8 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
   Constraint asked = constraint;
   if (read.contains("min")) asked.min = 0;
   if (read.contains("max")) asked.max = 0;
-  constraint.misassembled = read_misassembled(read, context, asked, at);
-  constraint.label += label_suffix(constraint.margin, constraint.misassembled);
+  constraint.worst_assembly = read_worst_assembly(read, context, asked, at);
+  constraint.label += label_suffix(constraint.margin, constraint.worst_assembly);
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
@@ -205,10 +205,10 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
   front.load_case = measure.load_case;
   front.label = measure.label;
   front.margin = measure.margin;
-  front.misassembled = measure.misassembled;
+  front.worst_assembly = measure.worst_assembly;
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
       front.margin.text() == objective.margin.text() &&
-      front.misassembled == objective.misassembled &&
+      front.worst_assembly == objective.worst_assembly &&
       (!front.expression.empty() ||
        (front.over_stroke == objective.over_stroke && front.load_case == objective.load_case)))
     throw SpecError((at / (front.quantity.empty() ? "expression" : "quantity")).to_string(),

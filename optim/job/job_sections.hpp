@@ -236,8 +236,8 @@ Field assembly_tolerances_field();
 
 /// Whether a goal, read but for this, counts at the worst errors of assembly of the box; throws
 /// SpecError where it cannot.
-bool read_misassembled(nlohmann::json& goal, const GoalContext& context, const Constraint& read,
-                       const JsonPointer& at);
+bool read_worst_assembly(nlohmann::json& goal, const GoalContext& context, const Constraint& read,
+                         const JsonPointer& at);
 
 /// Whether a goal of the job, read or not, names the box.
 bool names_the_box(const nlohmann::json& job);

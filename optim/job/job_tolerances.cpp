@@ -237,14 +237,14 @@ Field tolerance_samples_field() {
 
 OptimiseSpec without_margins(OptimiseSpec goals) {
   goals.objective.margin = {};
-  goals.objective.misassembled = false;
+  goals.objective.worst_assembly = false;
   for (Constraint& c : goals.constraints) {
     c.margin = {};
-    c.misassembled = false;
+    c.worst_assembly = false;
   }
   if (goals.pareto) {
     goals.pareto->margin = {};
-    goals.pareto->misassembled = false;
+    goals.pareto->worst_assembly = false;
   }
   return goals;
 }

@@ -28,7 +28,7 @@ Job prepared(Job job) {
                                 front->label,
                                 front->load_case,
                                 front->margin,
-                                front->misassembled});
+                                front->worst_assembly});
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
   job.design.resolved = resolve(job.design);
   std::vector<std::string> wanted;
@@ -99,7 +99,7 @@ constexpr int places_in_box = 3;
 DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
     : job_(prepared(job)), evaluators_(std::move(evaluators)), goals_(make_goals(job_)) {
   std::vector<Goal> assembled = goals_;
-  std::erase_if(assembled, [](const Goal& goal) { return goal.misassembled; });
+  std::erase_if(assembled, [](const Goal& goal) { return goal.worst_assembly; });
   for (std::size_t k = 0; k < cases_of(job_).size(); ++k)
     requests_.push_back(request_of_goals(job_, assembled, k));
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
@@ -116,9 +116,9 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
   if (assembled.size() < goals_.size()) {
     // values at nearly as bad places are candidates where repeated rows do no harm
     const bool many = searched && bears_repetition(optimiser_options(*job_.optimise));
-    misassembled_.emplace(job_, goals_, many ? places_in_box : 1);
+    worst_assembly_.emplace(job_, goals_, many ? places_in_box : 1);
     for (std::size_t k = 0; k < requests_.size(); ++k) {
-      StrokeRequest& request = box_requests_.emplace_back(misassembled_->request(job_, k));
+      StrokeRequest& request = box_requests_.emplace_back(worst_assembly_->request(job_, k));
       request.values = requests_[k].values;
       request.stress_peaks = requests_[k].stress_peaks;
     }
@@ -185,9 +185,9 @@ StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOpt
   return evaluators_.values(mechanism(variables), model, request);
 }
 
-MisassembledGoals::Found DesignProblem::look_in_box(const ParameterValues& parameters,
-                                                    bool gradient, const ModelOptions& model,
-                                                    bool& reduced) const {
+WorstAssemblyGoals::Found DesignProblem::look_in_box(const ParameterValues& parameters,
+                                                     bool gradient, const ModelOptions& model,
+                                                     bool& reduced) const {
   const Mechanism mechanism = make_mechanism(job_, parameters);
   const bool exact = evaluators_.gradients != nullptr &&
                      box_requests_.front().values == PathValues::differentiable;
@@ -200,7 +200,7 @@ MisassembledGoals::Found DesignProblem::look_in_box(const ParameterValues& param
     reduced |= of_reduced_leaves(found.response, request);
     return found;
   };
-  return misassembled_->read({mechanism, model, box_requests_, exact}, evaluate, gradient);
+  return worst_assembly_->read({mechanism, model, box_requests_, exact}, evaluate, gradient);
 }
 
 GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
@@ -213,9 +213,9 @@ GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
     else
       found[k].response = evaluators_.values(make_mechanism(job_, parameters), model, requests_[k]);
   }
-  std::optional<MisassembledGoals::Found> worst;
+  std::optional<WorstAssemblyGoals::Found> worst;
   bool reduced = false;
-  if (misassembled_) worst = look_in_box(parameters, gradient, model, reduced);
+  if (worst_assembly_) worst = look_in_box(parameters, gradient, model, reduced);
   GoalSlopes slopes = read_goals(parameters, found, requests_, worst ? &*worst : nullptr);
   slopes.of_reduced_leaves = reduced;
   for (const StrokeSensitivity& of : found)

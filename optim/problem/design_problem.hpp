@@ -9,8 +9,8 @@
 #include "core/response/response.hpp"
 #include "optim/job/job.hpp"
 #include "optim/problem/evaluation_record.hpp"
-#include "optim/problem/misassembled_goals.hpp"
 #include "optim/problem/robust_goals.hpp"
+#include "optim/problem/worst_assembly_goals.hpp"
 
 namespace flexopt {
 
@@ -96,7 +96,7 @@ class DesignProblem {
   /// Whether some goals take tolerances into account.
   bool robust() const;
   /// Whether some goals count the worst errors of assembly.
-  bool misassembled() const { return misassembled_.has_value(); }
+  bool worst_assembly() const { return worst_assembly_.has_value(); }
   /// Whether `evaluate` can give exact derivatives of all goals.
   bool differentiable() const { return !needs_mechanics_ || evaluators_.gradients != nullptr; }
   /// Evaluates the mechanics for the goals, with exact derivatives if asked for and offered. A
@@ -156,14 +156,14 @@ class DesignProblem {
   GoalSlopes read_goals(const ParameterValues& parameters,
                         const std::vector<StrokeSensitivity>& found,
                         const std::vector<StrokeRequest>& requests,
-                        const MisassembledGoals::Found* worst = nullptr) const;
+                        const WorstAssemblyGoals::Found* worst = nullptr) const;
   /// A goal that counts errors of assembly, without them: as many values as with them.
   GoalReading read_assembled(std::size_t goal, const std::vector<StrokeSensitivity>& found,
                              const std::vector<StrokeRequest>& requests) const;
   /// Numbers of the job's goals that count assembly errors. `reduced`: whether some of their values
   /// come from reduced leaves, which are differentiated.
-  MisassembledGoals::Found look_in_box(const ParameterValues& parameters, bool gradient,
-                                       const ModelOptions& model, bool& reduced) const;
+  WorstAssemblyGoals::Found look_in_box(const ParameterValues& parameters, bool gradient,
+                                        const ModelOptions& model, bool& reduced) const;
   GoalSlopes look(const ParameterValues& parameters, bool gradient,
                   const ModelOptions& model) const;
   /// Derivatives with respect to the variables instead of the parameters.
@@ -176,7 +176,7 @@ class DesignProblem {
   std::vector<std::string> names_;
   std::vector<Goal> goals_;
   std::vector<StrokeRequest> requests_;  ///< of each load case
-  std::optional<MisassembledGoals> misassembled_;
+  std::optional<WorstAssemblyGoals> worst_assembly_;
   std::vector<StrokeRequest> box_requests_;  ///< of the goals that count errors of assembly
   bool needs_mechanics_ = false;
 };

@@ -138,8 +138,8 @@ LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues
 
 DesignValues EvaluationBook::evaluate(const Variables& variables, Ask how) const {
   const std::optional<Accuracy> accuracy = how.full ? std::optional(Accuracy::full) : std::nullopt;
-  return crew_ ? ask_evaluation(*crew_, problem_, variables, how.gradient, accuracy)
-               : problem_.evaluate(variables, how.gradient, accuracy);
+  return workers_ ? ask_evaluation(*workers_, problem_, variables, how.gradient, accuracy)
+                  : problem_.evaluate(variables, how.gradient, accuracy);
 }
 
 std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables>& many, Ask how,
@@ -265,14 +265,15 @@ std::optional<MatrixXd> EvaluationBook::derivatives(const VectorXd& x, int& cost
   return known.values;
 }
 
-DesignValues ask_evaluation(Crew& crew, const DesignProblem& problem, const Variables& variables,
-                            bool gradient, std::optional<Accuracy> accuracy) {
+DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
+                            const Variables& variables, bool gradient,
+                            std::optional<Accuracy> accuracy) {
   const json question{variables, gradient, accuracy ? json(static_cast<int>(*accuracy)) : json()};
-  return unpacked(crew.ask(bytes_of(question), evaluator_of(problem)));
+  return unpacked(workers.ask(bytes_of(question), evaluator_of(problem)));
 }
 
-void answer_evaluations(Crew& crew, const DesignProblem& problem) {
-  crew.answer(evaluator_of(problem));
+void answer_evaluations(Workers& workers, const DesignProblem& problem) {
+  workers.answer(evaluator_of(problem));
 }
 
 }  // namespace flexopt

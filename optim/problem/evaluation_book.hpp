@@ -1,5 +1,5 @@
 #pragma once
-// Evaluations of a problem by a crew.
+// Evaluations of a problem by workers.
 #include <functional>
 #include <map>
 #include <mutex>
@@ -13,13 +13,14 @@
 
 namespace flexopt {
 
-/// DesignProblem::evaluate by whoever of the crew is free. The others have the same job and answer
-/// by `answer_evaluations`. Throws as Crew::ask.
-DesignValues ask_evaluation(Crew& crew, const DesignProblem& problem, const Variables& variables,
-                            bool gradient, std::optional<Accuracy> accuracy);
+/// DesignProblem::evaluate by the worker that is free. The others have the same job and answer
+/// by `answer_evaluations`. Throws as Workers::ask.
+DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
+                            const Variables& variables, bool gradient,
+                            std::optional<Accuracy> accuracy);
 
 /// Answers until the leader ends the stage.
-void answer_evaluations(Crew& crew, const DesignProblem& problem);
+void answer_evaluations(Workers& workers, const DesignProblem& problem);
 
 // One start's evaluations: numbered, remembered, logged, counted.
 
@@ -64,8 +65,8 @@ class EvaluationBook {
   /// Sets the scales and computes the violations recorded so far anew.
   void set_scales(Scales scales);
   void set_threads(int threads) { threads_ = threads; }
-  /// Members of the crew that are free evaluate designs; null: this process does.
-  void set_crew(Crew* crew) { crew_ = crew; }
+  /// Workers that are free evaluate designs; null: this process does.
+  void set_workers(Workers* workers) { workers_ = workers; }
   const Scales& scales() const { return scales_; }
 
   /// Values of a design: remembered, read from the log, or evaluated. `cost` grows by one for each
@@ -114,7 +115,7 @@ class EvaluationBook {
   int start_;
   bool eager_;
   int threads_ = 1;
-  Crew* crew_ = nullptr;
+  Workers* workers_ = nullptr;
   Scales scales_;
   std::map<Variables, Known> known_, known_full_;
   std::map<Variables, Differences> differences_;

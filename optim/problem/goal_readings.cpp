@@ -73,7 +73,7 @@ GoalReading DesignProblem::read_parts(const Goal& goal, const std::vector<Stroke
 GoalReading DesignProblem::read_assembled(std::size_t goal,
                                           const std::vector<StrokeSensitivity>& found,
                                           const std::vector<StrokeRequest>& requests) const {
-  const Goal& plain = misassembled_->plain(goal);
+  const Goal& plain = worst_assembly_->plain(goal);
   GoalReading reading = read_parts(plain, found, requests);
   const auto own = static_cast<std::size_t>(plain.branches),
              wanted = static_cast<std::size_t>(goals_[goal].branches);
@@ -88,16 +88,16 @@ GoalReading DesignProblem::read_assembled(std::size_t goal,
 GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
                                      const std::vector<StrokeSensitivity>& found,
                                      const std::vector<StrokeRequest>& requests,
-                                     const MisassembledGoals::Found* worst) const {
+                                     const WorstAssemblyGoals::Found* worst) const {
   GoalSlopes slopes;
   std::string& why = slopes.no_gradient;
   if (worst && !worst->ok) return {.message = worst->message, .reason = worst->reason};
   for (std::size_t g = 0; g < goals_.size(); ++g) {
     const Goal& goal = goals_[g];
-    GoalReading reading = goal.expression      ? read_goal(goal, parameters)
-                          : !goal.misassembled ? read_parts(goal, found, requests)
-                          : worst              ? worst->goals[g]
-                                               : read_assembled(g, found, requests);
+    GoalReading reading = goal.expression        ? read_goal(goal, parameters)
+                          : !goal.worst_assembly ? read_parts(goal, found, requests)
+                          : worst                ? worst->goals[g]
+                                                 : read_assembled(g, found, requests);
     if (!reading.ok)
       return {.message = std::move(reading.message), .reason = std::move(reading.reason)};
     const std::string name = goal.label.find(goal.quantity) != std::string::npos
@@ -107,9 +107,10 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
       why = fmt::format("{} has no exact derivatives", name);
     if (why.empty()) {
       const std::vector<std::string> along =
-          goal.expression              ? goal.expression->names()
-          : worst && goal.misassembled ? worst->parameters
-                                       : found[goal.parts.front().load_case].gradients->parameters;
+          goal.expression ? goal.expression->names()
+          : worst && goal.worst_assembly
+              ? worst->parameters
+              : found[goal.parts.front().load_case].gradients->parameters;
       MatrixXd& all = slopes.by_parameter;
       const Eigen::Index before = all.rows(), count = reading.gradient.rows();
       all.conservativeResize(before + count, static_cast<Eigen::Index>(names_.size()));

@@ -200,7 +200,7 @@ std::vector<Goal> make_goals(const Job& job) {
   std::vector<Goal> goals{make_goal(job, "objective", o.quantity, o.expression, o.over_stroke,
                                     o.load_case, o.maximise, "/optimise/objective")};
   goals.back().margin = o.margin;
-  goals.back().misassembled = o.misassembled;
+  goals.back().worst_assembly = o.worst_assembly;
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];
     const bool front = !c.min && !c.max && spec.pareto;  // the second objective of a front
@@ -208,7 +208,7 @@ std::vector<Goal> make_goals(const Job& job) {
                               front ? spec.pareto->maximise : c.min.has_value(),
                               fmt::format("/optimise/constraints/{}", i)));
     goals.back().margin = c.margin;
-    goals.back().misassembled = c.misassembled;
+    goals.back().worst_assembly = c.worst_assembly;
   }
   return goals;
 }

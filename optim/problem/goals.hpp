@@ -30,9 +30,9 @@ struct Goal {
   /// For a quantity, the load cases whose values are stored one after the other. Empty: one part of
   /// any size.
   std::vector<GoalPart> parts;
-  bool least = false;         ///< the least number is the worst, of several load cases too
-  ToleranceMargin margin;     ///< to the worse side
-  bool misassembled = false;  ///< at the worst errors of assembly in the job's box
+  bool least = false;           ///< the least number is the worst, of several load cases too
+  ToleranceMargin margin;       ///< to the worse side
+  bool worst_assembly = false;  ///< at the worst errors of assembly in the job's box
 
   /// Points of all parts; 1 of a formula.
   std::size_t points() const;

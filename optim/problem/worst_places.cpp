@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/math/decompositions.hpp"
-#include "optim/problem/misassembled_goals.hpp"
+#include "optim/problem/worst_assembly_goals.hpp"
 #include "optim/solvers/problem.hpp"
 #include "optim/solvers/unit_points.hpp"
 

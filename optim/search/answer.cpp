@@ -182,7 +182,7 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
       full_paths[k].response = own_paths[k];
       for (PathPoint& point : full_paths[k].response.path) point.shapes.clear();
     }
-  const DesignValues full = problem.robust() || problem.misassembled()
+  const DesignValues full = problem.robust() || problem.worst_assembly()
                                 ? problem.evaluate(variables, false, Accuracy::full)
                                 : problem.read(variables, full_paths, requests);
   DesignValues told = own;

@@ -148,7 +148,7 @@ Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
                 board_,
                 problem_.scales(nullptr),
                 options.sharing ? options.sharing->threads(options.threads) : options.threads,
-                options.sharing ? options.sharing->crew() : nullptr} {}
+                options.sharing ? options.sharing->workers() : nullptr} {}
 
 std::vector<VectorXd> Optimisation::points() {
   if (spec_.search == SearchKind::starts) return start_points(problem_, campaign_.scales);
@@ -375,13 +375,13 @@ Optimum Optimisation::run() {
     Start& start = best_start();
     finish(start, *std::move(answer));
   }
-  if (campaign_.crew) campaign_.crew->end_stage();
+  if (campaign_.workers) campaign_.workers->end_stage();
   tell_gradients();
   close_log();
   return std::move(optimum_);
 }
 
-/// The work of a process that follows: designs as the leader of the crew asks for them.
+/// The work of a process that follows: designs as the leader asks for them.
 void help_optimise(const Job& job, const OptimiseOptions& options) {
   if (job.optimise->search == SearchKind::global) {
     ScreeningOptions how;
@@ -389,7 +389,7 @@ void help_optimise(const Job& job, const OptimiseOptions& options) {
     how.sharing = options.sharing;
     screen(job, options.evaluators, how);
   }
-  answer_evaluations(*options.sharing->crew(), DesignProblem(job, options.evaluators));
+  answer_evaluations(*options.sharing->workers(), DesignProblem(job, options.evaluators));
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ struct OptimiseOptions {
 ///     feasible    feasible, but the evaluations were spent or the algorithm stalled
 ///     infeasible  no feasible design: the least violated one, and what stops it in `stop_reason`
 ///     failed      not one design could be evaluated
-/// A crew evaluates designs: its leader gets the optimum, the others an empty one at the end of
+/// Workers evaluate designs: their leader gets the optimum, the others an empty one at the end of
 /// their work. A shard screens its part of the designs, or goes its part of the starts, and throws
 /// ShardEnds.
 Optimum optimise(const Job& job, const OptimiseOptions& options = {});

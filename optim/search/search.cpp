@@ -273,7 +273,7 @@ EvaluationBook Campaign::book(Stage stage, int start, const EvaluationBook* know
   if (known) fresh.adopt(*known);
   fresh.set_scales(scales);
   fresh.set_threads(threads);
-  fresh.set_crew(crew);
+  fresh.set_workers(workers);
   return fresh;
 }
 

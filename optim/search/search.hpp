@@ -15,7 +15,7 @@ struct Campaign {
   ProgressBoard& board;
   Scales scales;
   int threads = 1;
-  Crew* crew = nullptr;  ///< that evaluates; null: this process alone
+  Workers* workers = nullptr;  ///< that evaluates; null: this process alone
 
   /// A new book, with what `known` knows.
   EvaluationBook book(Stage stage, int start, const EvaluationBook* known = nullptr) const;

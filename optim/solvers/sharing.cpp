@@ -86,7 +86,7 @@ class Hand {
 }  // namespace
 
 int Sharing::threads(int of_this_process) const {
-  return crew_ ? std::max(of_this_process, crew_->members()) : of_this_process;
+  return workers_ ? std::max(of_this_process, workers_->members()) : of_this_process;
 }
 
 std::vector<int> Sharing::own(const std::string& what, int count) {
@@ -100,19 +100,19 @@ std::vector<int> Sharing::own(const std::string& what, int count) {
 void Sharing::run(const std::vector<int>& units, int threads,
                   const std::function<std::string(int)>& work,
                   const std::function<void(int, const std::string&)>& keep) const {
-  if (follows()) return crew_->answer(answerer(threads, work));
-  if (!crew_)
+  if (follows()) return workers_->answer(answerer(threads, work));
+  if (!workers_)
     return parallel_for(static_cast<int>(units.size()), threads, [&](int i) {
       const int unit = units[static_cast<std::size_t>(i)];
       keep(unit, work(unit));
     });
   const Answerer here = answerer(threads, work);
-  Hand hand(units, crew_->members(), threads);
+  Hand hand(units, workers_->members(), threads);
   const auto conversation = [&](int) {
     try {
       for (std::vector<int> some = hand.next(); !some.empty(); some = hand.next()) {
         const auto begin = std::chrono::steady_clock::now();
-        const std::vector<std::string> yields = unpacked(crew_->ask(words(some), here));
+        const std::vector<std::string> yields = unpacked(workers_->ask(words(some), here));
         hand.done(some.size(),
                   std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
         for (std::size_t i = 0; i < some.size(); ++i) keep(some[i], yields.at(i));
@@ -122,8 +122,8 @@ void Sharing::run(const std::vector<int>& units, int threads,
       throw;
     }
   };
-  parallel_for(crew_->members(), crew_->members(), conversation);
-  crew_->end_stage();
+  parallel_for(workers_->members(), workers_->members(), conversation);
+  workers_->end_stage();
 }
 
 }  // namespace flexopt

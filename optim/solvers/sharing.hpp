@@ -1,6 +1,6 @@
 #pragma once
 // Loops whose units of work are shared with other processes: with those that evaluate for this one
-// (a crew), or with those that do other parts of the same run (shards).
+// (workers), or with those that do other parts of the same run (shards).
 #include <exception>
 #include <functional>
 #include <optional>
@@ -26,12 +26,12 @@ struct ShardEnds : std::exception {
 };
 
 /// Ends the run of a member whose leader has ended its own.
-struct CrewDismissed : std::exception {
+struct WorkersDismissed : std::exception {
   const char* what() const noexcept override { return "dismissed"; }
 };
 
 /// Thrown when another member cannot go on; tells why.
-struct CrewBroken : std::runtime_error {
+struct WorkersLost : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -40,24 +40,25 @@ using Answerer = std::function<std::string(const std::string& question)>;
 
 /// Processes that go through the same run. One leads it and keeps its files; the others answer what
 /// it asks, stage by stage.
-class Crew {
+class Workers {
  public:
-  virtual ~Crew() = default;
+  virtual ~Workers() = default;
   virtual bool leads() const = 0;
   /// Number of members, including the leader.
   virtual int members() const = 0;
 
   /// Leader, from any thread: the answer of whoever is free first, another member or this process
-  /// by `here`. Throws what `here` throws, and CrewBroken.
+  /// by `here`. Throws what `here` throws, and WorkersLost.
   virtual std::string ask(const std::string& question, const Answerer& here) = 0;
   /// Leader: ends the stage, so that the others return from `answer`.
   virtual void end_stage() = 0;
-  /// The others: answers until the leader ends the stage. Throws CrewDismissed where it ended all.
+  /// The others: answers until the leader ends the stage. Throws WorkersDismissed where it ended
+  /// all.
   virtual void answer(const Answerer& here) = 0;
 
   /// Leader: sends a text to all others.
   virtual void tell(const std::string& text) = 0;
-  /// Other members: the next text of tell(). Throws CrewDismissed.
+  /// Other members: the next text of tell(). Throws WorkersDismissed.
   virtual std::string hear() = 0;
   /// Other members: tell the leader that this member cannot go on, and why.
   virtual void fail(const std::string& why) = 0;
@@ -75,21 +76,21 @@ class Sharing {
   /// Shares with no other process.
   Sharing() = default;
   explicit Sharing(const Shard& shard) : shard_(shard) {}
-  explicit Sharing(Crew& crew) : crew_(&crew) {}
+  explicit Sharing(Workers& workers) : workers_(&workers) {}
 
   const std::optional<Shard>& shard() const { return shard_; }
-  Crew* crew() const { return crew_; }
+  Workers* workers() const { return workers_; }
   /// Whether this process answers what a leader asks.
-  bool follows() const { return crew_ && !crew_->leads(); }
+  bool follows() const { return workers_ && !workers_->leads(); }
   /// Whether all that a loop yields is known here once it has ended.
   bool complete() const { return !shard_ && !follows(); }
-  /// Number of threads that keep a crew busy, or of those that there are.
+  /// Number of threads that keep the workers busy, or of those that there are.
   int threads(int of_this_process) const;
   /// The units among 0, …, count − 1 that this process does itself or has done for it.
   std::vector<int> own(const std::string& what, int count);
 
   /// `work` on these units: what it yields goes, in the process that keeps the run's files, to
-  /// `keep`, from any thread. A crew gets several units at once where they are quick. A process
+  /// `keep`, from any thread. Workers get several units at once where they are quick. A process
   /// that follows works, and keeps nothing.
   void run(const std::vector<int>& units, int threads,
            const std::function<std::string(int unit)>& work,
@@ -100,7 +101,7 @@ class Sharing {
 
  private:
   std::optional<Shard> shard_;
-  Crew* crew_ = nullptr;
+  Workers* workers_ = nullptr;
   std::vector<SharedLoop> loops_;
 };
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/response/quantities.hpp"
-#include "optim/problem/misassembled_goals.hpp"
+#include "optim/problem/worst_assembly_goals.hpp"
 #include "optim/solvers/central_differences.hpp"
 #include "optim/solvers/problem.hpp"
 #include "optim/solvers/unit_points.hpp"
@@ -109,7 +109,7 @@ Paths Box::evaluate(const VectorXd& z, const std::vector<std::size_t>& cases) {
   Paths found(cases_.size());
   for (const std::size_t k : cases) {
     ++evaluations_;
-    found[k] = evaluate_stroke(mechanism_, model_, box_.misassembled(cases_[k].request, z));
+    found[k] = evaluate_stroke(mechanism_, model_, box_.with_errors(cases_[k].request, z));
   }
   return found;
 }

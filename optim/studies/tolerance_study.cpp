@@ -111,11 +111,11 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
     job_.optimise = spec_.goals;
     job_.optimise->pareto.reset();
     for (Constraint& c : job_.optimise->constraints) {  // the study says itself what they bear
-      c.label.resize(c.label.size() - label_suffix(c.margin, c.misassembled).size());
+      c.label.resize(c.label.size() - label_suffix(c.margin, c.worst_assembly).size());
       c.margin = {};
-      c.misassembled = false;
+      c.worst_assembly = false;
     }
-    job_.optimise->objective.misassembled = false;
+    job_.optimise->objective.worst_assembly = false;
     job_.design.parameters = parameters_;  // what formulas may use
     goals_ = make_goals(job_);
   }

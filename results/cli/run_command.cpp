@@ -110,19 +110,19 @@ void check_own_job(const CommandLine& line) {
 }
 
 /// A process of mpirun that answers what the first one asks.
-int help_run(const CommandLine& line, Crew& crew) {
+int help_run(const CommandLine& line, Workers& workers) {
   try {
-    const Job job = hear_job(crew);
-    Sharing sharing(crew);
+    const Job job = hear_job(workers);
+    Sharing sharing(workers);
     Silent silent;
     std::map<std::string, double> timings;
     if (job.designs.empty())
       run_any(job, {}, line.threads, silent, {}, &sharing);
     else
       run_listed_designs(job, {}, line.threads, silent, timings, &sharing);
-  } catch (const CrewDismissed&) {
+  } catch (const WorkersDismissed&) {
   } catch (const std::exception& error) {
-    crew.fail(error.what());
+    workers.fail(error.what());
   }
   return exit_usable;
 }
@@ -136,8 +136,8 @@ int run_job(const CommandLine& line) {
   if (shard && started_together() > 1)
     throw SpecError("--shard", line.shard,
                     "expected no shard under mpirun, which shares a run by itself");
-  const std::unique_ptr<Crew> crew = join_crew();
-  if (crew && !crew->leads()) return help_run(line, *crew);
+  const std::unique_ptr<Workers> workers = join_workers();
+  if (workers && !workers->leads()) return help_run(line, *workers);
   Job job = checked_job(line);
   const bool changed = !job.expect.empty() && !line.overrides.empty() && !overrides_expect(line);
   if (changed) job.expect.clear();
@@ -148,13 +148,13 @@ int run_job(const CommandLine& line) {
   if (changed) progress.say("note: --set changed the job; its expected numbers are not checked");
   if (job.kind != JobKind::evaluate) std::signal(SIGINT, say_how_to_resume);
   if (shard) return run_shard(job, line, *shard, folder, progress);
-  if (!crew) return whole_run(job, line, folder, progress, begin, nullptr);
-  tell_job(*crew, job, job_folder(line));
-  Sharing sharing(*crew);
-  progress.say(fmt::format("shared by {} processes", crew->members()));
+  if (!workers) return whole_run(job, line, folder, progress, begin, nullptr);
+  tell_job(*workers, job, job_folder(line));
+  Sharing sharing(*workers);
+  progress.say(fmt::format("shared by {} processes", workers->members()));
   try {
     return whole_run(job, line, folder, progress, begin, &sharing);
-  } catch (const CrewBroken& error) {
+  } catch (const WorkersLost& error) {
     folder.keep();
     throw SpecError("mpirun", error.what(), "expected processes that can all carry out the job");
   }

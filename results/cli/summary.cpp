@@ -95,7 +95,7 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
     cells.push_back(difference(optimum.verified->objective_difference));
   }
   text += line((goal.quantity.empty() ? goal.expression : goal.quantity) +
-                   label_suffix(goal.margin, goal.misassembled),
+                   label_suffix(goal.margin, goal.worst_assembly),
                cells);
   for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
     const ConstraintState& state = optimum.constraints[i];

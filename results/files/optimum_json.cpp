@@ -40,9 +40,9 @@ void add_decisive(const Job& job, const Mechanism& mechanism,
 /// What a goal bears, as the job says it.
 template <class Goal>
 void add_margin(const Goal& goal, Json& json) {
-  if (!goal.margin && !goal.misassembled) return;
-  json["under"] = goal.misassembled ? "assembly_tolerances" : "tolerances";
-  json["as"] = goal.misassembled ? "worst" : goal.margin.text();
+  if (!goal.margin && !goal.worst_assembly) return;
+  json["under"] = goal.worst_assembly ? "assembly_tolerances" : "tolerances";
+  json["as"] = goal.worst_assembly ? "worst" : goal.margin.text();
 }
 
 Json constraints_json(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {

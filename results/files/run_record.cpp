@@ -21,7 +21,7 @@ std::string other_branch_text(const std::vector<PathPoint>& path) {
   };
   const auto count = static_cast<std::size_t>(std::ranges::count_if(path, other));
   if (count == 0) return "";
-  return fmt::format(" {} of {} {} on the stable branch that turns away, from point {} on.", count,
+  return fmt::format(" {} of {} {} on the stable branch that turns away, first point {}.", count,
                      plural(path.size(), "point"), count == 1 ? "is" : "are",
                      std::ranges::find_if(path, other) - path.begin());
 }

@@ -182,7 +182,7 @@ void look_around(const ParameterValues& parameters, const ModelOptions& model,
   draw_maps(parameters, threads, listener, shared.get(), record);
 }
 
-bool leads(const Sharing* sharing) { return sharing && sharing->crew() && !sharing->follows(); }
+bool leads(const Sharing* sharing) { return sharing && sharing->workers() && !sharing->follows(); }
 bool follows(const Sharing* sharing) { return sharing && sharing->follows(); }
 
 /// Tells the processes that follow the design and the model of the studies, or that there is none.
@@ -190,12 +190,12 @@ void tell_design(bool ok, const ParameterValues& parameters, const ModelOptions&
                  const Sharing& sharing) {
   using nlohmann::json;
   const json design{parameters, static_cast<int>(model.accuracy)};
-  sharing.crew()->tell((ok ? design : json()).dump());
+  sharing.workers()->tell((ok ? design : json()).dump());
 }
 
 /// Runs a process that follows: it evaluates the studies of the design that the leader tells it.
 void follow(int threads, RunListener& listener, Sharing* sharing, RunRecord& record) {
-  const auto told = nlohmann::json::parse(sharing->crew()->hear());
+  const auto told = nlohmann::json::parse(sharing->workers()->hear());
   if (told.is_null()) return;
   ModelOptions model = record.job.model;
   model.accuracy = static_cast<Accuracy>(told.at(1).get<int>());

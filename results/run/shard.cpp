@@ -243,20 +243,21 @@ int started_together() {
   return 0;
 }
 
-std::unique_ptr<Crew> join_crew() {
+std::unique_ptr<Workers> join_workers() {
   if (started_together() < 2) return nullptr;
   // global: Open MPI loads parts of its own that look for it
-  const PartFunction join = part_function("flexopt_mpi.so", "flexopt_join_crew", PartNames::global);
+  const PartFunction join =
+      part_function("flexopt_mpi.so", "flexopt_join_workers", PartNames::global);
   if (!join.address) throw no_mpi(join.missing);
-  return std::unique_ptr<Crew>(reinterpret_cast<Crew* (*)()>(join.address)());
+  return std::unique_ptr<Workers>(reinterpret_cast<Workers* (*)()>(join.address)());
 }
 
-void tell_job(Crew& crew, const Job& job, const fs::path& job_folder) {
-  crew.tell(nlohmann::json{build_id(), document_of(job), job_folder.string()}.dump());
+void tell_job(Workers& workers, const Job& job, const fs::path& job_folder) {
+  workers.tell(nlohmann::json{build_id(), document_of(job), job_folder.string()}.dump());
 }
 
-Job hear_job(Crew& crew) {
-  const auto told = nlohmann::json::parse(crew.hear());
+Job hear_job(Workers& workers) {
+  const auto told = nlohmann::json::parse(workers.hear());
   if (told.at(0) != build_id())
     throw SpecError("mpirun", build_id(),
                     fmt::format("expected the flexopt of the first process, {}",

@@ -46,18 +46,18 @@ void merge_logs(const FoundShards& found, const std::vector<std::filesystem::pat
 /// Text of numbers for an --array of Slurm: {1, 2, 3, 7} become "1-3,7".
 std::string array_text(const std::vector<int>& numbers);
 
-// Joins the processes that mpirun has started to a crew.
+// Joins the processes that mpirun has started as workers.
 
 /// How many processes the launcher of MPI says that it started; 0 where none did.
 int started_together();
 
-/// The crew of these processes; null where this process was started alone. MPI is in a library of
-/// its own, flexopt_mpi.so, which nothing else loads. Throws SpecError where it is not there.
-std::unique_ptr<Crew> join_crew();
+/// The workers of these processes; null where this process was started alone. MPI is in a library
+/// of its own, flexopt_mpi.so, which nothing else loads. Throws SpecError where it is not there.
+std::unique_ptr<Workers> join_workers();
 
 /// Leader: tells the others the job, and the folder that files it names are relative to.
-void tell_job(Crew& crew, const Job& job, const std::filesystem::path& job_folder);
+void tell_job(Workers& workers, const Job& job, const std::filesystem::path& job_folder);
 /// The others: the job of the leader. Throws SpecError where that is another build of flexopt.
-Job hear_job(Crew& crew);
+Job hear_job(Workers& workers);
 
 }  // namespace flexopt

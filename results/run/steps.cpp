@@ -26,7 +26,7 @@ std::string BestSoFar::text() const {
   const Objective& goal = spec_.objective;
   std::string text =
       fmt::format("best {}{} {:.5g}{}{}", goal.quantity.empty() ? goal.expression : goal.quantity,
-                  label_suffix(goal.margin, goal.misassembled), best_->objective,
+                  label_suffix(goal.margin, goal.worst_assembly), best_->objective,
                   unit_.empty() || unit_ == "1" ? "" : " ", unit_ == "1" ? "" : unit_);
   if (const auto& worst = best_->worst; worst && worst->place < spec_.constraints.size())
     text += fmt::format(", worst {} {:+.2g} %", spec_.constraints[worst->place].label,

@@ -44,7 +44,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
        {"sense", objective.maximise ? "maximise" : "minimise"},
        {"value", problem.objective(values)},
        {"unit", goal_unit(objective.quantity, drives)},
-       {"as", objective.misassembled ? "worst" : objective.margin.text()}});
+       {"as", objective.worst_assembly ? "worst" : objective.margin.text()}});
   const std::vector<double> reached = problem.constraints(values);
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];
@@ -56,7 +56,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
                      {"met", missed <= spec.constraint_tolerance},
                      {"value", reached[i]},
                      {"unit", goal_unit(c.quantity, drives)},
-                     {"as", c.misassembled ? "worst" : c.margin.text()}});
+                     {"as", c.worst_assembly ? "worst" : c.margin.text()}});
   }
   return goals;
 }

@@ -11,7 +11,7 @@ set(wrapped
   "libqhull_r/.*" "results/export/convex_hull\\.cpp"
   "(BRep|Geom|STEPC|gp_|TopoDS|TopExp|TColgp|Interface_)[A-Za-z_]*\\.hxx" "results/export/step_writer\\.cpp"
   "httplib\\.h" "results/server/local_server\\.cpp"
-  "mpi\\.h" "results/run/mpi_crew\\.cpp"
+  "mpi\\.h" "results/run/mpi_workers\\.cpp"
 )
 
 # The table: one line a room, from the bottom up.

@@ -98,8 +98,10 @@ bool judge(const Mechanism& mechanism, const StrokeRequest& request,
                        across = run(Accuracy::full, more_across(mesh));
   for (const StrokeResponse* one : {&reduced, &own, &along, &across})
     if (one->status != Status::ok) return false;
+  MechanismScale scale = scale_of(mechanism);
+  scale.theory = {};  // the truth is that of full leaves
   each_with_truth(
-      errors_of(reduced, {&own, &along, &across, mesh, scale_of(mechanism)}), truth,
+      errors_of(reduced, {&own, &along, &across, mesh, scale}), truth,
       [&](const EstimatedError& number, double true_value, std::size_t) {
         numbers.push_back({number.kind, family, std::abs(number.value - true_value) / number.scale,
                            number.relative()});

@@ -50,6 +50,7 @@ TEST_CASE("a rotation that is all but held has no support stiffness", "[jobs][ra
     CAPTURE(seed);
     const Differences found = differences_of(random_own_job(seed), seed, Laws::quick);
     CHECK(found.status == "ok");
+    REQUIRE_FALSE(found.laws.empty());
     for (const Difference& d : found.laws) {
       CAPTURE(d.law, d.what);
       CHECK(d.end != Difference::End::broken);

@@ -136,6 +136,7 @@ void add_matrices(const PathPoint& point, std::vector<EstimatedError>& numbers) 
   }
   for (const bool free : {true, false})
     for (int d = 0; d < 6; ++d) {
+      if (!free && !point.support_stiffness[static_cast<std::size_t>(d)]) continue;  // held
       const char* drive = free ? "drive_free" : "drive_locked";
       const Matrix6d& of = free ? point.compliance_free : point.compliance_locked;
       numbers.push_back(number_of(
@@ -163,7 +164,8 @@ class Scales {
  public:
   Scales(const MechanismScale& of, const std::vector<PathPoint>& path) : of_(of) {
     for (const PathPoint& point : path) {
-      driven(load_name(""), point.stroke);
+      if (point.status != PointStatus::converged || point.strokes.empty()) continue;
+      if (point.drive_names.empty()) driven(load_name(""), point.stroke);
       for (std::size_t k = 0; k < std::min(point.strokes.size(), point.drive_names.size()); ++k)
         driven(load_name(point.drive_names[k]), point.strokes[k]);
     }
@@ -273,8 +275,8 @@ Values values_of(const StrokeResponse* response, std::size_t k) {
   return values;
 }
 
-/// The number's distances from the full leaves' values beyond `rounding`, each times what makes an
-/// error of it; false where one of these is missing.
+/// The number's distances from the full leaves' values, each times what makes an error of it; false
+/// where one of these is missing. Values up to `rounding` are zeros.
 bool set_differences(const Values& own, const Values& along, const Values& across,
                      const FullPaths& full, double rounding, EstimatedError& number) {
   const auto at = own.find(number.name), longer = along.find(number.name),
@@ -283,7 +285,7 @@ bool set_differences(const Values& own, const Values& along, const Values& acros
     return false;
   const std::array<int, 2> next{more_along(full.mesh)[0], more_across(full.mesh)[1]};
   const auto difference = [&](double a, double b) {
-    return std::max(0.0, std::abs(a - b) - rounding);
+    return std::max(std::abs(a), std::abs(b)) <= rounding ? 0 : std::abs(a - b);
   };
   number.reduction = difference(number.value, at->second);
   number.along =

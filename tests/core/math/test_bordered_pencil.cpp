@@ -176,6 +176,18 @@ TEST_CASE("a pencil in other coordinates of its border has the same eigenvalues"
   check_pairs(turned, lowest(turned, 8), exact_values(p, 8), 1e-10);
 }
 
+TEST_CASE("one coordinate has its pair although the pencil is singular there to the last bit") {
+  BorderedPencil p;
+  p.K = MatrixXd::Constant(1, 1, 4);
+  p.M = MatrixXd::Ones(1, 1);
+  p.C = MatrixXd(1, 0);
+  const FreeAndHeldPairs found = lowest_pairs(p, {0}, {3, 3}).value();
+  REQUIRE(found.free.values.size() == 1);
+  CHECK(found.free.values[0] == Approx(4).epsilon(1e-15));
+  CHECK(std::abs(found.free.vectors(0, 0)) == Approx(1).epsilon(1e-15));
+  CHECK(found.held.values.size() == 0);
+}
+
 TEST_CASE("beside buckling no pair is lost, on either side of it") {
   std::srand(18);
   for (const auto& [left, modes] : {std::pair{1e-13, 10},

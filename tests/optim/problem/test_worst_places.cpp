@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <functional>
 
-#include "optim/problem/misassembled_goals.hpp"
+#include "optim/problem/worst_assembly_goals.hpp"
 
 using namespace flexopt;
 

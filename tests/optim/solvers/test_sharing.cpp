@@ -11,8 +11,8 @@ using namespace flexopt;
 
 namespace {
 
-/// A crew whose other member answers in the same process.
-class Pair : public Crew {
+/// Workers whose other member answers in the same process.
+class Pair : public Workers {
  public:
   bool leads() const override { return true; }
   int members() const override { return 2; }
@@ -20,7 +20,7 @@ class Pair : public Crew {
     {
       const std::lock_guard lock(mutex);
       questions.push_back(question);
-      if (questions.size() == broken_at) throw CrewBroken("rank 1: gone");
+      if (questions.size() == broken_at) throw WorkersLost("rank 1: gone");
     }
     return here(question);
   }
@@ -77,9 +77,9 @@ TEST_CASE("what repeats along the units does not fall to one shard", "[sharing]"
   }
 }
 
-TEST_CASE("a crew does each unit once, and its texts come back as they are", "[sharing]") {
-  Pair crew;
-  const Sharing sharing(crew);
+TEST_CASE("workers do each unit once, and its texts come back as they are", "[sharing]") {
+  Pair workers;
+  const Sharing sharing(workers);
   std::vector<int> units;
   for (int unit = 0; unit < 500; ++unit) units.push_back(3 * unit);
   std::mutex mutex;
@@ -90,34 +90,34 @@ TEST_CASE("a crew does each unit once, and its texts come back as they are", "[s
   });
   CHECK(kept.size() == units.size());
   for (const auto& [unit, yield] : kept) CHECK(yield == text_of(unit));
-  CHECK(crew.stages == 1);
-  CHECK(crew.questions.size() < units.size() / 4);  // quick units go several at a time
-  CHECK(crew.questions.size() >= 8);
+  CHECK(workers.stages == 1);
+  CHECK(workers.questions.size() < units.size() / 4);  // quick units go several at a time
+  CHECK(workers.questions.size() >= 8);
 }
 
-TEST_CASE("a crew that breaks ends the loop", "[sharing]") {
-  Pair crew;
-  crew.broken_at = 3;
+TEST_CASE("a worker that is lost ends the loop", "[sharing]") {
+  Pair workers;
+  workers.broken_at = 3;
   std::vector<int> units(1000);
   std::atomic<std::size_t> done = 0;
-  CHECK_THROWS_AS(Sharing(crew).run(units, 1, text_of, [&](int, const std::string&) { ++done; }),
-                  CrewBroken);
+  CHECK_THROWS_AS(Sharing(workers).run(units, 1, text_of, [&](int, const std::string&) { ++done; }),
+                  WorkersLost);
   CHECK(done < units.size());  // how many questions were on their way depends on the machine
-  CHECK(crew.stages == 0);
+  CHECK(workers.stages == 0);
 }
 
 TEST_CASE("a process that follows works and keeps nothing", "[sharing]") {
-  Asked crew;
-  const Sharing sharing(crew);
+  Asked workers;
+  const Sharing sharing(workers);
   CHECK(sharing.follows());
   CHECK_FALSE(sharing.complete());
   sharing.run({1, 2, 3, 4}, 1, text_of, [](int, const std::string&) { FAIL("kept"); });
-  CHECK(crew.said == "3\n\n\n\n1\n\n");
+  CHECK(workers.said == "3\n\n\n\n1\n\n");
 }
 
-TEST_CASE("threads keep a crew busy", "[sharing]") {
-  Pair crew;
-  CHECK(Sharing(crew).threads(1) == 2);
-  CHECK(Sharing(crew).threads(6) == 6);
+TEST_CASE("threads keep workers busy", "[sharing]") {
+  Pair workers;
+  CHECK(Sharing(workers).threads(1) == 2);
+  CHECK(Sharing(workers).threads(6) == 6);
   CHECK(Sharing().threads(1) == 1);
 }

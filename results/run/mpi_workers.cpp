@@ -1,4 +1,5 @@
-// A crew of MPI processes; rank 0 leads. A library of its own, which is loaded under mpirun alone.
+// Workers that are MPI processes; rank 0 leads. A library of its own, which is loaded under mpirun
+// alone.
 //
 // By its names with a P: the solver of Ipopt (MUMPS for one process) brings functions of its own
 // that are called MPI_Comm_rank and MPI_Finalize, and the program has found those first.
@@ -68,7 +69,7 @@ class Post {
 
 /// Rank 0. Questions wait in a row; a thread of its own hands them to ranks that are free and takes
 /// what they answer.
-class Leader : public Crew {
+class Leader : public Workers {
  public:
   explicit Leader(int members) : members_(members) {
     for (int rank = members - 1; rank > 0; --rank) free_.push_back(rank);
@@ -98,7 +99,7 @@ class Leader : public Crew {
       if (!broken_.empty()) {
         std::erase(row_, &mine);
         std::replace(asked_.begin(), asked_.end(), &mine, static_cast<Question*>(nullptr));
-        throw CrewBroken(broken_);
+        throw WorkersLost(broken_);
       }
       if (mine.answered) return std::move(mine.answer);
       if (!mine.given && !working_) {
@@ -197,8 +198,8 @@ class Leader : public Crew {
   std::thread postman_;
 };
 
-/// Crew member on the other ranks.
-class Follower : public Crew {
+/// Workers member on the other ranks.
+class Follower : public Workers {
  public:
   explicit Follower(int members) : members_(members) {}
   ~Follower() override {
@@ -230,7 +231,7 @@ class Follower : public Crew {
 
  private:
   static void dismissed(const Message& message) {
-    if (message.tag == over) throw CrewDismissed();
+    if (message.tag == over) throw WorkersDismissed();
   }
   Message next() {
     Message message;
@@ -249,7 +250,7 @@ class Follower : public Crew {
 }  // namespace flexopt
 
 /// Called once by each process that mpirun has started.
-extern "C" flexopt::Crew* flexopt_join_crew() {
+extern "C" flexopt::Workers* flexopt_join_workers() {
   int given = 0, rank = 0, members = 1;
   PMPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &given);
   PMPI_Comm_rank(MPI_COMM_WORLD, &rank);

@@ -20,7 +20,7 @@ class AssemblyBox {
   /// Assembly errors at z: one for each edge that has some.
   std::vector<AssemblyError> errors(const VectorXd& z) const;
   /// The request with the errors at z in addition to its own.
-  StrokeRequest misassembled(StrokeRequest request, const VectorXd& z) const;
+  StrokeRequest with_errors(StrokeRequest request, const VectorXd& z) const;
   /// Directions along every coordinate of the box, for derivatives.
   std::vector<MechanismDirection> directions(const Mechanism& mechanism) const;
 
@@ -76,12 +76,12 @@ WorstPlaces worst_places(const BoxSearch& search, const std::vector<std::size_t>
 //     V(p) = max over z of v(z, p),    ∂V/∂p = ∂v/∂p at z*                                   (V3)
 // because z* is at its bounds, which no parameter moves, or ∂v/∂z is zero there.
 
-class MisassembledGoals {
+class WorstAssemblyGoals {
  public:
   /// Gives the goals in question their candidates at each point (Goal::branches): values at other
   /// places in the box that are as bad or nearly so, where `places` is more than one. The job has
   /// a box.
-  MisassembledGoals(const Job& job, std::vector<Goal>& goals, int places);
+  WorstAssemblyGoals(const Job& job, std::vector<Goal>& goals, int places);
 
   /// What the goals ask of a load case of the job; no outputs where they ask nothing.
   StrokeRequest request(const Job& job, std::size_t load_case) const;

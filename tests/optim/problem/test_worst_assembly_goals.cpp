@@ -1,4 +1,4 @@
-#include "optim/problem/misassembled_goals.hpp"
+#include "optim/problem/worst_assembly_goals.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -129,7 +129,7 @@ TEST_CASE("goals under errors of assembly are as bad as any place of the box", "
   const DesignValues values = problem.evaluate(at);
   INFO(values.message);
   REQUIRE(values.ok);
-  REQUIRE(problem.misassembled());
+  REQUIRE(problem.worst_assembly());
   const Constraint uz{.quantity = "support_stiffness.uz", .over_stroke = OverStroke::min};
   const double worst_uz = worst_of_grid(job, at, uz, true);
   CHECK(problem.objective(values) <= worst_uz * (1 + 1e-9));

@@ -1,4 +1,4 @@
-#include "optim/problem/misassembled_goals.hpp"
+#include "optim/problem/worst_assembly_goals.hpp"
 
 #include <fmt/format.h>
 
@@ -29,13 +29,13 @@ std::vector<std::size_t> points_of(const Goal& goal, std::size_t count) {
 
 }  // namespace
 
-MisassembledGoals::MisassembledGoals(const Job& job, std::vector<Goal>& goals, int places)
+WorstAssemblyGoals::WorstAssemblyGoals(const Job& job, std::vector<Goal>& goals, int places)
     : box_(*job.assembly_tolerances), plain_(goals) {
   const AssemblyTolerances& spec = *job.assembly_tolerances;
   search_ = {box_.size(), spec.starts, spec.seed, places};
   for (const JobCase& one : cases_of(job)) cases_.push_back(one.name);
   for (std::size_t g = 0; g < goals.size(); ++g) {
-    if (goals[g].misassembled) {
+    if (goals[g].worst_assembly) {
       which_.push_back(g);
       goals[g].branches = std::max(goals[g].branches, places);
     }
@@ -43,13 +43,13 @@ MisassembledGoals::MisassembledGoals(const Job& job, std::vector<Goal>& goals, i
   }
 }
 
-StrokeRequest MisassembledGoals::request(const Job& job, std::size_t load_case) const {
+StrokeRequest WorstAssemblyGoals::request(const Job& job, std::size_t load_case) const {
   std::vector<Goal> asked;
   for (const std::size_t g : which_) asked.push_back(plain_[g]);
   return request_of_goals(job, asked, load_case);
 }
 
-std::vector<MisassembledGoals::Number> MisassembledGoals::numbers() const {
+std::vector<WorstAssemblyGoals::Number> WorstAssemblyGoals::numbers() const {
   std::vector<Number> all;
   for (const std::size_t g : which_)
     for (const GoalPart& part : plain_[g].parts)
@@ -58,24 +58,24 @@ std::vector<MisassembledGoals::Number> MisassembledGoals::numbers() const {
   return all;
 }
 
-std::string MisassembledGoals::said(const std::string& message, std::size_t load_case) const {
+std::string WorstAssemblyGoals::said(const std::string& message, std::size_t load_case) const {
   if (cases_[load_case].empty()) return message;
   return fmt::format("{} (load case {})", message, cases_[load_case]);
 }
 
-std::vector<StrokeSensitivity> MisassembledGoals::paths_at(
+std::vector<StrokeSensitivity> WorstAssemblyGoals::paths_at(
     const Design& design, const VectorXd& z,
     const std::function<StrokeSensitivity(const StrokeRequest&)>& evaluate) const {
   std::vector<StrokeSensitivity> found(design.requests.size());
   for (std::size_t k = 0; k < found.size(); ++k)
     if (!design.requests[k].outputs.empty())
-      found[k] = evaluate(box_.misassembled(design.requests[k], z));
+      found[k] = evaluate(box_.with_errors(design.requests[k], z));
   return found;
 }
 
-BoxLook MisassembledGoals::values_at(const std::vector<StrokeSensitivity>& found,
-                                     const Design& design, const std::vector<Number>& numbers,
-                                     const VectorXd& z) const {
+BoxLook WorstAssemblyGoals::values_at(const std::vector<StrokeSensitivity>& found,
+                                      const Design& design, const std::vector<Number>& numbers,
+                                      const VectorXd& z) const {
   BoxLook look;
   look.values.resize(static_cast<Eigen::Index>(numbers.size()));
   bool differentiated = true;
@@ -116,8 +116,8 @@ BoxLook MisassembledGoals::values_at(const std::vector<StrokeSensitivity>& found
   return look;
 }
 
-BoxLook MisassembledGoals::look(const Design& design, const Evaluate& evaluate,
-                                const std::vector<Number>& numbers, const VectorXd& z) const {
+BoxLook WorstAssemblyGoals::look(const Design& design, const Evaluate& evaluate,
+                                 const std::vector<Number>& numbers, const VectorXd& z) const {
   const auto plain_look = [&](const VectorXd& at) {
     const auto plain = [&](const StrokeRequest& request) { return evaluate(request, false); };
     return values_at(paths_at(design, at, plain), design, numbers, at);
@@ -152,9 +152,9 @@ BoxLook MisassembledGoals::look(const Design& design, const Evaluate& evaluate,
   return here;
 }
 
-void MisassembledGoals::add_candidates(std::size_t goal,
-                                       const std::vector<const GoalReading*>& readings,
-                                       std::size_t point, GoalReading& whole) const {
+void WorstAssemblyGoals::add_candidates(std::size_t goal,
+                                        const std::vector<const GoalReading*>& readings,
+                                        std::size_t point, GoalReading& whole) const {
   const auto own = static_cast<std::size_t>(plain_[goal].branches);
   struct Candidate {
     const GoalReading* of;
@@ -180,8 +180,8 @@ void MisassembledGoals::add_candidates(std::size_t goal,
   }
 }
 
-MisassembledGoals::Found MisassembledGoals::read(const Design& design, const Evaluate& evaluate,
-                                                 bool gradient) const {
+WorstAssemblyGoals::Found WorstAssemblyGoals::read(const Design& design, const Evaluate& evaluate,
+                                                   bool gradient) const {
   const std::vector<Number> asked = numbers();
   std::vector<std::size_t> kinds;
   for (const Number& number : asked) kinds.push_back(number.goal);
@@ -196,7 +196,7 @@ MisassembledGoals::Found MisassembledGoals::read(const Design& design, const Eva
         places, [&](const auto& p) { return p.second == load_case && p.first == z; });
     if (known != places.end()) return static_cast<std::size_t>(known - places.begin());
     places.emplace_back(z, load_case);
-    paths.push_back(evaluate(box_.misassembled(design.requests[load_case], z), gradient));
+    paths.push_back(evaluate(box_.with_errors(design.requests[load_case], z), gradient));
     return paths.size() - 1;
   };
   std::vector<std::vector<std::size_t>> at(asked.size());
@@ -258,7 +258,7 @@ std::vector<AssemblyError> AssemblyBox::errors(const VectorXd& z) const {
   return errors;
 }
 
-StrokeRequest AssemblyBox::misassembled(StrokeRequest request, const VectorXd& z) const {
+StrokeRequest AssemblyBox::with_errors(StrokeRequest request, const VectorXd& z) const {
   for (const AssemblyError& error : errors(z)) {
     auto own = std::ranges::find_if(request.loads.assembly, [&](const AssemblyError& a) {
       return a.leaf == error.leaf && a.end == error.end;
