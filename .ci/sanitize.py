@@ -103,7 +103,8 @@ def tests_run(program):
         return program, None
     log = logs / f"{program}.txt"
     started = time.monotonic()
-    environment = dict(os.environ, FLEXOPT_BINARY=str(build / "sanitized_flexopt"))
+    environment = dict(os.environ, FLEXOPT_BINARY=str(build / "sanitized_flexopt"),
+                       LSAN_OPTIONS=f"suppressions={root / '.ci/leaks.supp'}:print_suppressions=0")
     with open(log, "w", encoding="utf-8") as out:
         try:
             code = subprocess.run([build / f"sanitized_{program}", "~[slow]", "--durations", "yes"],

@@ -137,8 +137,3 @@ StepFile step_file(const Exported& exported, const PathPoint* point) {
 }
 
 }  // namespace flexopt
-
-#ifdef __SANITIZE_ADDRESS__
-/// Open CASCADE keeps what it has made for its readers and writers to the end: no leaks of ours.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libTK"; }
-#endif
