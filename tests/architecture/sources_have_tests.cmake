@@ -87,7 +87,7 @@ set(tested_by
   core/response/modes/mechanism_pencil core/response/path/test_response
   core/response/path/evaluate_stroke core/response/path/test_response
   core/response/stability/capacity_limits core/response/stability/test_load_capacity
-  core/response/path/stiffness core/response/path/test_response
+  core/equilibrium/end_effector_compliance core/response/path/test_response
   core/response/path/stroke_ways core/response/path/test_mode_tracking
   core/response/clearance core/response/test_room_taken
   core/response/extents core/response/test_room_taken

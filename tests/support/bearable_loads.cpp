@@ -6,11 +6,11 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/path/stiffness.hpp"
 
 namespace flexopt::laws {
 

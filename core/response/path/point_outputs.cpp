@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <chrono>
 
+#include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/modes/state_space.hpp"
 #include "core/response/path/low_modes.hpp"
-#include "core/response/path/stiffness.hpp"
 #include "core/response/path/stroke_ways.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/response/stability/critical_load.hpp"
@@ -54,14 +54,7 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   const EndEffectorCompliance c = end_effector_compliance(system);
   point.compliance_free = c.drive_free;
   point.compliance_locked = c.drive_locked;
-  // what a direction that is all but held gives way by is rounding: 1e-16 of the softest of its
-  // kind
-  constexpr double least_share = 1e-12;
-  for (int d = 0; d < 6; ++d) {
-    const double softest = c.drive_free.diagonal().segment<3>(3 * (d / 3)).cwiseAbs().maxCoeff();
-    if (!c.still[d] && std::abs(c.drive_locked(d, d)) > least_share * softest)
-      point.support_stiffness[d] = 1 / c.drive_locked(d, d);
-  }
+  point.support_stiffness = c.support_stiffness();
   point.drive_stiffnesses.assign(c.drive_stiffness.begin(), c.drive_stiffness.end());
   if (!point.drive_stiffnesses.empty()) point.drive_stiffness = point.drive_stiffnesses.front();
   point.negative_pivots =

@@ -5,8 +5,7 @@
 #include <cassert>
 #include <utility>
 
-#include "core/equilibrium/free_motions.hpp"
-#include "core/mechanism/drive.hpp"
+#include "core/equilibrium/end_effector_compliance.hpp"
 
 namespace flexopt {
 namespace {
@@ -87,18 +86,10 @@ CapacityLimits::CapacityLimits(System& system, const StrokeRequest& request)
 }
 
 std::array<std::optional<double>, 6> CapacityLimits::support_stiffness(const System& system) const {
-  const FreeMotions motions(system, true);
-  const Eigen::Index ee = 6 * static_cast<Eigen::Index>(mechanism_->end_effector);
-  MatrixXd forces = MatrixXd::Zero(system.size(), 6);
-  forces.middleRows<6>(ee).setIdentity();
-  const MatrixXd C = motions.answer(forces).middleRows<6>(ee);
-  const std::array<bool, 6> still = motions.still(mechanism_->end_effector),
-                            driven = prescribed_directions(*mechanism_);
-  std::array<std::optional<double>, 6> stiffness;
-  for (std::size_t d = 0; d < 6; ++d) {
-    const auto k = static_cast<Eigen::Index>(d);
-    if (!still[d] && !driven[d] && request_->capacity.supports[d]) stiffness[d] = 1 / C(k, k);
-  }
+  std::array<std::optional<double>, 6> stiffness =
+      end_effector_compliance(system).support_stiffness();
+  for (std::size_t d = 0; d < 6; ++d)
+    if (!request_->capacity.supports[d]) stiffness[d].reset();
   return stiffness;
 }
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <memory>
 
+#include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/drive.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/path/stiffness.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"

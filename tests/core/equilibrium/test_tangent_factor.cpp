@@ -6,12 +6,12 @@
 #include <cmath>
 #include <memory>
 
+#include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/modes/full_modes.hpp"
-#include "core/response/path/stiffness.hpp"
 #include "support/models.hpp"
 #include "support/strokes.hpp"
 

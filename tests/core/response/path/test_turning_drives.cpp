@@ -5,11 +5,11 @@
 #include <numbers>
 #include <random>
 
+#include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/path/stiffness.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/strokes.hpp"

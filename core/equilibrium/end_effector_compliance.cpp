@@ -1,4 +1,4 @@
-#include "core/response/path/stiffness.hpp"
+#include "core/equilibrium/end_effector_compliance.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -53,6 +53,17 @@ EndEffectorCompliance constrained_compliance(const System& system) {
 }
 
 }  // namespace
+
+std::array<std::optional<double>, 6> EndEffectorCompliance::support_stiffness() const {
+  constexpr double rounding = 1e-12;
+  std::array<std::optional<double>, 6> stiffness;
+  for (int d = 0; d < 6; ++d) {
+    const double softest = drive_free.diagonal().segment<3>(3 * (d / 3)).cwiseAbs().maxCoeff();
+    if (!still[d] && std::abs(drive_locked(d, d)) > rounding * softest)
+      stiffness[d] = 1 / drive_locked(d, d);
+  }
+  return stiffness;
+}
 
 EndEffectorCompliance end_effector_compliance(const System& system) {
   if (system.constraints().count() > 0 || system.analyses()) return constrained_compliance(system);

@@ -1,5 +1,8 @@
 #pragma once
 // Compliance, support stiffness and stability of an assembled equilibrium.
+#include <array>
+#include <optional>
+
 #include "core/equilibrium/system.hpp"
 
 namespace flexopt {
@@ -14,6 +17,11 @@ struct EndEffectorCompliance {
   /// Directions in which the end-effector cannot move with the drives held, those that a drive
   /// prescribes among them.
   std::array<bool, 6> still{};
+
+  /// 1 / Cₗ(d, d) of the compliance with the drives held. None where the end-effector cannot move,
+  /// and none where what gives way is rounding: 1e-12 of the softest translation or rotation with
+  /// the drives free.
+  std::array<std::optional<double>, 6> support_stiffness() const;
 };
 
 /// Directions in which the end-effector cannot move have zero rows and columns.
