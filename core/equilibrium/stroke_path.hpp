@@ -46,11 +46,13 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
 /// Largest stretch of a leaf's mid-surface that is still taken for a flexure at work; far beyond
 /// any elastic metal or polymer leaf.
 inline constexpr double largest_strain = 0.05;
+/// What messages say of a leaf that is stretched farther.
+std::string stretch_message(double strain);
 
-/// The same, halving the step when Newton fails, when stability is lost over it (a large step may
-/// land on another branch) or when a leaf would be stretched beyond `largest_strain`; on failure
-/// the system is left where the last sub-step converged. Several strokes go straight from where
-/// they are.
+/// Goes to these strokes, halving the step when Newton fails, when stability is lost over it (a
+/// large step may land on another branch) or when a leaf would be stretched beyond
+/// `largest_strain`; on failure the system is left where the last sub-step converged. Several
+/// strokes go straight from where they are.
 Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions& options);
 
 /// Brings the loads from those that act to these factors, in halved steps where needed: at the

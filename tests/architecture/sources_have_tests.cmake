@@ -41,6 +41,7 @@ set(tested_by
   designs/formula_words designs/test_design_files
   designs/materials designs/test_families
   core/equilibrium/free_motions core/equilibrium/test_joints
+  core/equilibrium/solve_equilibrium core/equilibrium/test_stroke_path
   core/equilibrium/system core/equilibrium/test_joints
   core/math/eigenvalue_branches core/response/test_principal_stiffness
   core/mechanism/body_inertia designs/test_design_files

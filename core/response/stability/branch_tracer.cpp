@@ -217,12 +217,8 @@ BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double s
   if (!went.converged) return {.obstacle = went.message};
   const double strain = branch_->system().strain();
   if (strain <= largest_strain && branch_->negative_pivots() == 0) return {.taken = true};
-  const bool stretched = strain > largest_strain;
   branch_->restore(kept);
-  if (stretched)
-    return {.stretched = true,
-            .obstacle = fmt::format("a leaf is stretched by {:.3g} > {:.3g}: beyond its reach",
-                                    strain, largest_strain)};
+  if (strain > largest_strain) return {.stretched = true, .obstacle = stretch_message(strain)};
   return {.crossed = true, .obstacle = "the tangent becomes indefinite all at once"};
 }
 
