@@ -7,8 +7,6 @@
 #include <tuple>
 
 #include "core/math/rotation.hpp"
-#include "core/math/sparse_rank.hpp"
-#include "core/math/sparse_solver.hpp"
 #include "core/mechanism/drive.hpp"
 
 namespace flexopt {
@@ -224,6 +222,12 @@ void add_bilinear_curvature(Eigen::Matrix<S, 12, 12>& H, JointType type, const L
 
 }  // namespace
 
+JointBody undeflected_body(const Mechanism& mechanism, int body) {
+  JointBody place;
+  if (body >= 0) place.position = place.reference = mechanism.bodies[body].reference;
+  return place;
+}
+
 JointSize size_of(JointType type) {
   if (is_held(type)) return {1, type == JointType::held_displacement ? 1 : 0};
   const int lengths = type == JointType::prismatic ? 2 : 3;
@@ -263,6 +267,11 @@ JointConditions conditions(const Joint& joint, const JointBody& body, const Join
   add_linear(c, joint.type, g);
   add_bilinear(c, joint.type, g.axes, g);
   return c;
+}
+
+JointConditions undeflected_conditions(const Mechanism& mechanism, const Joint& joint) {
+  return conditions(joint, undeflected_body(mechanism, joint.body),
+                    undeflected_body(mechanism, joint.other));
 }
 
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
@@ -308,110 +317,6 @@ JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate)
 }
 template JointRates<double> joint_rates(const JointState<double>&, const JointState<double>&);
 template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointState<Jet>&);
-
-namespace {
-
-// Whether all conditions of joints and drives differ, for many bodies: by the rank of all of them.
-bool independent(const Mechanism& mechanism, double length) {
-  const auto place_of = [&](int body) {
-    JointBody place;
-    if (body >= 0) place.position = place.reference = mechanism.bodies[body].reference;
-    return place;
-  };
-  std::vector<SparseEntry> entries;
-  int rows = 0;
-  const auto add = [&](const Vector12d& gradient, int body, int other) {
-    const int sides[] = {body, other};
-    for (int e = 0; e < 2; ++e)
-      for (int d = 0; d < 6 && sides[e] >= 0; ++d)
-        if (!mechanism.bodies[sides[e]].held[d])
-          entries.push_back({rows, 6 * sides[e] + d, gradient[6 * e + d] * (d < 3 ? length : 1)});
-    ++rows;
-  };
-  for (const Joint& joint : mechanism.joints) {
-    const JointConditions c = conditions(joint, place_of(joint.body), place_of(joint.other));
-    for (int k = 0; k < c.value.size(); ++k)
-      add(c.gradient.row(k).transpose(), joint.body, joint.other);
-  }
-  for (const Drive& drive : mechanism.drives)
-    add(drive_stroke<double>(drive, place_of(drive.body), place_of(drive.other)).gradient,
-        drive.body, drive.other);
-  return rank_of(rows, 6 * static_cast<int>(mechanism.bodies.size()), entries, 1e-8) == rows;
-}
-
-}  // namespace
-
-std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
-  const std::vector<Drive>& drives = mechanism.drives;
-  const bool simple = drives.empty() || (drives.size() == 1 && coordinate_of(drives[0]));
-  if (mechanism.joints.empty() && simple) return std::nullopt;
-  const int n = 6 * static_cast<int>(mechanism.bodies.size());
-  double length = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
-  const auto place_of = [&](int body) {
-    JointBody place;
-    if (body >= 0) place.position = place.reference = mechanism.bodies[body].reference;
-    return place;
-  };
-  if (n >= sparse_from && independent(mechanism, length)) return std::nullopt;
-  // rows orthonormalised one by one: what is left of a row is what no earlier condition fixes
-  std::vector<VectorXd> fixed;
-  const auto adds = [&](VectorXd row) {
-    const double size = row.norm();
-    for (int pass = 0; pass < 2; ++pass)
-      for (const VectorXd& f : fixed) row -= f.dot(row) * f;
-    if (!(row.norm() > 1e-8 * size)) return false;
-    fixed.push_back(row.normalized());
-    return true;
-  };
-  for (int b = 0; b < n / 6; ++b)
-    for (int d = 0; d < 6; ++d)
-      if (mechanism.bodies[b].held[d]) fixed.push_back(VectorXd::Unit(n, 6 * b + d));
-  for (const Joint& joint : mechanism.joints) {
-    const JointConditions c = conditions(joint, place_of(joint.body), place_of(joint.other));
-    int repeated = 0;
-    for (int k = 0; k < c.value.size(); ++k) {
-      VectorXd row = VectorXd::Zero(n);
-      for (int side = 0; side < 2; ++side)
-        if (const int b = side == 0 ? joint.body : joint.other; b >= 0) {
-          row.segment<3>(6 * b) = length * c.gradient.block<1, 3>(k, 6 * side).transpose();
-          row.segment<3>(6 * b + 3) = c.gradient.block<1, 3>(k, 6 * side + 3).transpose();
-        }
-      if (k < size_of(joint.type).lengths) row /= length;
-      repeated += !adds(row);
-    }
-    if (repeated > 0 && is_held(joint.type))
-      return fmt::format(
-          "{}: joints and other held directions already hold its {} {}",
-          mechanism.bodies[joint.body].name,
-          joint.type == JointType::held_rotation ? "rotation about" : "displacement along",
-          described(joint.axis));
-    if (repeated > 0)
-      return fmt::format(
-          "{}: {} of its {} conditions are already fixed by the joints before it; a joint that "
-          "leaves more freedom will do",
-          joint.name, repeated, c.value.size());
-  }
-  for (std::size_t k = 0; k < drives.size(); ++k) {
-    const Drive& drive = drives[k];
-    const DriveStroke<double> s =
-        drive_stroke<double>(drive, place_of(drive.body), place_of(drive.other));
-    VectorXd row = VectorXd::Zero(n);
-    const int sides[] = {drive.body, drive.other};
-    for (int side = 0; side < 2; ++side)
-      if (const int b = sides[side]; b >= 0) {
-        row.segment<3>(6 * b) = length * s.gradient.segment<3>(6 * side);
-        row.segment<3>(6 * b + 3) = s.gradient.segment<3>(6 * side + 3);
-      }
-    if (!is_rotation(drive.direction)) row /= length;
-    if (adds(row)) continue;
-    if (k == 0 && drive.body == mechanism.end_effector && drive.other == ground)
-      return "the joints hold the end-effector in the direction of the drive";
-    const std::string who = drive.name.empty() ? "the drive" : "drive " + drive.name;
-    return who + (k == 0 ? ": the joints hold it" : ": joints and other drives already hold it");
-  }
-  return std::nullopt;
-}
 
 std::string described(const Vector3d& axis) {
   constexpr double straight = 1e-6;

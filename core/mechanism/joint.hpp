@@ -20,6 +20,8 @@ struct JointBodyOf {
   Vector3d reference = Vector3d::Zero();
 };
 using JointBody = JointBodyOf<double>;
+/// A body, or the ground, in the undeflected state.
+JointBody undeflected_body(const Mechanism& mechanism, int body);
 
 /// How many conditions; the first `lengths` of them are lengths [m], the others cosines.
 struct JointSize {
@@ -46,6 +48,7 @@ struct JointConditionsOf {
 };
 using JointConditions = JointConditionsOf<double>;
 JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other);
+JointConditions undeflected_conditions(const Mechanism& mechanism, const Joint& joint);
 
 /// Second derivative of multipliers · Ψ, symmetric.
 Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,

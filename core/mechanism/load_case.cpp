@@ -70,8 +70,7 @@ std::optional<std::string> held_by_the_ground(const Mechanism& mechanism) {
         "the ground holds {} of {} at {:.4g} m from the origin: such a ground does not expand",
         direction, body, place);
   };
-  double length = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  const double length = longest_leaf(mechanism);
   for (const RigidBody& body : mechanism.bodies)
     for (std::size_t d = 0; d < 3; ++d)
       if (const double place = body.reference[static_cast<Eigen::Index>(d)];

@@ -21,8 +21,8 @@ constexpr double nothing = 1e-12;  // of the largest, both squares of motions
 /// `length`, and rotations.
 class Resistance {
  public:
-  explicit Resistance(const Mechanism& mechanism) : mechanism_(mechanism) {
-    for (const LeafSpring& leaf : mechanism.leaves) length_ = std::max(length_, leaf.length);
+  explicit Resistance(const Mechanism& mechanism)
+      : mechanism_(mechanism), length_(longest_leaf(mechanism)) {
     sum_ = BlockMatrix(static_cast<int>(mechanism.bodies.size()));
     for (int b = 0; b < sum_.bodies(); ++b) sum_.block(b, b).setZero();
     for (const LeafSpring& leaf : mechanism.leaves) add_leaf(leaf);
@@ -78,21 +78,17 @@ class Resistance {
         -carried(leaf.base, place).topRows<3>());
   }
 
-  JointBody at_rest(int body) const {
-    JointBody place;
-    if (body >= 0) place.position = place.reference = mechanism_.bodies[body].reference;
-    return place;
-  }
-
   void add_joint(const Joint& joint) {
-    const MatrixXd g = conditions(joint, at_rest(joint.body), at_rest(joint.other)).gradient;
+    const MatrixXd g = undeflected_conditions(mechanism_, joint).gradient;
     add(joint.body, g.leftCols(6), joint.other, g.rightCols(6));
   }
 
   /// Adds the stiffness of a spring against the motions that change its forces, whatever the sign
   /// of its force.
   void add_spring(const Spring& spring) {
-    Matrix12d tangent = spring_forces(spring, at_rest(spring.body), at_rest(spring.other)).tangent;
+    Matrix12d tangent = spring_forces(spring, undeflected_body(mechanism_, spring.body),
+                                      undeflected_body(mechanism_, spring.other))
+                            .tangent;
     Eigen::Matrix<double, 12, 1> scale;
     for (int i = 0; i < 12; ++i) scale[i] = i % 6 < 3 ? length_ : 1;
     tangent = scale.asDiagonal() * tangent * scale.asDiagonal();
@@ -107,7 +103,7 @@ class Resistance {
   }
 
   const Mechanism& mechanism_;
-  double length_ = 0;
+  double length_;
   BlockMatrix sum_;
 };
 

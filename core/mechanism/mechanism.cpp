@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/math/decompositions.hpp"
 #include "core/mechanism/drive.hpp"
 #include "core/mechanism/fold_corner.hpp"
 #include "core/mechanism/joint.hpp"
@@ -211,12 +212,19 @@ std::optional<std::string> broken_rule(const RigidBody& body) {
   return std::nullopt;
 }
 
-std::optional<std::string> broken_rule(const Joint& joint, int bodies) {
+/// What joints and springs have in common: two bodies and a place.
+template <class Tie>
+std::optional<std::string> broken_tie(const Tie& tie, int bodies) {
   const auto known = [&](int body) { return body == ground || (body >= 0 && body < bodies); };
-  for (const int body : {joint.body, joint.other})
-    if (!known(body)) return fmt::format("{}: there is no body {}", joint.name, body);
-  if (joint.body == joint.other) return joint.name + ": it ties a body to itself";
-  if (!joint.place.allFinite()) return joint.name + ": its place is not finite";
+  for (const int body : {tie.body, tie.other})
+    if (!known(body)) return fmt::format("{}: there is no body {}", tie.name, body);
+  if (tie.body == tie.other) return tie.name + ": it ties a body to itself";
+  if (!tie.place.allFinite()) return tie.name + ": its place is not finite";
+  return std::nullopt;
+}
+
+std::optional<std::string> broken_rule(const Joint& joint, int bodies) {
+  if (auto rule = broken_tie(joint, bodies)) return rule;
   const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic ||
                         is_held(joint.type);
   if (is_held(joint.type) && (joint.body < 0 || joint.other != ground))
@@ -306,6 +314,42 @@ std::optional<std::string> loose_body(const Mechanism& mechanism) {
 }
 
 }  // namespace
+
+double longest_leaf(const Mechanism& mechanism) {
+  double length = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  return length;
+}
+
+std::optional<std::string> broken_rule(const Spring& spring, int bodies) {
+  const std::string& name = spring.name;
+  if (auto rule = broken_tie(spring, bodies)) return rule;
+  if (spring.matrix) {
+    const Matrix6d& K = *spring.matrix;
+    if (!K.allFinite() || (K - K.transpose()).norm() > 1e-9 * K.norm())
+      return name + ": its matrix must be finite and symmetric";
+    // unit diagonal: translations and rotations differ by many orders of magnitude
+    if ((K.diagonal().array() < 0).any()) return name + ": its matrix must not be negative";
+    const double none = 1e-12 * K.diagonal().maxCoeff();
+    VectorXd s(6);
+    for (int i = 0; i < 6; ++i) {
+      s[i] = K(i, i) > 0 ? 1 / std::sqrt(K(i, i)) : 0;
+      if (K(i, i) == 0 && K.row(i).cwiseAbs().maxCoeff() > none)
+        return name + ": its matrix must be positive semidefinite";
+    }
+    if (symmetric_eigenvalues(s.asDiagonal() * K * s.asDiagonal()).minCoeff() < -1e-9)
+      return name + ": its matrix must be positive semidefinite";
+    return std::nullopt;
+  }
+  if (!spring.other_place.allFinite()) return name + ": its place is not finite";
+  if (!(built_length(spring) > 1e-9 * (spring.place.norm() + spring.other_place.norm())))
+    return name + ": its two ends coincide";
+  if (!(std::isfinite(spring.stiffness) && spring.stiffness >= 0))
+    return name + ": its stiffness must not be negative";
+  if (!(std::isfinite(spring.free_length) && spring.free_length >= 0))
+    return name + ": its free length must not be negative";
+  return std::nullopt;
+}
 
 std::optional<std::string> broken_rule(const Mechanism& mechanism) {
   const int bodies = static_cast<int>(mechanism.bodies.size());

@@ -258,5 +258,10 @@ using Mechanism = MechanismT<double>;
 /// bodies, joints that repeat each other or stand against the drive, leaves that intersect when
 /// undeflected, a direction of a body without stiffness), or nothing.
 std::optional<std::string> broken_rule(const Mechanism& mechanism);
+/// The first broken rule of a spring of a mechanism with so many bodies, or nothing.
+std::optional<std::string> broken_rule(const Spring& spring, int bodies);
+
+/// Length of the longest leaf [m].
+double longest_leaf(const Mechanism& mechanism);
 
 }  // namespace flexopt

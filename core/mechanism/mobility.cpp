@@ -28,8 +28,8 @@ struct Condition {
 
 class Conditions {
  public:
-  explicit Conditions(const Mechanism& mechanism) : mechanism_(&mechanism) {
-    for (const LeafSpring& leaf : mechanism.leaves) length_ = std::max(length_, leaf.length);
+  explicit Conditions(const Mechanism& mechanism)
+      : mechanism_(&mechanism), length_(longest_leaf(mechanism)) {
     for (const LeafSpring& leaf : mechanism.leaves) add(leaf);
     for (const Joint& joint : mechanism.joints) add(joint);
     for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b) add_held(b);
@@ -111,12 +111,7 @@ class Conditions {
 
   void add(const Joint& joint) {
     const int m = member(joint.name, joint.body, joint.other);
-    const auto at = [&](int body) {
-      JointBody place;
-      if (body >= 0) place.position = place.reference = mechanism_->bodies[body].reference;
-      return place;
-    };
-    const JointConditions c = conditions(joint, at(joint.body), at(joint.other));
+    const JointConditions c = undeflected_conditions(*mechanism_, joint);
     const int lengths = size_of(joint.type).lengths;
     for (int k = 0; k < c.value.size(); ++k) {
       Vector6d body = c.gradient.row(k).head<6>(), other = c.gradient.row(k).tail<6>();
@@ -138,7 +133,7 @@ class Conditions {
   }
 
   const Mechanism* mechanism_;
-  double length_ = 0;
+  double length_;
   std::vector<Member> members_;
   std::vector<Condition> conditions_;
 };

@@ -1,11 +1,7 @@
 #include "core/mechanism/spring.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
-
-#include "core/math/decompositions.hpp"
 
 namespace flexopt {
 namespace {
@@ -387,40 +383,6 @@ bool is_preloaded(const Spring& spring) {
   if (spring.matrix) return false;
   const double built = built_length(spring);
   return spring.stiffness > 0 && std::abs(spring.free_length - built) > 1e-12 * built;
-}
-
-std::optional<std::string> broken_rule(const Spring& spring, int bodies) {
-  const std::string& name = spring.name;
-  const auto known = [&](int body) { return body == ground || (body >= 0 && body < bodies); };
-  for (const int body : {spring.body, spring.other})
-    if (!known(body)) return fmt::format("{}: there is no body {}", name, body);
-  if (spring.body == spring.other) return name + ": it ties a body to itself";
-  if (!spring.place.allFinite()) return name + ": its place is not finite";
-  if (spring.matrix) {
-    const Matrix6d& K = *spring.matrix;
-    if (!K.allFinite() || (K - K.transpose()).norm() > 1e-9 * K.norm())
-      return name + ": its matrix must be finite and symmetric";
-    // unit diagonal: translations and rotations differ by many orders of magnitude
-    if ((K.diagonal().array() < 0).any()) return name + ": its matrix must not be negative";
-    const double none = 1e-12 * K.diagonal().maxCoeff();
-    VectorXd s(6);
-    for (int i = 0; i < 6; ++i) {
-      s[i] = K(i, i) > 0 ? 1 / std::sqrt(K(i, i)) : 0;
-      if (K(i, i) == 0 && K.row(i).cwiseAbs().maxCoeff() > none)
-        return name + ": its matrix must be positive semidefinite";
-    }
-    if (symmetric_eigenvalues(s.asDiagonal() * K * s.asDiagonal()).minCoeff() < -1e-9)
-      return name + ": its matrix must be positive semidefinite";
-    return std::nullopt;
-  }
-  if (!spring.other_place.allFinite()) return name + ": its place is not finite";
-  if (!(built_length(spring) > 1e-9 * (spring.place.norm() + spring.other_place.norm())))
-    return name + ": its two ends coincide";
-  if (!(std::isfinite(spring.stiffness) && spring.stiffness >= 0))
-    return name + ": its stiffness must not be negative";
-  if (!(std::isfinite(spring.free_length) && spring.free_length >= 0))
-    return name + ": its free length must not be negative";
-  return std::nullopt;
 }
 
 }  // namespace flexopt

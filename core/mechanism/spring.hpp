@@ -1,9 +1,6 @@
 #pragma once
 // Springs between two points and bushings: energy, forces and tangent at any displacement and
 // rotation. Rotations are varied as exp(hat δ) R, to second order.
-#include <optional>
-#include <string>
-
 #include "core/mechanism/joint.hpp"
 
 namespace flexopt {
@@ -52,8 +49,5 @@ extern template SpringForcesOf<Jet> spring_rates(const SpringState<Jet>&, const 
 double built_length(const Spring& spring);
 /// Whether it pulls or pushes in the undeflected state. Bushings do not.
 bool is_preloaded(const Spring& spring);
-
-/// The first broken rule of a spring of a mechanism with so many bodies, or nothing.
-std::optional<std::string> broken_rule(const Spring& spring, int bodies);
 
 }  // namespace flexopt

@@ -223,7 +223,7 @@ Clearance clearance_of_pair(const Solids& solids, const std::array<int, 2>& pair
 std::optional<Clearance> clearance_of(const Solids& solids,
                                       const std::vector<std::array<int, 2>>& pairs) {
   if (pairs.empty()) return std::nullopt;
-  const double size = size_of(solids.mechanism());
+  const double size = longest_leaf(solids.mechanism());
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t k = 0; k < pairs.size(); ++k)
     order.push_back({distance_of_bounds(solids, pairs[k][0], pairs[k][1]), k});

@@ -148,7 +148,7 @@ CylinderAxis cylinder_axis(const Mechanism& mechanism) {
 
 Extents extents_of(const Solids& solids) {
   Extents extents;
-  const double size = size_of(solids.mechanism());
+  const double size = longest_leaf(solids.mechanism());
   SamplesOfSolids samples;
   for (int i = 0; i < solids.count(); ++i) samples.push_back(solids.surface_samples(i));
   for (int side = 0; side < 2; ++side)

@@ -17,11 +17,4 @@ inline int symmetric_index(int i, int j) {
   return i == 0 ? j : i == 1 ? 2 + j : 5;
 }
 
-/// Length that distances are compared with: the longest leaf [m].
-inline double size_of(const Mechanism& mechanism) {
-  double size = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) size = std::max(size, leaf.length);
-  return size;
-}
-
 }  // namespace flexopt

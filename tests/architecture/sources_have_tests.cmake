@@ -45,6 +45,7 @@ set(tested_by
   core/equilibrium/system core/equilibrium/test_joints
   core/math/eigenvalue_branches core/response/test_principal_stiffness
   core/mechanism/body_inertia designs/test_design_files
+  core/mechanism/dependent_joints core/mechanism/test_joint
   core/mechanism/load_case core/equilibrium/test_dead_loads
   core/math/sparse_matrix core/math/test_sparse_solver
   core/math/nearest_rotation core/math/test_rotation

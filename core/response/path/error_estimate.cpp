@@ -404,12 +404,6 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
   return errors;
 }
 
-double longest_leaf(const Mechanism& mechanism) {
-  double length = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
-  return length;
-}
-
 MechanismScale scale_of(const Mechanism& mechanism) {
   MechanismScale scale{.length = longest_leaf(mechanism), .theory = profile_error(mechanism)};
   for (const LeafSpring& leaf : mechanism.leaves) {

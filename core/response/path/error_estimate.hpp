@@ -60,9 +60,6 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full);
 StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& model,
                              const StrokeRequest& request, const StrokeResponse& response);
 
-/// Length of the longest leaf [m].
-double longest_leaf(const Mechanism& mechanism);
-
 /// Whether some leaf of the mechanism has elements across.
 bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model);
 
