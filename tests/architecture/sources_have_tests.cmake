@@ -102,6 +102,7 @@ set(tested_by
   core/response/request core/response/path/test_response
   core/response/gradients/load_gradients core/equilibrium/test_dead_loads
   core/response/path/branch core/response/path/test_response
+  core/response/path/estimated_numbers core/response/path/test_error_estimate
   core/response/path/full_finish core/response/gradients/test_point_gradients
   core/response/path/point_outputs core/response/path/test_response
   core/response/path/mechanism_series

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/mechanism/drive.hpp"
-#include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
 
 namespace flexopt {
@@ -75,76 +74,6 @@ double error_of(const EstimatedError& number, const ProfileError& theory) {
   return 0;
 }
 
-std::string pointer_of(const QuantityRow& row) {
-  std::string pointer = "/" + row.name;
-  std::ranges::replace(pointer, '.', '/');
-  return pointer;
-}
-
-EstimatedError number_of(std::string name, std::string pointer, ErrorKind kind, double value) {
-  EstimatedError number;
-  number.name = std::move(name);
-  number.pointer = std::move(pointer);
-  number.kind = kind;
-  number.value = value;
-  return number;
-}
-
-/// Kind of the errors of a row. A load capacity that is not limited by stress has errors like those
-/// of stiffness.
-ErrorKind kind_of(const QuantityRow& row, const PathPoint& point, int component) {
-  if (!row.needs.has(Output::load_capacity)) return row.error;
-  const auto& capacity = point.load_capacity[static_cast<std::size_t>(component)];
-  return capacity && capacity->limit != CapacityLimit::stress ? ErrorKind::stiffness : row.error;
-}
-
-void add_row(const QuantityRow& row, const PathPoint& point, std::vector<EstimatedError>& numbers) {
-  const auto add = [&](const std::string& name, const std::string& place, int component) {
-    if (const auto value = row.value(point, component))
-      numbers.push_back(
-          number_of(name, pointer_of(row) + place, kind_of(row, point, component), *value));
-  };
-  if (row.of_drives && !point.drive_names.empty()) {
-    for (std::size_t k = 0; k < point.drive_names.size(); ++k)
-      add(row.name + "." + point.drive_names[k], "/" + point.drive_names[k], static_cast<int>(k));
-  } else if (row.layout == Layout::number) {
-    add(row.name, row.direction ? "/value" : "", 0);
-  } else if (row.layout == Layout::list) {
-    for (int k = 0; row.value(point, k); ++k) {
-      const auto i = static_cast<std::size_t>(k);
-      const std::string index = fmt::format("{}", k);
-      add(row.name + "." + (i < row.components.size() ? row.components[i] : index), "/" + index, k);
-    }
-  } else {
-    for (std::size_t k = 0; k < row.components.size(); ++k)
-      add(row.name + "." + row.components[k], "/" + row.components[k], static_cast<int>(k));
-  }
-}
-
-/// Adds the numbers that the table of quantities does not name: all principal stiffnesses, and the
-/// diagonals of both compliances.
-void add_matrices(const PathPoint& point, std::vector<EstimatedError>& numbers) {
-  for (const bool rotations : {false, true}) {
-    const char* kind = rotations ? "rotations" : "translations";
-    int k = 0;
-    for (const PrincipalStiffness& p : principal_stiffnesses(point, rotations)) {
-      numbers.push_back(number_of(fmt::format("principal_stiffness.{}.{}", kind, k),
-                                  fmt::format("/principal_stiffness/{}/{}", kind, k),
-                                  ErrorKind::stiffness, p.value));
-      ++k;
-    }
-  }
-  for (const bool free : {true, false})
-    for (int d = 0; d < 6; ++d) {
-      if (!free && !point.support_stiffness[static_cast<std::size_t>(d)]) continue;  // held
-      const char* drive = free ? "drive_free" : "drive_locked";
-      const Matrix6d& of = free ? point.compliance_free : point.compliance_locked;
-      numbers.push_back(number_of(
-          fmt::format("compliance.{}.{}", drive, direction_names[static_cast<std::size_t>(d)]),
-          fmt::format("/compliance/{}/{}", drive, d), ErrorKind::stiffness, of(d, d)));
-    }
-}
-
 std::string load_name(const std::string& drive) {
   return drive.empty() ? "drive_load" : "drive_load." + drive;
 }
@@ -162,7 +91,8 @@ std::string scale_key(const EstimatedError& number) {
 /// number that is zero are apart by rounding.
 class Scales {
  public:
-  Scales(const MechanismScale& of, const std::vector<PathPoint>& path) : of_(of) {
+  Scales(const MechanismScale& mechanism, const std::vector<PathPoint>& path)
+      : mechanism_(mechanism) {
     for (const PathPoint& point : path) {
       if (point.status != PointStatus::converged || point.strokes.empty()) continue;
       if (point.drive_names.empty()) driven(load_name(""), point.stroke);
@@ -181,7 +111,7 @@ class Scales {
     const std::string key = scale_key(number);
     if (number.kind == ErrorKind::motion)
       return key == displacements
-                 ? std::max(largest(key), least_share * of_.length * largest(rotations))
+                 ? std::max(largest(key), least_share * mechanism_.length * largest(rotations))
                  : std::max(largest(key), least_share * over_length(largest(displacements)));
     double of_motion = 0;
     if (number.kind == ErrorKind::load)
@@ -193,11 +123,11 @@ class Scales {
     constexpr double of_force = 1e-12, of_place = 1e-7;
     switch (number.kind) {
       case ErrorKind::load:
-        return of_force * of_.force * (is_moment(number.name) ? of_.length : 1);
+        return of_force * mechanism_.force * (is_moment(number.name) ? mechanism_.length : 1);
       case ErrorKind::motion:
-        return of_place * (scale_key(number) == displacements ? of_.length : 1);
+        return of_place * (scale_key(number) == displacements ? mechanism_.length : 1);
       case ErrorKind::stress:
-        return number.name.ends_with("_stress") ? of_force * of_.modulus : 0;
+        return number.name.ends_with("_stress") ? of_force * mechanism_.modulus : 0;
       case ErrorKind::stiffness:
       case ErrorKind::frequency:
       case ErrorKind::none:
@@ -211,17 +141,19 @@ class Scales {
     const auto found = largest_.find(key);
     return found == largest_.end() ? 0 : found->second;
   }
-  bool is_moment(const std::string& load) const { return of_.moments.contains(load); }
+  bool is_moment(const std::string& load) const { return mechanism_.moments.contains(load); }
   void driven(const std::string& load, double stroke) {
-    driven_ = std::max(driven_, (is_moment(load) ? of_.length : 1) * std::abs(stroke));
+    driven_ = std::max(driven_, (is_moment(load) ? mechanism_.length : 1) * std::abs(stroke));
   }
-  double over_length(double motion) const { return of_.length > 0 ? motion / of_.length : 0; }
+  double over_length(double motion) const {
+    return mechanism_.length > 0 ? motion / mechanism_.length : 0;
+  }
   /// The largest motion of the path, angles times the longest leaf [m].
   double moved() const {
-    return std::max({driven_, largest(displacements), of_.length * largest(rotations)});
+    return std::max({driven_, largest(displacements), mechanism_.length * largest(rotations)});
   }
 
-  MechanismScale of_;
+  const MechanismScale& mechanism_;
   double driven_ = 0;
   std::map<std::string, double> largest_;
 };
@@ -328,14 +260,6 @@ std::optional<std::string> no_estimates(const ModelOptions& model) {
   if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential)
     return std::nullopt;
   return "errors are estimated of full leaves and of \"method\": \"mixed_potential\"";
-}
-
-std::vector<EstimatedError> estimated_numbers(const PathPoint& point) {
-  std::vector<EstimatedError> numbers;
-  for (const QuantityRow& row : quantity_rows())
-    if (row.error != ErrorKind::none) add_row(row, point, numbers);
-  add_matrices(point, numbers);
-  return numbers;
 }
 
 const EstimatedError* StrokeErrors::find(std::size_t point, const std::string& name) const {
