@@ -154,6 +154,66 @@ std::optional<double> Formula::value(std::span<const double> numbers) const {
   return result;
 }
 
+namespace {
+
+/// Adds d times the derivatives of a step's value by its operands a and b.
+template <class Add>
+void add_slopes(const Formula::Step& step, double d, double a, double b, double value,
+                const Add& add) {
+  switch (step.op) {
+    case FormulaOp::minus:
+      add(step.a, -d);
+      break;
+    case FormulaOp::function:
+      if (step.function->derivative) add(step.a, d * step.function->derivative(a, value));
+      break;
+    case FormulaOp::whole_power: {
+      const int exponent = static_cast<int>(step.number);
+      add(step.a, d * (exponent * whole_power(a, exponent - 1)));
+      break;
+    }
+    case FormulaOp::add:
+      add(step.a, d);
+      add(step.b, d);
+      break;
+    case FormulaOp::subtract:
+      add(step.a, d);
+      add(step.b, -d);
+      break;
+    case FormulaOp::multiply:
+      add(step.a, d * b);
+      add(step.b, d * a);
+      break;
+    case FormulaOp::divide:
+      add(step.a, d / b);
+      add(step.b, -d * value / b);
+      break;
+    case FormulaOp::power:
+      if (b != 0) add(step.a, d * (b * std::pow(a, b - 1)));
+      add(step.b, d * (value * std::log(a)));
+      break;
+    case FormulaOp::least:
+      add(b < a ? step.b : step.a, d);
+      break;
+    case FormulaOp::largest:
+      add(a < b ? step.b : step.a, d);
+      break;
+    case FormulaOp::angle: {
+      const double square = a * a + b * b;
+      add(step.a, d * (b / square));
+      add(step.b, d * (-a / square));
+      break;
+    }
+    case FormulaOp::choice:
+      add(a != 0 ? step.b : step.c, d);
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace
+
 // The reverse sweep: adjoint[i] = d value / d step i, complete when step i is reached from above.
 // Only what gives the value is visited, so that 1/0 in a branch that is not taken does no harm.
 std::optional<double> Formula::gradient(std::span<const double> numbers,
@@ -178,60 +238,10 @@ std::optional<double> Formula::gradient(std::span<const double> numbers,
       visited[k] = 1;
       adjoint[k] += slope;
     };
-    switch (step.op) {
-      case FormulaOp::name:
-        slopes[static_cast<std::size_t>(step.slot)] += d;
-        break;
-      case FormulaOp::minus:
-        add(step.a, -d);
-        break;
-      case FormulaOp::function:
-        if (step.function->derivative) add(step.a, d * step.function->derivative(a, of[i]));
-        break;
-      case FormulaOp::whole_power: {
-        const int exponent = static_cast<int>(step.number);
-        add(step.a, d * (exponent * whole_power(a, exponent - 1)));
-        break;
-      }
-      case FormulaOp::add:
-        add(step.a, d);
-        add(step.b, d);
-        break;
-      case FormulaOp::subtract:
-        add(step.a, d);
-        add(step.b, -d);
-        break;
-      case FormulaOp::multiply:
-        add(step.a, d * b);
-        add(step.b, d * a);
-        break;
-      case FormulaOp::divide:
-        add(step.a, d / b);
-        add(step.b, -d * of[i] / b);
-        break;
-      case FormulaOp::power:
-        if (b != 0) add(step.a, d * (b * std::pow(a, b - 1)));
-        if (steps_[static_cast<std::size_t>(step.b)].op != FormulaOp::constant)
-          add(step.b, d * (of[i] * std::log(a)));
-        break;
-      case FormulaOp::least:
-        add(b < a ? step.b : step.a, d);
-        break;
-      case FormulaOp::largest:
-        add(a < b ? step.b : step.a, d);
-        break;
-      case FormulaOp::angle: {
-        const double square = a * a + b * b;
-        add(step.a, d * (b / square));
-        add(step.b, d * (-a / square));
-        break;
-      }
-      case FormulaOp::choice:
-        add(a != 0 ? step.b : step.c, d);
-        break;
-      default:
-        break;
-    }
+    if (step.op == FormulaOp::name)
+      slopes[static_cast<std::size_t>(step.slot)] += d;
+    else
+      add_slopes(step, d, a, b, of[i], add);
   }
   if (!std::isfinite(result) ||
       !std::all_of(slopes.begin(), slopes.end(), [](double s) { return std::isfinite(s); }))

@@ -142,12 +142,7 @@ class Watch {
       cursor_.go_to(*byte);
     else
       cursor_.find_token();
-    const Place at = cursor_.place();
-    Fault fault{.pointer = "", .value = origin_, .rule = rule};
-    fault.source = origin_;
-    fault.line = at.line;
-    fault.column = at.column;
-    return SpecError({fault});
+    return SpecError({here({.pointer = "", .value = origin_, .rule = rule})});
   }
 
  private:
@@ -158,6 +153,14 @@ class Watch {
     Place key_place;
     std::map<std::string, int> lines;  ///< of the keys of an object
   };
+
+  Fault here(Fault fault) const {
+    const Place at = cursor_.place();
+    fault.source = origin_;
+    fault.line = at.line;
+    fault.column = at.column;
+    return fault;
+  }
 
   std::string pointer() const {
     std::string text;
@@ -172,20 +175,13 @@ class Watch {
     if (!wanted.empty()) level.key_place = cursor_.place();
     const auto [it, is_new] = level.lines.try_emplace(key, cursor_.line());
     if (is_new) return;
-    const Place at = cursor_.place();
+    const int line = cursor_.line();
     Fault fault{.pointer = pointer(), .value = shown(key)};
-    fault.rule = at.line == it->second
-                     ? fmt::format("the key {} stands twice in one object, in line {}; keep one",
-                                   shown(key), at.line)
-                     : fmt::format(
-                           "the key {} stands twice in one object, in lines {} and {}; "
-                           "keep one",
-                           shown(key), it->second, at.line);
+    fault.rule = fmt::format("the key {} stands twice in one object, in {}; keep one", shown(key),
+                             line == it->second ? fmt::format("line {}", line)
+                                                : fmt::format("lines {} and {}", it->second, line));
     fault.of_key = true;
-    fault.source = origin_;
-    fault.line = at.line;
-    fault.column = at.column;
-    repeated.push_back(std::move(fault));
+    repeated.push_back(here(std::move(fault)));
   }
 
   void note_value() {

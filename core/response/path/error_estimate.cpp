@@ -58,20 +58,11 @@ double error_over_difference(int elements, int more) {
 /// What the theory of leaves with steep profiles is off by: drives bend leaves, all other loads may
 /// stretch, shear and twist them. (S33)
 double error_of(const EstimatedError& number, const ProfileError& theory) {
-  switch (number.kind) {
-    case ErrorKind::load:
-    case ErrorKind::stress:
-      return theory.bending;
-    case ErrorKind::stiffness:
-      if (number.name.starts_with("drive_stiffness")) return theory.bending;
-      return number.name.find(".r") != std::string::npos ? theory.rotation : theory.translation;
-    case ErrorKind::frequency:
-      return 0.5 * theory.rotation;
-    case ErrorKind::motion:
-    case ErrorKind::none:
-      break;
-  }
-  return 0;
+  if (number.kind == ErrorKind::load || number.kind == ErrorKind::stress) return theory.bending;
+  if (number.kind == ErrorKind::frequency) return 0.5 * theory.rotation;
+  if (number.kind != ErrorKind::stiffness) return 0;
+  if (number.name.starts_with("drive_stiffness")) return theory.bending;
+  return number.name.find(".r") != std::string::npos ? theory.rotation : theory.translation;
 }
 
 std::string load_name(const std::string& drive) {
@@ -121,19 +112,12 @@ class Scales {
 
   double rounding(const EstimatedError& number) const {
     constexpr double of_force = 1e-12, of_place = 1e-7;
-    switch (number.kind) {
-      case ErrorKind::load:
-        return of_force * mechanism_.force * (is_moment(number.name) ? mechanism_.length : 1);
-      case ErrorKind::motion:
-        return of_place * (scale_key(number) == displacements ? mechanism_.length : 1);
-      case ErrorKind::stress:
-        return number.name.ends_with("_stress") ? of_force * mechanism_.modulus : 0;
-      case ErrorKind::stiffness:
-      case ErrorKind::frequency:
-      case ErrorKind::none:
-        break;
-    }
-    return 0;
+    if (number.kind == ErrorKind::load)
+      return of_force * mechanism_.force * (is_moment(number.name) ? mechanism_.length : 1);
+    if (number.kind == ErrorKind::motion)
+      return of_place * (scale_key(number) == displacements ? mechanism_.length : 1);
+    const bool is_stress = number.kind == ErrorKind::stress && number.name.ends_with("_stress");
+    return is_stress ? of_force * mechanism_.modulus : 0;
   }
 
  private:
