@@ -272,8 +272,7 @@ Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions
   const VectorXd start = present_strokes(system);
   bool moves = false;
   for (Eigen::Index k = 0; k < strokes.size(); ++k) {
-    const bool turns =
-        is_rotation(system.mechanism().drives[static_cast<std::size_t>(k)].direction);
+    const bool turns = is_rotation(system.mechanism().drives[k].direction);
     moves = moves || std::abs(strokes[k] - start[k]) > 1e-14 * (turns ? 1 : system.length());
   }
   const VectorXd growth = strokes - start;

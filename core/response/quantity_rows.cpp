@@ -9,7 +9,7 @@ constexpr int most_frequencies = 12;  // that have names of their own
 
 std::optional<double> entry(const std::vector<double>& list, int k) {
   if (k >= static_cast<int>(list.size())) return std::nullopt;
-  return list[static_cast<std::size_t>(k)];
+  return list[k];
 }
 
 std::optional<double> entry(const Vector3d& vector, int k) {
@@ -90,10 +90,9 @@ std::vector<QuantityRow> load_and_motion() {
        .meaning = "1/C_dd with the drive locked, all other directions free",
        .needs = {Output::stiffness},
        .unit = stiffness_of_component,
-       .value = [](const PathPoint& p,
-                   int d) { return p.support_stiffness[static_cast<std::size_t>(d)]; },
+       .value = [](const PathPoint& p, int d) { return p.support_stiffness[d]; },
        .gradient = [](const PathPoint&, const PointGradients& g,
-                      int d) { return g.support_stiffness[static_cast<std::size_t>(d)]; },
+                      int d) { return g.support_stiffness[d]; },
        .error = ErrorKind::stiffness,
        .of_supports = true,
        .in_summary = SummaryLine::weakest,
@@ -394,12 +393,12 @@ QuantityRow load_capacity() {
           .needs = {Output::equilibrium, Output::load_capacity},
           .unit = load_of_component,
           .value = [](const PathPoint& p, int d) -> std::optional<double> {
-            const auto& capacity = p.load_capacity[static_cast<std::size_t>(d)];
+            const auto& capacity = p.load_capacity[d];
             if (!capacity || capacity->limit == CapacityLimit::none) return std::nullopt;
             return capacity->value;
           },
           .gradient = [](const PathPoint&, const PointGradients& g,
-                         int d) { return g.load_capacity[static_cast<std::size_t>(d)]; },
+                         int d) { return g.load_capacity[d]; },
           .error = ErrorKind::stress,  // which often ends it
           .of_supports = true,
           .in_report = true};

@@ -35,7 +35,7 @@ double along_leaf_rate(const SolidPart& part, const LeafSpring& leaf, const Leaf
 
 // Folded leaves, whose legs end where a parameter may move the fold, have one thickness.
 double Solids::half_thickness_rate(int solid, double along, const Mechanism& direction) const {
-  return half_rate_of(leaf_of(solid), direction.leaves[static_cast<std::size_t>(part(solid).leaf)],
+  return half_rate_of(leaf_of(solid), direction.leaves[part(solid).leaf],
                       along_leaf(part(solid), along));
 }
 
@@ -45,14 +45,13 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
   const auto count = static_cast<Eigen::Index>(directions.size());
   const SolidPart& part = solid.part;
   if (part.body >= 0) {
-    const RigidBody& body = mechanism_->bodies[static_cast<std::size_t>(part.body)];
-    const BodyPlaceRate& of = rates.bodies[static_cast<std::size_t>(part.body)];
+    const RigidBody& body = mechanism_->bodies[part.body];
+    const BodyPlaceRate& of = rates.bodies[part.body];
     // an edge turns with the body; the middle is on an arm of its reference point
     const Matrix3d& rotation = solid.rotation;
     MatrixXd result(3, count);
     for (Eigen::Index p = 0; p < count; ++p) {
-      const RigidBody& d =
-          directions[static_cast<std::size_t>(p)].bodies[static_cast<std::size_t>(part.body)];
+      const RigidBody& d = directions[p].bodies[part.body];
       const Vector3d spin = of.spin.col(p);
       if (node == 0)
         result.col(p) = Vector3d(of.position.col(p)) +
@@ -78,8 +77,7 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
     if (leaf.fold) {
       along_rates.resize(count);
       for (Eigen::Index p = 0; p < count; ++p)
-        along_rates[p] = along_leaf_rate(
-            part, leaf, directions[static_cast<std::size_t>(p)].leaves[index], along_of(a));
+        along_rates[p] = along_leaf_rate(part, leaf, directions[p].leaves[index], along_of(a));
     }
     rate = rates.leaf(part.leaf, along_leaf(part, along_of(a)), wire ? 0.5 : across_of(b),
                       along_rates);
@@ -87,7 +85,7 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
   };
   if (wire && kind == 0) return mid(i, 0);
   const auto mid_place = [&](int a, int b) -> Vector3d {
-    if (wire) return solid.nodes[static_cast<std::size_t>(a)];
+    if (wire) return solid.nodes[a];
     const auto k = static_cast<std::size_t>(mid_index(a, b));
     return 0.5 * (solid.nodes[k] + solid.nodes[surface_size + k]);
   };
@@ -98,8 +96,7 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
       station_slope(along_intervals, i, none, [&](int k) -> const MatrixXd& { return mid(k, j); });
   const double half = half_of(leaf, along_leaf(part, along_of(i)));
   const auto half_rate = [&](Eigen::Index p) {
-    return half_rate_of(leaf, directions[static_cast<std::size_t>(p)].leaves[index],
-                        along_leaf(part, along_of(i)));
+    return half_rate_of(leaf, directions[p].leaves[index], along_leaf(part, along_of(i)));
   };
   MatrixXd result(3, count);
   if (wire) {
@@ -131,8 +128,7 @@ MatrixXd Solids::sum_of_rates(int solid, const std::vector<std::pair<int, double
   std::map<int, MatrixXd> known;
   MatrixXd result = MatrixXd::Zero(3, static_cast<Eigen::Index>(rates.directions->size()));
   for (const auto& [node, weight] : weights)
-    if (weight != 0)
-      result += weight * node_rates(solids_[static_cast<std::size_t>(solid)], node, rates, known);
+    if (weight != 0) result += weight * node_rates(solids_[solid], node, rates, known);
   return result;
 }
 

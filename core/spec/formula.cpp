@@ -124,7 +124,7 @@ void Formula::check_unit(const std::string& unit) const {
 }
 
 void Formula::move_to(std::span<const int> to) {
-  for (int& slot : slots_) slot = to[static_cast<std::size_t>(slot)];
+  for (int& slot : slots_) slot = to[slot];
   assert(std::is_sorted(slots_.begin(), slots_.end()));
 }
 
@@ -140,7 +140,7 @@ void Formula::values(std::span<const double> numbers, double* of) const {
     if (step.op == FormulaOp::constant)
       of[i] = step.number;
     else if (step.op == FormulaOp::name)
-      of[i] = numbers[static_cast<std::size_t>(slots_[static_cast<std::size_t>(step.slot)])];
+      of[i] = numbers[slots_[static_cast<std::size_t>(step.slot)]];
     else
       of[i] = value_of_step(step, of[step.a], of[step.b], of[step.c]);
   }
@@ -239,7 +239,7 @@ std::optional<double> Formula::gradient(std::span<const double> numbers,
       adjoint[k] += slope;
     };
     if (step.op == FormulaOp::name)
-      slopes[static_cast<std::size_t>(step.slot)] += d;
+      slopes[step.slot] += d;
     else
       add_slopes(step, d, a, b, of[i], add);
   }

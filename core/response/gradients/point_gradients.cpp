@@ -30,9 +30,8 @@ class MovingFields {
   const LeafFields& of(int i) {
     auto& fields = made_[i];
     if (!fields)
-      fields = design_->leaf(i).fields(
-          factor_->leaf_rows(factor_->leaves()[static_cast<std::size_t>(i)], *state_rates_),
-          design_->variations(i));
+      fields = design_->leaf(i).fields(factor_->leaf_rows(factor_->leaves()[i], *state_rates_),
+                                       design_->variations(i));
     return *fields;
   }
 
@@ -47,15 +46,14 @@ class MovingFields {
 MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, double across,
                           const Vector3d& place, const std::vector<Mechanism>& directions,
                           const LeafFields& fields) {
-  const LeafSpring& spring = mechanism.leaves[static_cast<std::size_t>(i)];
+  const LeafSpring& spring = mechanism.leaves[i];
   const MatrixXd local = fields.place_rates(along, across);
   // seen from the leaf's axes, over L
   const double length = spring.growth * spring.length;
   const Vector3d scaled = spring.axes.transpose() * (place - spring.origin) / length;
   MatrixXd rates(3, local.cols());
   for (Eigen::Index p = 0; p < rates.cols(); ++p) {
-    const LeafSpring& d =
-        directions[static_cast<std::size_t>(p)].leaves[static_cast<std::size_t>(i)];
+    const LeafSpring& d = directions[p].leaves[i];
     rates.col(p) = d.origin + d.axes * scaled * length +
                    spring.axes * (local.col(p) * length + scaled * (spring.growth * d.length));
   }
@@ -72,8 +70,7 @@ MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoi
       mechanism, i, spring.point->along, spring.point->across,
       mechanism.bodies[mechanism.end_effector].reference + point.displacement, directions, fields);
   for (int p = 0; p < rates.cols(); ++p)
-    rates.col(p) -=
-        directions[static_cast<std::size_t>(p)].bodies[mechanism.end_effector].reference;
+    rates.col(p) -= directions[p].bodies[mechanism.end_effector].reference;
   return rates;
 }
 
@@ -143,14 +140,14 @@ MatrixXd column_rates(const DesignRates<double>& design, const std::vector<Colum
         lambdas.push_back(0);
       }
   MatrixXd Y(columns.front().y.size(), static_cast<Eigen::Index>(all.size()));
-  for (Eigen::Index k = 0; k < Y.cols(); ++k) Y.col(k) = all[static_cast<std::size_t>(k)];
+  for (Eigen::Index k = 0; k < Y.cols(); ++k) Y.col(k) = all[k];
   const VectorXd lambda = VectorXd::Map(lambdas.data(), Y.cols());
   const MatrixXd rates = design.quadratic(Y, lambda, state_rates);
   MatrixXd of_columns = rates.topRows(own);
   Eigen::Index sides = own;
   for (Eigen::Index k = 0; k < own; ++k)
-    if (columns[static_cast<std::size_t>(k)].lag.size() > 0) {
-      const double by = 0.5 * lambda[k] / enlarged(columns[static_cast<std::size_t>(k)]);
+    if (columns[k].lag.size() > 0) {
+      const double by = 0.5 * lambda[k] / enlarged(columns[k]);
       of_columns.row(k) += by * (rates.row(sides) - rates.row(sides + 1));
       sides += 2;
     }
@@ -215,8 +212,7 @@ StiffnessColumns stiffness_columns(const MechanismFactor& factor, const PathPoin
   for (int k = 0; k < 6; ++k)
     if (point.support_stiffness[k]) result.supports.push_back(k);
   MatrixXd loads = MatrixXd::Zero(factor.size(), static_cast<Eigen::Index>(result.supports.size()));
-  for (Eigen::Index k = 0; k < loads.cols(); ++k)
-    loads(ee + result.supports[static_cast<std::size_t>(k)], k) = 1;
+  for (Eigen::Index k = 0; k < loads.cols(); ++k) loads(ee + result.supports[k], k) = 1;
   const MatrixXd answers = factor.solve_locked(loads), shapes = factor.drive_shapes();
   for (Eigen::Index k = 0; k < shapes.cols(); ++k) columns.push_back({0, shapes.col(k)});
   for (Eigen::Index k = 0; k < answers.cols(); ++k) columns.push_back({0, answers.col(k)});
@@ -234,7 +230,7 @@ StiffnessColumns stiffness_columns(const MechanismFactor& factor, const PathPoin
 void set_stiffness(const StiffnessColumns& of, const std::vector<Column>& columns,
                    const MatrixXd& rates, int ee, PointGradients& gradients) {
   const auto stiffness = [&](int column, int direction) {
-    const double c = columns[static_cast<std::size_t>(column)].y[ee + direction];
+    const double c = columns[column].y[ee + direction];
     return VectorXd(rates.row(column).transpose() / (c * c));
   };
   gradients.drive_stiffnesses = rates.middleRows(of.first, of.drives);
@@ -243,7 +239,7 @@ void set_stiffness(const StiffnessColumns& of, const std::vector<Column>& column
     gradients.support_stiffness[of.supports[s]] = stiffness(of.column(s), of.supports[s]);
   gradients.translation_compliance.assign(static_cast<std::size_t>(rates.cols()), Matrix3d::Zero());
   for (Eigen::Index p = 0; p < rates.cols(); ++p) {
-    Matrix3d& C = gradients.translation_compliance[static_cast<std::size_t>(p)];
+    Matrix3d& C = gradients.translation_compliance[p];
     for (std::size_t s = 0; s < of.supports.size() && of.supports[s] < 3; ++s)
       C(of.supports[s], of.supports[s]) = -rates(of.column(s), p);
     for (const StiffnessColumns::Pair& pair : of.pairs) {
@@ -289,9 +285,8 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
         peak, mechanism.leaves[peak.leaf].material.youngs_modulus, modulus_rates(peak.leaf));
   };
   for (int i = 0; i < static_cast<int>(point.sections.size()); ++i)
-    gradients.section_rates.push_back(
-        fields.of(i).section_rates(stress_places[static_cast<std::size_t>(i)],
-                                   mechanism.leaves[i].material.youngs_modulus, modulus_rates(i)));
+    gradients.section_rates.push_back(fields.of(i).section_rates(
+        stress_places[i], mechanism.leaves[i].material.youngs_modulus, modulus_rates(i)));
   const auto notched_rate = [&](const StressPeak& peak) {
     VectorXd rates = stress_rate(peak);
     if (!rules.fillet) return rates;
@@ -310,8 +305,7 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
                                 static_cast<Eigen::Index>(directions.size()));
   for (Eigen::Index k = 0; k < gradients.stress_peaks.rows(); ++k)
     gradients.stress_peaks.row(k) =
-        k == 0 ? gradients.max_stress->transpose()
-               : stress_rate(point.stress_peaks[static_cast<std::size_t>(k)]).transpose();
+        k == 0 ? gradients.max_stress->transpose() : stress_rate(point.stress_peaks[k]).transpose();
 }
 
 void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGradients& gradients) {
@@ -331,7 +325,7 @@ void set_dynamics(const DynamicsMeasures& dynamics, const DesignRates<double>& d
     MatrixXd Y(state_rates.rows(), n), translations(3, n);
     VectorXd lambda(n), weight(n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const QuadraticTerm& term = measure.terms[static_cast<std::size_t>(k)];
+      const QuadraticTerm& term = measure.terms[k];
       Y.col(k) = term.y;
       translations.col(k) = term.ground;
       lambda[k] = term.lambda;
@@ -361,7 +355,7 @@ PlaceRates moving_places(const MechanismFactor& factor, const Solids& solids,
         leaf_place_rates(mechanism, leaf, along, across, solids.middle_place(leaf, along, across),
                          directions, fields.of(leaf));
     if (along_rates.size() == 0) return rate;
-    const LeafSpring& spring = mechanism.leaves[static_cast<std::size_t>(leaf)];
+    const LeafSpring& spring = mechanism.leaves[leaf];
     const Vector3d slope = spring.growth * spring.length *
                            (spring.axes * fields.of(leaf).place_slope(along, across).value());
     rate += slope * along_rates.transpose();
@@ -371,7 +365,7 @@ PlaceRates moving_places(const MechanismFactor& factor, const Solids& solids,
     const auto row = static_cast<Eigen::Index>(6 * b);
     BodyPlaceRate rate{state_rates.middleRows(row, 3), state_rates.middleRows(row + 3, 3)};
     for (Eigen::Index p = 0; p < rate.position.cols(); ++p)
-      rate.position.col(p) += directions[static_cast<std::size_t>(p)].bodies[b].reference;
+      rate.position.col(p) += directions[p].bodies[b].reference;
     rates.bodies.push_back(std::move(rate));
   }
   return rates;

@@ -425,7 +425,7 @@ void follow_ways(const Mechanism& mechanism, const ModelOptions& model,
   BranchWalk walk(mechanism, model, request, request.points.size(), differentiable, response);
   std::optional<std::string> limit;  // which limit of work has ended the evaluation
   const auto within_limits = [&](int k, const auto& work) {
-    PathPoint& point = response.path[static_cast<std::size_t>(k)];
+    PathPoint& point = response.path[k];
     const PathPoint before = point;
     try {
       work();
@@ -435,13 +435,13 @@ void follow_ways(const Mechanism& mechanism, const ModelOptions& model,
       point.status = PointStatus::limit_reached;
       point.message = *limit;
       if (differentiable && !differentiable->directions.empty())
-        differentiable->gradients.path[static_cast<std::size_t>(k)] = {};
+        differentiable->gradients.path[k] = {};
     }
   };
   for (const std::vector<int>& way : ways) {
     if (!limit) within_limits(way.front(), [&] { walk.begin(); });
     for (const int k : way) {
-      PathPoint& point = response.path[static_cast<std::size_t>(k)];
+      PathPoint& point = response.path[k];
       if (point.status == PointStatus::limit_reached) continue;
       if (limit || !walk.lost().empty()) {
         point.message = limit ? "the path ended before: " + *limit : walk.lost();

@@ -19,7 +19,7 @@ std::string pointer_of(const QuantityRow& row) {
 /// of stiffness.
 ErrorKind kind_of(const QuantityRow& row, const PathPoint& point, int component) {
   if (!row.needs.has(Output::load_capacity)) return row.error;
-  const auto& capacity = point.load_capacity[static_cast<std::size_t>(component)];
+  const auto& capacity = point.load_capacity[component];
   return capacity && capacity->limit != CapacityLimit::stress ? ErrorKind::stiffness : row.error;
 }
 

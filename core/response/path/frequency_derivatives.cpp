@@ -119,63 +119,70 @@ struct ModeSeries {
   MatrixXd rate;                  ///< φ1, without the modes of the cluster
   Series<MatrixXd> K_phi, M_phi;  ///< K(s) φ0, M(s) φ0
 
-  int kept() const { return modes.kept; }
+  // (K1 − λ0 M1) φ0 of some modes.
+  MatrixXd first_forces(int a, int size) const {
+    return K_phi[1].middleCols(a, size) -
+           M_phi[1].middleCols(a, size) * modes.lambda.segment(a, size).asDiagonal();
+  }
+  VectorXd diagonalise(const Range& range, const MatrixXd& A);
 };
+
+// Turns the modes of a range to the eigenvectors of A, which is symmetric but for rounding; its
+// eigenvalues.
+VectorXd ModeSeries::diagonalise(const Range& range, const MatrixXd& A) {
+  const int a = range.first, size = range.second - a;
+  const MatrixXd symmetric = 0.5 * (A + A.transpose());
+  if (size == 1) return symmetric.col(0);
+  const SymmetricEigen eigen(symmetric);
+  const auto turn = [&](MatrixXd& m) {
+    if (m.cols() > a) m.middleCols(a, size) = (m.middleCols(a, size) * eigen.eigenvectors()).eval();
+  };
+  for (MatrixXd* m : {&modes.phi, &modes.M_phi, &rate}) turn(*m);
+  for (int o = 0; o < 3; ++o) {
+    turn(K_phi[o]);
+    turn(M_phi[o]);
+  }
+  return eigen.eigenvalues();
+}
+
+// (S3), cluster by cluster. Returns the families: modes of equal frequency and equal first
+// derivative.
+std::vector<Range> set_first(double unit, bool for_gradients, ModeSeries& path) {
+  const VectorXd& lambda = path.modes.lambda;
+  const int p = path.modes.kept;
+  // a stroke of 1 rad or a leaf length must change ω² by more than rounding
+  const auto noise = [&](int i) { return rounding * std::abs(lambda[i]) / unit; };
+  std::vector<Range> families;
+  for (const Range& c : clusters(lambda, 0, p, repeated_frequency * lambda.cwiseAbs()[p - 1])) {
+    const int a = c.first, size = c.second - a;
+    path.first.segment(a, size) = path.diagonalise(
+        c, path.modes.phi.middleCols(a, size).transpose() * path.first_forces(a, size));
+    for (int i = a; i < c.second; ++i) {
+      if (!for_gradients && std::abs(path.first[i]) < noise(i)) path.first[i] = 0;
+      path.cluster_of[i] = c;
+    }
+    for (const Range& f : clusters(path.first, a, c.second, noise(a))) families.push_back(f);
+  }
+  return families;
+}
 
 // (S3), (S4)
 std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
                                       double unit, LowModes found, bool for_gradients,
                                       std::string& message) {
   ModeSeries result{std::move(found), {}, {}, {}, {}, {}, {}};
-  LowModes& modes = result.modes;
+  const LowModes& modes = result.modes;
   const int p = modes.kept;
-  // (S3), cluster by cluster
   Series<MatrixXd>&K = result.K_phi, &M = result.M_phi;
   K = series.tangent_times(modes.phi.leftCols(p));
   M = series.mass_times(modes.phi.leftCols(p));
-  // a stroke of 1 rad or a leaf length must change ω² by more than rounding
-  const auto noise = [&](int i) { return rounding * std::abs(modes.lambda[i]) / unit; };
-  VectorXd &first = result.first, &second = result.second;
-  first = second = VectorXd::Zero(p);
+  result.first = result.second = VectorXd::Zero(p);
   result.cluster_of.resize(p);
-  const auto rotate = [&](int a, int size, const MatrixXd& U) {
-    const auto turn = [&](MatrixXd& m) {
-      if (m.cols() > a) m.middleCols(a, size) = (m.middleCols(a, size) * U).eval();
-    };
-    turn(modes.phi);
-    turn(modes.M_phi);
-    turn(result.rate);
-    for (int o = 0; o < 3; ++o) {
-      turn(K[o]);
-      turn(M[o]);
-    }
-  };
-  const auto B1 = [&](int a, int size) {
-    return MatrixXd(K[1].middleCols(a, size) -
-                    M[1].middleCols(a, size) * modes.lambda.segment(a, size).asDiagonal());
-  };
-  std::vector<Range> families;  // equal frequency and equal first derivative
-  for (const Range& c :
-       clusters(modes.lambda, 0, p, repeated_frequency * modes.lambda.cwiseAbs()[p - 1])) {
-    const int a = c.first, size = c.second - a;
-    MatrixXd A = modes.phi.middleCols(a, size).transpose() * B1(a, size);
-    A = (0.5 * (A + A.transpose())).eval();
-    if (size > 1) {
-      const SymmetricEigen eigen(A);
-      rotate(a, size, eigen.eigenvectors());
-      first.segment(a, size) = eigen.eigenvalues();
-    } else {
-      first[a] = A(0, 0);
-    }
-    for (int i = a; i < c.second; ++i) {
-      if (!for_gradients && std::abs(first[i]) < noise(i)) first[i] = 0;
-      result.cluster_of[i] = c;
-    }
-    for (const Range& f : clusters(first, a, c.second, noise(a))) families.push_back(f);
-  }
+  const std::vector<Range> families = set_first(unit, for_gradients, result);
 
   const auto lambda = modes.lambda.head(p).asDiagonal();
-  const MatrixXd B = modes.M_phi.leftCols(p) * first.asDiagonal() - B1(0, p);
+  const MatrixXd B =
+      modes.M_phi.leftCols(p) * result.first.asDiagonal() - result.first_forces(0, p);
   std::optional<MatrixXd> modal =
       for_gradients ? solve_shifted_exactly(factor, series, modes, result.cluster_of, B)
                     : solve_shifted(factor, modes, result.cluster_of, B,
@@ -185,23 +192,16 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
     return std::nullopt;
   }
   result.rate = std::move(*modal);
-  // (S4) is a small difference of large terms
-  const MatrixXd residual = shifted_residual(factor, series, modes.lambda, B, result.rate);
-  // (S4), family by family
-  const MatrixXd B2 = K[2] - M[2] * lambda - M[1] * first.asDiagonal(),
-                 beside = B1(0, p) - residual, phi = modes.phi.leftCols(p), rate = result.rate;
+  // (S4), family by family: a small difference of large terms
+  const MatrixXd B2 = K[2] - M[2] * lambda - M[1] * result.first.asDiagonal(),
+                 beside = result.first_forces(0, p) -
+                          shifted_residual(factor, series, modes.lambda, B, result.rate),
+                 phi = modes.phi.leftCols(p), rate = result.rate;
   for (const Range& f : families) {
     const int a = f.first, size = f.second - a;
-    MatrixXd A = phi.middleCols(a, size).transpose() * B2.middleCols(a, size) +
-                 beside.middleCols(a, size).transpose() * rate.middleCols(a, size);
-    A = (0.5 * (A + A.transpose())).eval();
-    if (size > 1) {
-      const SymmetricEigen eigen(A);
-      rotate(a, size, eigen.eigenvectors());
-      second.segment(a, size) = eigen.eigenvalues();
-    } else {
-      second[a] = A(0, 0);
-    }
+    result.second.segment(a, size) = result.diagonalise(
+        f, phi.middleCols(a, size).transpose() * B2.middleCols(a, size) +
+               beside.middleCols(a, size).transpose() * rate.middleCols(a, size));
   }
   return result;
 }
@@ -210,7 +210,7 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
 std::optional<MatrixXd> second_rates(const MechanismFactor& factor, const MechanismSeries& series,
                                      const ModeSeries& path, const Series<MatrixXd>& K_rate,
                                      const Series<MatrixXd>& M_rate) {
-  const int p = path.kept();
+  const int p = path.modes.kept;
   const auto l0 = path.modes.lambda.head(p).asDiagonal();
   const auto l1 = path.first.asDiagonal(), l2 = path.second.asDiagonal();
   const MatrixXd B = -(K_rate[1] - M_rate[1] * l0 - M_rate[0] * l1) -
@@ -224,7 +224,7 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
                                                                       const ModeSeries& path,
                                                                       const ExactDerivatives& exact,
                                                                       int listed) {
-  const int p = path.kept();
+  const int p = path.modes.kept;
   const Series<MatrixXd> K_rate = series.tangent_times(path.rate, 2),
                          M_rate = series.mass_times(path.rate, 2);
   const auto second = second_rates(factor, series, path, K_rate, M_rate);
@@ -246,7 +246,7 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
                             rates = design.quadratic(Y, lambda, state_rates);
   std::vector<FrequencyDerivativeGradients> gradients;
   for (int i = 0; i < listed; ++i) {
-    FrequencyDerivativeGradients g;
+    FrequencyDerivativeGradients& g = gradients.emplace_back();
     g.omega2 = g.d_omega2 = g.d2_omega2 = VectorXd::Zero(rates.cols());
     for (Eigen::Index k = 0; k < rates.cols(); ++k) {
       const Jet rate = rates(i, k) / size[i];
@@ -254,7 +254,6 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
       g.d_omega2[k] = rate.c[1];
       g.d2_omega2[k] = 2 * rate.c[2];
     }
-    gradients.push_back(std::move(g));
   }
   return gradients;
 }
@@ -263,7 +262,7 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
 double unit_of(const System& system, const VectorXd& strokes) {
   double largest = 0;
   for (Eigen::Index k = 0; k < strokes.size(); ++k) {
-    const Drive& drive = system.mechanism().drives[static_cast<std::size_t>(k)];
+    const Drive& drive = system.mechanism().drives[k];
     largest = std::max(
         largest, std::abs(strokes[k]) / (is_rotation(drive.direction) ? 1.0 : system.length()));
   }
@@ -291,12 +290,12 @@ std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const V
   const auto path = mode_series(factor, series, unit_of(factor.system(), strokes), std::move(found),
                                 exact != nullptr, message);
   if (!path) return std::nullopt;
-  const int listed = std::min(count, path->kept());
+  const int listed = std::min(count, path->modes.kept);
   std::vector<Mode> classified =
       classified_modes(factor, false, path->modes.lambda.head(listed),
                        path->modes.phi.leftCols(listed), path->modes.M_phi.leftCols(listed));
   for (int i = 0; i < listed; ++i) {
-    FrequencyDerivatives d;
+    FrequencyDerivatives& d = result.modes.emplace_back();
     d.index = i;
     d.omega2 = path->modes.lambda[i];
     d.d_omega2 = path->first[i];
@@ -306,7 +305,6 @@ std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const V
     d.d2_compliance =
         (2 * d.d_omega2 * d.d_omega2 / d.omega2 - d.d2_omega2) / (d.omega2 * d.omega2);
     d.mode = std::move(classified[i]);
-    result.modes.push_back(std::move(d));
   }
   if (exact && !exact->directions->empty()) {
     auto gradients = gradients_of(factor, series, *path, *exact, listed);
@@ -347,17 +345,11 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
                                                  const std::vector<VectorXd>& ways,
                                                  const ExactDerivatives* exact,
                                                  const FullModes* known) {
-  FrequencyDerivativesResult result;
-  if (factor.drives() == 0) {
-    result.message = "nothing is driven";
-    return result;
-  }
+  if (factor.drives() == 0) return {.message = "nothing is driven"};
   const Answer<LowModes> low = low_modes(factor, count, exact != nullptr, known);
   const LowModes* found = low.value.get();
-  if (!found) {
-    result.message = low.reason;
-    return result;
-  }
+  if (!found) return {.message = low.reason};
+  FrequencyDerivativesResult result;
   if (found->kept < count)
     result.message = fmt::format(
         "frequency derivatives of the lowest {} alone: the next {} are too near each "
@@ -376,7 +368,7 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
   for (const VectorXd& way : ways) {
     std::optional<AlongStrokes> along;
     if (const auto drive = only_drive(way)) {
-      along = of_drives[static_cast<std::size_t>(*drive)];
+      along = of_drives[*drive];
       rescale(way[*drive], *along);
     } else {
       along = along_strokes(factor, way, count, exact, *found, result.message);
@@ -390,14 +382,6 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
   return result;
 }
 
-namespace {
-FrequencyDerivativesResult failed(const std::string& message) {
-  FrequencyDerivativesResult result;
-  result.message = message;
-  return result;
-}
-}  // namespace
-
 FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
                                                  const ModelOptions& model, const LoadCase& loads,
                                                  const NewtonOptions& newton, int count,
@@ -407,10 +391,10 @@ FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
   system.assemble();
   if (system.loaded_at_rest()) {
     const Equilibrium loaded = step_load(system, {.constant = 1}, newton);
-    if (!loaded.converged) return failed(loaded.message);
+    if (!loaded.converged) return {.message = loaded.message};
   }
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);
-  if (!factor.value) return failed(factor.reason);
+  if (!factor.value) return {.message = factor.reason};
   return frequency_derivatives(*factor.value, count, ways, exact);
 }
 

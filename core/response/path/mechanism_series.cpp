@@ -10,6 +10,20 @@
 #include "core/mechanism/spring.hpp"
 
 namespace flexopt {
+namespace {
+
+// Adds the second derivatives H s^order by two bodies to those of all.
+template <class Block>
+void add_blocks(const std::array<int, 2>& sides, int order, const Series<Block>& H,
+                Series<BlockMatrix>& all) {
+  for (int p = 0; order + p < 3; ++p)
+    for (int e = 0; e < 2; ++e)
+      for (int f = 0; f < 2; ++f)
+        if (sides[e] >= 0 && sides[f] >= 0)
+          all[order + p].block(sides[e], sides[f]) += H[p].template block<6, 6>(6 * e, 6 * f);
+}
+
+}  // namespace
 
 Answer<MechanismSeries> MechanismSeries::of(const MechanismFactor& factor) {
   std::vector<std::unique_ptr<LeafSeries>> leaves;
@@ -43,14 +57,19 @@ MechanismSeries::MechanismSeries(const MechanismFactor& factor,
 
 // Expands leaves and bodies about the present coefficients of the path.
 void MechanismSeries::expand() {
-  const Mechanism& m = factor_->system().mechanism();
+  expand_bodies();
+  if (factor_->conditions() > 0) expand_conditions();
+  expand_springs();
+  for (std::size_t i = 0; i < leaves_.size(); ++i) expand_leaf(i);
+}
+
+void MechanismSeries::expand_bodies() {
   rotation_.clear();
   body_mass_.clear();
   const auto times = [](const Matrix3d& a, const Matrix3d& b) { return Matrix3d(a * b); };
   for (int b = 0; b < bodies_ / 6; ++b) {
-    rotation_.push_back(series(jet_rotation_exp(jets(turn_[b]))));
-    const RigidBody& body = m.bodies[b];
-    const Series<Matrix3d>& R = rotation_.back();
+    const RigidBody& body = factor_->system().mechanism().bodies[b];
+    const Series<Matrix3d>& R = rotation_.emplace_back(series(jet_rotation_exp(jets(turn_[b]))));
     Series<Matrix3d> c, RI, J, RT;
     for (int o = 0; o < 3; ++o) {
       c[o] = hat(R[o] * (body.center_of_mass - body.reference));
@@ -61,61 +80,54 @@ void MechanismSeries::expand() {
     add_product(J, RI, RT, times);
     add_product(J, c, c,
                 [&](const Matrix3d& x, const Matrix3d& y) { return Matrix3d(-body.mass * x * y); });
-    Series<Matrix6d> M;
+    Series<Matrix6d>& M = body_mass_.emplace_back();
     for (int o = 0; o < 3; ++o) {
-      M[o].setZero();
-      if (o == 0) M[o].topLeftCorner<3, 3>() = body.mass * Matrix3d::Identity();
-      M[o].topRightCorner<3, 3>() = -body.mass * c[o];
-      M[o].bottomLeftCorner<3, 3>() = body.mass * c[o];
-      M[o].bottomRightCorner<3, 3>() = J[o];
+      const Matrix3d mass = (o == 0 ? body.mass : 0) * Matrix3d::Identity();
+      M[o] << mass, -body.mass * c[o], body.mass * c[o], J[o];
     }
-    body_mass_.push_back(M);
   }
-  if (factor_->conditions() > 0) expand_conditions();
-  expand_springs();
-  for (Leaf& leaf : leaves_) {
-    const LeafScale& scale = leaf.linear->linear->scale();
-    const LeafSpring& spring = m.leaves[static_cast<std::size_t>(&leaf - leaves_.data())];
-    std::array<EdgeBodySeries, 2> edges;
-    std::array<Matrix3d, 2> own;  // axes of the edges seen from the leaf's
-    for (int e = 0; e < 2; ++e) {
-      for (int o = 0; o < 3; ++o) {
-        edges[e].position[o].setZero();
-        edges[e].rotation[o].setZero();
-      }
-      const ArcPoint<double> place = spring.middle(e);
-      const System::EdgeFit& fit =
-          factor_->system().edge_fit(static_cast<int>(&leaf - leaves_.data()), e);
-      own[e] = place.axes();
-      if (!fit.turn.isIdentity(0))
-        own[e] = scale.axes.transpose() * fit.turn * scale.axes * place.axes();
-      edges[e].rotation[0] = own[e];
-      edges[e].arm = own[e].transpose() * (Vector3d(place.x, 0, place.z) / scale.growth +
-                                           scale.axes.transpose() * fit.move / scale.length);
+}
+
+void MechanismSeries::expand_leaf(std::size_t i) {
+  const Mechanism& m = factor_->system().mechanism();
+  Leaf& leaf = leaves_[i];
+  const LeafScale& scale = leaf.linear->linear->scale();
+  const auto to_leaf = scale.axes.transpose();
+  std::array<EdgeBodySeries, 2> edges;
+  std::array<Matrix3d, 2> own;  // axes of the edges seen from the leaf's
+  for (int e = 0; e < 2; ++e) {
+    for (int o = 0; o < 3; ++o) {
+      edges[e].position[o].setZero();
+      edges[e].rotation[o].setZero();
     }
-    LeafSeries::PointSeries point;
-    point.force = leaf.point_force;
-    for (const MechanismFactor::Leaf::Side& side : leaf.linear->sides) {
-      const int b = side.body;
-      const auto scaled = [&](int order, const Vector3d& from) {
-        return Vector3d(scale.axes.transpose() *
-                        (place_[b][order] - (order == 0 ? from : Vector3d::Zero())) / scale.length);
-      };
-      if (side.size == 3) {
-        for (int o = 0; o < 3; ++o) point.displacement[o] = scaled(o, m.bodies[b].reference);
-        continue;
-      }
-      EdgeBodySeries& edge = edges[side.column / 6];
-      for (int o = 0; o < 3; ++o) {
-        edge.position[o] = scaled(o, scale.origin);
-        edge.rotation[o] =
-            scale.axes.transpose() * rotation_[b][o] * scale.axes * own[side.column / 6];
-      }
-      edge.arm -= own[side.column / 6].transpose() * scale.axes.transpose() *
-                  (m.bodies[b].reference - scale.origin) / scale.length;
-    }
-    leaf.series->expand(edges, leaf.x, point);
+    const ArcPoint<double> place = m.leaves[i].middle(e);
+    const System::EdgeFit& fit = factor_->system().edge_fit(static_cast<int>(i), e);
+    own[e] = place.axes();
+    if (!fit.turn.isIdentity(0)) own[e] = to_leaf * fit.turn * scale.axes * place.axes();
+    edges[e].rotation[0] = own[e];
+    edges[e].arm = own[e].transpose() * (Vector3d(place.x, 0, place.z) / scale.growth +
+                                         to_leaf * fit.move / scale.length);
   }
+  LeafSeries::PointSeries point;
+  point.force = leaf.point_force;
+  for (const MechanismFactor::Leaf::Side& side : leaf.linear->sides) {
+    const int b = side.body, e = side.column / 6;
+    const auto scaled = [&](int order, const Vector3d& from) {
+      return Vector3d(to_leaf * (place_[b][order] - (order == 0 ? from : Vector3d::Zero())) /
+                      scale.length);
+    };
+    if (side.size == 3) {
+      for (int o = 0; o < 3; ++o) point.displacement[o] = scaled(o, m.bodies[b].reference);
+      continue;
+    }
+    for (int o = 0; o < 3; ++o) {
+      edges[e].position[o] = scaled(o, scale.origin);
+      edges[e].rotation[o] = to_leaf * rotation_[b][o] * scale.axes * own[e];
+    }
+    edges[e].arm -=
+        own[e].transpose() * to_leaf * (m.bodies[b].reference - scale.origin) / scale.length;
+  }
+  leaf.series->expand(edges, leaf.x, point);
 }
 
 JointBodyOf<Jet> MechanismSeries::body_series(int body) const {
@@ -124,26 +136,16 @@ JointBodyOf<Jet> MechanismSeries::body_series(int body) const {
           factor_->system().mechanism().bodies[body].reference};
 }
 
-// λ·Ψ_qq of the order `o` of λ, between the bodies of a row.
-void MechanismSeries::add_curvature(const std::array<int, 2>& sides, int o,
-                                    const Series<MatrixXd>& H) {
-  for (int p = 0; o + p < 3; ++p)
-    for (int e = 0; e < 2; ++e)
-      for (int f = 0; f < 2; ++f)
-        if (sides[e] >= 0 && sides[f] >= 0)
-          conditions_.curvature[o + p].block(sides[e], sides[f]) += H[p].block<6, 6>(6 * e, 6 * f);
-}
-
 // The stroke of a drive or of a held direction, which is no polynomial of rotation matrices.
 void MechanismSeries::expand_stroke(const Drive& drive, int row) {
   const DriveStroke<Jet> stroke =
       drive_stroke(drive, body_series(drive.body), body_series(drive.other));
   for (int o = 0; o < 3; ++o) {
-    conditions_.value[o][row] = stroke.value.c[static_cast<std::size_t>(o)];
-    conditions_.rows[o][static_cast<std::size_t>(row)].gradient = coefficients(stroke.gradient, o);
+    conditions_.value[o][row] = stroke.value.c[o];
+    conditions_.rows[o][row].gradient = coefficients(stroke.gradient, o);
     Series<MatrixXd> H;
     for (int p = 0; p < 3; ++p) H[p] = multipliers_[o][row] * coefficients(stroke.curvature, p);
-    add_curvature({drive.body, drive.other}, o, H);
+    add_blocks({drive.body, drive.other}, o, H, conditions_.curvature);
   }
 }
 
@@ -177,12 +179,11 @@ void MechanismSeries::expand_joint(const Joint& joint, int row) {
   for (int o = 0; o < 3; ++o) {
     conditions_.value[o].segment(row, k) = value[o];
     for (int i = 0; i < k; ++i)
-      conditions_.rows[o][static_cast<std::size_t>(row + i)].gradient =
-          gradient[o].row(i).transpose();
+      conditions_.rows[o][row + i].gradient = gradient[o].row(i).transpose();
     const VectorXd weights = multipliers_[o].segment(row, k);
-    add_curvature({joint.body, joint.other}, o, series([&](const JointBody& a, const JointBody& b) {
-                    return curvature(joint, a, b, weights);
-                  }));
+    const Series<MatrixXd> H = series(
+        [&](const JointBody& a, const JointBody& b) { return curvature(joint, a, b, weights); });
+    add_blocks({joint.body, joint.other}, o, H, conditions_.curvature);
   }
 }
 
@@ -202,8 +203,7 @@ void MechanismSeries::expand_conditions() {
       expand_joint(joint, row);
     row += size_of(joint.type).conditions;
   }
-  for (const int k : factor_->system().constraints().drives())
-    expand_stroke(m.drives[static_cast<std::size_t>(k)], row++);
+  for (const int k : factor_->system().constraints().drives()) expand_stroke(m.drives[k], row++);
   for (std::vector<Constraints::Row>& rows : conditions_.rows)
     for (Constraints::Row& r : rows)
       for (int e = 0; e < 2; ++e)
@@ -223,17 +223,14 @@ void MechanismSeries::expand_springs() {
     const SpringForcesOf<Jet> f = spring_forces(spring, joint_body(m, state, spring.body),
                                                 joint_body(m, state, spring.other));
     const std::array<int, 2> sides{spring.body, spring.other};
+    Series<Matrix12d> tangent;
     for (int o = 0; o < 3; ++o) {
       const Vector12d force = coefficients(f.force, o);
-      const Matrix12d tangent = coefficients(f.tangent, o);
-      for (int e = 0; e < 2; ++e) {
-        if (sides[e] < 0) continue;
-        springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
-        for (int g = 0; g < 2; ++g)
-          if (sides[g] >= 0)
-            springs_.tangent[o].block(sides[e], sides[g]) += tangent.block<6, 6>(6 * e, 6 * g);
-      }
+      tangent[o] = coefficients(f.tangent, o);
+      for (int e = 0; e < 2; ++e)
+        if (sides[e] >= 0) springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
     }
+    add_blocks(sides, 0, tangent, springs_.tangent);
   }
 }
 
@@ -244,7 +241,7 @@ void MechanismSeries::add_conditions(const MatrixXd& Y, int order, MatrixXd& res
   add_condition_forces(Y.bottomRows(m), order, result);
   result.bottomRows(m).setZero();
   for (int k = 0; k < m; ++k) {
-    const Constraints::Row& row = conditions_.rows[order][static_cast<std::size_t>(k)];
+    const Constraints::Row& row = conditions_.rows[order][k];
     for (int e = 0; e < 2; ++e)
       if (row.body[e] >= 0)
         result.row(result.rows() - m + k) +=
@@ -254,7 +251,7 @@ void MechanismSeries::add_conditions(const MatrixXd& Y, int order, MatrixXd& res
 
 void MechanismSeries::add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const {
   for (int k = 0; k < factor_->conditions(); ++k) {
-    const Constraints::Row& row = conditions_.rows[order][static_cast<std::size_t>(k)];
+    const Constraints::Row& row = conditions_.rows[order][k];
     for (int e = 0; e < 2; ++e)
       if (row.body[e] >= 0)
         result.middleRows<6>(6 * row.body[e]) += row.gradient.segment<6>(6 * e) * Y.row(k);

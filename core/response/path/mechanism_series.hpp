@@ -63,12 +63,13 @@ class MechanismSeries {
     Series<VectorXd> force;
     Series<BlockMatrix> tangent;
   };
+  void expand_bodies();
+  void expand_leaf(std::size_t i);
   void expand_springs();
   void expand_conditions();
   void expand_joint(const Joint& joint, int row);
   void expand_stroke(const Drive& drive, int row);
   JointBodyOf<Jet> body_series(int body) const;
-  void add_curvature(const std::array<int, 2>& sides, int o, const Series<MatrixXd>& H);
   void add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const;
   /// result += Ψ_qᵀ Y of the coefficients of one order; Y: rows of conditions.
   void add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const;

@@ -37,7 +37,7 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
     point.bodies.push_back(
         {at.position - mechanism.bodies[b].reference, rotation_log(at.rotation)});
   }
-  point.bodies[static_cast<std::size_t>(mechanism.end_effector)].displacement = point.displacement;
+  point.bodies[mechanism.end_effector].displacement = point.displacement;
   for (const Probe& probe : request.probes) {
     const LeafSpring& leaf = mechanism.leaves[probe.leaf];
     const ArcPoint<double> middle = leaf.middle(probe.along);
@@ -113,7 +113,7 @@ void add_safety(System& system, const StressRules& rules, std::vector<StressPeak
   if (!point.fillet_fault.empty()) return;
   if (rules.fillet)
     for (int i = 0; i < system.leaves(); ++i) {
-      StressPeak& largest = leaves[static_cast<std::size_t>(i)];
+      StressPeak& largest = leaves[i];
       largest = with_fillets(largest, system.leaf(i), mechanism, *rules.fillet);
     }
   add_stress_safety(leaves, mechanism, rules, point);
@@ -125,7 +125,7 @@ void add_sections(System& system, std::vector<std::vector<StressPlace>>& places,
     for (int i = 0; i < system.leaves(); ++i) places.push_back(system.leaf(i).stress_places());
   point.sections.clear();
   for (int i = 0; i < system.leaves(); ++i)
-    point.sections.push_back(system.leaf(i).section_stresses(places[static_cast<std::size_t>(i)]));
+    point.sections.push_back(system.leaf(i).section_stresses(places[i]));
 }
 
 // Largest first, the one that is named max_stress at their head.

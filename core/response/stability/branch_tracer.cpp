@@ -452,7 +452,7 @@ VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& 
   MatrixXd state = moved.leftCols(count);
   if (!branch_->locked())
     for (int k = 0; k < factor.drives(); ++k)
-      if (const auto& row = branch_->system().drives()[static_cast<std::size_t>(k)].condition)
+      if (const auto& row = branch_->system().drives()[k].condition)
         state.row(factor.size() - factor.conditions() + *row) = -drive_load_rates.row(k);
   critical_->rate->set_direction(moved.col(count), 1);
   const double along = critical_->rate->forms(mode)(0, 0);
