@@ -7,24 +7,53 @@ namespace {
 
 constexpr int most_frequencies = 12;  // that have names of their own
 
-std::optional<double> entry(const std::vector<double>& list, int k) {
-  if (k >= static_cast<int>(list.size())) return std::nullopt;
-  return list[k];
+// Readers of a member of a point or of its gradients: a number, the value of a peak, a safety or a
+// gain, an entry of a list, the component of an array, a row of a matrix.
+template <auto Member>
+std::optional<double> number(const PathPoint& p, int) {
+  return p.*Member;
+}
+template <auto Member>
+std::optional<VectorXd> rate(const PathPoint&, const PointGradients& g, int) {
+  return g.*Member;
+}
+template <auto Member>
+std::optional<double> value_within(const PathPoint& p, int) {
+  return p.*Member ? std::optional((p.*Member)->value) : std::nullopt;
+}
+template <auto Member>
+std::optional<double> entry(const PathPoint& p, int k) {
+  if (k >= static_cast<int>((p.*Member).size())) return std::nullopt;
+  return (p.*Member)[k];
+}
+template <auto Member>
+std::optional<VectorXd> entry(const PathPoint&, const PointGradients& g, int k) {
+  if (k >= static_cast<int>((g.*Member).size())) return std::nullopt;
+  return (g.*Member)[k];
+}
+template <auto Member>
+std::optional<double> component(const PathPoint& p, int k) {
+  return (p.*Member)[k];
+}
+template <auto Member>
+std::optional<VectorXd> component(const PathPoint&, const PointGradients& g, int k) {
+  return (g.*Member)[k];
+}
+template <auto Member>
+std::optional<VectorXd> rate_row(const PathPoint&, const PointGradients& g, int k) {
+  if (k >= (g.*Member).rows()) return std::nullopt;
+  return VectorXd((g.*Member).row(k));
 }
 
-std::optional<double> entry(const Vector3d& vector, int k) {
-  if (k >= 3) return std::nullopt;
-  return vector[k];
+// Value of drive k, and its derivatives. Those of the first drive also stand on their own.
+template <auto First, auto All>
+std::optional<double> of_drive(const PathPoint& p, int k) {
+  return k == 0 ? std::optional(p.*First) : entry<All>(p, k);
 }
-
-std::optional<VectorXd> row_of(const MatrixXd& rows, int k) {
-  if (k >= rows.rows()) return std::nullopt;
-  return VectorXd(rows.row(k));
-}
-
-std::optional<VectorXd> filled(const VectorXd& gradient) {
-  if (gradient.size() == 0) return std::nullopt;
-  return gradient;
+template <auto First, auto All>
+std::optional<VectorXd> of_drive(const PathPoint& p, const PointGradients& g, int k) {
+  if (k > 0) return rate_row<All>(p, g, k);
+  return (g.*First).size() > 0 ? std::optional(g.*First) : std::nullopt;
 }
 
 std::string plain_number(Direction, int) { return "1"; }
@@ -39,22 +68,12 @@ std::string stiffness_of_component(Direction, int d) {
   return stiffness_unit(static_cast<Direction>(d));
 }
 
-std::vector<std::string> axes() { return {"x", "y", "z"}; }
-
 std::vector<std::string> directions() { return {direction_names.begin(), direction_names.end()}; }
 
 std::vector<std::string> ranks() {
   std::vector<std::string> names;
   for (int k = 0; k < most_frequencies; ++k) names.push_back(std::to_string(k));
   return names;
-}
-
-// Value of drive k. The value of the first drive is also stored on its own, as `first`.
-std::optional<double> of_drive(double first, const std::vector<double>& all, int k) {
-  return k == 0 ? std::optional(first) : entry(all, k);
-}
-std::optional<VectorXd> of_drive(const VectorXd& first, const MatrixXd& all, int k) {
-  return k == 0 ? filled(first) : row_of(all, k);
 }
 
 std::vector<QuantityRow> load_and_motion() {
@@ -64,9 +83,8 @@ std::vector<QuantityRow> load_and_motion() {
        .meaning = "derivative of the energy by the stroke, all other strokes and loads kept",
        .needs = {Output::equilibrium},
        .unit = load_of_drive,
-       .value = [](const PathPoint& p, int k) { return of_drive(p.drive_load, p.drive_loads, k); },
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int k) { return of_drive(g.drive_load, g.drive_loads, k); },
+       .value = of_drive<&PathPoint::drive_load, &PathPoint::drive_loads>,
+       .gradient = of_drive<&PointGradients::drive_load, &PointGradients::drive_loads>,
        .error = ErrorKind::load,
        .of_drives = true,
        .in_summary = SummaryLine::number,
@@ -76,10 +94,8 @@ std::vector<QuantityRow> load_and_motion() {
        .meaning = "derivative of the drive load by its stroke, other drives locked",
        .needs = {Output::stiffness},
        .unit = stiffness_of_drive,
-       .value = [](const PathPoint& p,
-                   int k) { return of_drive(p.drive_stiffness, p.drive_stiffnesses, k); },
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int k) { return of_drive(g.drive_stiffness, g.drive_stiffnesses, k); },
+       .value = of_drive<&PathPoint::drive_stiffness, &PathPoint::drive_stiffnesses>,
+       .gradient = of_drive<&PointGradients::drive_stiffness, &PointGradients::drive_stiffnesses>,
        .error = ErrorKind::stiffness,
        .of_drives = true,
        .in_report = true},
@@ -90,32 +106,29 @@ std::vector<QuantityRow> load_and_motion() {
        .meaning = "1/C_dd with the drive locked, all other directions free",
        .needs = {Output::stiffness},
        .unit = stiffness_of_component,
-       .value = [](const PathPoint& p, int d) { return p.support_stiffness[d]; },
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int d) { return g.support_stiffness[d]; },
+       .value = component<&PathPoint::support_stiffness>,
+       .gradient = component<&PointGradients::support_stiffness>,
        .error = ErrorKind::stiffness,
        .of_supports = true,
        .in_summary = SummaryLine::weakest,
        .in_report = true},
       {.name = "displacement",
-       .components = axes(),
+       .components = {"x", "y", "z"},
        .layout = Layout::list,
        .label = "displacement of O",
        .needs = {Output::equilibrium},
        .unit = metre,
-       .value = [](const PathPoint& p, int k) { return entry(p.displacement, k); },
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int k) { return row_of(g.displacement, k); },
+       .value = entry<&PathPoint::displacement>,
+       .gradient = rate_row<&PointGradients::displacement>,
        .error = ErrorKind::motion},
       {.name = "rotation",
-       .components = axes(),
+       .components = {"x", "y", "z"},
        .layout = Layout::list,
        .label = "rotation of the end-effector",
        .needs = {Output::equilibrium},
        .unit = radian,
-       .value = [](const PathPoint& p, int k) { return entry(p.rotation, k); },
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int k) { return row_of(g.rotation, k); },
+       .value = entry<&PathPoint::rotation>,
+       .gradient = rate_row<&PointGradients::rotation>,
        .error = ErrorKind::motion}};
 }
 
@@ -124,9 +137,8 @@ std::vector<QuantityRow> frequencies_and_stress() {
            .label = "parasitic frequency",
            .needs = {Output::parasitic_frequency},
            .unit = hertz,
-           .value = [](const PathPoint& p, int) { return p.parasitic_frequency; },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int) { return g.parasitic_frequency; },
+           .value = number<&PathPoint::parasitic_frequency>,
+           .gradient = rate<&PointGradients::parasitic_frequency>,
            .error = ErrorKind::frequency,
            .in_summary = SummaryLine::number,
            .in_report = true},
@@ -134,18 +146,16 @@ std::vector<QuantityRow> frequencies_and_stress() {
            .label = "parasitic frequency, screening",
            .needs = {Output::frequency_derivatives},
            .unit = hertz,
-           .value = [](const PathPoint& p, int) { return p.parasitic_frequency_screening; },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int) { return g.parasitic_frequency_screening; }},
+           .value = number<&PathPoint::parasitic_frequency_screening>,
+           .gradient = rate<&PointGradients::parasitic_frequency_screening>},
           {.name = "frequencies.drive_free",
            .components = ranks(),
            .layout = Layout::list,
            .label = "frequency, drive free,",
            .needs = {Output::frequencies_free},
            .unit = hertz,
-           .value = [](const PathPoint& p, int k) { return entry(p.frequencies_free, k); },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int k) { return row_of(g.frequencies_free, k); },
+           .value = entry<&PathPoint::frequencies_free>,
+           .gradient = rate_row<&PointGradients::frequencies_free>,
            .error = ErrorKind::frequency,
            .in_csv = false},
           {.name = "frequencies.drive_locked",
@@ -154,31 +164,19 @@ std::vector<QuantityRow> frequencies_and_stress() {
            .label = "frequency, drive locked,",
            .needs = {Output::frequencies_locked},
            .unit = hertz,
-           .value = [](const PathPoint& p, int k) { return entry(p.frequencies_locked, k); },
-           .gradient = [](const PathPoint&, const PointGradients& g,
-                          int k) { return row_of(g.frequencies_locked, k); },
+           .value = entry<&PathPoint::frequencies_locked>,
+           .gradient = rate_row<&PointGradients::frequencies_locked>,
            .error = ErrorKind::frequency,
            .in_csv = false},
           {.name = "max_stress",
            .label = "largest von Mises stress",
            .needs = {Output::stress},
            .unit = pascal,
-           .value =
-               [](const PathPoint& p, int) {
-                 return p.max_stress ? std::optional(p.max_stress->value) : std::nullopt;
-               },
-           .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.max_stress; },
+           .value = value_within<&PathPoint::max_stress>,
+           .gradient = rate<&PointGradients::max_stress>,
            .error = ErrorKind::stress,
            .in_summary = SummaryLine::number,
            .in_report = true}};
-}
-
-std::optional<double> value_of_safety(const std::optional<StressSafety>& safety) {
-  return safety ? std::optional(safety->value) : std::nullopt;
-}
-
-std::optional<double> value_of_cycle(const std::optional<FatigueCycle>& cycle) {
-  return cycle ? std::optional(cycle->value) : std::nullopt;
 }
 
 std::vector<QuantityRow> stress_safety() {
@@ -189,11 +187,8 @@ std::vector<QuantityRow> stress_safety() {
                   "factors of the job's fillet",
        .needs = {Output::stress},
        .unit = pascal,
-       .value =
-           [](const PathPoint& p, int) {
-             return p.notch_stress ? std::optional(p.notch_stress->value) : std::nullopt;
-           },
-       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.notch_stress; },
+       .value = value_within<&PathPoint::notch_stress>,
+       .gradient = rate<&PointGradients::notch_stress>,
        .error = ErrorKind::stress,
        .in_report = true},
       {.name = "yield_safety",
@@ -202,8 +197,8 @@ std::vector<QuantityRow> stress_safety() {
                   "has one; the least of all leaves",
        .needs = {Output::stress},
        .unit = plain_number,
-       .value = [](const PathPoint& p, int) { return value_of_safety(p.yield_safety); },
-       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.yield_safety; },
+       .value = value_within<&PathPoint::yield_safety>,
+       .gradient = rate<&PointGradients::yield_safety>,
        .error = ErrorKind::stress,
        .in_report = true},
       {.name = "fatigue_safety",
@@ -213,8 +208,8 @@ std::vector<QuantityRow> stress_safety() {
                   "the least of all leaves",
        .needs = {Output::stress},
        .unit = plain_number,
-       .value = [](const PathPoint& p, int) { return value_of_cycle(p.fatigue_safety); },
-       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.fatigue_safety; },
+       .value = value_within<&PathPoint::fatigue_safety>,
+       .gradient = rate<&PointGradients::fatigue_safety>,
        .error = ErrorKind::stress,
        .in_report = true},
       {.name = "fatigue_life",
@@ -225,46 +220,45 @@ std::vector<QuantityRow> stress_safety() {
                   "the straight line that goes on there",
        .needs = {Output::stress},
        .unit = plain_number,
-       .value = [](const PathPoint& p, int) { return value_of_cycle(p.fatigue_life); },
-       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.fatigue_life; },
+       .value = value_within<&PathPoint::fatigue_life>,
+       .gradient = rate<&PointGradients::fatigue_life>,
        .error = ErrorKind::stress,
        .in_report = true}};
 }
 
-QuantityRow softest_translation() {
-  return {.name = "principal_stiffness",
-          .label = "principal stiffness",
-          .meaning =
-              "smallest support stiffness of all translations that the held drive leaves, with "
-              "its direction: 1 over the largest eigenvalue of C's translations",
-          .needs = {Output::stiffness},
-          .unit = [](Direction, int) { return stiffness_unit(Direction::ux); },
-          .value = [](const PathPoint& p, int) -> std::optional<double> {
-            const auto softest = principal_stiffness(p);
-            return softest ? std::optional(softest->value) : std::nullopt;
-          },
-          .gradient = [](const PathPoint& p, const PointGradients& g,
-                         int) { return principal_stiffness_gradient(p, g); },
-          .direction = [](const PathPoint& p) -> std::optional<Vector3d> {
-            const auto softest = principal_stiffness(p);
-            return softest ? std::optional(softest->direction) : std::nullopt;
-          },
-          .error = ErrorKind::stiffness,
-          .in_summary = SummaryLine::number,
-          .in_report = true};
+std::vector<QuantityRow> softest_translation() {
+  return {{.name = "principal_stiffness",
+           .label = "principal stiffness",
+           .meaning =
+               "smallest support stiffness of all translations that the held drive leaves, with "
+               "its direction: 1 over the largest eigenvalue of C's translations",
+           .needs = {Output::stiffness},
+           .unit = [](Direction, int) { return stiffness_unit(Direction::ux); },
+           .value = [](const PathPoint& p, int) -> std::optional<double> {
+             const auto softest = principal_stiffness(p);
+             return softest ? std::optional(softest->value) : std::nullopt;
+           },
+           .gradient = [](const PathPoint& p, const PointGradients& g,
+                          int) { return principal_stiffness_gradient(p, g); },
+           .direction = [](const PathPoint& p) -> std::optional<Vector3d> {
+             const auto softest = principal_stiffness(p);
+             return softest ? std::optional(softest->direction) : std::nullopt;
+           },
+           .error = ErrorKind::stiffness,
+           .in_summary = SummaryLine::number,
+           .in_report = true}};
 }
 
-std::vector<std::string> sizes() { return {"x", "y", "z", "cylinder"}; }
-
-std::optional<double> size_of(const std::optional<Envelope>& envelope, int k) {
-  if (!envelope) return std::nullopt;
-  return k < 3 ? envelope->box[k] : envelope->cylinder;
+template <auto Member>
+std::optional<double> size_of(const PathPoint& p, int k) {
+  const std::optional<Envelope>& e = p.*Member;
+  return e ? std::optional(k < 3 ? e->box[k] : e->cylinder) : std::nullopt;
 }
 
 std::vector<QuantityRow> room_taken() {
   return {
       {.name = "envelope",
-       .components = sizes(),
+       .components = {"x", "y", "z", "cylinder"},
        .layout = Layout::object,
        .label = "envelope, undeflected,",
        .meaning = "x, y, z: of the smallest box along the axes that holds leaves and boxes of "
@@ -273,26 +267,24 @@ std::vector<QuantityRow> room_taken() {
                   "same over the whole stroke",
        .needs = {Output::envelope},
        .unit = metre,
-       .value = [](const PathPoint& p, int k) { return size_of(p.envelope, k); },
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int k) { return row_of(g.envelope, k); },
+       .value = size_of<&PathPoint::envelope>,
+       .gradient = rate_row<&PointGradients::envelope>,
        .of_design = true},
       {.name = "envelope.moving",
-       .components = sizes(),
+       .components = {"x", "y", "z", "cylinder"},
        .layout = Layout::object,
        .label = "envelope over the stroke,",
        .needs = {Output::moving_envelope},
        .unit = metre,
-       .value = [](const PathPoint& p, int k) { return size_of(p.moving_envelope, k); },
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int k) { return row_of(g.moving_envelope, k); },
+       .value = size_of<&PathPoint::moving_envelope>,
+       .gradient = rate_row<&PointGradients::moving_envelope>,
        .of_design = true},
       {.name = "leaf_mass",
        .label = "mass of the leaves",
        .needs = {Output::envelope},
        .unit = kilogram,
-       .value = [](const PathPoint& p, int) { return p.leaf_mass; },
-       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.leaf_mass; },
+       .value = number<&PathPoint::leaf_mass>,
+       .gradient = rate<&PointGradients::leaf_mass>,
        .of_design = true},
       {.name = "clearance",
        .label = "clearance",
@@ -301,9 +293,8 @@ std::vector<QuantityRow> room_taken() {
                   "count as a pair",
        .needs = {Output::clearance},
        .unit = metre,
-       .value = [](const PathPoint& p,
-                   int) { return p.clearance ? std::optional(p.clearance->value) : std::nullopt; },
-       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.clearance; },
+       .value = value_within<&PathPoint::clearance>,
+       .gradient = rate<&PointGradients::clearance>,
        .in_report = true}};
 }
 
@@ -313,29 +304,28 @@ std::optional<double> critical_factor(const PathPoint& p, int drive) {
 }
 
 std::vector<QuantityRow> buckling() {
-  return {
-      {.name = "buckling_load_factor",
-       .label = "buckling load factor",
-       .meaning = "by which the load that `buckling` names must be multiplied, all else kept, "
-                  "until the tangent with the drive locked is singular, followed along the "
-                  "equilibria; below zero where only the reversed load does so",
-       .needs = {Output::equilibrium, Output::buckling},
-       .unit = plain_number,
-       .value = [](const PathPoint& p, int) { return critical_factor(p, 0); },
-       .gradient = [](const PathPoint&, const PointGradients& g, int) { return g.buckling_locked; },
-       .in_report = true},
-      {.name = "buckling",
-       .components = {"drive_locked", "drive_free"},
-       .layout = Layout::object,
-       .label = "buckling load factor,",
-       .meaning = "drive_locked: strokes kept while the load grows; drive_free: loads of the "
-                  "drives kept; linearised: foretold from the state of the point",
-       .needs = {Output::equilibrium, Output::buckling},
-       .unit = plain_number,
-       .value = critical_factor,
-       .gradient = [](const PathPoint&, const PointGradients& g, int drive) {
-         return drive == 0 ? g.buckling_locked : g.buckling_free;
-       }}};
+  return {{.name = "buckling_load_factor",
+           .label = "buckling load factor",
+           .meaning = "by which the load that `buckling` names must be multiplied, all else kept, "
+                      "until the tangent with the drive locked is singular, followed along the "
+                      "equilibria; below zero where only the reversed load does so",
+           .needs = {Output::equilibrium, Output::buckling},
+           .unit = plain_number,
+           .value = [](const PathPoint& p, int) { return critical_factor(p, 0); },
+           .gradient = rate<&PointGradients::buckling_locked>,
+           .in_report = true},
+          {.name = "buckling",
+           .components = {"drive_locked", "drive_free"},
+           .layout = Layout::object,
+           .label = "buckling load factor,",
+           .meaning = "drive_locked: strokes kept while the load grows; drive_free: loads of the "
+                      "drives kept; linearised: foretold from the state of the point",
+           .needs = {Output::equilibrium, Output::buckling},
+           .unit = plain_number,
+           .value = critical_factor,
+           .gradient = [](const PathPoint&, const PointGradients& g, int drive) {
+             return drive == 0 ? g.buckling_locked : g.buckling_free;
+           }}};
 }
 
 std::vector<QuantityRow> dynamics() {
@@ -346,14 +336,8 @@ std::vector<QuantityRow> dynamics() {
                   "that it feels first is the square root of 2 (3 dB) times that at rest",
        .needs = {Output::equilibrium, Output::dynamics},
        .unit = hertz,
-       .value = [](const PathPoint& p, int k) -> std::optional<double> {
-         const auto i = static_cast<std::size_t>(k);
-         return i < p.bandwidths.size() ? p.bandwidths[i] : std::nullopt;
-       },
-       .gradient = [](const PathPoint&, const PointGradients& g, int k) -> std::optional<VectorXd> {
-         const auto i = static_cast<std::size_t>(k);
-         return i < g.bandwidths.size() ? g.bandwidths[i] : std::nullopt;
-       },
+       .value = entry<&PathPoint::bandwidths>,
+       .gradient = entry<&PointGradients::bandwidths>,
        .error = ErrorKind::frequency,
        .of_drives = true,
        .in_report = true},
@@ -363,12 +347,8 @@ std::vector<QuantityRow> dynamics() {
                   "absolute one of O in the same direction",
        .needs = {Output::equilibrium, Output::dynamics},
        .unit = plain_number,
-       .value =
-           [](const PathPoint& p, int) {
-             return p.transmissibility ? std::optional(p.transmissibility->value) : std::nullopt;
-           },
-       .gradient = [](const PathPoint&, const PointGradients& g,
-                      int) { return g.transmissibility; },
+       .value = value_within<&PathPoint::transmissibility>,
+       .gradient = rate<&PointGradients::transmissibility>,
        .error = ErrorKind::frequency,
        .in_report = true}};
 }
@@ -381,45 +361,38 @@ std::vector<std::string> signed_directions() {
   return names;
 }
 
-QuantityRow load_capacity() {
-  return {.name = "load_capacity",
-          .components = signed_directions(),
-          .layout = Layout::object,
-          .label = "load capacity",
-          .meaning =
-              "largest dead load at O along (or, with -, against) a direction, beside the "
-              "loads that act, drives held, before the stress limit, a singular tangent or "
-              "the stated loss of support stiffness; load_capacity_limit says which",
-          .needs = {Output::equilibrium, Output::load_capacity},
-          .unit = load_of_component,
-          .value = [](const PathPoint& p, int d) -> std::optional<double> {
-            const auto& capacity = p.load_capacity[d];
-            if (!capacity || capacity->limit == CapacityLimit::none) return std::nullopt;
-            return capacity->value;
-          },
-          .gradient = [](const PathPoint&, const PointGradients& g,
-                         int d) { return g.load_capacity[d]; },
-          .error = ErrorKind::stress,  // which often ends it
-          .of_supports = true,
-          .in_report = true};
-}
-
-std::vector<QuantityRow> make_rows() {
-  std::vector<QuantityRow> rows = load_and_motion();
-  for (auto& row : frequencies_and_stress()) rows.push_back(std::move(row));
-  for (auto& row : stress_safety()) rows.push_back(std::move(row));
-  rows.push_back(softest_translation());
-  for (auto& row : room_taken()) rows.push_back(std::move(row));
-  for (auto& row : buckling()) rows.push_back(std::move(row));
-  for (auto& row : dynamics()) rows.push_back(std::move(row));
-  rows.push_back(load_capacity());
-  return rows;
+std::vector<QuantityRow> load_capacity() {
+  return {{.name = "load_capacity",
+           .components = signed_directions(),
+           .layout = Layout::object,
+           .label = "load capacity",
+           .meaning = "largest dead load at O along (or, with -, against) a direction, beside the "
+                      "loads that act, drives held, before the stress limit, a singular tangent or "
+                      "the stated loss of support stiffness; load_capacity_limit says which",
+           .needs = {Output::equilibrium, Output::load_capacity},
+           .unit = load_of_component,
+           .value = [](const PathPoint& p, int d) -> std::optional<double> {
+             const auto& capacity = p.load_capacity[d];
+             if (!capacity || capacity->limit == CapacityLimit::none) return std::nullopt;
+             return capacity->value;
+           },
+           .gradient = component<&PointGradients::load_capacity>,
+           .error = ErrorKind::stress,  // which often ends it
+           .of_supports = true,
+           .in_report = true}};
 }
 
 }  // namespace
 
 const std::vector<QuantityRow>& quantity_rows() {
-  static const std::vector<QuantityRow> rows = make_rows();
+  static const std::vector<QuantityRow> rows = [] {
+    std::vector<QuantityRow> all;
+    for (const auto& topic :
+         {load_and_motion(), frequencies_and_stress(), stress_safety(), softest_translation(),
+          room_taken(), buckling(), dynamics(), load_capacity()})
+      all.insert(all.end(), topic.begin(), topic.end());
+    return all;
+  }();
   return rows;
 }
 

@@ -118,7 +118,6 @@ struct ModeSeries {
   VectorXd first, second;         ///< λ1, λ2
   MatrixXd rate;                  ///< φ1, without the modes of the cluster
   Series<MatrixXd> K_phi, M_phi;  ///< K(s) φ0, M(s) φ0
-
   // (K1 − λ0 M1) φ0 of some modes.
   MatrixXd first_forces(int a, int size) const {
     return K_phi[1].middleCols(a, size) -
