@@ -15,15 +15,14 @@ Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
   joints_ = static_cast<int>(units.size());
   drives_ = conditional_drives(mechanism);
   for (const int k : drives_)
-    units.push_back(is_rotation(mechanism.drives[static_cast<std::size_t>(k)].direction) ? 1.0
-                                                                                         : length);
+    units.push_back(is_rotation(mechanism.drives[k].direction) ? 1.0 : length);
   units_ = Eigen::Map<const VectorXd>(units.data(), static_cast<Eigen::Index>(units.size()));
   value_ = VectorXd::Zero(count());
   for (const Joint& joint : mechanism.joints)
     rows_.resize(rows_.size() + static_cast<std::size_t>(size_of(joint.type).conditions),
                  {{joint.body, joint.other}, Vector12d::Zero()});
   for (const int k : drives_) {
-    const Drive& drive = mechanism.drives[static_cast<std::size_t>(k)];
+    const Drive& drive = mechanism.drives[k];
     rows_.push_back({{drive.body, drive.other}, Vector12d::Zero()});
   }
 }
@@ -39,16 +38,15 @@ void Constraints::evaluate(const std::vector<BodyPose>& poses) {
     const JointConditions c = conditions(joint, body(poses, joint.body), body(poses, joint.other));
     const int k = static_cast<int>(c.value.size());
     value_.segment(row, k) = c.value;
-    for (int i = 0; i < k; ++i)
-      rows_[static_cast<std::size_t>(row + i)].gradient = c.gradient.row(i).transpose();
+    for (int i = 0; i < k; ++i) rows_[row + i].gradient = c.gradient.row(i).transpose();
     row += k;
   }
   for (const int k : drives_) {
-    const Drive& drive = mechanism_->drives[static_cast<std::size_t>(k)];
+    const Drive& drive = mechanism_->drives[k];
     const DriveStroke<double> s =
         drive_stroke<double>(drive, body(poses, drive.body), body(poses, drive.other));
     value_[row] = s.value;
-    rows_[static_cast<std::size_t>(row++)].gradient = s.gradient;
+    rows_[row++].gradient = s.gradient;
   }
   for (Row& r : rows_)
     for (int e = 0; e < 2; ++e)
@@ -59,7 +57,7 @@ void Constraints::evaluate(const std::vector<BodyPose>& poses) {
 MatrixXd Constraints::gradient() const {
   MatrixXd all = MatrixXd::Zero(count(), 6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
   for (int k = 0; k < count(); ++k) {
-    const Row& r = rows_[static_cast<std::size_t>(k)];
+    const Row& r = rows_[k];
     for (int e = 0; e < 2; ++e)
       if (r.body[e] >= 0)
         all.block<1, 6>(k, 6 * r.body[e]) += r.gradient.segment<6>(6 * e).transpose();
@@ -70,7 +68,7 @@ MatrixXd Constraints::gradient() const {
 VectorXd Constraints::forces(const VectorXd& multipliers) const {
   VectorXd all = VectorXd::Zero(6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
   for (int k = 0; k < count(); ++k) {
-    const Row& r = rows_[static_cast<std::size_t>(k)];
+    const Row& r = rows_[k];
     for (int e = 0; e < 2; ++e)
       if (r.body[e] >= 0)
         all.segment<6>(6 * r.body[e]) += multipliers[k] * r.gradient.segment<6>(6 * e);
@@ -100,7 +98,7 @@ void Constraints::add_curvature(const std::vector<BodyPose>& poses, const Vector
   for (const int k : drives_) {
     const double multiplier = multipliers[row++];
     if (multiplier == 0) continue;
-    const Drive& drive = mechanism_->drives[static_cast<std::size_t>(k)];
+    const Drive& drive = mechanism_->drives[k];
     const DriveStroke<double> s =
         drive_stroke<double>(drive, body(poses, drive.body), body(poses, drive.other));
     add_between(multiplier * s.curvature, drive.body, drive.other, K);

@@ -108,7 +108,7 @@ BranchState branch_state_of_strokes(const System& system, const VectorXd& stroke
   equations.read_loads(x, change);
   const VectorXd multipliers = equations.conditions() > 0 ? equations.multipliers(x) : VectorXd();
   for (Eigen::Index k = 0; k < strokes.size(); ++k) {
-    const System::DriveRow& at = system.drives()[static_cast<std::size_t>(k)];
+    const System::DriveRow& at = system.drives()[k];
     loads[k] = at.coordinate
                    ? system.internal_force()[*at.coordinate] - system.load()[*at.coordinate]
                    : -system.multipliers()[*at.condition];

@@ -33,7 +33,7 @@ std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
 VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<BodyPose>& poses) {
   VectorXd forces = VectorXd::Zero(6 * static_cast<Eigen::Index>(poses.size()));
   for (const BodyLoad& load : loads) {
-    const Vector3d arm = poses[static_cast<std::size_t>(load.body)].rotation * load.arm;
+    const Vector3d arm = poses[load.body].rotation * load.arm;
     forces.segment<3>(6 * load.body) += load.force;
     forces.segment<3>(6 * load.body + 3) += load.moment + arm.cross(load.force);
   }

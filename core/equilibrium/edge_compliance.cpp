@@ -7,7 +7,7 @@
 namespace flexopt {
 
 MatrixXd EdgeCompliance::edges(int leaf, const MatrixXd& motions) const {
-  const LeafSpring& spring = system_->mechanism().leaves[static_cast<std::size_t>(leaf)];
+  const LeafSpring& spring = system_->mechanism().leaves[leaf];
   const std::array<int, 2> body{spring.base, spring.tip};
   MatrixXd moved = MatrixXd::Zero(12, motions.cols());
   for (int e = 0; e < 2; ++e)
@@ -32,7 +32,7 @@ void EdgeCompliance::look() {
   strokes_.noalias() = answers * stiffness;
   const VectorXd residual = system_->internal_force() - system_->load();
   for (Eigen::Index k = 0; k < drives; ++k) {
-    const System::DriveRow& row = system_->drives()[static_cast<std::size_t>(k)];
+    const System::DriveRow& row = system_->drives()[k];
     common_.drive_loads[k] =
         row.condition ? -system_->multipliers()[*row.condition] : residual[*row.coordinate];
   }
@@ -48,7 +48,7 @@ void EdgeCompliance::look() {
 std::optional<EdgeSurroundings> EdgeCompliance::of(int leaf) {
   if (!motions_) look();
   if (!stable_) return std::nullopt;
-  const LeafSpring& spring = system_->mechanism().leaves[static_cast<std::size_t>(leaf)];
+  const LeafSpring& spring = system_->mechanism().leaves[leaf];
   const std::array<int, 2> body{spring.base, spring.tip};
   MatrixXd forces = MatrixXd::Zero(system_->size(), 12);
   for (int e = 0; e < 2; ++e)

@@ -49,7 +49,7 @@ std::array<bool, 6> FreeMotions::still(int body) const {
     std::ranges::copy(found, still.begin());
   } else {
     for (const int k : coordinates)
-      still[static_cast<std::size_t>(k - 6 * body)] = !(basis_.row(k).norm() > 1e-9 * scale_[k]);
+      still[k - 6 * body] = !(basis_.row(k).norm() > 1e-9 * scale_[k]);
   }
   return still;
 }

@@ -18,9 +18,8 @@ double load_of(const System& system, std::size_t drive) {
 }
 
 std::string name_of(const Mechanism& mechanism, const Drive& drive) {
-  const std::string motion =
-      fmt::format("{} of {}", direction_names[static_cast<std::size_t>(index(drive.direction))],
-                  mechanism.bodies[static_cast<std::size_t>(drive.body)].name);
+  const std::string motion = fmt::format("{} of {}", direction_names[index(drive.direction)],
+                                         mechanism.bodies[drive.body].name);
   return drive.name.empty() ? motion : fmt::format("{} ({})", drive.name, motion);
 }
 
@@ -36,7 +35,7 @@ std::string held_directions(const Mechanism& mechanism) {
     if (is_held(joint.type))
       add((joint.type == JointType::held_rotation ? "rotation about " : "displacement along ") +
               described(joint.axis),
-          mechanism.bodies[static_cast<std::size_t>(joint.body)].name);
+          mechanism.bodies[joint.body].name);
   return text;
 }
 
@@ -49,14 +48,14 @@ std::string held_meanwhile(const System& system) {
   for (std::size_t k = 0; system.loads().driven() && k < mechanism.drives.size(); ++k) {
     const Drive& drive = mechanism.drives[k];
     const bool turns = is_rotation(drive.direction);
-    const double load = load_of(system, k), stroke = strokes[static_cast<Eigen::Index>(k)],
+    const double load = load_of(system, k), stroke = strokes[k],
                  rest = 1e-12 * (turns ? 1 : system.length());
     text += fmt::format("; meanwhile {} is held at {:.4g} {}", name_of(mechanism, drive),
                         std::abs(stroke) < rest ? 0 : stroke, turns ? "rad" : "m");
     if (load != 0)
       text += fmt::format(" against {:.4g} {}, and would have to give towards {}{}", std::abs(load),
                           turns ? "N m" : "N", load > 0 ? '-' : '+',
-                          direction_names[static_cast<std::size_t>(index(drive.direction))]);
+                          direction_names[index(drive.direction)]);
   }
   const std::string directions = held_directions(mechanism);
   if (!directions.empty()) text += "; always held: " + directions;

@@ -22,13 +22,12 @@ NewtonEquations::NewtonEquations(const System& system, bool driven, int more)
 }
 
 int NewtonEquations::coordinate(int load) const {
-  return *system_->drives()[static_cast<std::size_t>(owned_[static_cast<std::size_t>(load)])]
-              .coordinate;
+  return *system_->drives()[owned_[static_cast<std::size_t>(load)]].coordinate;
 }
 
 void NewtonEquations::add_condition(int j, bool held) {
   const Constraints& c = system_->constraints();
-  const Constraints::Row& row = c.rows()[static_cast<std::size_t>(j)];
+  const Constraints::Row& row = c.rows()[j];
   const int at = first_condition() + j;
   for (int e = 0; e < 2; ++e)
     for (int i = 0; i < 6 && row.body[e] >= 0; ++i) {
@@ -47,7 +46,7 @@ void NewtonEquations::assemble(const VectorXd& residual, const std::optional<Vec
   energy_ = system_->tangent().diagonal().cwiseProduct(scale_.cwiseAbs2()).cwiseAbs().maxCoeff();
   const VectorXd present = present_strokes(*system_);
   for (int j = 0; j < loads(); ++j) {
-    const int d = coordinate(j), k = owned_[static_cast<std::size_t>(j)], row = bodies_ + j;
+    const int d = coordinate(j), k = owned_[j], row = bodies_ + j;
     // where there are joints no leaf may hang on the body that is driven
     load_unit_[j] = scale_[d] * (conditions_ > 0 ? energy_ / (scale_[d] * scale_[d])
                                                  : system_->tangent()(d, d));
@@ -64,7 +63,7 @@ void NewtonEquations::assemble(const VectorXd& residual, const std::optional<Vec
     if (j < c.joints()) {
       right_side_[row] = -c.value()[j] / c.units()[j];
     } else if (strokes) {
-      const int k = c.drives()[static_cast<std::size_t>(j - c.joints())];
+      const int k = c.drives()[j - c.joints()];
       right_side_[row] = ((*strokes)[k] - c.value()[j]) / c.units()[j];
     } else {
       matrix_.add(row, row, 1);
@@ -87,8 +86,7 @@ VectorXd NewtonEquations::multipliers(const VectorXd& x) const {
 }
 
 void NewtonEquations::read_loads(const VectorXd& x, VectorXd& drive_loads) const {
-  for (int j = 0; j < loads(); ++j)
-    drive_loads[owned_[static_cast<std::size_t>(j)]] = x[bodies_ + j] * load_unit_[j];
+  for (int j = 0; j < loads(); ++j) drive_loads[owned_[j]] = x[bodies_ + j] * load_unit_[j];
 }
 
 }  // namespace flexopt

@@ -24,7 +24,7 @@ void Springs::add(const std::vector<BodyPose>& poses, double& energy, VectorXd& 
                   BlockMatrix& tangent) const {
   const auto at = [&](int b) -> JointBody {
     if (b < 0) return {};
-    const BodyPose& pose = poses[static_cast<std::size_t>(b)];
+    const BodyPose& pose = poses[b];
     return {pose.position, pose.rotation, mechanism_->bodies[b].reference};
   };
   for (const Spring& spring : acting_) {

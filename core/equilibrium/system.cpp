@@ -52,8 +52,7 @@ MatrixXd System::drive_forces() const {
     if (drives_[k].coordinate) {
       forces(*drives_[k].coordinate, static_cast<Eigen::Index>(k)) = 1;
     } else {
-      const Constraints::Row& row =
-          constraints_.rows()[static_cast<std::size_t>(*drives_[k].condition)];
+      const Constraints::Row& row = constraints_.rows()[*drives_[k].condition];
       for (int e = 0; e < 2; ++e)
         if (row.body[e] >= 0)
           forces.block<6, 1>(6 * row.body[e], static_cast<Eigen::Index>(k)) +=

@@ -67,19 +67,18 @@ std::vector<ScaledRow> scaled_rows(const System& system, bool drives_held) {
   const int count = drives_held ? c.count() : c.joints();
   std::vector<bool> fixed(static_cast<std::size_t>(system.size()), false);
   if (drives_held)
-    for (const int k : system.driven_coordinates()) fixed[static_cast<std::size_t>(k)] = true;
+    for (const int k : system.driven_coordinates()) fixed[k] = true;
   std::vector<ScaledRow> all;
   for (int k = 0; k < count; ++k) {
-    const Constraints::Row& row = c.rows()[static_cast<std::size_t>(k)];
+    const Constraints::Row& row = c.rows()[k];
     ScaledRow& scaled = all.emplace_back();
     for (int e = 0; e < 2; ++e) {
       if (row.body[e] < 0) continue;
       for (int d = 0; d < 6; ++d) {
         const int at = 6 * row.body[e] + d;
-        scaled.coordinate[static_cast<std::size_t>(scaled.count)] = at;
-        scaled.value[static_cast<std::size_t>(scaled.count++)] =
-            fixed[static_cast<std::size_t>(at)] ? 0
-                                                : row.gradient[6 * e + d] * unit[at] / c.units()[k];
+        scaled.coordinate[scaled.count] = at;
+        scaled.value[scaled.count++] =
+            fixed[at] ? 0 : row.gradient[6 * e + d] * unit[at] / c.units()[k];
       }
     }
   }
@@ -129,9 +128,7 @@ std::optional<int> negative_pivots_sparse(const System& system, bool drives_held
   for (const ScaledRow& row : rows)
     for (int i = 0; i < row.count; ++i)
       for (int j = 0; j < row.count; ++j)
-        A.add(row.coordinate[static_cast<std::size_t>(i)],
-              row.coordinate[static_cast<std::size_t>(j)],
-              row.value[static_cast<std::size_t>(i)] * row.value[static_cast<std::size_t>(j)]);
+        A.add(row.coordinate[i], row.coordinate[j], row.value[i] * row.value[j]);
 
   std::vector<int> order;
   if (c.count() > 0) {
@@ -140,12 +137,12 @@ std::optional<int> negative_pivots_sparse(const System& system, bool drives_held
       if (row.body[0] >= 0 && row.body[1] >= 0) ties.emplace_back(row.body[0], row.body[1]);
     const std::vector<int> bodies = elimination_order(system.tangent(), ties);
     std::vector<std::size_t> place(bodies.size());
-    for (std::size_t k = 0; k < bodies.size(); ++k) place[static_cast<std::size_t>(bodies[k])] = k;
+    for (std::size_t k = 0; k < bodies.size(); ++k) place[bodies[k]] = k;
     std::vector<std::vector<int>> after(bodies.size());
     for (int k = 0; k < c.count(); ++k) {
       std::size_t last = 0;
-      for (const int b : c.rows()[static_cast<std::size_t>(k)].body)
-        if (b >= 0) last = std::max(last, place[static_cast<std::size_t>(b)]);
+      for (const int b : c.rows()[k].body)
+        if (b >= 0) last = std::max(last, place[b]);
       after[last].push_back(n + k);
     }
     for (std::size_t k = 0; k < bodies.size(); ++k) {
@@ -174,12 +171,10 @@ std::vector<bool> still_coordinates(const System& system, bool drives_held,
   SparseMatrix A(n + m);
   for (int k = 0; k < n; ++k) A.add(k, k, 1);
   for (int k = 0; k < m; ++k) {
-    const ScaledRow& row = rows[static_cast<std::size_t>(k)];
+    const ScaledRow& row = rows[k];
     for (int i = 0; i < row.count; ++i) {
-      A.add(n + k, row.coordinate[static_cast<std::size_t>(i)],
-            row.value[static_cast<std::size_t>(i)]);
-      A.add(row.coordinate[static_cast<std::size_t>(i)], n + k,
-            row.value[static_cast<std::size_t>(i)]);
+      A.add(n + k, row.coordinate[i], row.value[i]);
+      A.add(row.coordinate[i], n + k, row.value[i]);
     }
     A.add(n + k, n + k, 0);
   }
@@ -197,8 +192,7 @@ int rank_of_conditions(const System& system, bool drives_held) {
   int row = 0;
   for (const ScaledRow& scaled : scaled_rows(system, drives_held)) {
     for (int i = 0; i < scaled.count; ++i)
-      entries.push_back({row, scaled.coordinate[static_cast<std::size_t>(i)],
-                         scaled.value[static_cast<std::size_t>(i)]});
+      entries.push_back({row, scaled.coordinate[i], scaled.value[i]});
     ++row;
   }
   const int fixed = static_cast<int>(system.held().size()) +

@@ -8,13 +8,13 @@ constexpr auto column_of = [](const std::pair<int, int>& entry) { return entry.f
 }
 
 int BlockMatrix::find(int row, int column) const {
-  const Row& entries = rows_[static_cast<std::size_t>(row)];
+  const Row& entries = rows_[row];
   const auto at = std::ranges::lower_bound(entries, column, {}, column_of);
   return at != entries.end() && at->first == column ? at->second : -1;
 }
 
 int BlockMatrix::make(int row, int column) {
-  Row& entries = rows_[static_cast<std::size_t>(row)];
+  Row& entries = rows_[row];
   const auto at = std::ranges::lower_bound(entries, column, {}, column_of);
   const int place = static_cast<int>(blocks_.size());
   entries.insert(at, {column, place});
@@ -28,7 +28,7 @@ Matrix6d& BlockMatrix::block(int row, int column) {
     if (row != column) make(column, row);
     at = make(row, column);
   }
-  return blocks_[static_cast<std::size_t>(at)];
+  return blocks_[at];
 }
 
 void BlockMatrix::set_zero() {
@@ -38,9 +38,9 @@ void BlockMatrix::set_zero() {
 void BlockMatrix::release(const std::vector<int>& coordinates, bool columns) {
   for (const int k : coordinates) {
     const int b = k / 6, d = k % 6;
-    for (const auto& [c, at] : rows_[static_cast<std::size_t>(b)]) {
-      blocks_[static_cast<std::size_t>(at)].row(d).setZero();
-      if (columns) blocks_[static_cast<std::size_t>(find(c, b))].col(d).setZero();
+    for (const auto& [c, at] : rows_[b]) {
+      blocks_[at].row(d).setZero();
+      if (columns) blocks_[find(c, b)].col(d).setZero();
     }
     block(b, b)(d, d) = 1;
   }
@@ -48,14 +48,13 @@ void BlockMatrix::release(const std::vector<int>& coordinates, bool columns) {
 
 double BlockMatrix::operator()(int row, int column) const {
   const int at = find(row / 6, column / 6);
-  return at < 0 ? 0 : blocks_[static_cast<std::size_t>(at)](row % 6, column % 6);
+  return at < 0 ? 0 : blocks_[at](row % 6, column % 6);
 }
 
 VectorXd BlockMatrix::diagonal() const {
   VectorXd result = VectorXd::Zero(size());
   for (int b = 0; b < bodies(); ++b)
-    if (const int at = find(b, b); at >= 0)
-      result.segment<6>(6 * b) = blocks_[static_cast<std::size_t>(at)].diagonal();
+    if (const int at = find(b, b); at >= 0) result.segment<6>(6 * b) = blocks_[at].diagonal();
   return result;
 }
 

@@ -107,7 +107,7 @@ std::vector<Pair> Iteration::begin(const EigenPairs& found, const std::vector<Ei
   const Eigen::Index count = with_neighbours(found.values, wanted);
   std::vector<Pair> pairs(static_cast<std::size_t>(count));
   for (Eigen::Index k = 0; k < count; ++k) {
-    Pair& pair = pairs[static_cast<std::size_t>(k)];
+    Pair& pair = pairs[k];
     pair.value = found.values[k];
     pair.border = found.vectors.col(k).head(border).cwiseQuotient(unit_);
     pair.inside = VectorXd::Zero(modes_.size());
@@ -236,7 +236,7 @@ std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPair
   EigenPairs found{VectorXd(static_cast<Eigen::Index>(pairs.size())),
                    MatrixXd(pencil.size(), static_cast<Eigen::Index>(pairs.size()))};
   for (Eigen::Index k = 0; k < found.values.size(); ++k) {
-    const Pair& pair = pairs[static_cast<std::size_t>(k)];
+    const Pair& pair = pairs[k];
     found.values[k] = pair.value;
     found.vectors.col(k) << pair.border.cwiseProduct(iteration.unit()), pair.inside;
   }

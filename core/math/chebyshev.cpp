@@ -10,8 +10,7 @@ std::vector<double> chebyshev_points(double a, double b, int n) {
   assert(n >= 2);
   std::vector<double> x(static_cast<std::size_t>(n));
   for (int k = 0; k < n; ++k)
-    x[static_cast<std::size_t>(k)] =
-        0.5 * (a + b) - 0.5 * (b - a) * std::cos(std::numbers::pi * k / (n - 1));
+    x[k] = 0.5 * (a + b) - 0.5 * (b - a) * std::cos(std::numbers::pi * k / (n - 1));
   x.front() = a;
   x.back() = b;
   return x;

@@ -13,10 +13,9 @@ void SparseMatrix::add(const BlockMatrix& A, const VectorXd& left, const VectorX
 void SparseMatrix::release(const std::vector<int>& rows) {
   if (rows.empty()) return;
   std::vector<bool> released(static_cast<std::size_t>(size_), false);
-  for (const int row : rows) released[static_cast<std::size_t>(row)] = true;
+  for (const int row : rows) released[row] = true;
   for (SparseEntry& e : entries_)
-    if (released[static_cast<std::size_t>(e.row)] || released[static_cast<std::size_t>(e.column)])
-      e.value = 0;
+    if (released[e.row] || released[e.column]) e.value = 0;
   for (const int row : rows) add(row, row, 1);
 }
 

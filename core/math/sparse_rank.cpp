@@ -21,8 +21,7 @@ constexpr double rounding = 1e-14;
 // Norms of the rows.
 std::vector<double> lengths_of(int rows, const std::vector<SparseEntry>& entries) {
   std::vector<double> lengths(static_cast<std::size_t>(rows), 0.0);
-  for (const SparseEntry& e : entries)
-    lengths[static_cast<std::size_t>(e.row)] += e.value * e.value;
+  for (const SparseEntry& e : entries) lengths[e.row] += e.value * e.value;
   for (double& length : lengths) length = std::sqrt(length);
   return lengths;
 }
@@ -33,7 +32,7 @@ Sparse transposed(int columns, const std::vector<SparseEntry>& given,
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(given.size());
   for (const SparseEntry& e : given) {
-    const double length = lengths[static_cast<std::size_t>(e.row)];
+    const double length = lengths[e.row];
     if (e.value != 0 && length != 0) entries.emplace_back(e.column, e.row, e.value / length);
   }
   Sparse A(columns, static_cast<Eigen::Index>(lengths.size()));
@@ -50,7 +49,7 @@ struct Front {
 
   auto rest() { return values.bottomRightCorner(values.rows() - row, values.cols() - column); }
   bool done() const { return row == values.rows() || column == values.cols(); }
-  int first() const { return columns[static_cast<std::size_t>(column)]; }
+  int first() const { return columns[column]; }
 };
 
 // A = Q R by Householder reflections, column by column. All rows that differ from zero in a column
@@ -84,9 +83,7 @@ class FrontalQr {
   const std::vector<int>& dependent() const { return dependent_; }
 
  private:
-  void wait(Front front) {
-    waiting_[static_cast<std::size_t>(front.first())].push_back(std::move(front));
-  }
+  void wait(Front front) { waiting_[front.first()].push_back(std::move(front)); }
 
   // Householder reflection that makes zeros below the first entry of a block.
   template <class Block>
@@ -115,15 +112,13 @@ class FrontalQr {
     // without ranges, whose unique() clang 14 does not compile: libFuzzer is clang's
     all.columns.erase(std::unique(all.columns.begin(), all.columns.end()), all.columns.end());
     for (std::size_t i = 0; i < all.columns.size(); ++i)
-      place_[static_cast<std::size_t>(all.columns[i])] = static_cast<int>(i);
+      place_[all.columns[i]] = static_cast<int>(i);
     all.values = RowMajor::Zero(rows, static_cast<Eigen::Index>(all.columns.size()));
     Eigen::Index row = 0;
     for (Front& part : parts) {
       const auto rest = part.rest();
       for (Eigen::Index c = 0; c < rest.cols(); ++c)
-        all.values
-            .col(place_[static_cast<std::size_t>(
-                part.columns[static_cast<std::size_t>(part.column + c)])])
+        all.values.col(place_[part.columns[static_cast<std::size_t>(part.column + c)]])
             .segment(row, rest.rows()) = rest.col(c);
       row += rest.rows();
     }
@@ -145,7 +140,7 @@ class FrontalQr {
   }
 
   void eliminate(int k) {
-    std::vector<Front> parts = std::move(waiting_[static_cast<std::size_t>(k)]);
+    std::vector<Front> parts = std::move(waiting_[k]);
     if (parts.empty()) return dependent_.push_back(k);
     Front front = gathered(parts);
     if (front.rest().rows() > std::min(front.rest().cols(), 2 * front.rank)) compress(front);
@@ -178,8 +173,8 @@ std::vector<std::vector<std::pair<int, double>>> columns_of(
   std::vector<std::vector<std::pair<int, double>>> R(static_cast<std::size_t>(columns));
   for (std::size_t p = 0; p < pivots.size(); ++p)
     for (std::size_t i = 0; i < pivots[p].columns.size(); ++i)
-      if (const double value = pivots[p].values[static_cast<Eigen::Index>(i)]; value != 0)
-        R[static_cast<std::size_t>(pivots[p].columns[i])].emplace_back(static_cast<int>(p), value);
+      if (const double value = pivots[p].values[i]; value != 0)
+        R[pivots[p].columns[i]].emplace_back(static_cast<int>(p), value);
   return R;
 }
 
@@ -201,7 +196,7 @@ DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntr
   for (const int d : qr.dependent()) {
     std::priority_queue<int> last;  // of those that are met
     const auto subtract = [&](int column, double factor) {
-      for (const auto& [p, value] : R[static_cast<std::size_t>(column)]) {
+      for (const auto& [p, value] : R[column]) {
         const auto at = static_cast<std::size_t>(p);
         x[at] += factor * value;
         if (!met[at]) last.push(p);
@@ -209,7 +204,7 @@ DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntr
       }
     };
     subtract(d, 1);
-    const double own = lengths[static_cast<std::size_t>(d)];
+    const double own = lengths[d];
     double largest = 1;
     std::vector<std::pair<int, double>> sum;
     while (!last.empty()) {
@@ -223,7 +218,7 @@ DependentRows dependent_rows(int rows, int columns, const std::vector<SparseEntr
       largest = std::max(largest, std::abs(factor));
       subtract(pivots[at].column, -factor);
       const int of = pivots[at].column;
-      sum.emplace_back(of, factor * own / lengths[static_cast<std::size_t>(of)]);
+      sum.emplace_back(of, factor * own / lengths[of]);
     }
     sum.emplace_back(d, -1.0);
     result.sums.push_back(std::move(sum));

@@ -40,14 +40,13 @@ Columns columns_of(const SparseMatrix& A, bool lower_only) {
   for (std::size_t r = 0; r < n; ++r) by_row[r + 1] += by_row[r];
   places.resize(by_row[n]);
   for (std::size_t k = 0; k < entries.size(); ++k)
-    if (!left_out(k)) places[by_row[static_cast<std::size_t>(entries[k].row)]++] = k;
+    if (!left_out(k)) places[by_row[entries[k].row]++] = k;
 
   std::vector<std::size_t> by_column(n + 1, 0);
   for (const std::size_t k : places) ++by_column[static_cast<std::size_t>(entries[k].column) + 1];
   for (std::size_t c = 0; c < n; ++c) by_column[c + 1] += by_column[c];
   std::vector<std::size_t> sorted(places.size()), next(by_column.begin(), by_column.end() - 1);
-  for (const std::size_t k : places)
-    sorted[next[static_cast<std::size_t>(entries[k].column)]++] = k;
+  for (const std::size_t k : places) sorted[next[entries[k].column]++] = k;
 
   Columns columns;
   columns.begin.reserve(n + 1);
@@ -155,8 +154,7 @@ struct LinearSolver::Factor {
     for (Eigen::Index k = 0; k < B.cols(); ++k)
       for (std::size_t c = 0; c + 1 < A.begin.size(); ++c)
         for (Index e = A.begin[c]; e < A.begin[c + 1]; ++e)
-          R(A.row[static_cast<std::size_t>(e)], k) -=
-              A.value[static_cast<std::size_t>(e)] * X(static_cast<Eigen::Index>(c), k);
+          R(A.row[e], k) -= A.value[e] * X(static_cast<Eigen::Index>(c), k);
     return R;
   }
 };

@@ -33,7 +33,7 @@ std::optional<std::string> broken_assembly_rule(const LoadCase& loads, const Mec
     if (error.leaf < 0 || error.leaf >= leaves)
       return fmt::format("an assembly error is of leaf {}, but there are {} leaves", error.leaf,
                          leaves);
-    const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(error.leaf)];
+    const LeafSpring& leaf = mechanism.leaves[error.leaf];
     if (error.end < 0 || error.end > 1 || (error.end == 1 && leaf.tip == free_edge))
       return fmt::format("an assembly error of leaf {} is not of a clamped edge", error.leaf);
     if (!error.move.allFinite() || !error.turn.allFinite())
@@ -73,12 +73,11 @@ std::optional<std::string> held_by_the_ground(const Mechanism& mechanism) {
   const double length = longest_leaf(mechanism);
   for (const RigidBody& body : mechanism.bodies)
     for (std::size_t d = 0; d < 3; ++d)
-      if (const double place = body.reference[static_cast<Eigen::Index>(d)];
-          body.held[d] && std::abs(place) > 1e-9 * length)
+      if (const double place = body.reference[d]; body.held[d] && std::abs(place) > 1e-9 * length)
         return apart(body.name, direction_names[d], place);
   for (const Joint& joint : mechanism.joints) {
     if (joint.type != JointType::held_displacement) continue;
-    const RigidBody& body = mechanism.bodies[static_cast<std::size_t>(joint.body)];
+    const RigidBody& body = mechanism.bodies[joint.body];
     if (const double place = joint.axis.dot(body.reference); std::abs(place) > 1e-9 * length)
       return apart(body.name, "a displacement", place);
   }
@@ -119,13 +118,12 @@ std::optional<std::string> broken_expansion_rule(const LoadCase& loads,
 }  // namespace
 
 Vector3d growth_move(const Mechanism& warm, int leaf, int end) {
-  const LeafSpring& l = warm.leaves[static_cast<std::size_t>(leaf)];
+  const LeafSpring& l = warm.leaves[leaf];
   const int body = end == 0 ? l.base : l.tip;
   if (body == free_edge) return Vector3d::Zero();
   const Vector3d place = end == 0 ? l.origin : l.tip_middle(),
-                 still = body == ground ? Vector3d(Vector3d::Zero())
-                                        : warm.bodies[static_cast<std::size_t>(body)].reference;
-  return (l.clamp_growth[static_cast<std::size_t>(end)] - 1) * (place - still);
+                 still = body == ground ? Vector3d(Vector3d::Zero()) : warm.bodies[body].reference;
+  return (l.clamp_growth[end] - 1) * (place - still);
 }
 
 Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads) {
@@ -138,9 +136,8 @@ Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads) {
   for (LeafSpring& leaf : warm.leaves)
     for (int e = 0; e < 2; ++e)
       if (const int body = e == 0 ? leaf.base : leaf.tip; body != free_edge)
-        leaf.clamp_growth[static_cast<std::size_t>(e)] =
-            1 + (body == ground ? loads.body_expansion.back()
-                                : loads.body_expansion[static_cast<std::size_t>(body)]);
+        leaf.clamp_growth[e] =
+            1 + (body == ground ? loads.body_expansion.back() : loads.body_expansion[body]);
   return warm;
 }
 

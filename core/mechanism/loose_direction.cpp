@@ -154,9 +154,8 @@ std::optional<std::string> loose_direction(const Mechanism& mechanism) {
                                       ? loosest(resistance.sum().dense(), least)
                                       : loosest(resistance.sum(), least);
   if (!most) return std::nullopt;
-  return fmt::format("{}: nothing gives it stiffness in {}",
-                     mechanism.bodies[static_cast<std::size_t>(*most / 6)].name,
-                     direction_names[static_cast<std::size_t>(*most % 6)]);
+  return fmt::format("{}: nothing gives it stiffness in {}", mechanism.bodies[*most / 6].name,
+                     direction_names[*most % 6]);
 }
 
 }  // namespace flexopt

@@ -45,7 +45,7 @@ class Conditions {
     for (std::size_t i = 0; i < conditions_.size(); ++i) {
       const Condition& c = conditions_[i];
       for (int e = 0; e < 2; ++e) {
-        const int b = members_[static_cast<std::size_t>(c.member)].body[e];
+        const int b = members_[c.member].body[e];
         if (b < 0 || b == without) continue;
         for (int k = 0; k < 6; ++k)
           if (c.gradient[e][k] != 0)
@@ -153,14 +153,14 @@ Redundancy redundancy(const Mechanism& mechanism, const Conditions& conditions,
   const auto& members = conditions.members();
   std::map<int, std::array<Vector6d, 2>> loads;  // of every member on its bodies
   for (const auto& [k, factor] : stress) {
-    const Condition& c = conditions.all()[static_cast<std::size_t>(k)];
+    const Condition& c = conditions.all()[k];
     auto& load = loads
                      .try_emplace(c.member, std::array{Vector6d(Vector6d::Zero()),
                                                        Vector6d(Vector6d::Zero())})
                      .first->second;
     for (int e = 0; e < 2; ++e) load[e] += factor * c.gradient[e];
   }
-  const int last = conditions.all()[static_cast<std::size_t>(stress.back().first)].member;
+  const int last = conditions.all()[stress.back().first].member;
   double largest = 0;
   for (const auto& [m, load] : loads)
     for (const Vector6d& l : load) largest = std::max(largest, l.norm());
@@ -168,10 +168,10 @@ Redundancy redundancy(const Mechanism& mechanism, const Conditions& conditions,
   Redundancy r;
   for (const auto& [m, load] : loads)
     if (std::max(load[0].norm(), load[1].norm()) >= nothing * largest) {
-      const std::string& name = members[static_cast<std::size_t>(m)].name;
+      const std::string& name = members[m].name;
       if (std::ranges::find(r.shared_by, name) == r.shared_by.end()) r.shared_by.push_back(name);
     }
-  const Member& own = members[static_cast<std::size_t>(last)];
+  const Member& own = members[last];
   const int side = own.body[0] >= 0 ? 0 : 1, body = own.body[side];
   const Vector6d& load = loads.at(last)[side];
   r.body = body < 0 ? "ground" : mechanism.bodies[body].name;

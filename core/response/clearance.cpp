@@ -53,8 +53,7 @@ double distance(const Edge& a, const Edge& b) {
 // and the halves of a leaf on both sides of a rigid middle.
 bool joined(const Mechanism& mechanism, const SolidPart& part_a, const SolidPart& part_b) {
   if (part_a.leaf == part_b.leaf) return true;  // legs of one leaf
-  const LeafSpring &a = mechanism.leaves[static_cast<std::size_t>(part_a.leaf)],
-                   &b = mechanism.leaves[static_cast<std::size_t>(part_b.leaf)];
+  const LeafSpring &a = mechanism.leaves[part_a.leaf], &b = mechanism.leaves[part_b.leaf];
   const double touch = 0.5 * (1 + 1e-6) * (a.thickness + b.thickness);
   for (const Edge& ea : clamped_edges(a, part_a))
     for (const Edge& eb : clamped_edges(b, part_b)) {
@@ -75,7 +74,7 @@ std::vector<std::array<int, 2>> clearance_pairs(const Mechanism& mechanism) {
   std::vector<std::array<int, 2>> pairs;
   const std::vector<SolidPart> parts = solid_parts(mechanism);
   for (std::size_t i = 0; i < parts.size() && parts[i].leaf >= 0; ++i) {
-    const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(parts[i].leaf)];
+    const LeafSpring& leaf = mechanism.leaves[parts[i].leaf];
     for (std::size_t j = i + 1; j < parts.size(); ++j) {
       const bool held = leaf.base == parts[j].body || leaf.tip == parts[j].body;
       if (parts[j].leaf >= 0 ? !joined(mechanism, parts[i], parts[j]) : !held)
@@ -119,10 +118,10 @@ LocalValue half_square(const Solids& solids, const PairPoints& pair, const Vecto
 PairPoints nearest_points(const Solids& solids, const PairPoints& start, double size, bool inside) {
   VectorXd lower(6), upper(6), u(6);
   for (int side = 0; side < 2; ++side) {
-    const int solid = start[static_cast<std::size_t>(side)].solid;
+    const int solid = start[side].solid;
     lower.segment<3>(3 * side) = solids.lower(solid);
     upper.segment<3>(3 * side) = solids.upper(solid);
-    u.segment<3>(3 * side) = start[static_cast<std::size_t>(side)].at;
+    u.segment<3>(3 * side) = start[side].at;
     if (!inside) continue;
     lower[3 * side + 2] = upper[3 * side + 2] = 0;
     if (solids.is_wire(solid)) lower[3 * side + 1] = upper[3 * side + 1] = 0;
@@ -161,7 +160,7 @@ std::vector<Start> starts_of(const std::vector<Solids::Sample>& a,
   for (const Solids::Sample& x : a) {
     const int row = stretches * stretch(x, leaf_a);
     for (const Solids::Sample& y : b) {
-      Start& best = nearest[static_cast<std::size_t>(row + stretch(y, leaf_b))];
+      Start& best = nearest[row + stretch(y, leaf_b)];
       if (const double d = (x.place - y.place).squaredNorm(); d < best.distance)
         best = {d, x.at, y.at};
     }
@@ -262,8 +261,7 @@ VectorXd clearance_rate(const Solids& solids, const Clearance& clearance, const 
   if (clearance.overlap)
     for (const SolidPoint& p : clearance.at)
       for (Eigen::Index k = 0; k < rate.size(); ++k)
-        rate[k] -=
-            solids.half_thickness_rate(p.solid, p.at[0], directions[static_cast<std::size_t>(k)]);
+        rate[k] -= solids.half_thickness_rate(p.solid, p.at[0], directions[k]);
   return rate;
 }
 

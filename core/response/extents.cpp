@@ -23,8 +23,7 @@ LocalValue value_at(const Solids& solids, const SolidPoint& point, const F& f) {
   result.curvature = here.slopes.transpose() * curvature * here.slopes;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      result.curvature(i, j) +=
-          slope.dot(here.curvatures[static_cast<std::size_t>(symmetric_index(i, j))]);
+      result.curvature(i, j) += slope.dot(here.curvatures[symmetric_index(i, j)]);
   return result;
 }
 
@@ -106,7 +105,7 @@ SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, const 
   };
   for (int i = 0; i < solids.count(); ++i) {
     if (best.solid >= 0 && bound(i) <= most + equal_distance) continue;
-    const Solids::SampleGrid& grid = samples[static_cast<std::size_t>(i)];
+    const Solids::SampleGrid& grid = samples[i];
     std::vector<double> reached;
     std::vector<std::size_t> order;
     for (const Solids::Sample& sample : grid.samples) {
@@ -140,7 +139,7 @@ const Drive* turning_drive(const Mechanism& mechanism) {
 
 CylinderAxis cylinder_axis(const Mechanism& mechanism) {
   CylinderAxis axis;
-  axis.through = mechanism.bodies[static_cast<std::size_t>(mechanism.end_effector)].reference;
+  axis.through = mechanism.bodies[mechanism.end_effector].reference;
   if (const Drive* drive = turning_drive(mechanism))
     axis.along = drive->axes.col(index(drive->direction) - 3);
   return axis;
@@ -154,7 +153,7 @@ Extents extents_of(const Solids& solids) {
   for (int side = 0; side < 2; ++side)
     for (int k = 0; k < 3; ++k) {
       const double sign = side == 0 ? -1 : 1;
-      SolidPoint& at = extents.at[static_cast<std::size_t>(3 * side + k)];
+      SolidPoint& at = extents.at[3 * side + k];
       at = furthest(
           solids, samples,
           [&](int i) { return (side == 0 ? -solids.lowest(i)[k] : solids.highest(i)[k]) / size; },
@@ -192,16 +191,15 @@ Extents extents_of(const Solids& solids) {
 MatrixXd extent_rates(const Solids& solids, const Extents& extents, const PlaceRates& rates) {
   const auto count = static_cast<Eigen::Index>(rates.directions->size());
   MatrixXd result(7, count);
-  for (int k = 0; k < 6; ++k)
-    result.row(k) = solids.place_rates(extents.at[static_cast<std::size_t>(k)], rates).row(k % 3);
+  for (int k = 0; k < 6; ++k) result.row(k) = solids.place_rates(extents.at[k], rates).row(k % 3);
   const Mechanism& mechanism = solids.mechanism();
   const CylinderAxis axis = cylinder_axis(mechanism);
   const Vector3d place = solids.place(extents.at[6]), r = off_axis(axis, place),
                  away = r.norm() > 0 ? Vector3d(r.normalized()) : Vector3d(Vector3d::Zero());
   const MatrixXd moves = solids.place_rates(extents.at[6], rates);
   for (Eigen::Index p = 0; p < count; ++p) {
-    const Mechanism& d = (*rates.directions)[static_cast<std::size_t>(p)];
-    const Vector3d through = d.bodies[static_cast<std::size_t>(mechanism.end_effector)].reference;
+    const Mechanism& d = (*rates.directions)[p];
+    const Vector3d through = d.bodies[mechanism.end_effector].reference;
     Vector3d turns = Vector3d::Zero();
     if (const Drive* drive = turning_drive(mechanism)) {
       const auto i = static_cast<std::size_t>(drive - mechanism.drives.data());
@@ -237,9 +235,7 @@ std::array<std::size_t, 7> furthest_states(const std::vector<const Extents*>& st
 Envelope envelope_of(const std::vector<const Extents*>& states) {
   const auto of = furthest_states(states);
   Envelope envelope;
-  for (int k = 0; k < 3; ++k)
-    envelope.box[k] = states[of[static_cast<std::size_t>(3 + k)]]->high[k] -
-                      states[of[static_cast<std::size_t>(k)]]->low[k];
+  for (int k = 0; k < 3; ++k) envelope.box[k] = states[of[3 + k]]->high[k] - states[of[k]]->low[k];
   envelope.cylinder = 2 * states[of[6]]->radius;
   return envelope;
 }
@@ -248,9 +244,7 @@ MatrixXd envelope_rates(const std::vector<const Extents*>& states,
                         const std::vector<const MatrixXd*>& rates) {
   const auto of = furthest_states(states);
   MatrixXd result(4, rates.front()->cols());
-  for (int k = 0; k < 3; ++k)
-    result.row(k) = rates[of[static_cast<std::size_t>(3 + k)]]->row(3 + k) -
-                    rates[of[static_cast<std::size_t>(k)]]->row(k);
+  for (int k = 0; k < 3; ++k) result.row(k) = rates[of[3 + k]]->row(3 + k) - rates[of[k]]->row(k);
   result.row(3) = 2 * rates[of[6]]->row(6);
   return result;
 }

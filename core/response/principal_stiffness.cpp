@@ -16,7 +16,7 @@ constexpr double equal = 1e-6;
 MatrixXd free_axes(const PathPoint& point, int first = 0) {
   MatrixXd axes(3, 0);
   for (int d = 0; d < 3; ++d) {
-    if (!point.support_stiffness[static_cast<std::size_t>(first + d)]) continue;
+    if (!point.support_stiffness[first + d]) continue;
     axes.conservativeResize(3, axes.cols() + 1);
     axes.rightCols(1) = Vector3d::Unit(d);
   }

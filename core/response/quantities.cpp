@@ -14,7 +14,7 @@ namespace {
 Quantity named(const QuantityRow& row, int component) {
   Quantity q{row.name, {}, row.label, &row, component};
   if (!row.components.empty()) {
-    const std::string& of = row.components[static_cast<std::size_t>(component)];
+    const std::string& of = row.components[component];
     q.name += "." + of;
     q.label += " " + of;
   }
@@ -73,13 +73,11 @@ bool is_answered(const QuantityRow& row, const StrokeRequest& request) {
 
 bool is_answered(const Quantity& quantity, const StrokeRequest& request) {
   if (quantity.row->needs.has(Output::load_capacity))
-    return request.capacity.directions[static_cast<std::size_t>(quantity.component)];
+    return request.capacity.directions[quantity.component];
   return is_answered(*quantity.row, request);
 }
 
-DriveList::DriveList(Direction drive) : items{{{}, drive}} {
-  prescribed[static_cast<std::size_t>(index(drive))] = true;
-}
+DriveList::DriveList(Direction drive) : items{{{}, drive}} { prescribed[index(drive)] = true; }
 
 DriveList::DriveList(const Mechanism& mechanism) : prescribed(prescribed_directions(mechanism)) {
   for (const Drive& drive : mechanism.drives) items.push_back({drive.name, drive.direction});
@@ -101,7 +99,7 @@ std::vector<Quantity> quantities(const DriveList& drives) {
       continue;
     }
     for (int k = 0; k < components_of(row); ++k) {
-      if (row.of_supports && drives.prescribed[static_cast<std::size_t>(k % 6)]) continue;
+      if (row.of_supports && drives.prescribed[k % 6]) continue;
       list.push_back(named(row, k));
       list.back().unit = row.unit(drives.first(), k);
     }

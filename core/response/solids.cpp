@@ -14,12 +14,12 @@ namespace flexopt {
 std::vector<SolidPart> solid_parts(const Mechanism& mechanism) {
   std::vector<SolidPart> parts;
   for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
-    const auto& fold = mechanism.leaves[static_cast<std::size_t>(i)].fold;
+    const auto& fold = mechanism.leaves[i].fold;
     parts.push_back({.leaf = i, .end = fold ? fold->place : 1});
     if (fold) parts.push_back({.leaf = i, .begin = fold->place});
   }
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
-    if (mechanism.bodies[static_cast<std::size_t>(b)].box) parts.push_back({.body = b});
+    if (mechanism.bodies[b].box) parts.push_back({.body = b});
   return parts;
 }
 
@@ -30,7 +30,7 @@ Solids::Solids(const Mechanism& mechanism, const LeafPlaces& places,
     if (part.leaf >= 0)
       add_leaf(part, places);
     else
-      add_box(part, bodies[static_cast<std::size_t>(part.body)]);
+      add_box(part, bodies[part.body]);
   constexpr double overshoot = 0.01;  // of the interpolation between stations
   for (Solid& solid : solids_) {
     const int index = static_cast<int>(&solid - solids_.data());
@@ -60,7 +60,7 @@ Solids::Solids(const Mechanism& mechanism, const LeafPlaces& places,
 
 void Solids::add_leaf(const SolidPart& part, const LeafPlaces& places) {
   const int leaf = part.leaf;
-  const LeafSpring& spring = mechanism_->leaves[static_cast<std::size_t>(leaf)];
+  const LeafSpring& spring = mechanism_->leaves[leaf];
   Solid& solid = solids_.emplace_back();
   solid.part = part;
   if (spring.section == Section::circular) {
@@ -75,7 +75,7 @@ void Solids::add_leaf(const SolidPart& part, const LeafPlaces& places) {
     std::vector<Vector3d> sides[2];
     for (int i = 0; i < stations_along; ++i) {
       const Vector3d t = station_slope(along_intervals, i, Vector3d(Vector3d::Zero()),
-                                       [&](int k) { return line[static_cast<std::size_t>(k)]; });
+                                       [&](int k) { return line[k]; });
       const WireAxes s = wire_section(t, solid.reference);
       sides[0].push_back(half_of(spring, along_of(i)) * s.n);
       sides[1].push_back(half_of(spring, along_of(i)) * s.b);
@@ -92,7 +92,7 @@ void Solids::add_leaf(const SolidPart& part, const LeafPlaces& places) {
   solid.nodes.resize(2 * surface_size);
   for (int i = 0; i < stations_along; ++i)
     for (int j = 0; j < stations_across; ++j) {
-      const auto at = [&](int a, int b) { return mid[static_cast<std::size_t>(mid_index(a, b))]; };
+      const auto at = [&](int a, int b) { return mid[mid_index(a, b)]; };
       const Vector3d along = station_slope(along_intervals, i, Vector3d(Vector3d::Zero()),
                                            [&](int k) { return at(k, j); }),
                      across = station_slope(across_intervals, j, Vector3d(Vector3d::Zero()),
@@ -106,7 +106,7 @@ void Solids::add_leaf(const SolidPart& part, const LeafPlaces& places) {
 }
 
 void Solids::add_box(const SolidPart& part, const BodyPlace& place) {
-  const RigidBody& of = mechanism_->bodies[static_cast<std::size_t>(part.body)];
+  const RigidBody& of = mechanism_->bodies[part.body];
   Solid& solid = solids_.emplace_back();
   solid.part = part;
   solid.rotation = place.rotation;
@@ -122,16 +122,14 @@ Solids Solids::undeflected(const Mechanism& mechanism) {
           [&](int leaf, const std::vector<std::array<double, 2>>& points) {
             std::vector<Vector3d> places;
             for (const auto& [along, across] : points)
-              places.push_back(undeflected_place(mechanism.leaves[static_cast<std::size_t>(leaf)],
-                                                 along, across));
+              places.push_back(undeflected_place(mechanism.leaves[leaf], along, across));
             return places;
           },
           bodies};
 }
 
 const std::string& Solids::name(int solid) const {
-  return is_leaf(solid) ? leaf_of(solid).name
-                        : mechanism_->bodies[static_cast<std::size_t>(body_of_box(solid))].name;
+  return is_leaf(solid) ? leaf_of(solid).name : mechanism_->bodies[body_of_box(solid)].name;
 }
 
 Vector3d Solids::middle_place(int leaf, double along, double across) const {
@@ -212,11 +210,11 @@ std::vector<Solids::Weight> Solids::weights(const SolidPoint& point) const {
 }
 
 Solids::Local Solids::local(const SolidPoint& point) const {
-  const Solid& solid = solids_[static_cast<std::size_t>(point.solid)];
+  const Solid& solid = solids_[point.solid];
   Local local;
   local.curvatures.fill(Vector3d::Zero());
   for (const Weight& w : weights(point)) {
-    const Vector3d& node = solid.nodes[static_cast<std::size_t>(w.node)];
+    const Vector3d& node = solid.nodes[w.node];
     local.place += w.value * node;
     local.slopes += node * w.slope.transpose();
     for (std::size_t k = 0; k < 6; ++k) local.curvatures[k] += w.curvature[k] * node;
@@ -226,11 +224,11 @@ Solids::Local Solids::local(const SolidPoint& point) const {
 
 std::vector<Solids::Sample> Solids::inner_samples(int solid) const {
   std::vector<Sample> samples;
-  const std::vector<Vector3d>& nodes = solids_[static_cast<std::size_t>(solid)].nodes;
+  const std::vector<Vector3d>& nodes = solids_[solid].nodes;
   if (!is_leaf(solid)) return surface_samples(solid).samples;
   for (int i = 0; i < stations_along; i += sample_step) {
     if (is_wire(solid)) {
-      samples.push_back({{along_of(i), 0, 0}, nodes[static_cast<std::size_t>(i)]});
+      samples.push_back({{along_of(i), 0, 0}, nodes[i]});
       continue;
     }
     for (int j = 0; j < stations_across; j += sample_step) {
@@ -244,7 +242,7 @@ std::vector<Solids::Sample> Solids::inner_samples(int solid) const {
 
 Solids::SampleGrid Solids::surface_samples(int solid) const {
   SampleGrid grid;
-  const std::vector<Vector3d>& nodes = solids_[static_cast<std::size_t>(solid)].nodes;
+  const std::vector<Vector3d>& nodes = solids_[solid].nodes;
   const auto add = [&](const Vector3d& u) { grid.samples.push_back({u, place({solid, u})}); };
   if (!is_leaf(solid)) {
     grid.counts = {3, 3, 3};
@@ -263,9 +261,8 @@ Solids::SampleGrid Solids::surface_samples(int solid) const {
     for (int side = 0; side < 2; ++side)
       for (int i = 0; i < stations_along; ++i)
         for (int j = 0; j < stations_across; ++j)
-          grid.samples.push_back(
-              {{along_of(i), across_of(j), 2.0 * side - 1},
-               nodes[static_cast<std::size_t>(side * surface_size + mid_index(i, j))]});
+          grid.samples.push_back({{along_of(i), across_of(j), 2.0 * side - 1},
+                                  nodes[side * surface_size + mid_index(i, j)]});
   }
   return grid;
 }

@@ -58,8 +58,7 @@ class History {
       for (const bool positive : {true, false}) {
         Spot spot{leaf, static_cast<Eigen::Index>(q), positive, {}, -1};
         for (const int end : {0, 1})
-          if (const auto& factors = factors_[leaf][static_cast<std::size_t>(end)];
-              factors && places[q].along == end) {
+          if (const auto& factors = factors_[leaf][end]; factors && places[q].along == end) {
             spot.notch = *factors;
             spot.end = end;
           }
@@ -75,8 +74,7 @@ class History {
 
   FatigueCycle cycle_of(const Found& found, std::size_t point) const {
     const Spot& spot = found.spot;
-    const StressPlace& at =
-        response_.stress_places[spot.leaf][static_cast<std::size_t>(spot.place)];
+    const StressPlace& at = response_.stress_places[spot.leaf][spot.place];
     FatigueCycle cycle;
     cycle.amplitude = found.cycle.amplitude;
     cycle.mean = found.cycle.mean;
@@ -106,8 +104,7 @@ class History {
     const SectionStress s = section(point, spot);
     for (Eigen::Index p = 0; p < rates.cols(); ++p) {
       const NotchFactors moved =
-          clamp_factor_rates(leaf, directions[static_cast<std::size_t>(p)].leaves[spot.leaf],
-                             spot.end, *rules_.fillet);
+          clamp_factor_rates(leaf, directions[p].leaves[spot.leaf], spot.end, *rules_.fillet);
       rates.col(p) += moved.membrane * s.head<3>() + side * moved.bending * s.tail<3>();
     }
     return rates;

@@ -39,7 +39,7 @@ FatigueCycle ratio_cycle(const StressPeak& peak, double ratio) {
 void add_ratio_fatigue(const std::vector<StressPeak>& leaves, const Mechanism& mechanism,
                        const StressRules& rules, PathPoint& point) {
   for (const StressPeak& peak : leaves) {
-    const LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(peak.leaf)];
+    const LeafSpring& leaf = mechanism.leaves[peak.leaf];
     const FatigueLaw law(leaf.material, rules.fatigue_rule);
     FatigueCycle cycle = ratio_cycle(peak, *rules.fatigue_rule.stress_ratio);
     if (rules.fatigue) {
@@ -73,7 +73,7 @@ std::optional<StressSafety> least_safety(const std::vector<StressPeak>& leaves,
                                          const Mechanism& mechanism, const Strength& strength) {
   std::optional<StressSafety> least;
   for (const StressPeak& peak : leaves) {
-    const double limit = strength(mechanism.leaves[static_cast<std::size_t>(peak.leaf)].material);
+    const double limit = strength(mechanism.leaves[peak.leaf].material);
     if (limit >= no_critical_factor * peak.value) continue;
     const double value = limit / peak.value;
     if (!least || value < least->value * (1 - 1e-9)) least = StressSafety{value, peak};
@@ -105,7 +105,7 @@ ClampFactors clamp_factors(const LeafSpring& leaf, double fillet) {
   ClampFactors factors;
   for (const int end : {0, 1})
     if (body_at(leaf, end) != free_edge)
-      factors[static_cast<std::size_t>(end)] = fillet_factors(fillet / thickness_at(leaf, end));
+      factors[end] = fillet_factors(fillet / thickness_at(leaf, end));
   return factors;
 }
 
@@ -137,7 +137,7 @@ std::string fillet_fault(const Mechanism& mechanism, double radius) {
 
 StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& mechanism,
                         double fillet) {
-  const LeafSpring& spring = mechanism.leaves[static_cast<std::size_t>(largest.leaf)];
+  const LeafSpring& spring = mechanism.leaves[largest.leaf];
   for (const StressPeak& peak : leaf.clamp_stresses(clamp_factors(spring, fillet)))
     if (peak.value > largest.value * (1 + 1e-9)) largest = peak;
   return largest;
@@ -165,8 +165,7 @@ VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,
   for (std::size_t p = 0; p < directions.size(); ++p) {
     const NotchFactors moved =
         clamp_factor_rates(mechanism.leaves[leaf], directions[p].leaves[leaf], end, fillet);
-    stress_rates[static_cast<Eigen::Index>(p)] +=
-        peak.per_membrane * moved.membrane + peak.per_bending * moved.bending;
+    stress_rates[p] += peak.per_membrane * moved.membrane + peak.per_bending * moved.bending;
   }
   return stress_rates;
 }

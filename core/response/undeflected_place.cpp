@@ -54,15 +54,14 @@ PlaceRates undeflected_rates(const Mechanism& mechanism, const std::vector<Mecha
     MatrixXd result(3, count);
     const auto i = static_cast<std::size_t>(leaf);
     for (Eigen::Index p = 0; p < count; ++p)
-      result.col(p) = undeflected_place_rate(
-          mechanism.leaves[i], directions[static_cast<std::size_t>(p)].leaves[i], along, across,
-          along_rates.size() > 0 ? along_rates[p] : 0);
+      result.col(p) = undeflected_place_rate(mechanism.leaves[i], directions[p].leaves[i], along,
+                                             across, along_rates.size() > 0 ? along_rates[p] : 0);
     return result;
   };
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
     BodyPlaceRate rate{MatrixXd(3, count), MatrixXd::Zero(3, count)};
     for (Eigen::Index p = 0; p < count; ++p)
-      rate.position.col(p) = directions[static_cast<std::size_t>(p)].bodies[b].reference;
+      rate.position.col(p) = directions[p].bodies[b].reference;
     rates.bodies.push_back(std::move(rate));
   }
   return rates;

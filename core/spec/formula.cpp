@@ -140,7 +140,7 @@ void Formula::values(std::span<const double> numbers, double* of) const {
     if (step.op == FormulaOp::constant)
       of[i] = step.number;
     else if (step.op == FormulaOp::name)
-      of[i] = numbers[slots_[static_cast<std::size_t>(step.slot)]];
+      of[i] = numbers[slots_[step.slot]];
     else
       of[i] = value_of_step(step, of[step.a], of[step.b], of[step.c]);
   }

@@ -54,7 +54,7 @@ void FormulaParser::measure_power(Part& result, const Part& base, const Part& ex
   }
   result.measure = base.measure;
   if (is_constant(exponent)) {
-    const double power = formula_.steps_[static_cast<std::size_t>(exponent.step)].number;
+    const double power = formula_.steps_[exponent.step].number;
     result.dimension = base.dimension.power(power);
   } else if (base.measure == known && !base.dimension.is_plain()) {
     throw refuse(fmt::format("{} is {}: its exponent {} must be a constant", shown(base),

@@ -61,13 +61,13 @@ void FormulaParser::parse() {
   std::sort(sorted.begin(), sorted.end());
   for (Formula::Step& step : formula_.steps_)
     if (step.op == FormulaOp::name) {
-      const int slot = formula_.slots_[static_cast<std::size_t>(step.slot)];
+      const int slot = formula_.slots_[step.slot];
       step.slot =
           static_cast<int>(std::lower_bound(sorted.begin(), sorted.end(), slot) - sorted.begin());
     }
   formula_.slots_ = std::move(sorted);
   for (const int slot : formula_.slots_) {
-    const FormulaName& name = names_[static_cast<std::size_t>(slot)];
+    const FormulaName& name = names_[slot];
     formula_.names_.push_back(name.name);
     formula_.units_.push_back(name.unit.empty() || name.unit == "1" ? "" : " [" + name.unit + "]");
   }
@@ -92,7 +92,7 @@ void FormulaParser::expect(std::string_view sign, const char* why) {
 }
 
 bool FormulaParser::is_constant(const Part& part) const {
-  return formula_.steps_[static_cast<std::size_t>(part.step)].op == FormulaOp::constant;
+  return formula_.steps_[part.step].op == FormulaOp::constant;
 }
 
 /// Appends the step; where its operands are constants it becomes one itself.
@@ -102,9 +102,7 @@ FormulaParser::Part FormulaParser::make(Formula::Step step, std::size_t begin, s
   part.begin = begin;
   part.end = end;
   const bool leaf = step.op == FormulaOp::constant || step.op == FormulaOp::name;
-  const auto of = [&](int operand) -> const Formula::Step& {
-    return steps[static_cast<std::size_t>(operand)];
-  };
+  const auto of = [&](int operand) -> const Formula::Step& { return steps[operand]; };
   if (!leaf && of(step.a).op == FormulaOp::constant && of(step.b).op == FormulaOp::constant &&
       of(step.c).op == FormulaOp::constant) {
     Formula::Step folded;
@@ -235,8 +233,8 @@ FormulaParser::Part FormulaParser::power() {
   if (!accept("^")) return base;
   const Part exponent = factor();  // binds from the right, and may have signs
   Part result;
-  const Formula::Step& of_base = formula_.steps_[static_cast<std::size_t>(base.step)];
-  const double whole = formula_.steps_[static_cast<std::size_t>(exponent.step)].number;
+  const Formula::Step& of_base = formula_.steps_[base.step];
+  const double whole = formula_.steps_[exponent.step].number;
   if (of_base.op == FormulaOp::name && is_constant(exponent) &&
       (whole == 2 || whole == 3 || whole == 4)) {
     measure_power(result, base, exponent);

@@ -71,7 +71,7 @@ Dimension dimension_of(const ut_unit* unit) {
     if (known == base_units.end()) continue;
     int power = 1;
     std::from_chars(factor.data() + base.size(), factor.data() + factor.size(), power);
-    dimension.powers[static_cast<std::size_t>(known - base_units.begin())] += power;
+    dimension.powers[known - base_units.begin()] += power;
   }
   return dimension;
 }

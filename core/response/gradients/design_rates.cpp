@@ -36,8 +36,7 @@ class ForceSum {
       factor_->add_leaf_force(leaf, scale, rows, orders_[0]);
     } else {
       for (int o = 0; o < 3; ++o)
-        factor_->add_leaf_force(leaf, scale, MatrixXd(coefficients(rows, o)),
-                                orders_[static_cast<std::size_t>(o)]);
+        factor_->add_leaf_force(leaf, scale, MatrixXd(coefficients(rows, o)), orders_[o]);
     }
   }
   Eigen::MatrixX<S> sum() const {
@@ -161,7 +160,7 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
       v.edge[e].position = dplace.template cast<S>();
       continue;
     }
-    const typename MechanismState<S>::Body& at = state_.bodies[static_cast<std::size_t>(b)];
+    const typename MechanismState<S>::Body& at = state_.bodies[b];
     const RigidBody &of = mechanism.bodies[b], &db = direction.bodies[b];
     const Vector3d moves = to_leaf * (db.reference - d.origin),
                    undeflected = of.reference - leaf.origin;
@@ -261,7 +260,7 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matr
     forces.add(leaf, scale.energy, q.state);
     rates += scale.energy * leaves_[i]->rates(q, rows, variations_[i]);
     for (Eigen::Index p = 0; p < count; ++p) {
-      const LeafVariation<S>& v = variations_[i][static_cast<std::size_t>(p)];
+      const LeafVariation<S>& v = variations_[i][p];
       if (v.energy != 0) rates.col(p) += (scale.energy * v.energy) * q.stiffness;
       if (v.mass != 0) rates.col(p) -= (scale.mass * v.mass) * lambda.cwiseProduct(q.mass);
     }
@@ -273,9 +272,9 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matr
   for (Eigen::Index k = 0; k < n; ++k)
     if (lambda[k] != S(0))
       for (Eigen::Index p = 0; p < count; ++p)
-        rates(k, p) -= lambda[k] * body_mass_rate((*directions_)[static_cast<std::size_t>(p)],
-                                                  absolute.col(k).head(factor.bodies()),
-                                                  state_rates.col(p).head(factor.bodies()));
+        rates(k, p) -=
+            lambda[k] * body_mass_rate((*directions_)[p], absolute.col(k).head(factor.bodies()),
+                                       state_rates.col(p).head(factor.bodies()));
   return rates;
 }
 

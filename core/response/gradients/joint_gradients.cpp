@@ -48,7 +48,7 @@ StrokeState<S> drive_state(const Mechanism& mechanism, const MechanismState<S>& 
                            const Drive& drive) {
   const auto body = [&](int b) -> JointBodyOf<S> {
     if (b < 0) return {};
-    const typename MechanismState<S>::Body& at = state.bodies[static_cast<std::size_t>(b)];
+    const typename MechanismState<S>::Body& at = state.bodies[b];
     return {at.position, at.rotation, mechanism.bodies[b].reference};
   };
   return {drive, body(drive.body), body(drive.other)};
@@ -148,7 +148,7 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
         if (const int b = sides[e]; b >= 0) {
           const Vector3<S> spin = q.template segment<3>(6 * b + 3);
           bodies[e]->position += q.template segment<3>(6 * b);
-          bodies[e]->rotation = hat(spin) * state.bodies[static_cast<std::size_t>(b)].rotation;
+          bodies[e]->rotation = hat(spin) * state.bodies[b].rotation;
         }
       const DriveStroke<S> r = drive_stroke_rate(at, rate);
       const Eigen::Matrix<S, 12, 12> H = multiplier * r.curvature + S(q[first + row]) * curvature;

@@ -29,7 +29,7 @@ void add_load_residual_rates(const MechanismFactor& factor, const MechanismState
   for (const BodyLoad& load : factor.system().acting()) {
     if (is_constant(load)) continue;
     const Eigen::Index r = 6 * static_cast<Eigen::Index>(load.body) + 3;
-    const Matrix3<S>& turn = state.bodies[static_cast<std::size_t>(load.body)].rotation;
+    const Matrix3<S>& turn = state.bodies[load.body].rotation;
     const Vector3<S> f = load.force.template cast<S>(), arm = turn * load.arm;
     for (std::size_t p = 0; p < directions.size(); ++p) {
       auto column = R.col(static_cast<Eigen::Index>(p));
@@ -48,12 +48,12 @@ void add_load_quadratic_rates(const MechanismFactor& factor, const MechanismStat
   for (const BodyLoad& load : factor.system().acting()) {
     if (load.arm.isZero(0) && is_constant(load)) continue;
     const Eigen::Index r = 6 * static_cast<Eigen::Index>(load.body) + 3;
-    const Matrix3<S>& R = state.bodies[static_cast<std::size_t>(load.body)].rotation;
+    const Matrix3<S>& R = state.bodies[load.body].rotation;
     const Vector3<S> arm = R * load.arm, f = load.force.template cast<S>();
     for (Eigen::Index p = 0; p < rates.cols(); ++p) {
       const Vector3<S> turn = state_rates.col(p).template segment<3>(r);
       Vector3<S> moved = turn.cross(arm);
-      const Mechanism& direction = directions[static_cast<std::size_t>(p)];
+      const Mechanism& direction = directions[p];
       moved += arm_rate(load, R, direction);
       const Vector3<S> df = force_rate<S>(load, direction);
       for (Eigen::Index k = 0; k < Y.cols(); ++k) {

@@ -156,7 +156,7 @@ std::vector<Vector12d> forced_increments(const Mechanism& mechanism, const LoadC
       increments[i].segment<3>(6 * e) += share * growth_move(mechanism, static_cast<int>(i), e);
   }
   for (const AssemblyError& error : loads.assembly)
-    increments[static_cast<std::size_t>(error.leaf)].segment<6>(6 * error.end) +=
+    increments[error.leaf].segment<6>(6 * error.end) +=
         share * (Vector6d() << error.move, error.turn).finished();
   return increments;
 }

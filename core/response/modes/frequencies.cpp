@@ -210,9 +210,9 @@ std::optional<Frequencies> natural_frequencies(System& system, const FrequencyOp
                              MatrixXd(pencil.size, 0), options.motions);
     if (options.shapes) {
       for (int k = 0; k < static_cast<int>(result.free.size()); ++k)
-        pencil.add_shape(free.vectors.col(k), result.free[static_cast<std::size_t>(k)]);
+        pencil.add_shape(free.vectors.col(k), result.free[k]);
       for (int k = 0; k < locked.values.size(); ++k)
-        pencil.add_shape(locked.vectors.col(k), result.locked[static_cast<std::size_t>(k)]);
+        pencil.add_shape(locked.vectors.col(k), result.locked[k]);
     }
     result.check = pencil.check;
     return result;

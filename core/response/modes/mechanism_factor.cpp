@@ -25,8 +25,7 @@ MechanismFactor::MechanismFactor(System& system,
       size_(system.size()),
       tangent_(system, false),
       locked_tangent_(system, true) {
-  for (int i = 0; i < system.leaves(); ++i)
-    add_leaf(system, i, std::move(leaves[static_cast<std::size_t>(i)]));
+  for (int i = 0; i < system.leaves(); ++i) add_leaf(system, i, std::move(leaves[i]));
   size_ += conditions();
   body_mass_ = system.body_mass();
   MatrixXd forces = MatrixXd::Zero(size_, drives());
@@ -40,7 +39,7 @@ MatrixXd MechanismFactor::drive_shapes() const {
   const MatrixXd stiffness = Lu(drive_compliance_).inverse();
   MatrixXd shapes = drive_answers_ * stiffness;
   for (int k = 0; k < drives(); ++k)
-    if (const auto& row = system_->drives()[static_cast<std::size_t>(k)].condition)
+    if (const auto& row = system_->drives()[k].condition)
       shapes.row(size_ - conditions() + *row) = -stiffness.row(k);
   return shapes;
 }
@@ -220,7 +219,7 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
   const int bodies = bodies_, n = bodies_ + conditions();
   std::vector<int> owned;  // drives of a coordinate
   for (int k = 0; k < drives(); ++k)
-    if (system_->drives()[static_cast<std::size_t>(k)].coordinate) owned.push_back(k);
+    if (system_->drives()[k].coordinate) owned.push_back(k);
   const int loads = static_cast<int>(owned.size());
   VectorXd scale(n + loads);
   scale.head(n) = tangent_.scale();
@@ -229,8 +228,7 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
   MatrixXd rhs = MatrixXd::Zero(n + loads, B.cols());
   rhs.topRows(n) = condensed(B);
   for (int j = 0; j < loads; ++j) {
-    const int k = owned[static_cast<std::size_t>(j)],
-              d = *system_->drives()[static_cast<std::size_t>(k)].coordinate;
+    const int k = owned[j], d = *system_->drives()[k].coordinate;
     scale[n + j] = 1 / scale[d];  // the drive load in units of the drive's stiffness
     if (strokes) {
       A.add(d, n + j, scale[d] * -1 * scale[n + j]);
@@ -242,7 +240,7 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
   }
   const std::vector<Constraints::Row>& rows = system_->constraints().rows();
   for (int k = 0; k < conditions(); ++k) {
-    const Constraints::Row& condition = rows[static_cast<std::size_t>(k)];
+    const Constraints::Row& condition = rows[k];
     const int row = bodies + k;
     for (int e = 0; e < 2; ++e)
       for (int i = 0; i < 6 && condition.body[e] >= 0; ++i) {
@@ -254,7 +252,7 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
       }
   }
   for (int k = 0; k < drives(); ++k)
-    if (const auto& condition = system_->drives()[static_cast<std::size_t>(k)].condition) {
+    if (const auto& condition = system_->drives()[k].condition) {
       const int row = bodies + *condition;
       if (strokes) {
         rhs.row(row) += strokes->row(k);
@@ -267,9 +265,9 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
                      LinearSolver(A, system_->analyses()).solve(MatrixXd(scale.asDiagonal() * rhs));
   MatrixXd Y(size_ + drives(), B.cols());
   Y.topRows(size_) = expanded(B, x.topRows(n));
-  for (int j = 0; j < loads; ++j) Y.row(size_ + owned[static_cast<std::size_t>(j)]) = x.row(n + j);
+  for (int j = 0; j < loads; ++j) Y.row(size_ + owned[j]) = x.row(n + j);
   for (int k = 0; k < drives(); ++k)
-    if (const auto& condition = system_->drives()[static_cast<std::size_t>(k)].condition)
+    if (const auto& condition = system_->drives()[k].condition)
       Y.row(size_ + k) = -x.row(bodies + *condition);
   return Y;
 }

@@ -62,7 +62,7 @@ void add_leaf(const System& system, const LeafDynamics& leaf, bool motions,
             k = static_cast<int>(leaf.mode_frequencies.size());
   pencil.highest[i] = leaf.highest_mode;
   pencil.check = std::max(pencil.check, leaf.check);
-  const LeafSpring& l = system.mechanism().leaves[static_cast<std::size_t>(i)];
+  const LeafSpring& l = system.mechanism().leaves[i];
   const int boundary = l.point ? 15 : 12;
   MechanismPencil::Leaf part;
   part.modes = k;
@@ -101,8 +101,7 @@ MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_mo
                                  const FrequencyOptions& options) {
   MechanismPencil pencil = without_leaves(system);
   for (int i = 0; i < system.leaves(); ++i) {
-    const DynamicsRequest request(leaf_modes[static_cast<std::size_t>(i)], options.shapes,
-                                  options.motions);
+    const DynamicsRequest request(leaf_modes[i], options.shapes, options.motions);
     add_leaf(system,
              options.constant_mass ? options.constant_mass->dynamics(system, i, request)
                                    : system.leaf(i).dynamics(request),
@@ -130,8 +129,7 @@ LeafModes::LeafModes(const MechanismPencil& of) {
     const Eigen::Index edges = leaf.boundary(), k = leaf.modes;
     for (Eigen::Index j = 0; j < edges; ++j)
       for (Eigen::Index i = 0; i < edges; ++i)  // both edges may be of one body
-        pencil.M(leaf.coordinates[static_cast<std::size_t>(i)],
-                 leaf.coordinates[static_cast<std::size_t>(j)]) += leaf.mass(i, j);
+        pencil.M(leaf.coordinates[i], leaf.coordinates[j]) += leaf.mass(i, j);
     shapes.emplace_back();
     if (k == 0) continue;
     EigenPairs own =
@@ -140,8 +138,7 @@ LeafModes::LeafModes(const MechanismPencil& of) {
     pencil.modes.segment(first, k) = own.values;
     const MatrixXd coupling = leaf.mass.topRightCorner(edges, k) * own.vectors;
     for (Eigen::Index i = 0; i < edges; ++i)
-      pencil.C.row(leaf.coordinates[static_cast<std::size_t>(i)]).segment(first, k) +=
-          coupling.row(i);
+      pencil.C.row(leaf.coordinates[i]).segment(first, k) += coupling.row(i);
     shapes.back() = std::move(own.vectors);
   }
 }

@@ -6,7 +6,7 @@ namespace flexopt {
 namespace {
 
 bool is_grounded(const MechanismFactor& factor, int leaf, int end) {
-  const LeafSpring& spring = factor.system().mechanism().leaves[static_cast<std::size_t>(leaf)];
+  const LeafSpring& spring = factor.system().mechanism().leaves[leaf];
   return (end == 0 ? spring.base : spring.tip) == ground;
 }
 
@@ -19,7 +19,7 @@ Matrix6d motion_of_place(const Vector3d& place) {
 
 // Rows of a leaf's edges on the ground for the six motions.
 MatrixXd grounded_rows(const MechanismFactor& factor, int i) {
-  const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
+  const MechanismFactor::Leaf& leaf = factor.leaves()[i];
   const LeafScale& scale = leaf.linear->scale();
   MatrixXd rows = MatrixXd::Zero(leaf.rows.size(), 6);
   for (int e = 0; e < 2; ++e) {
@@ -34,7 +34,7 @@ MatrixXd grounded_rows(const MechanismFactor& factor, int i) {
 
 // Columns of what moves of a leaf: its edges except a free one, and its material point.
 std::vector<int> moving_columns(const MechanismFactor& factor, int i) {
-  const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
+  const MechanismFactor::Leaf& leaf = factor.leaves()[i];
   std::vector<int> columns;
   const auto add = [&](int first, int size) {
     for (int k = 0; k < size; ++k) columns.push_back(first + k);
@@ -57,7 +57,7 @@ RigidMotion rigid_motion(const MechanismFactor& factor) {
   for (int b = 0; b < factor.bodies() / 6; ++b)
     rigid.motion.middleRows<6>(6 * b) = motion_of_place(system.pose(b).position);
   for (int i = 0; i < system.leaves(); ++i) {
-    const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     const MatrixXd rows = factor.leaf_rows(leaf, rigid.motion) + grounded_rows(factor, i);
     MatrixXd held(12 + leaf.rows.point, 6);
     held.topRows(12) = leaf.rows.edge_rows(rows).bottomRows(12);
@@ -70,7 +70,7 @@ RigidMotion rigid_motion(const MechanismFactor& factor) {
   for (int i = 0; i < system.leaves(); ++i) {
     const MatrixXd rows = grounded_rows(factor, i);
     if (rows.isZero(0)) continue;
-    const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(i)];
+    const MechanismFactor::Leaf& leaf = factor.leaves()[i];
     factor.add_leaf_force(leaf, leaf.linear->scale().mass,
                           leaf.rows.body_rows(leaf.linear->mass_times(leaf.rows.edge_rows(rows))),
                           rigid.inertia);

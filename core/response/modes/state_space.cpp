@@ -22,19 +22,16 @@ std::vector<Signal> inputs_of(const MechanismFactor& factor) {
     inputs.push_back(
         {name_of_drive(factor, k, "drive_load"), is_rotation(drives[k].direction) ? "N m" : "N"});
   for (int d = 0; d < 6; ++d)
-    inputs.push_back({fmt::format("ground.{}", direction_names[static_cast<std::size_t>(d)]),
-                      d < 3 ? "m/s^2" : "rad/s^2"});
+    inputs.push_back({fmt::format("ground.{}", direction_names[d]), d < 3 ? "m/s^2" : "rad/s^2"});
   for (int d = 0; d < 6; ++d)
-    inputs.push_back({fmt::format("load.{}", direction_names[static_cast<std::size_t>(d)]),
-                      d < 3 ? "N" : "N m"});
+    inputs.push_back({fmt::format("load.{}", direction_names[d]), d < 3 ? "N" : "N m"});
   return inputs;
 }
 
 std::vector<Signal> outputs_of(const MechanismFactor& factor, const std::vector<Probe>& probes) {
   std::vector<Signal> outputs;
   for (int d = 0; d < 6; ++d)
-    outputs.push_back(
-        {fmt::format("O.{}", direction_names[static_cast<std::size_t>(d)]), d < 3 ? "m" : "rad"});
+    outputs.push_back({fmt::format("O.{}", direction_names[d]), d < 3 ? "m" : "rad"});
   const std::vector<Drive>& drives = factor.system().mechanism().drives;
   for (std::size_t k = 0; k < drives.size(); ++k)
     outputs.push_back(
@@ -59,7 +56,7 @@ MatrixXd forces_of(const MechanismFactor& factor) {
 // Displacement of a material point of a leaf for motions X of all unknowns, in global axes [m].
 Answer<MatrixXd> probe_motion(const MechanismFactor& factor, const Probe& probe, const MatrixXd& X,
                               LeafRates& rates) {
-  const MechanismFactor::Leaf& leaf = factor.leaves()[static_cast<std::size_t>(probe.leaf)];
+  const MechanismFactor::Leaf& leaf = factor.leaves()[probe.leaf];
   const Answer<LeafGradient<double>> gradient = leaf.linear->gradient(rates, leaf.rows);
   if (!gradient.value) return {nullptr, gradient.reason};
   LeafVariation<double> none;  // a leaf as it is: only its state moves
@@ -81,7 +78,7 @@ Answer<MatrixXd> outputs_for(const MechanismFactor& factor, const std::vector<Pr
   Y->topRows(6) = X.middleRows<6>(6 * factor.system().mechanism().end_effector);
   Y->middleRows(6, strokes.rows()) = strokes * X.topRows(factor.bodies());
   for (Eigen::Index k = 0; k < of_probes; ++k) {
-    const Probe& probe = probes[static_cast<std::size_t>(k)];
+    const Probe& probe = probes[k];
     const Answer<MatrixXd> motion = probe_motion(factor, probe, X, rates);
     if (!motion.value) return {nullptr, fmt::format("probe {}: {}", probe.name, motion.reason)};
     Y->middleRows(6 + strokes.rows() + 3 * k, 3) = *motion.value;
@@ -102,8 +99,7 @@ Answer<StateSpace> state_space(const MechanismFactor& factor, const StateSpaceRe
   model->omega2 = free.lambda.head(modes);
   model->damping.resize(modes);
   for (int k = 0; k < modes; ++k)
-    model->damping[k] = request.damping.size() == 1 ? request.damping.front()
-                                                    : request.damping[static_cast<std::size_t>(k)];
+    model->damping[k] = request.damping.size() == 1 ? request.damping.front() : request.damping[k];
   const MatrixXd forces = forces_of(factor), phi = free.phi.leftCols(modes);
   MatrixXd X(factor.size(), modes + forces.cols());
   X << phi, factor.solve(forces);

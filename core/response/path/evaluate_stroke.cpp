@@ -34,7 +34,7 @@ std::vector<std::vector<int>> ways_to_points(const StrokeRequest& request) {
   std::vector<int> of(request.points.size());
   const std::vector<VectorXd> lines = stroke_ways(request);
   for (int k = 0; k < count && !lines.empty(); ++k) {
-    const VectorXd& strokes = request.strokes[static_cast<std::size_t>(k)];
+    const VectorXd& strokes = request.strokes[k];
     std::optional<double> part;
     for (std::size_t line = 0; !part && line < lines.size(); ++line) {
       part = part_of_way(lines[line], {strokes.begin(), strokes.end()});
@@ -43,8 +43,7 @@ std::vector<std::vector<int>> ways_to_points(const StrokeRequest& request) {
     parts[k] = part.value_or(1);
   }
   ways.resize(2 * std::max<std::size_t>(1, lines.size()));
-  for (int k = 0; k < count; ++k)
-    ways[static_cast<std::size_t>(2 * of[k] + (parts[k] < 0))].push_back(k);
+  for (int k = 0; k < count; ++k) ways[2 * of[k] + (parts[k] < 0)].push_back(k);
   for (std::vector<int>& way : ways)
     std::ranges::stable_sort(way, {}, [&](int k) { return std::abs(parts[k]); });
   std::erase_if(ways, [](const auto& way) { return way.empty(); });
@@ -264,9 +263,9 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
 MechanismDirection assembly_direction(std::string parameter, const Mechanism& mechanism,
                                       const AssemblyError& rate) {
   MechanismDirection direction{std::move(parameter), zero_rate(mechanism)};
-  LeafSpring& leaf = direction.rate.leaves[static_cast<std::size_t>(rate.leaf)];
-  leaf.assembly_move[static_cast<std::size_t>(rate.end)] = rate.move;
-  leaf.assembly_turn[static_cast<std::size_t>(rate.end)] = rate.turn;
+  LeafSpring& leaf = direction.rate.leaves[rate.leaf];
+  leaf.assembly_move[rate.end] = rate.move;
+  leaf.assembly_turn[rate.end] = rate.turn;
   return direction;
 }
 

@@ -62,7 +62,7 @@ std::optional<double> stroke_along(const PathPoint& point, int drive) {
   if (point.strokes.size() < 2) return point.stroke;
   for (std::size_t k = 0; k < point.strokes.size(); ++k)
     if (static_cast<int>(k) != drive && point.strokes[k] != 0) return std::nullopt;
-  return point.strokes[static_cast<std::size_t>(drive)];
+  return point.strokes[drive];
 }
 
 // Follows the modes of one drive through `points`, sorted outward.

@@ -44,7 +44,7 @@ std::optional<Push> push_of_leaves(const System& system) {
   Vector3d sum = Vector3d::Zero();
   int count = 0;
   for (int i = 0; i < system.leaves(); ++i) {
-    const LeafSpring& leaf = system.mechanism().leaves[static_cast<std::size_t>(i)];
+    const LeafSpring& leaf = system.mechanism().leaves[i];
     if (system.leaf(i).evaluation().negative_pivots == 0 || leaf.material.density == 0) continue;
     const double L = leaf.length, t = leaf.thickness;
     const Vector3d own = 32 * leaf.material.youngs_modulus * t * t /
@@ -63,7 +63,7 @@ void add_push(const Push& push, double amplitude, double stiffness, double lengt
   const double work = amplitude * stiffness;
   loads.gravity += acceleration;
   for (int b = 0; 6 * b < push.motion.size(); ++b) {
-    const RigidBody& body = mechanism.bodies[static_cast<std::size_t>(b)];
+    const RigidBody& body = mechanism.bodies[b];
     loads.constant.push_back({.force = work / (length * length) * push.motion.segment<3>(6 * b),
                               .moment = work * push.motion.segment<3>(6 * b + 3),
                               .body = b});

@@ -66,8 +66,7 @@ VectorXd peak_rates(const Rates& rates, const StressPeak& peak, const Mechanism&
       factor.leaf_rows(factor.leaves()[leaf], rates.state), rates.design->variations(peak.leaf));
   VectorXd moduli(static_cast<Eigen::Index>(directions.with_load.size()));
   for (Eigen::Index p = 0; p < moduli.size(); ++p)
-    moduli[p] =
-        directions.with_load[static_cast<std::size_t>(p)].leaves[leaf].material.youngs_modulus;
+    moduli[p] = directions.with_load[p].leaves[leaf].material.youngs_modulus;
   VectorXd of_stress =
       fields->stress_rates(peak, mechanism.leaves[leaf].material.youngs_modulus, moduli);
   if (!rules.fillet) return of_stress;
@@ -98,7 +97,7 @@ double CapacityLimits::beyond(System& system) {
   stress_.reset();
   support_.reset();
   for (int i = 0; i < system.leaves(); ++i) {
-    const auto& strength = strengths_[static_cast<std::size_t>(i)];
+    const auto& strength = strengths_[i];
     if (!strength) continue;
     const StressPeak peak = peak_of(system, i, request_->stress);
     const double over = peak.value / *strength - 1;
@@ -126,8 +125,7 @@ LoadCapacity CapacityLimits::reached() const {
     capacity.limit = CapacityLimit::stress;
     capacity.stress = stress_;
     capacity.reason = fmt::format("the stress of {} reaches {:.4g} MPa",
-                                  mechanism_->leaves[static_cast<std::size_t>(stress_->leaf)].name,
-                                  stress_->value / 1e6);
+                                  mechanism_->leaves[stress_->leaf].name, stress_->value / 1e6);
   } else {
     assert(support_);
     capacity.limit = CapacityLimit::stiffness;
@@ -136,7 +134,7 @@ LoadCapacity CapacityLimits::reached() const {
     capacity.reason = fmt::format(
         "the support stiffness {} falls to {:g} of what it is without "
         "the load",
-        direction_names[static_cast<std::size_t>(*support_)], request_->capacity.stiffness_share);
+        direction_names[*support_], request_->capacity.stiffness_share);
   }
   return capacity;
 }
@@ -165,7 +163,7 @@ VectorXd CapacityLimits::gradient(LoadBranch& branch, CapacityDirections& design
   }
   const BodyLoad named = branch.named();
   const VectorXd of = stiffness_rates(rates, *support_, &named);
-  const VectorXd& without = *unloaded.rates[static_cast<std::size_t>(*support_)];
+  const VectorXd& without = *unloaded.rates[*support_];
   return -(of.head(count) - request_->capacity.stiffness_share * without) / of[count];
 }
 
