@@ -217,6 +217,9 @@ struct StrokeRequest {
   VectorXd strokes_at(std::size_t point, std::size_t drives) const;
   /// How many natural frequencies of a list have to be found.
   int frequencies_of(DriveState drive) const;
+  bool wants_frequencies() const {
+    return frequencies_of(DriveState::free) > 0 || frequencies_of(DriveState::locked) > 0;
+  }
   bool wants_frequency_derivatives() const;
   bool wants_dynamics() const { return dynamics && outputs.has(Output::dynamics); }
   bool wants_state_space(std::size_t point) const;

@@ -104,6 +104,7 @@ set(tested_by
   core/response/path/branch core/response/path/test_response
   core/response/path/estimated_numbers core/response/path/test_error_estimate
   core/response/path/full_finish core/response/gradients/test_point_gradients
+  core/response/path/point_dynamics core/response/path/test_response
   core/response/path/point_outputs core/response/path/test_response
   core/response/path/mechanism_series
     core/response/path/test_frequency_derivatives

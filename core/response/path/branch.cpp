@@ -41,8 +41,7 @@ double seconds_since(Clock::time_point start) {
 // the leaves' own motions, which condensing gives.
 int points_with_dynamics(const ModelOptions& model, const StrokeRequest& request,
                          std::size_t points, bool differentiable) {
-  const bool asked = request.frequencies_of(DriveState::free) > 0 ||
-                     request.frequencies_of(DriveState::locked) > 0 || request.wants_dynamics() ||
+  const bool asked = request.wants_frequencies() || request.wants_dynamics() ||
                      (request.state_space && request.outputs.has(Output::state_space));
   const bool of_tables =
       model.mass == LeafMass::consistent &&
@@ -98,9 +97,8 @@ constexpr const char* sharp_turn =
 // can.
 std::string interior_gap(System& system, const StrokeRequest& request, std::size_t k) {
   InteriorUse use;
-  use.mass = request.frequencies_of(DriveState::free) > 0 ||
-             request.frequencies_of(DriveState::locked) > 0 || request.wants_dynamics() ||
-             request.wants_state_space(k);
+  use.mass =
+      request.wants_frequencies() || request.wants_dynamics() || request.wants_state_space(k);
   use.stress = request.outputs.has(Output::stress);
   use.sections = use.stress && request.stress.need_history();
   use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||

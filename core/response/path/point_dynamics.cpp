@@ -1,0 +1,224 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/response/gradients/point_gradients.hpp"
+#include "core/response/modes/frequencies.hpp"
+#include "core/response/modes/state_space.hpp"
+#include "core/response/path/low_modes.hpp"
+#include "core/response/path/point_outputs.hpp"
+#include "core/response/path/stroke_ways.hpp"
+
+namespace flexopt {
+namespace {
+
+void refuse(PathPoint& point, const std::string& reason) {
+  point.status = PointStatus::no_equilibrium;
+  point.message = reason;
+}
+
+void miss_frequencies(int unknowns, PathPoint& point) {
+  refuse(point, fmt::format("the lowest frequencies of {} unknowns were not found", unknowns));
+}
+
+void set_measures(const DynamicsMeasures& measures, PathPoint& point) {
+  point.bandwidths.clear();
+  for (const std::optional<DynamicsMeasure>& bandwidth : measures.bandwidths) {
+    point.bandwidths.emplace_back();
+    if (bandwidth) point.bandwidths.back() = bandwidth->value;
+  }
+  if (const auto& gain = measures.transmissibility)
+    point.transmissibility = {gain->value, gain->frequency};
+}
+
+// Modes are told apart where they are drawn and where they are followed along the stroke.
+bool wants_mode_motions(const StrokeRequest& request) {
+  return request.outputs.has(Output::shapes) || request.wants_frequency_derivatives();
+}
+
+bool is_at_rest(const PathPoint& point) {
+  return point.stroke == 0 &&
+         std::ranges::all_of(point.strokes, [](double stroke) { return stroke == 0; });
+}
+
+void add_modes(const StrokeRequest& request, const std::vector<Mode>& free,
+               const std::vector<Mode>& locked, PathPoint& point) {
+  if (request.frequencies_of(DriveState::free) > 0) point.modes_free = free;
+  if (request.frequencies_of(DriveState::locked) > 0) point.modes_locked = locked;
+  for (const Mode& m : point.modes_free) point.frequencies_free.push_back(m.frequency);
+  for (const Mode& m : point.modes_locked) point.frequencies_locked.push_back(m.frequency);
+  const ParasiticRule& rule = request.parasitic;
+  const auto& modes = rule.drive == DriveState::locked ? point.modes_locked : point.modes_free;
+  const auto lowest =
+      std::ranges::find_if(modes, [&](const Mode& mode) { return rule.admits(mode.kind); });
+  if (lowest != modes.end()) point.parasitic_frequency = lowest->frequency;
+}
+
+}  // namespace
+
+// Frequencies of the condensed mechanism.
+void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
+  const auto found =
+      natural_frequencies(system, {.count = request_->frequencies,
+                                   .free = request_->frequencies_of(DriveState::free) > 0,
+                                   .leaf_modes = model_->leaf_modes,
+                                   .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+                                   .motions = wants_mode_motions(*request_),
+                                   .shapes = request_->outputs.has(Output::shapes)});
+  if (!found) return miss_frequencies(system.size(), point);
+  add_modes(*request_, found->free, found->locked, point);
+  add_reports(system, point);
+}
+
+// Frequencies of the whole mechanism, to rounding. False where they are not found.
+bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, std::size_t index,
+                                        FullModeLists& lists, PathPoint& point) {
+  const int free = request_->frequencies_of(DriveState::free),
+            locked = request_->frequencies_of(DriveState::locked);
+  if (model_->leaf_modes == 0) {
+    lists = static_modes(factor, free, locked);
+  } else {
+    const bool at_rest = request_->wants_frequency_derivatives() && is_at_rest(point) &&
+                         std::all_of(factor.leaves().begin(), factor.leaves().end(),
+                                     [](const MechanismFactor::Leaf& leaf) { return leaf.full; });
+    int needed = at_rest ? std::min(modes_needed(request_->frequencies), factor.size()) : 0;
+    if (request_->wants_state_space(index))
+      needed = std::max(needed, std::min(request_->state_space->modes, factor.size()));
+    auto modes = full_modes(factor, std::max(free, needed), locked,
+                            wants_mode_motions(*request_) ? ModeMotions::yes : ModeMotions::no);
+    if (!modes) {
+      miss_frequencies(factor.size(), point);
+      return false;
+    }
+    lists = std::move(*modes);
+    if (at_rest) {
+      const auto start = std::chrono::steady_clock::now();
+      const ExactDerivatives derivatives = differentiable_->exact_derivatives(*model_);
+      differentiable_->along_stroke = frequency_derivatives(
+          factor, request_->frequencies, stroke_ways(*request_), &derivatives, &lists.free);
+      differentiable_->seconds_along_stroke =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+    lists.free.modes.resize(
+        std::min(lists.free.modes.size(), static_cast<std::size_t>(free)));  // those listed
+  }
+  add_modes(*request_, lists.free.modes, lists.locked.modes, point);
+  return true;
+}
+
+// The modes of the whole mechanism are those of the condensed one, in the same order, but for a
+// few 1e-5 of their frequencies: that knows how they look.
+void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
+  if (!request_->outputs.has(Output::shapes) ||
+      (point.modes_free.empty() && point.modes_locked.empty()))
+    return;
+  const auto drawn = natural_frequencies(
+      system, {.count = request_->frequencies, .leaf_modes = model_->leaf_modes, .shapes = true});
+  if (!drawn) return miss_frequencies(system.size(), point);
+  const auto take = [](const std::vector<Mode>& from, std::vector<Mode>& to) {
+    for (std::size_t k = 0; k < std::min(from.size(), to.size()); ++k) {
+      to[k].body_motion = from[k].body_motion;
+      to[k].leaf_motion = from[k].leaf_motion;
+    }
+  };
+  take(drawn->free, point.modes_free);
+  take(drawn->locked, point.modes_locked);
+}
+
+// Why modes of reduced leaves, which were found or not, are not believed; empty where they are.
+// Those up to the highest frequency are made of all modes of the leaves up to somewhat more.
+std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
+                                    bool found, const DynamicsMeasures& dynamics) const {
+  if (model_->leaf_modes == 0) return {};
+  double highest = dynamics.transmissibility ? request_->dynamics->transmissibility->to : 0;
+  for (const std::optional<DynamicsMeasure>& bandwidth : dynamics.bandwidths)
+    if (bandwidth) highest = std::max(highest, bandwidth->frequency);
+  for (const FullModes* list : {&lists.free, &lists.locked})
+    for (const Mode& mode : list->modes) highest = std::max(highest, mode.frequency);
+  const auto wanted = [&](DriveState drive) {
+    return static_cast<std::size_t>(request_->frequencies_of(drive));
+  };
+  const bool all = found && lists.free.modes.size() >= wanted(DriveState::free) &&
+                   lists.locked.modes.size() >= wanted(DriveState::locked);
+  const double cutoff = FrequencyOptions{}.cutoff_ratio * highest;
+  for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
+    const std::optional<double> top = factor.leaves()[i].linear->highest_mode();
+    if (top && !all)
+      return fmt::format("leaf {}: its tables have fewer modes than are asked for", i);
+    if (top && *top < cutoff)
+      return fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz", i,
+                         *top, cutoff);
+  }
+  return {};
+}
+
+// False where a probe has no motion; the point then says why.
+bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullModes& free,
+                                   std::size_t index, PathPoint& point) {
+  if (!request_->wants_state_space(index)) return true;
+  LeafRates own;
+  LeafRates& rates = differentiable_ ? differentiable_->rates : own;
+  Answer<StateSpace> model =
+      state_space(factor, *request_->state_space, request_->probes, free, rates);
+  if (model.value) {
+    point.state_space = std::move(*model.value);
+    return true;
+  }
+  refuse(point, model.reason);
+  return false;
+}
+
+void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& point) {
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system);
+  if (!linear.value) return refuse(point, linear.reason);
+  const MechanismFactor& factor = *linear.value;
+  if (request_->wants_dynamics())
+    set_measures(dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), false),
+                 point);
+  if (!request_->wants_state_space(index)) return;
+  const auto modes =
+      full_modes(factor, std::min(request_->state_space->modes, factor.size()), 0, ModeMotions::no);
+  if (!modes) return miss_frequencies(factor.size(), point);
+  add_state_space(factor, modes->free, index, point);
+}
+
+// What differentiable points have beside others; derivatives of everything, if asked for.
+// Frequencies by a constant mass have none.
+std::string PointOutputs::evaluate_differentiable(System& system, const Solids* solids,
+                                                  std::size_t index, PathPoint& point,
+                                                  PointGradients* gradients) {
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system);
+  if (!linear.value) {
+    refuse(point, linear.reason);
+    return {};
+  }
+  const MechanismFactor& factor = *linear.value;
+  DynamicsMeasures dynamics;
+  if (request_->wants_dynamics()) {
+    dynamics = dynamics_measures(factor, *request_->dynamics, request_->loads.driven(),
+                                 gradients != nullptr);
+    set_measures(dynamics, point);
+  }
+  FullModeLists modes;
+  if (model_->mass == LeafMass::consistent) {
+    const bool found = add_full_frequencies(factor, index, modes, point);
+    if (std::string gap = modes_gap(factor, modes, found, dynamics); !gap.empty()) return gap;
+    if (!found || !add_state_space(factor, modes.free, index, point)) return {};
+    add_mode_shapes(system, point);
+  }
+  if (point.max_stress && request_->stress_peaks > 0)
+    add_stress_peaks(system, request_->stress_peaks, point);
+  if (!gradients) return {};
+  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
+  if (!leaves.value) {
+    refuse(point, leaves.reason);
+    return {};
+  }
+  *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
+                               *model_, *request_, point, modes, solids,
+                               request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_);
+  return {};
+}
+
+}  // namespace flexopt
