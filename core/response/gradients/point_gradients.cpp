@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
 #include <numbers>
 #include <utility>
 
 #include "core/math/eigenvalue_branches.hpp"
 #include "core/math/rotation.hpp"
+#include "core/response/gradients/moving_places.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/response/stress_safety.hpp"
 
@@ -19,60 +18,6 @@ using std::numbers::pi;
 
 // Squares of frequencies nearer than this are one cluster: single derivatives mean nothing there.
 constexpr double cluster_gap = 1e-6;
-
-// Fields of the leaves that were asked for.
-class MovingFields {
- public:
-  MovingFields(const MechanismFactor& factor, const DesignRates<double>& design,
-               const MatrixXd& state_rates)
-      : factor_(&factor), design_(&design), state_rates_(&state_rates) {}
-
-  const LeafFields& of(int i) {
-    auto& fields = made_[i];
-    if (!fields)
-      fields = design_->leaf(i).fields(factor_->leaf_rows(factor_->leaves()[i], *state_rates_),
-                                       design_->variations(i));
-    return *fields;
-  }
-
- private:
-  const MechanismFactor* factor_;
-  const DesignRates<double>* design_;
-  const MatrixXd* state_rates_;
-  std::map<int, std::unique_ptr<LeafFields>> made_;
-};
-
-// Derivatives of the place of a leaf's material point, which is now at `place`: 3 × parameters.
-MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, double across,
-                          const Vector3d& place, const std::vector<Mechanism>& directions,
-                          const LeafFields& fields) {
-  const LeafSpring& spring = mechanism.leaves[i];
-  const MatrixXd local = fields.place_rates(along, across);
-  // seen from the leaf's axes, over L
-  const double length = spring.growth * spring.length;
-  const Vector3d scaled = spring.axes.transpose() * (place - spring.origin) / length;
-  MatrixXd rates(3, local.cols());
-  for (Eigen::Index p = 0; p < rates.cols(); ++p) {
-    const LeafSpring& d = directions[p].leaves[i];
-    rates.col(p) = d.origin + d.axes * scaled * length +
-                   spring.axes * (local.col(p) * length + scaled * (spring.growth * d.length));
-  }
-  return rates;
-}
-
-// Derivatives of the displacement of O as the point of the path lists it, where the end-effector
-// follows the mean displacement of a tip edge: 3 × parameters.
-MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoint& point,
-                                const std::vector<Mechanism>& directions,
-                                const LeafFields& fields) {
-  const LeafSpring& spring = mechanism.leaves[i];
-  MatrixXd rates = leaf_place_rates(
-      mechanism, i, spring.point->along, spring.point->across,
-      mechanism.bodies[mechanism.end_effector].reference + point.displacement, directions, fields);
-  for (int p = 0; p < rates.cols(); ++p)
-    rates.col(p) -= directions[p].bodies[mechanism.end_effector].reference;
-  return rates;
-}
 
 struct Column {
   double lambda = 0;  ///< q = yᵀ(K − λ M) y
@@ -341,34 +286,6 @@ void set_dynamics(const DynamicsMeasures& dynamics, const DesignRates<double>& d
     if (measure) gradients.bandwidths.back() = gradient(*measure);
   }
   if (dynamics.transmissibility) gradients.transmissibility = gradient(*dynamics.transmissibility);
-}
-
-// What the places of leaves and bodies change by as the state moves with the parameters.
-PlaceRates moving_places(const MechanismFactor& factor, const Solids& solids,
-                         const std::vector<Mechanism>& directions, const MatrixXd& state_rates,
-                         MovingFields& fields) {
-  const Mechanism& mechanism = factor.system().mechanism();
-  PlaceRates rates;
-  rates.directions = &directions;
-  rates.leaf = [&](int leaf, double along, double across, const VectorXd& along_rates) {
-    MatrixXd rate =
-        leaf_place_rates(mechanism, leaf, along, across, solids.middle_place(leaf, along, across),
-                         directions, fields.of(leaf));
-    if (along_rates.size() == 0) return rate;
-    const LeafSpring& spring = mechanism.leaves[leaf];
-    const Vector3d slope = spring.growth * spring.length *
-                           (spring.axes * fields.of(leaf).place_slope(along, across).value());
-    rate += slope * along_rates.transpose();
-    return rate;
-  };
-  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
-    const auto row = static_cast<Eigen::Index>(6 * b);
-    BodyPlaceRate rate{state_rates.middleRows(row, 3), state_rates.middleRows(row + 3, 3)};
-    for (Eigen::Index p = 0; p < rate.position.cols(); ++p)
-      rate.position.col(p) += directions[p].bodies[b].reference;
-    rates.bodies.push_back(std::move(rate));
-  }
-  return rates;
 }
 
 void set_room_taken(const Solids& solids, const PathPoint& point, const PlaceRates& rates,
