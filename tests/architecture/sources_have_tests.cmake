@@ -84,6 +84,7 @@ set(tested_by
   core/response/stability/softening core/response/stability/test_critical_load
   core/response/gradients/design_rates core/response/gradients/test_point_gradients
   core/response/gradients/moving_places core/response/gradients/test_point_gradients
+  core/response/modes/classified_modes core/response/modes/test_full_modes
   core/response/modes/constant_mass core/response/modes/test_mass_options
   core/response/modes/frequencies core/response/path/test_response
   core/response/modes/mechanism_factor core/response/modes/test_full_modes

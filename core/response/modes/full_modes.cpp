@@ -8,7 +8,6 @@
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
-#include "core/mechanism/joint.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/modes/mechanism_pencil.hpp"
 
@@ -32,7 +31,8 @@ struct RitzPairs {
   VectorXd values;
   MatrixXd of_V;
   MatrixXd of_C;        ///< empty where the drives are held
-  double residual = 0;  ///< largest of those asked for, relative
+  int wanted = 0;       ///< so many are asked for
+  double residual = 0;  ///< largest of these, relative
 };
 
 // Indices of θ = 1/λ by falling magnitude.
@@ -45,6 +45,7 @@ std::vector<int> by_magnitude(const VectorXd& theta) {
 
 // Takes the residual of the first `count` pairs, whose λ ascend, and leaves all by falling |θ|.
 void complete(const BlockKrylov& krylov, int count, RitzPairs& pairs) {
+  pairs.wanted = count;
   const MatrixXd& B = krylov.rest();
   const VectorXd size = (B * pairs.of_V.bottomRows(B.cols())).colwise().norm();
   for (int k = 0; k < std::min<int>(count, size.size()); ++k)
@@ -203,61 +204,46 @@ FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, in
   return found;
 }
 
-}  // namespace
-
-std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
-                                   const VectorXd& lambda, const MatrixXd& phi,
-                                   const MatrixXd& M_phi, ModeMotions motions) {
-  const int count = static_cast<int>(lambda.size());
-  const Mechanism& mechanism = factor.system().mechanism();
-  MatrixXd rest = phi, M_rest = M_phi;
-  VectorXd of_drive = VectorXd::Zero(count);
-  if (!drive_locked) {
-    MatrixXd shapes = factor.drive_answers(), M_shapes = factor.mass(shapes);
-    for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
-      for (Eigen::Index j = 0; j < k; ++j) {  // M-orthogonal, one after the other
-        const double by = M_shapes.col(j).dot(shapes.col(k)) / M_shapes.col(j).dot(shapes.col(j));
-        shapes.col(k) -= by * shapes.col(j);
-        M_shapes.col(k) -= by * M_shapes.col(j);
-      }
-      const double b = shapes.col(k).dot(M_shapes.col(k));
-      const Eigen::RowVectorXd a = shapes.col(k).transpose() * M_phi;
-      of_drive += (a.cwiseAbs2() / b).transpose();
-      rest -= shapes.col(k) * (a / b);
-      M_rest -= M_shapes.col(k) * (a / b);
-    }
-    of_drive = of_drive.cwiseMin(1.0);
-  }
-  const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
-  const MatrixXd carried = factor.condensed(M_rest);
-  MatrixXd motion;
-  if (motions == ModeMotions::yes) motion = factor.motion(phi);
-  const std::vector<int> group = rigid_groups(mechanism);
-  std::vector<Mode> modes;
-  for (int k = 0; k < count; ++k) {
-    double end_effector = 0, intermediate = 0, bodies = 0;
-    for (int b = 0; b < factor.bodies() / 6; ++b) {
-      const double e = rest.col(k).segment<6>(6 * b).dot(carried.col(k).segment<6>(6 * b));
-      bodies += e;
-      (group[b] == mechanism.end_effector ? end_effector : intermediate) += std::max(0.0, e);
-    }
-    modes.push_back(mode_of_shares(lambda[k], of_drive[k], end_effector, intermediate,
-                                   std::max(0.0, all[k] - bodies)));
-    if (motions == ModeMotions::yes) modes.back().motion = motion.col(k);
-  }
-  return modes;
-}
-
-namespace {
-
 bool has_negative(const RitzPairs& pairs, int count) {
   return (pairs.values.array() < 0).count() >= std::min<Eigen::Index>(count, pairs.values.size());
+}
+
+// One step of inverse iteration from the Ritz pairs of both lists. Its columns are of equal size,
+// for small modes are rounded beside large ones.
+FullModeLists iterated_modes(const MechanismFactor& factor, const BlockKrylov& krylov,
+                             const DriveShapes& drive, const RitzPairs& of_free,
+                             const RitzPairs& of_locked, ModeMotions motions) {
+  const auto f = of_free.values.size(), l = of_locked.values.size();
+  MatrixXd KY(factor.size(), f + l);
+  const auto times_lambda = [](const MatrixXd& coefficients, const RitzPairs& pairs) {
+    return MatrixXd(coefficients * pairs.values.cwiseInverse().asDiagonal());
+  };
+  if (f > 0) {
+    KY.leftCols(f).noalias() = krylov.MV() * times_lambda(of_free.of_V, of_free);
+    if (of_free.of_C.size() > 0)
+      KY.leftCols(f).noalias() += drive.mass * times_lambda(of_free.of_C, of_free);
+  }
+  if (l > 0) KY.rightCols(l).noalias() = krylov.MV() * times_lambda(of_locked.of_V, of_locked);
+  MatrixXd Y = factor.solve_locked(KY);
+  if (drive.shapes.cols() > 0) {
+    const MatrixXd along = drive.compliance * (drive.shapes.transpose() * KY.leftCols(f));
+    Y.leftCols(f).noalias() += drive.shapes * along;
+    for (const int row : factor.drive_rows()) Y.row(row).head(f).setZero();
+  }
+  const MatrixXd MY = factor.mass(Y);
+  FullModeLists found;
+  if (of_free.wanted > 0)
+    found.free = rayleigh_ritz(factor, false, of_free.wanted, Y.leftCols(f), MY.leftCols(f),
+                               KY.leftCols(f), motions);
+  if (of_locked.wanted > 0)
+    found.locked = rayleigh_ritz(factor, true, of_locked.wanted, Y.rightCols(l), MY.rightCols(l),
+                                 KY.rightCols(l), motions);
+  return found;
 }
 
 // The lowest modes of both lists, from one Krylov space.
 std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
-  FullModeLists found;
   const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
   const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   DriveShapes drive{factor.drive_shapes(), {}, factor.drive_compliance()};
@@ -297,39 +283,8 @@ std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int 
     if (found_all || krylov.invariant()) break;
     if (!more) return std::nullopt;
   }
-
-  // inverse iteration with columns of equal size, for small modes are rounded beside large ones
-  const int f = static_cast<int>(of_free.values.size()),
-            l = static_cast<int>(of_locked.values.size());
-  MatrixXd KY(factor.size(), f + l);
-  const auto times_lambda = [](const MatrixXd& coefficients, const RitzPairs& pairs) {
-    return MatrixXd(coefficients * pairs.values.cwiseInverse().asDiagonal());
-  };
-  if (f > 0) {
-    KY.leftCols(f).noalias() = krylov.MV() * times_lambda(of_free.of_V, of_free);
-    if (of_free.of_C.size() > 0)
-      KY.leftCols(f).noalias() += drive.mass * times_lambda(of_free.of_C, of_free);
-  }
-  if (l > 0) KY.rightCols(l).noalias() = krylov.MV() * times_lambda(of_locked.of_V, of_locked);
-  MatrixXd Y = solve(KY);
-  if (drive.shapes.cols() > 0) {
-    const MatrixXd along = drive.compliance * (drive.shapes.transpose() * KY.leftCols(f));
-    Y.leftCols(f).noalias() += drive.shapes * along;
-    for (const int row : factor.drive_rows()) Y.row(row).head(f).setZero();
-  }
-  const MatrixXd MY = mass(Y);
-  if (free > 0)
-    found.free =
-        rayleigh_ritz(factor, false, free, Y.leftCols(f), MY.leftCols(f), KY.leftCols(f), motions);
-  if (locked > 0)
-    found.locked = rayleigh_ritz(factor, true, locked, Y.rightCols(l), MY.rightCols(l),
-                                 KY.rightCols(l), motions);
-  return found;
+  return iterated_modes(factor, krylov, drive, of_free, of_locked, motions);
 }
-
-}  // namespace
-
-namespace {
 
 // The conditions bear what λ M φ − K φ leaves on the bodies, Ψᵀ μ; those of drives that are free
 // bear nothing.

@@ -93,39 +93,6 @@ constexpr const char* unbelieved_crossing =
 constexpr const char* sharp_turn =
     "the way turns sharply, where what reduced leaves are off by may decide on the branch";
 
-// Why a leaf cannot give the exact modes and derivatives that a point is asked for; empty where all
-// can.
-std::string interior_gap(System& system, const StrokeRequest& request, std::size_t k) {
-  InteriorUse use;
-  use.mass =
-      request.wants_frequencies() || request.wants_dynamics() || request.wants_state_space(k);
-  use.stress = request.outputs.has(Output::stress);
-  use.sections = use.stress && request.stress.need_history();
-  use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||
-               (request.wants_state_space(k) && !request.probes.empty());
-  for (int i = 0; i < system.leaves(); ++i)
-    if (const std::string gap = system.leaf(i).interior_gap(use); !gap.empty())
-      return fmt::format("leaf {}: {}", i, gap);
-  return {};
-}
-
-// Why a reduced leaf is not believed beside what it rebuilt; empty where all are.
-std::string rebuilt_gap(const System& system) {
-  for (int i = 0; i < system.leaves(); ++i)
-    if (const std::string gap = system.leaf(i).rebuilt_gap(); !gap.empty())
-      return fmt::format("leaf {}: {}", i, gap);
-  return {};
-}
-
-// Whether frequencies and equilibrium of reduced leaves contradict each other: then they are
-// expanded about a state that is none of the full leaves'.
-bool contradicts_itself(const PathPoint& point) {
-  constexpr double rounding = 1e-6;
-  const std::vector<double>& f = point.frequencies_locked;
-  return point.status == PointStatus::converged && point.stable && !f.empty() &&
-         f.front() < -rounding * std::abs(f.back());
-}
-
 // Evaluates point k. Where exact modes and derivatives are wanted that the leaves do not have, full
 // ones take over, which are returned; the equilibrium is then theirs.
 std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model,
@@ -136,39 +103,12 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   const PathPoint before = point;
   std::string gap = differentiable ? interior_gap(system, request, k) : std::string();
   if (gap.empty()) gap = outputs.evaluate(system, equilibrium, k, point, gradients);
-  if (gap.empty()) gap = rebuilt_gap(system);
-  if (gap.empty() && contradicts_itself(point) && !system.all_full())
-    gap = "reduced leaves are stable with a negative frequency";
+  if (gap.empty()) gap = why_not_believed(system, point);
   if (gap.empty()) return nullptr;
   point = before;
   auto full = finish_on_full_leaves(system, model, request, k, gap, equilibrium);
   if (equilibrium.converged) outputs.evaluate(*full, equilibrium, k, point, gradients);
   return full;
-}
-
-// Onto the stable branch at a point that is unstable, of another system, `away`. Why not; empty
-// where it is.
-std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
-                         const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
-                         std::optional<Push>& push) {
-  std::unique_ptr<System> whole;
-  Equilibrium here = equilibrium;
-  if (!system.all_full()) {
-    whole = finish_on_full_leaves(system, model, request, point, {}, here);
-    if (!here.converged) return here.message;
-    if (negative_pivots(*whole, request.loads.driven()) ==
-        0) {  // reduced leaves alone were unstable
-      away = std::move(whole);
-      equilibrium = here;
-      return {};
-    }
-  }
-  StableBranch found = find_stable_branch(whole ? *whole : system, model, request, point);
-  if (!found.system) return found.reason;
-  away = std::move(found.system);
-  equilibrium = found.equilibrium;
-  push = std::move(found.push);
-  return {};
 }
 
 // The ways from rest, point by point.

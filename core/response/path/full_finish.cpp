@@ -1,6 +1,9 @@
 #include "core/response/path/full_finish.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/equilibrium/continuity.hpp"
@@ -43,6 +46,33 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
   equilibrium.iterations += before;
   equilibrium.sub_steps = std::max(equilibrium.sub_steps, steps);
   return full;
+}
+
+std::string interior_gap(System& system, const StrokeRequest& request, std::size_t k) {
+  InteriorUse use;
+  use.mass =
+      request.wants_frequencies() || request.wants_dynamics() || request.wants_state_space(k);
+  use.stress = request.outputs.has(Output::stress);
+  use.sections = use.stress && request.stress.need_history();
+  use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||
+               (request.wants_state_space(k) && !request.probes.empty());
+  for (int i = 0; i < system.leaves(); ++i)
+    if (const std::string gap = system.leaf(i).interior_gap(use); !gap.empty())
+      return fmt::format("leaf {}: {}", i, gap);
+  return {};
+}
+
+std::string why_not_believed(const System& system, const PathPoint& point) {
+  for (int i = 0; i < system.leaves(); ++i)
+    if (const std::string gap = system.leaf(i).rebuilt_gap(); !gap.empty())
+      return fmt::format("leaf {}: {}", i, gap);
+  constexpr double rounding = 1e-6;
+  const std::vector<double>& f = point.frequencies_locked;
+  const bool contradicts_itself = point.status == PointStatus::converged && point.stable &&
+                                  !f.empty() && f.front() < -rounding * std::abs(f.back());
+  return contradicts_itself && !system.all_full()
+             ? "reduced leaves are stable with a negative frequency"
+             : "";
 }
 
 }  // namespace flexopt

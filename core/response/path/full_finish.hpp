@@ -6,6 +6,7 @@
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/mechanism/model_options.hpp"
 #include "core/response/request.hpp"
+#include "core/response/response.hpp"
 
 namespace flexopt {
 
@@ -20,5 +21,14 @@ Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::si
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
                                               const StrokeRequest& request, std::size_t point,
                                               const std::string& reason, Equilibrium& equilibrium);
+
+/// Why a leaf cannot give the exact modes and derivatives that a point is asked for; empty where
+/// all can.
+std::string interior_gap(System& system, const StrokeRequest& request, std::size_t point);
+
+/// Why reduced leaves are not believed beside what they rebuilt, or where their frequencies and
+/// equilibrium contradict each other (then they are expanded about a state that is none of the full
+/// leaves'); empty where they are.
+std::string why_not_believed(const System& system, const PathPoint& point);
 
 }  // namespace flexopt

@@ -138,4 +138,27 @@ StableBranch lead_to_stable_branch(System& system, const Push& push, const Model
   return found;
 }
 
+std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
+                         const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
+                         std::optional<Push>& push) {
+  std::unique_ptr<System> whole;
+  Equilibrium here = equilibrium;
+  if (!system.all_full()) {
+    whole = finish_on_full_leaves(system, model, request, point, {}, here);
+    if (!here.converged) return here.message;
+    // reduced leaves alone were unstable
+    if (negative_pivots(*whole, request.loads.driven()) == 0) {
+      away = std::move(whole);
+      equilibrium = here;
+      return {};
+    }
+  }
+  StableBranch found = find_stable_branch(whole ? *whole : system, model, request, point);
+  if (!found.system) return found.reason;
+  away = std::move(found.system);
+  equilibrium = found.equilibrium;
+  push = std::move(found.push);
+  return {};
+}
+
 }  // namespace flexopt

@@ -2,6 +2,7 @@
 // From an unstable equilibrium to the stable one on the branch that meets its own: (Q9) of
 // README.md of core/equilibrium.
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/equilibrium/stroke_path.hpp"
@@ -34,5 +35,11 @@ StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
 /// loads.
 StableBranch lead_to_stable_branch(System& system, const Push& push, const ModelOptions& model,
                                    const StrokeRequest& request, std::size_t point);
+
+/// Onto the stable branch at a point that is unstable, of another system, `away`. Why not; empty
+/// where it is.
+std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
+                         const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
+                         std::optional<Push>& push);
 
 }  // namespace flexopt
