@@ -81,6 +81,7 @@ set(tested_by
   core/response/modes/rigid_motion core/response/modes/test_dynamics_measures
   core/response/stability/branch_tracer core/response/stability/test_critical_load
   core/response/stability/load_branch core/response/stability/test_critical_load
+  core/response/stability/load_trial core/response/stability/test_load_capacity
   core/response/stability/softening core/response/stability/test_critical_load
   core/response/gradients/design_rates core/response/gradients/test_point_gradients
   core/response/gradients/moving_places core/response/gradients/test_point_gradients

@@ -13,43 +13,32 @@ namespace flexopt {
 namespace {
 
 constexpr int most_states = 60;
-// Change of the factor without a critical state that is believed where the
-// states are spent.
+// Change of the factor without a critical state that is believed where the states are spent.
 constexpr double enough = 10;
-// Of the way to a critical state, over the size of the factor: where it counts
-// as reached.
+// A critical state counts as reached at this distance on the way, over the size of the factor.
 constexpr double reached = 1e-8;
 // The shortest step, likewise.
 constexpr double least_step = 1e-7;
-// Estimates that move by so small a share of the way between two states are
-// those of a branch that leads straight to a bifurcation. An imperfection that
-// is rounding, or as small, makes it miss that by a little; it has passed it
-// where the factor is so far beyond.
+// Estimates that move by so small a share of the way between two states are those of a branch that
+// leads straight to a bifurcation. An imperfection that is rounding, or as small, makes it miss
+// that by a little; it has passed it where the factor is so far beyond.
 constexpr double agreement = 0.02, passed = 1.01;
 // As near to it, over the size of the factor, what makes the branch miss it is rounding, or as
 // small, and its factor and the derivatives of that are the bifurcation's.
 constexpr double nearly_met = 1e-5;
-// The same where Newton's method does not come nearer.
+// A bifurcation counts as met at this distance where Newton's method does not come nearer.
 constexpr double still_near = 1e-2;
 // So many estimates in a row, for next to a fold one may agree by chance.
 constexpr int straight_states = 3;
 // Beyond it, where the tangent must have become indefinite.
 constexpr double beyond = 1e-4;
-// Motions of the bodies by the factor that are not rounding, lengths over the
-// longest leaf.
+// Motions of the bodies by the factor that are not rounding, lengths over the longest leaf.
 constexpr double least_rate = 1e-6;
-// Motions of the bodies by the factor, over those where the branch begins:
-// beyond it a fold.
+// Motions of the bodies by the factor, over those where the branch begins: beyond it a fold.
 constexpr double fold_motion = 1e3;
 // Where a limit is watched: the first step along σ, and the step, over the size of the factor, at
 // which a leaf that is stretched too far ends the search.
 constexpr double first_step = 1, last_stretch = 0.01;
-// Of a trial with the load put on, over the way to the factor: how far from it just below and above
-// are, in how many steps it is come to, and the shortest of them.
-constexpr double trial_margin = 1e-3, least_trial_step = 1e-5;
-// Motion of the bodies over that of the same step before, where it leads to another branch.
-constexpr double most_jump = 4;
-constexpr int trial_steps = 10;
 // What a limit is missed by.
 constexpr double at_the_limit = 1e-11;
 
@@ -57,17 +46,6 @@ VectorXd over_length(const VectorXd& bodies, double length) {
   VectorXd scaled = bodies;
   for (Eigen::Index b = 0; b < scaled.size(); b += 6) scaled.segment<3>(b) /= length;
   return scaled;
-}
-
-// Places and rotations of the bodies, lengths over the longest leaf.
-VectorXd places(const System& system) {
-  VectorXd all(2 * static_cast<Eigen::Index>(system.size()));
-  for (int b = 0; 12 * b < all.size(); ++b) {
-    const BodyPose& pose = system.pose(b);
-    all.segment<3>(12 * b) = pose.position / system.length();
-    all.segment<9>(12 * b + 3) = Eigen::Map<const VectorXd>(pose.rotation.data(), 9);
-  }
-  return all;
 }
 
 // Motions of the bodies, over the largest unknown of all.
@@ -95,8 +73,7 @@ double BranchTracer::product(const BranchDirection& a, const BranchDirection& b)
          a.factor * b.factor;
 }
 
-// The motions of bodies count as the factor does, by how they go with it where
-// the branch begins.
+// The motions of bodies count as the factor does, by how they go with it where the branch begins.
 BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   Look here;
   Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
@@ -136,8 +113,7 @@ void BranchTracer::weigh_anew(Look& here) {
   if (here.behind) here.behind->step *= size;
 }
 
-// Whether the tangent is indefinite a little farther on; the branch stays where
-// it is.
+// Whether the tangent is indefinite a little farther on; the branch stays where it is.
 bool BranchTracer::crosses(const Look& at) {
   const LoadBranch::State kept = branch_->save();
   const double size = std::max(1.0, std::abs(branch_->factor()));
@@ -184,8 +160,7 @@ bool BranchTracer::next_to(const Heading& heading, double size) {
          heading.nearest->distance < nearly_met * size;
 }
 
-// The motion that is known, or next to a singular state the answer to any
-// force.
+// The motion that is known, or next to a singular state the answer to any force.
 VectorXd BranchTracer::nearly_singular_motion(const MechanismFactor& factor,
                                               const VectorXd& known) const {
   if (known.size() == factor.size()) return known;
@@ -222,8 +197,7 @@ BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double s
   return {.crossed = true, .obstacle = "the tangent becomes indefinite all at once"};
 }
 
-// What is linear after a step from `last`, and what the step tells of its
-// estimate.
+// What is linear after a step from `last`, and what the step tells of its estimate.
 BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double step,
                                          Heading& heading) {
   const std::optional<SoftMode> foretold = std::move(last.ahead);
@@ -305,10 +279,7 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
         nearest && std::abs(at - begin) > passed * std::abs(nearest->factor - begin)) {
       // the states that lead past it are not those that the way beyond it may take
       if (!passed_) count = 0;
-      if (nearest->straight >= straight_states || nearest->distance < still_near * size)
-        passed_ = nearest->factor;
-      heading.nearest.reset();
-      heading.straight = 0;
+      pass_by(heading, size);
     }
     if (std::abs(at - begin) > bound || count == most_states) {
       result.none = std::abs(at - begin) > std::min(bound, enough);
@@ -336,26 +307,38 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     heading.longest = 0.5 * step;
     const bool stretched = limit_ && went.stretched && step < last_stretch * size;
     if (step >= least_step * size && !stretched) continue;
-    // the estimate is rounded where stiff motions hide the soft one; the
-    // inertia is not
-    if (went.crossed) {
-      const bool straight = next_to(heading, size);
-      const double factor =
-          straight ? heading.nearest->factor : at + 0.5 * step * here.along.factor;
-      return critical_at(factor, std::move(here), heading.mode, straight);
-    }
-    // where several modes become soft at once no equilibrium may be found next to the singular
-    // state
-    if (heading.nearest && heading.nearest->distance < still_near * size &&
-        proves(*heading.nearest)) {
-      here = {};
-      return critical_beside(side, *std::move(heading.nearest));
-    }
-    result.none = went.stretched;
-    result.reason =
-        fmt::format("the branch of equilibria ends at {}: {}", shown(at), went.obstacle);
-    return result;
+    return end_at(side, std::move(here), step, went, heading);
   }
+}
+
+// Leaves the nearest bifurcation behind, and names it if it was a near one.
+void BranchTracer::pass_by(Heading& heading, double size) {
+  if (heading.nearest->straight >= straight_states || heading.nearest->distance < still_near * size)
+    passed_ = heading.nearest->factor;
+  heading.nearest.reset();
+  heading.straight = 0;
+}
+
+// What ends the branch where no step leads on.
+CriticalLoad BranchTracer::end_at(int side, Look here, double step, const Stride& went,
+                                  Heading& heading) {
+  const double at = branch_->factor(), size = std::max(1.0, std::abs(at));
+  // the estimate is rounded where stiff motions hide the soft one; the inertia is not
+  if (went.crossed) {
+    const bool straight = next_to(heading, size);
+    const double factor = straight ? heading.nearest->factor : at + 0.5 * step * here.along.factor;
+    return critical_at(factor, std::move(here), heading.mode, straight);
+  }
+  // where several modes become soft at once no equilibrium may be found next to the singular state
+  if (heading.nearest && heading.nearest->distance < still_near * size &&
+      proves(*heading.nearest)) {
+    here = {};
+    return critical_beside(side, *std::move(heading.nearest));
+  }
+  CriticalLoad result;
+  result.none = went.stretched;
+  result.reason = fmt::format("the branch of equilibria ends at {}: {}", shown(at), went.obstacle);
+  return result;
 }
 
 std::string BranchTracer::where_it_ended(double factor, bool states_spent) const {
@@ -372,58 +355,6 @@ std::string BranchTracer::passed_by() const {
 std::string BranchTracer::shown(double factor) const {
   return unit_ == 0 ? fmt::format("a factor of {:.4g}", factor)
                     : fmt::format("a load of {:.4g}", factor * unit_);
-}
-
-bool BranchTracer::stands_within() const {
-  LoadBranch& branch = *branch_;
-  return branch.negative_pivots() == 0 && (!limit_ || limit_->beyond(branch.system()) <= 0);
-}
-
-BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double factor) {
-  branch_->restore(begin);
-  Trial trial{branch_->factor(), {}};
-  const double way = factor - branch_->factor(),
-               margin =
-                   trial_margin * std::copysign(std::max(std::abs(way), std::abs(factor)), way);
-  const double below = std::abs(way) > std::abs(margin) ? factor - margin : trial.stable_to;
-  const double longest = way / trial_steps;
-  double step = longest;
-  while (std::abs(below - trial.stable_to) > 1e-9 * std::abs(way)) {
-    const LoadBranch::State kept = branch_->save();
-    const bool ends = std::abs(below - trial.stable_to) <= std::abs(step);
-    const double next = ends ? below : trial.stable_to + step;
-    if (branch_->advance_to(next).converged && stands_within()) {
-      trial.stable_to = next;
-      if (std::abs(step) < std::abs(longest)) step *= 2;
-      continue;
-    }
-    branch_->restore(kept);
-    step /= 2;
-    if (std::abs(step) > least_trial_step * std::abs(way)) continue;
-    trial.doubt = fmt::format(
-        "the branch was followed to {}, but put on step by step the load has no stable equilibrium "
-        "within its limits beyond {}",
-        shown(factor), shown(trial.stable_to));
-    return trial;
-  }
-  if (at_limit_) return trial;
-  // another branch beyond a singular state is farther away than a step on this one
-  const LoadBranch::State under = branch_->save();
-  const VectorXd here = places(branch_->system());
-  if (!branch_->advance_to(below - 2 * margin).converged) {
-    branch_->restore(under);
-    return trial;
-  }
-  const double usual = (here - places(branch_->system())).norm();
-  branch_->restore(under);
-  const double above = factor + margin;
-  if (branch_->advance_to(above).converged && stands_within() &&
-      (places(branch_->system()) - here).norm() < most_jump * usual) {
-    trial.stable_to = above;
-    trial.doubt = fmt::format("the branch was followed to {}, but it goes on, stable, to {}",
-                              shown(factor), shown(above));
-  }
-  return trial;
 }
 
 // (S25): the stiffness of the critical mode stays zero.

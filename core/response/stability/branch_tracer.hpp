@@ -49,7 +49,7 @@ class BranchTracer {
     std::optional<SoftMode> ahead, behind;
 
     double estimate(double at, const SoftMode& mode) const { return at + mode.step * along.factor; }
-    /// Of the factor to that of the singular state ahead.
+    /// Distance of the factor from that of the singular state ahead.
     double distance() const { return ahead->step * std::abs(along.factor); }
   };
   /// Linearises where the branch stands, to larger factors (`side` 1) or smaller ones (-1).
@@ -72,7 +72,7 @@ class BranchTracer {
   /// it that is stable. The branch stands there afterwards.
   Trial put_on(const LoadBranch::State& begin, double factor);
 
-  /// Of the factor of a singular state that was followed to.
+  /// Derivatives of the factor of a singular state that was followed to.
   VectorXd gradient(const DesignDirections& design, const MatrixXd& drive_load_rates);
 
  private:
@@ -103,6 +103,8 @@ class BranchTracer {
   /// `straight`: the branch led straight to it, which makes it no fold.
   CriticalLoad critical_at(double factor, Look here, const VectorXd& mode, bool straight);
   CriticalLoad critical_beside(int side, Nearest nearest);
+  void pass_by(Heading& heading, double size);
+  CriticalLoad end_at(int side, Look here, double step, const Stride& went, Heading& heading);
   bool close_in(const LoadBranch::State& from, const BranchDirection& along, double step);
   std::string passed_by() const;
   std::string where_it_ended(double factor, bool states_spent) const;
@@ -123,7 +125,7 @@ class BranchTracer {
   BranchLimit* limit_;
   double unit_;
   StiffnessRate::Shared shared_;
-  /// Of the motions of the bodies by the factor where the branch began, over the longest leaf.
+  /// Size of the motions of the bodies by the factor where the branch began, over the longest leaf.
   double first_rate_ = 0, weight_ = 0;
   bool at_limit_ = false;
   std::optional<double> passed_;  ///< estimate of a bifurcation that the branch bends away from
