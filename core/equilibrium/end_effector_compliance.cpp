@@ -11,8 +11,7 @@
 namespace flexopt {
 namespace {
 
-// Of the compliance EᵀK⁻¹E of all drives: 1 over it, where there are several the diagonal of its
-// inverse.
+// Stiffness of each drive from the compliance EᵀK⁻¹E of all: the diagonal of the inverse.
 VectorXd stiffness_of(const MatrixXd& compliance) {
   if (compliance.rows() == 0) return {};
   if (compliance.rows() == 1) return compliance.diagonal().cwiseInverse();

@@ -11,7 +11,7 @@ namespace flexopt {
 struct EndEffectorCompliance {
   Matrix6d drive_free = Matrix6d::Zero();
   Matrix6d drive_locked = Matrix6d::Zero();  ///< zero row and column at the drive
-  /// Of each drive: its own load over its own stroke, other drives held.
+  /// Load of each drive over its own stroke, other drives held [N/m, N m/rad].
   VectorXd drive_stiffness;
   int negative_pivots = 0;  ///< of the whole tangent with the drives held, leaf interiors included
   /// Directions in which the end-effector cannot move with the drives held, those that a drive

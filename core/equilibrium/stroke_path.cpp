@@ -137,8 +137,8 @@ class WayFollower {
   System& system_;
   const Way& way_;
   System::Snapshot good_;  // at the last point that was accepted
-  const int fewest_halvings_;
-  int most_halvings_, halvings_ = 0, far_ = 0, sub_steps_ = 0, in_succession_ = 0, crossed_ = 0;
+  int fewest_halvings_, most_halvings_, halvings_ = 0, far_ = 0, sub_steps_ = 0, in_succession_ = 0,
+                                        crossed_ = 0;
   int before_crossing_ = -1;  // halvings where one was first seen
   double step_ = 1;
   bool halved_ = false, turns_sharply_ = false;
@@ -185,7 +185,7 @@ Equilibrium WayFollower::follow() {
   return std::move(result_);
 }
 
-// Whether the equilibrium that was found is within the leaves' reach and on the branch.
+// Rejects the equilibrium that was found where it is beyond the leaves' reach or off the branch.
 void WayFollower::judge(WayPoint& there) {
   there.negative_pivots = negative_pivots(system_, way_.drive_held);
   there.strain = system_.strain();

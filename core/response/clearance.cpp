@@ -239,7 +239,7 @@ std::optional<Clearance> clearance_of(const Solids& solids,
     if (best && bound > std::max(best->value, 0.0)) break;
     const Clearance here =
         clearance_of_pair(solids, pairs[k], samples_of(pairs[k][0]), samples_of(pairs[k][1]), size);
-    // Of equal clearances, the first pair counts.
+    // the first pair counts where clearances are equal
     const double tolerance = equal_distance * size * (k < at ? -1 : 1);
     if (!best || here.value < best->value - tolerance) best = here, at = k;
   }

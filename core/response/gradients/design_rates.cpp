@@ -87,6 +87,55 @@ DesignRates<S>::DesignRates(const MechanismFactor& factor, LeafGradients<S> leav
   }
 }
 
+namespace {
+
+// Middle and axes of an edge in the leaf as designed, over its length, and how arc and fold change
+// them.
+struct DesignedEdge {
+  Vector3d middle, middle_rate = Vector3d::Zero();
+  Matrix3d axes = Matrix3d::Identity(), axes_rate = Matrix3d::Zero();
+};
+DesignedEdge designed_edge(const LeafSpring& leaf, const LeafSpring& d, int e) {
+  DesignedEdge edge{Vector3d(e * leaf.chord() / leaf.length, 0, 0)};
+  const auto turn = [&](const ArcPoint<Dual1>& at) {
+    const Matrix3<Dual1> axes = at.axes();
+    edge.axes = axes.unaryExpr([](const Dual1& x) { return x.value; });
+    edge.axes_rate = axes.unaryExpr([](const Dual1& x) { return x.derivatives[0]; });
+    edge.middle_rate[0] = at.x.derivatives[0] / leaf.growth;
+  };
+  if (leaf.fold && e == 1) {
+    const ArcPoint<Dual1> at = leg_point<Dual1>({leaf.fold->place, {d.fold->place}},
+                                                {leaf.fold->angle, {d.fold->angle}}, Dual1(1));
+    turn(at);
+    edge.middle = {at.x.value, 0, at.z.value};
+    edge.middle_rate[2] = at.z.derivatives[0] / leaf.growth;
+  }
+  if (leaf.curve) turn(arc_point<Dual1>({*leaf.curve, {*d.curve}}, Dual1(static_cast<double>(e))));
+  return edge;
+}
+
+// Variation of the sizes and of the material of a leaf.
+template <class S>
+LeafVariation<S> size_variation(const LeafSpring& leaf, const LeafSpring& d,
+                                const VectorXd& profile, bool is_plate) {
+  const double L = leaf.length, nu = leaf.material.poissons_ratio;
+  LeafVariation<S> v;
+  v.length = relative(L, d.length);
+  const double t = relative(leaf.thickness, d.thickness);
+  v.energy = relative(leaf.material.youngs_modulus, d.material.youngs_modulus) + 3 * t;
+  if (is_plate) v.energy += 2 * nu * d.material.poissons_ratio / (1 - nu * nu);
+  v.mass = (leaf.material.density > 0 ? relative(leaf.material.density, d.material.density) : 0) +
+           t + 4 * v.length;
+  v.shape.resize(ShapeParameter::sizes + profile.size());
+  v.shape << (d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
+      d.material.poissons_ratio, profile;
+  v.turn = d.axes.transpose() * leaf.axes;
+  if (leaf.point && !leaf.point->spread_over_tip) v.point = {d.point->along, d.point->across};
+  return v;
+}
+
+}  // namespace
+
 // Variation of a leaf along one parameter, seen from the leaf's own axes and scales.
 template <class S>
 LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
@@ -94,48 +143,16 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
                                            const ModelOptions& model) const {
   const Mechanism& mechanism = factor_->system().mechanism();
   const LeafSpring &leaf = mechanism.leaves[i], &d = direction.leaves[i];
-  const double L = leaf.length, nu = leaf.material.poissons_ratio;
-  LeafVariation<S> v;
-  v.length = relative(L, d.length);
-  const double t = relative(leaf.thickness, d.thickness);
-  v.energy = relative(leaf.material.youngs_modulus, d.material.youngs_modulus) + 3 * t;
-  if (flexure_of(leaf, model) == Flexure::plate)
-    v.energy += 2 * nu * d.material.poissons_ratio / (1 - nu * nu);
-  v.mass = (leaf.material.density > 0 ? relative(leaf.material.density, d.material.density) : 0) +
-           t + 4 * v.length;
-  const VectorXd profile = profiles.coordinates(leaf, d);
-  v.shape.resize(ShapeParameter::sizes + profile.size());
-  v.shape << (d.width - leaf.width * v.length) / L, (d.thickness - leaf.thickness * v.length) / L,
-      d.material.poissons_ratio, profile;
-  v.turn = d.axes.transpose() * leaf.axes;
-  if (leaf.point && !leaf.point->spread_over_tip) v.point = {d.point->along, d.point->across};
+  const double L = leaf.length;
+  LeafVariation<S> v = size_variation<S>(leaf, d, profiles.coordinates(leaf, d),
+                                         flexure_of(leaf, model) == Flexure::plate);
   const std::array<int, 2> body{leaf.base, leaf.tip};
   const double held_length = leaf.growth * L;  // what places are divided by
   const Matrix3d to_leaf = leaf.axes.transpose(), turning = d.axes.transpose();
   for (int e = 0; e < 2; ++e) {
-    // place and axes of the edge in the leaf as designed, and how the arc changes them
     const int b = body[e];
     const System::EdgeFit& fit = factor_->system().edge_fit(i, e);
-    Matrix3d own = Matrix3d::Identity(), down = Matrix3d::Zero();
-    Vector3d dplace = Vector3d::Zero();
-    Vector3d end(e * leaf.chord() / L, 0, 0);
-    if (leaf.fold && e == 1) {
-      const ArcPoint<Dual1> at = leg_point<Dual1>({leaf.fold->place, {d.fold->place}},
-                                                  {leaf.fold->angle, {d.fold->angle}}, Dual1(1));
-      end = {at.x.value, 0, at.z.value};
-      dplace = Vector3d(at.x.derivatives[0], 0, at.z.derivatives[0]) / leaf.growth;
-      const Matrix3<Dual1> axes = at.axes();
-      own = axes.unaryExpr([](const Dual1& x) { return x.value; });
-      down = axes.unaryExpr([](const Dual1& x) { return x.derivatives[0]; });
-    }
-    if (leaf.curve) {
-      const ArcPoint<Dual1> at =
-          arc_point<Dual1>({*leaf.curve, {*d.curve}}, Dual1(static_cast<double>(e)));
-      const Matrix3<Dual1> axes = at.axes();
-      own = axes.unaryExpr([](const Dual1& x) { return x.value; });
-      down = axes.unaryExpr([](const Dual1& x) { return x.derivatives[0]; });
-      dplace[0] = at.x.derivatives[0] / leaf.growth;
-    }
+    auto [end, dplace, own, down] = designed_edge(leaf, d, e);
     const Vector3d dend = leaf.growth * dplace;
     // Rotation of the edge as it sits in its body, and its change along assembly errors (S32).
     if (!fit.turn.isIdentity(0) || !d.assembly_turn[e].isZero(0)) {

@@ -24,7 +24,7 @@ bool unload_to_stable(LoadBranch& branch) {
   return false;
 }
 
-// Of the drives' loads, their strokes and the load kept.
+// Derivatives of the drives' loads, their strokes and the load kept: drives × parameters.
 MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model,
                           const DesignDirections& design) {
   const Answer<MechanismFactor> linear = MechanismFactor::of(branch.system());

@@ -23,19 +23,19 @@ class LoadBranch {
   /// growing ones. `drive_loads`: at that equilibrium, one for each drive.
   LoadBranch(System& system, std::size_t load, double growing, DriveState drive,
              const VectorXd& drive_loads, const NewtonOptions& options);
-  /// Of a load that comes to all others, which stay; its factor is 0 where the branch begins. The
-  /// strokes are held.
+  /// Branch of a load that comes to all others, which stay; its factor is 0 where the branch
+  /// begins. The strokes are held.
   LoadBranch(System& system, const DeadLoad& more, double growing, const NewtonOptions& options);
 
   System& system() { return *system_; }
   const System& system() const { return *system_; }
   DriveState drive() const { return drive_; }
   bool locked() const { return drive_ == DriveState::locked; }
-  /// Of the load; where the branch begins 1, or of one that comes to the others 0.
+  /// Factor of the load: where the branch begins 1, or 0 of a load that comes to the others.
   double factor() const { return system_->load_factors().growing; }
   /// Force and moment per body for a factor of 1, at the present state [N, N m].
   VectorXd load() const;
-  /// The same as it stands on its body.
+  /// The load for a factor of 1 as it stands on its body.
   BodyLoad named() const;
   /// Negative eigenvalues of the whole tangent, leaf interiors included.
   int negative_pivots() const;

@@ -64,22 +64,17 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   LoadCapacityResult result;
   LoadCapacity& capacity = result.capacity;
   const auto count = design ? static_cast<Eigen::Index>(design->design.directions->size()) : 0;
-  const auto constant = [&] {
+  const auto without_load = [&](LoadCapacity found) {
     if (design) result.gradient = VectorXd(VectorXd::Zero(count));
+    capacity = std::move(found);
+    return result;
   };
   LoadBranch unit(system, load_along(direction, 1), growing, request.newton);
-  if (unit.negative_pivots() > 0) {
-    capacity.limit = CapacityLimit::instability;
-    capacity.reason = "the state without the load is unstable";
-    constant();
-    return result;
-  }
+  if (unit.negative_pivots() > 0)
+    return without_load(
+        {.limit = CapacityLimit::instability, .reason = "the state without the load is unstable"});
   CapacityLimits limits(unit.system(), request);
-  if (limits.beyond(unit.system()) >= 0) {
-    capacity = none_left(limits);
-    constant();
-    return result;
-  }
+  if (limits.beyond(unit.system()) >= 0) return without_load(none_left(limits));
   std::optional<UnloadedStiffness> unloaded;
   if (design) unloaded = limits.unloaded(unit.system(), *design, model);
   const double size = size_of_load(unit, model);
