@@ -130,9 +130,7 @@ class System {
     Vector3d move = Vector3d::Zero();      ///< undeflected, global axes [m]
     Matrix3d turn = Matrix3d::Identity();  ///< about the edge's middle, global axes
   };
-  const EdgeFit& edge_fit(int leaf, int end) const {
-    return fits_[static_cast<std::size_t>(leaf)][static_cast<std::size_t>(end)];
-  }
+  const EdgeFit& edge_fit(int leaf, int end) const { return fits_[leaf][end]; }
   /// Pose of an end of a leaf (0 base, 1 tip) and the map from its body's increment to the edge's.
   EdgePose edge_pose(int leaf, int end) const;
   Matrix6d edge_map(int leaf, int end) const;

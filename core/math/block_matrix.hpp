@@ -33,8 +33,7 @@ class BlockMatrix {
   template <class F>
   void for_each(const F& f) const {
     for (int r = 0; r < bodies(); ++r)
-      for (const auto& [c, at] : rows_[static_cast<std::size_t>(r)])
-        f(r, c, blocks_[static_cast<std::size_t>(at)]);
+      for (const auto& [c, at] : rows_[r]) f(r, c, blocks_[at]);
   }
 
  private:

@@ -31,7 +31,7 @@ struct Dual {
   /// The variable k of the n, 0 ≤ k < n.
   static Dual variable(double value, int k) {
     Dual x(value);
-    x.derivatives[static_cast<std::size_t>(k)] = 1;
+    x.derivatives[k] = 1;
     return x;
   }
 

@@ -23,8 +23,8 @@ class MatrixPolynomial {
   Eigen::Index cols() const { return cols_; }
   int size() const { return static_cast<int>(coefficients_.size()); }
   /// Coefficient of monomial m.
-  MatrixXd& operator[](int m) { return coefficients_[static_cast<std::size_t>(m)]; }
-  const MatrixXd& operator[](int m) const { return coefficients_[static_cast<std::size_t>(m)]; }
+  MatrixXd& operator[](int m) { return coefficients_[m]; }
+  const MatrixXd& operator[](int m) const { return coefficients_[m]; }
 
   MatrixPolynomial transposed() const;
   /// A block of rows and columns of the polynomial.

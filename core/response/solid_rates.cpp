@@ -31,6 +31,26 @@ double along_leaf_rate(const SolidPart& part, const LeafSpring& leaf, const Leaf
   return part.begin > 0 ? fold * (1 - along) : part.end < 1 ? fold * along : 0;
 }
 
+// Rates of the middle (node 0) of a body's box, or of one of its edges (1 to 3), which turns with
+// the body.
+MatrixXd box_node_rates(const RigidBody& body, int index, const Matrix3d& rotation, int node,
+                        const PlaceRates& rates) {
+  const BodyPlaceRate& of = rates.bodies[index];
+  MatrixXd result(3, static_cast<Eigen::Index>(rates.directions->size()));
+  for (Eigen::Index p = 0; p < result.cols(); ++p) {
+    const RigidBody& d = (*rates.directions)[p].bodies[index];
+    const Vector3d spin = of.spin.col(p);
+    if (node == 0)
+      result.col(p) = Vector3d(of.position.col(p)) +
+                      spin.cross(rotation * (body.box->center - body.reference)) +
+                      rotation * (d.box->center - d.reference);
+    else
+      result.col(p) = spin.cross(rotation * body.box->half_edges.col(node - 1)) +
+                      rotation * d.box->half_edges.col(node - 1);
+  }
+  return result;
+}
+
 }  // namespace
 
 // Folded leaves, whose legs end where a parameter may move the fold, have one thickness.
@@ -44,41 +64,19 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
   const std::vector<Mechanism>& directions = *rates.directions;
   const auto count = static_cast<Eigen::Index>(directions.size());
   const SolidPart& part = solid.part;
-  if (part.body >= 0) {
-    const RigidBody& body = mechanism_->bodies[part.body];
-    const BodyPlaceRate& of = rates.bodies[part.body];
-    // an edge turns with the body; the middle is on an arm of its reference point
-    const Matrix3d& rotation = solid.rotation;
-    MatrixXd result(3, count);
-    for (Eigen::Index p = 0; p < count; ++p) {
-      const RigidBody& d = directions[p].bodies[part.body];
-      const Vector3d spin = of.spin.col(p);
-      if (node == 0)
-        result.col(p) = Vector3d(of.position.col(p)) +
-                        spin.cross(rotation * (body.box->center - body.reference)) +
-                        rotation * (d.box->center - d.reference);
-      else
-        result.col(p) = spin.cross(rotation * body.box->half_edges.col(node - 1)) +
-                        rotation * d.box->half_edges.col(node - 1);
-    }
-    return result;
-  }
-  const auto index = static_cast<std::size_t>(part.leaf);
-  const LeafSpring& leaf = mechanism_->leaves[index];
+  if (part.body >= 0)
+    return box_node_rates(mechanism_->bodies[part.body], part.body, solid.rotation, node, rates);
+  const LeafSpring& leaf = mechanism_->leaves[part.leaf];
   const bool wire = leaf.section == Section::circular;
-  const int kind = node / (wire ? stations_along : surface_size),
-            station = node % (wire ? stations_along : surface_size),
-            i = wire ? station : station / stations_across,
+  const int layer = wire ? stations_along : surface_size, kind = node / layer,
+            station = node % layer, i = wire ? station : station / stations_across,
             j = wire ? 0 : station % stations_across;
   const auto mid = [&](int a, int b) -> const MatrixXd& {
     MatrixXd& rate = known[mid_index(a, b)];
     if (rate.size() > 0) return rate;
-    VectorXd along_rates;
-    if (leaf.fold) {
-      along_rates.resize(count);
-      for (Eigen::Index p = 0; p < count; ++p)
-        along_rates[p] = along_leaf_rate(part, leaf, directions[p].leaves[index], along_of(a));
-    }
+    VectorXd along_rates(leaf.fold ? count : 0);
+    for (Eigen::Index p = 0; p < along_rates.size(); ++p)
+      along_rates[p] = along_leaf_rate(part, leaf, directions[p].leaves[part.leaf], along_of(a));
     rate = rates.leaf(part.leaf, along_leaf(part, along_of(a)), wire ? 0.5 : across_of(b),
                       along_rates);
     return rate;
@@ -94,9 +92,9 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
                                        [&](int k) { return mid_place(k, j); });
   const MatrixXd along_rate =
       station_slope(along_intervals, i, none, [&](int k) -> const MatrixXd& { return mid(k, j); });
-  const double half = half_of(leaf, along_leaf(part, along_of(i)));
+  const double at = along_leaf(part, along_of(i)), half = half_of(leaf, at);
   const auto half_rate = [&](Eigen::Index p) {
-    return half_rate_of(leaf, directions[p].leaves[index], along_leaf(part, along_of(i)));
+    return half_rate_of(leaf, directions[p].leaves[part.leaf], at);
   };
   MatrixXd result(3, count);
   if (wire) {
@@ -113,12 +111,12 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
   const MatrixXd across_rate =
       station_slope(across_intervals, j, none, [&](int k) -> const MatrixXd& { return mid(i, k); });
   const Vector3d v = along.cross(across), n = v.normalized();
-  const double side = kind == 0 ? -1 : 1;
   for (Eigen::Index p = 0; p < count; ++p) {
     const Vector3d da = along_rate.col(p), dc = across_rate.col(p);
     result.col(p) =
         Vector3d(mid(i, j).col(p)) +
-        side * (half_rate(p) * n + half * unit_rate(v, da.cross(across) + along.cross(dc)));
+        (kind == 0 ? -1 : 1) *
+            (half_rate(p) * n + half * unit_rate(v, da.cross(across) + along.cross(dc)));
   }
   return result;
 }

@@ -58,8 +58,7 @@ template <class Value, class At>
 Value station_slope(int intervals, int station, Value sum, const At& at) {
   const Cubic c = cubic(intervals, static_cast<double>(station) / intervals);
   for (int k = 0; k < c.count; ++k)
-    if (c.slope[static_cast<std::size_t>(k)] != 0)
-      sum += at(c.first + k) * c.slope[static_cast<std::size_t>(k)];
+    if (c.slope[k] != 0) sum += at(c.first + k) * c.slope[k];
   return sum;
 }
 

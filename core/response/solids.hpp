@@ -60,7 +60,7 @@ class Solids {
 
   int count() const { return static_cast<int>(solids_.size()); }
   const Mechanism& mechanism() const { return *mechanism_; }
-  const SolidPart& part(int solid) const { return solids_[static_cast<std::size_t>(solid)].part; }
+  const SolidPart& part(int solid) const { return solids_[solid].part; }
   bool is_leaf(int solid) const { return part(solid).leaf >= 0; }
   bool is_wire(int solid) const {
     return is_leaf(solid) && leaf_of(solid).section == Section::circular;
@@ -125,9 +125,7 @@ class Solids {
     std::array<double, 6> curvature{};
   };
   std::vector<Weight> weights(const SolidPoint& point) const;
-  const LeafSpring& leaf_of(int solid) const {
-    return mechanism_->leaves[static_cast<std::size_t>(part(solid).leaf)];
-  }
+  const LeafSpring& leaf_of(int solid) const { return mechanism_->leaves[part(solid).leaf]; }
   void add_leaf(const SolidPart& part, const LeafPlaces& places);
   void add_box(const SolidPart& part, const BodyPlace& place);
   MatrixXd sum_of_rates(int solid, const std::vector<std::pair<int, double>>& weights,

@@ -84,8 +84,7 @@ class Formula {
     if (!value) return std::nullopt;
     Scalar result(*value);
     for (std::size_t i = 0; i < slots_.size(); ++i)
-      result += slopes[i] * (numbers[static_cast<std::size_t>(slots_[i])] -
-                             values[static_cast<std::size_t>(slots_[i])]);
+      result += slopes[i] * (numbers[slots_[i]] - values[slots_[i]]);
     return result;
   }
 

@@ -46,11 +46,9 @@ class DesignRates {
   Matrix quadratic(const Matrix& Y, const Vector& lambda, const Matrix& state_rates,
                    const GroundShare* ground = nullptr) const;
 
-  const LeafGradient<S>& leaf(int i) const { return *leaves_[static_cast<std::size_t>(i)]; }
+  const LeafGradient<S>& leaf(int i) const { return *leaves_[i]; }
   /// Variations of a leaf along every parameter.
-  const std::vector<LeafVariation<S>>& variations(int i) const {
-    return variations_[static_cast<std::size_t>(i)];
-  }
+  const std::vector<LeafVariation<S>>& variations(int i) const { return variations_[i]; }
 
  private:
   LeafVariation<S> variation(int leaf, const Mechanism& direction,

@@ -26,7 +26,7 @@ MechanismState<double> present_state(const MechanismFactor& factor);
 template <class S>
 JointBodyOf<S> joint_body(const Mechanism& mechanism, const MechanismState<S>& state, int b) {
   if (b < 0) return {};
-  const typename MechanismState<S>::Body& at = state.bodies[static_cast<std::size_t>(b)];
+  const typename MechanismState<S>::Body& at = state.bodies[b];
   return {at.position, at.rotation, mechanism.bodies[b].reference};
 }
 /// How it moves along a design parameter, at constant displacement and rotation.
@@ -42,7 +42,7 @@ void add_motion(const MechanismState<S>& state, int b, const Column& state_rate,
   if (b < 0) return;
   const Vector3<S> spin = state_rate.template segment<3>(6 * b + 3);
   rate.position += state_rate.template segment<3>(6 * b);
-  rate.rotation = hat(spin) * state.bodies[static_cast<std::size_t>(b)].rotation;
+  rate.rotation = hat(spin) * state.bodies[b].rotation;
 }
 
 }  // namespace flexopt

@@ -281,6 +281,34 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
   return leaves;
 }
 
+// States that a leaf bends to by its linear motion, of which the strokes make so much more where it
+// is driven.
+TubeRange tube_range(const LeafSpring& leaf, const ModelOptions& model, const LinearMotion& motion,
+                     bool driven, double growth, Meshes& meshes) {
+  const PlateShape& shape = meshes.shape(leaf, model);
+  TubeRange range;
+  range.order = model.degree == 7 ? 3 : 2;
+  Eigen::Vector2d b = motion.bending;
+  const double size = b.cwiseAbs().maxCoeff();
+  if (size > 1e-9) {
+    if (b[0] < 0) b = -b;  // the tube is mirrored
+    range.ray = b / size;
+    for (int k = 0; k < 2; ++k)  // rounding must not tell equal leaves apart
+      range.ray[k] = std::round(range.ray[k] * 1e9) * 1e-9;
+  }
+  // linear kinematics overrates a large load; the tube grows where it does not
+  range.sigma_max = driven ? margin * size * growth : std::min(0.5, margin * size);
+  if (driven && motion.axial != 0) {
+    const double stiffness = model.atlas && is_uniform_plate(shape)
+                                 ? shape.width
+                                 : meshes.mesh(leaf, model)->bending_stiffness();
+    const double buckling = 4 * std::numbers::pi * std::numbers::pi * stiffness;
+    if (std::abs(motion.axial) > 0.01 * buckling)
+      range.force_centre = motion.axial / tube_force_scale(shape)[0];
+  }
+  return range;
+}
+
 }  // namespace
 
 ModelOptions segment_options(const ModelOptions& model) {
@@ -332,29 +360,8 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
       continue;
     }
     const PlateShape& shape = meshes.shape(leaf, model);
-    TubeRange range;
-    range.order = model.degree == 7 ? 3 : 2;
-    Eigen::Vector2d b = motion[i].bending;
-    const double size = b.cwiseAbs().maxCoeff();
-    if (size > 1e-9) {
-      if (b[0] < 0) b = -b;  // the tube is mirrored
-      range.ray = b / size;
-      for (int k = 0; k < 2; ++k)  // rounding must not tell equal leaves apart
-        range.ray[k] = std::round(range.ray[k] * 1e9) * 1e-9;
-    }
-    // linear kinematics overrates a large load; the tube grows where it does not
-    range.sigma_max = !driven           ? std::min(0.5, margin * size)
-                      : several.empty() ? margin * size * largest
-                                        : margin * size;
-    const double scale = tube_force_scale(shape)[0];
-    if (driven && motion[i].axial != 0) {
-      const double stiffness = model.atlas && is_uniform_plate(shape)
-                                   ? shape.width
-                                   : meshes.mesh(leaf, model)->bending_stiffness();
-      const double buckling = 4 * std::numbers::pi * std::numbers::pi * stiffness;
-      if (std::abs(motion[i].axial) > 0.01 * buckling) range.force_centre = motion[i].axial / scale;
-    }
-
+    const TubeRange range =
+        tube_range(leaf, model, motion[i], driven, several.empty() ? largest : 1, meshes);
     std::shared_ptr<TubeModel> tube;
     for (const auto& m : models)
       if (m->shape() == shape && (m->range().ray - range.ray).norm() < 1e-6 &&

@@ -35,10 +35,15 @@ struct RitzPairs {
   double residual = 0;  ///< largest of these, relative
 };
 
+std::vector<int> counted(Eigen::Index size) {
+  std::vector<int> indices(static_cast<std::size_t>(size));
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
 // Indices of θ = 1/λ by falling magnitude.
 std::vector<int> by_magnitude(const VectorXd& theta) {
-  std::vector<int> order(static_cast<std::size_t>(theta.size()));
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<int> order = counted(theta.size());
   std::ranges::stable_sort(order, std::greater(), [&](int k) { return std::abs(theta[k]); });
   return order;
 }
@@ -72,8 +77,7 @@ LargestPairs lowest_of(const MatrixXd& T, int count) {
   constexpr double rounding = 1e-13;  // of the largest θ
   LargestPairs all = largest_pairs(T, static_cast<int>(T.rows()));
   const double least = all.values.size() > 0 ? rounding * std::abs(all.values[0]) : 0;
-  std::vector<int> order(static_cast<std::size_t>(all.values.size()));
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<int> order = counted(all.values.size());
   const auto others =
       std::ranges::stable_partition(order, [&](int k) { return all.values[k] < -least; });
   std::reverse(order.begin(), others.begin());
@@ -141,13 +145,21 @@ FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int co
                               .sum()
                               .cwiseQuotient(Z.cwiseProduct(G * Z).colwise().sum())
                               .transpose();
-  std::vector<int> order(static_cast<std::size_t>(lambda.size()));
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<int> order = counted(lambda.size());
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return lambda[a] < lambda[b]; });
   const MatrixXd S = Z(Eigen::all, order);
   FullModes found{count, lambda(order), Y * S, {}, false};
   found.modes = classified_modes(factor, drive_locked, found.lambda.head(count),
                                  found.phi.leftCols(count), MY * S.leftCols(count), motions);
+  return found;
+}
+
+// Lists of modes by list(drive_locked, count).
+template <class List>
+FullModeLists both_lists(const List& list, int free, int locked) {
+  FullModeLists found;
+  if (free > 0) found.free = list(false, free);
+  if (locked > 0) found.locked = list(true, locked);
   return found;
 }
 
@@ -198,10 +210,7 @@ FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, in
     }
     return rayleigh_ritz(factor, drive_locked, count, Y, factor.mass(Y), R * Z, motions);
   };
-  FullModeLists found;
-  if (free > 0) found.free = list(false, free);
-  if (locked > 0) found.locked = list(true, locked);
-  return found;
+  return both_lists(list, free, locked);
 }
 
 bool has_negative(const RitzPairs& pairs, int count) {
@@ -314,10 +323,10 @@ std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int 
   const std::optional<InternalPencil> internal = internal_pencil(factor);
   if (!internal || internal->pencil.size >= krylov_from) return std::nullopt;
   const MechanismPencil& pencil = internal->pencil;
-  const auto pairs = free_and_held_pairs(system, pencil, LeafModes(pencil), {free, locked});
-  if (!pairs) return std::nullopt;
-  const auto& [of_free, of_held] = *pairs;
-  const auto list = [&](const EigenPairs& pairs, bool drive_locked, int count) {
+  const auto found_pairs = free_and_held_pairs(system, pencil, LeafModes(pencil), {free, locked});
+  if (!found_pairs) return std::nullopt;
+  const auto list = [&](bool drive_locked, int count) {
+    const EigenPairs& pairs = (*found_pairs)[drive_locked ? 1 : 0];
     FullModes found;
     found.converged = std::min(count, static_cast<int>(pairs.values.size()));
     found.lambda = pairs.values;
@@ -333,10 +342,7 @@ std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int 
                                    factor.mass(listed), motions);
     return found;
   };
-  FullModeLists found;
-  if (free > 0) found.free = list(of_free, false, free);
-  if (locked > 0) found.locked = list(of_held, true, locked);
-  return found;
+  return both_lists(list, free, locked);
 }
 
 }  // namespace
@@ -387,10 +393,7 @@ FullModeLists static_modes(const MechanismFactor& factor, int free, int locked) 
         classified_modes(factor, drive_locked, lambda.head(found.converged), phi, factor.mass(phi));
     return found;
   };
-  FullModeLists found;
-  if (free > 0) found.free = list(false, free);
-  if (locked > 0) found.locked = list(true, locked);
-  return found;
+  return both_lists(list, free, locked);
 }
 
 }  // namespace flexopt

@@ -31,7 +31,7 @@ struct MechanismPencil {
 
     Eigen::Index boundary() const { return mass.rows() - modes; }
     /// Index of the first mode of the leaf in the pencil.
-    int first() const { return coordinates[static_cast<std::size_t>(boundary())]; }
+    int first() const { return coordinates[boundary()]; }
   };
   std::vector<Leaf> leaves;
 
