@@ -16,7 +16,7 @@ Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
   drives_ = conditional_drives(mechanism);
   for (const int k : drives_)
     units.push_back(is_rotation(mechanism.drives[k].direction) ? 1.0 : length);
-  units_ = Eigen::Map<const VectorXd>(units.data(), static_cast<Eigen::Index>(units.size()));
+  units_ = Eigen::Map<const VectorXd>(units.data(), units.size());
   value_ = VectorXd::Zero(count());
   for (const Joint& joint : mechanism.joints)
     rows_.resize(rows_.size() + static_cast<std::size_t>(size_of(joint.type).conditions),

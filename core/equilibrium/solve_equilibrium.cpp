@@ -95,7 +95,7 @@ void unload_drives(const System& system, NewtonEquations& equations) {
 
 VectorXd loads_of_drives(const System& system, const NewtonEquations& equations,
                          const VectorXd& x) {
-  VectorXd loads = VectorXd::Zero(static_cast<Eigen::Index>(system.drives().size()));
+  VectorXd loads = VectorXd::Zero(system.drives().size());
   equations.read_loads(x, loads);
   if (equations.conditions() == 0) return loads;
   const VectorXd multipliers = system.multipliers() + equations.multipliers(x);

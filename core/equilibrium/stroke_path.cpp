@@ -17,7 +17,7 @@ namespace flexopt {
 
 VectorXd present_strokes(const System& system) {
   const Mechanism& m = system.mechanism();
-  VectorXd strokes(static_cast<Eigen::Index>(m.drives.size()));
+  VectorXd strokes(m.drives.size());
   for (std::size_t k = 0; k < m.drives.size(); ++k) {
     const Drive& drive = m.drives[k];
     const auto body = [&](int b) -> JointBody {

@@ -47,16 +47,15 @@ std::vector<int> System::driven_coordinates() const {
 }
 
 MatrixXd System::drive_forces() const {
-  MatrixXd forces = MatrixXd::Zero(size(), static_cast<Eigen::Index>(drives_.size()));
+  MatrixXd forces = MatrixXd::Zero(size(), drives_.size());
   for (std::size_t k = 0; k < drives_.size(); ++k)
     if (drives_[k].coordinate) {
-      forces(*drives_[k].coordinate, static_cast<Eigen::Index>(k)) = 1;
+      forces(*drives_[k].coordinate, k) = 1;
     } else {
       const Constraints::Row& row = constraints_.rows()[*drives_[k].condition];
       for (int e = 0; e < 2; ++e)
         if (row.body[e] >= 0)
-          forces.block<6, 1>(6 * row.body[e], static_cast<Eigen::Index>(k)) +=
-              row.gradient.segment<6>(6 * e);
+          forces.block<6, 1>(6 * row.body[e], k) += row.gradient.segment<6>(6 * e);
     }
   return forces;
 }

@@ -178,12 +178,11 @@ std::vector<bool> still_coordinates(const System& system, bool drives_held,
     }
     A.add(n + k, n + k, 0);
   }
-  MatrixXd unit = MatrixXd::Zero(n + m, static_cast<Eigen::Index>(coordinates.size()));
-  for (std::size_t k = 0; k < coordinates.size(); ++k)
-    unit(coordinates[k], static_cast<Eigen::Index>(k)) = 1;
+  MatrixXd unit = MatrixXd::Zero(n + m, coordinates.size());
+  for (std::size_t k = 0; k < coordinates.size(); ++k) unit(coordinates[k], k) = 1;
   const MatrixXd left = LinearSolver(A, system.analyses()).solve(unit).topRows(n);
   for (std::size_t k = 0; k < coordinates.size(); ++k)
-    still[k] = still[k] || !(left.col(static_cast<Eigen::Index>(k)).norm() > 1e-9);
+    still[k] = still[k] || !(left.col(k).norm() > 1e-9);
   return still;
 }
 

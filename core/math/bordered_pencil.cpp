@@ -111,7 +111,7 @@ std::vector<Pair> Iteration::begin(const EigenPairs& found, const std::vector<Ei
     pair.value = found.values[k];
     pair.border = found.vectors.col(k).head(border).cwiseQuotient(unit_);
     pair.inside = VectorXd::Zero(modes_.size());
-    pair.inside(modes) = found.vectors.col(k).tail(static_cast<Eigen::Index>(modes.size()));
+    pair.inside(modes) = found.vectors.col(k).tail(modes.size());
     set_mass(pair);
     pair.scale(1 / std::sqrt(product(pair, pair)));
   }
@@ -233,8 +233,7 @@ std::optional<EigenPairs> iterated(const BorderedPencil& pencil, const EigenPair
   const double sigma =
       last.value + beyond * std::abs(last.value) + iteration.rounding(last) / beyond;
   if (iteration.below(sigma) != static_cast<int>(pairs.size())) return std::nullopt;
-  EigenPairs found{VectorXd(static_cast<Eigen::Index>(pairs.size())),
-                   MatrixXd(pencil.size(), static_cast<Eigen::Index>(pairs.size()))};
+  EigenPairs found{VectorXd(pairs.size()), MatrixXd(pencil.size(), pairs.size())};
   for (Eigen::Index k = 0; k < found.values.size(); ++k) {
     const Pair& pair = pairs[k];
     found.values[k] = pair.value;

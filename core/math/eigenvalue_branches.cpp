@@ -6,10 +6,9 @@ namespace flexopt {
 
 MatrixXd branch_rates(const std::vector<MatrixXd>& blocks) {
   const Eigen::Index size = blocks.front().rows();
-  MatrixXd rates(size, static_cast<Eigen::Index>(blocks.size()));
+  MatrixXd rates(size, blocks.size());
   if (size == 1) {
-    for (std::size_t p = 0; p < blocks.size(); ++p)
-      rates(0, static_cast<Eigen::Index>(p)) = blocks[p](0, 0);
+    for (std::size_t p = 0; p < blocks.size(); ++p) rates(0, p) = blocks[p](0, 0);
     return rates;
   }
   MatrixXd mixed = MatrixXd::Zero(size, size);  // a common basis is its own, if there is one
@@ -18,7 +17,7 @@ MatrixXd branch_rates(const std::vector<MatrixXd>& blocks) {
       mixed += (1 + 0.37 * static_cast<double>(p)) / norm * blocks[p];
   const MatrixXd U = SymmetricEigen(mixed).eigenvectors();
   for (std::size_t p = 0; p < blocks.size(); ++p)
-    rates.col(static_cast<Eigen::Index>(p)) = (U.transpose() * blocks[p] * U).diagonal();
+    rates.col(p) = (U.transpose() * blocks[p] * U).diagonal();
   return rates;
 }
 

@@ -35,7 +35,7 @@ Sparse transposed(int columns, const std::vector<SparseEntry>& given,
     const double length = lengths[e.row];
     if (e.value != 0 && length != 0) entries.emplace_back(e.column, e.row, e.value / length);
   }
-  Sparse A(columns, static_cast<Eigen::Index>(lengths.size()));
+  Sparse A(columns, lengths.size());
   A.setFromTriplets(entries.begin(), entries.end());
   return A;
 }
@@ -113,7 +113,7 @@ class FrontalQr {
     all.columns.erase(std::unique(all.columns.begin(), all.columns.end()), all.columns.end());
     for (std::size_t i = 0; i < all.columns.size(); ++i)
       place_[all.columns[i]] = static_cast<int>(i);
-    all.values = RowMajor::Zero(rows, static_cast<Eigen::Index>(all.columns.size()));
+    all.values = RowMajor::Zero(rows, all.columns.size());
     Eigen::Index row = 0;
     for (Front& part : parts) {
       const auto rest = part.rest();

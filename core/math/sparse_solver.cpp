@@ -153,8 +153,7 @@ struct LinearSolver::Factor {
     MatrixXd R = B;
     for (Eigen::Index k = 0; k < B.cols(); ++k)
       for (std::size_t c = 0; c + 1 < A.begin.size(); ++c)
-        for (Index e = A.begin[c]; e < A.begin[c + 1]; ++e)
-          R(A.row[e], k) -= A.value[e] * X(static_cast<Eigen::Index>(c), k);
+        for (Index e = A.begin[c]; e < A.begin[c + 1]; ++e) R(A.row[e], k) -= A.value[e] * X(c, k);
     return R;
   }
 };

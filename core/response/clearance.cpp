@@ -249,7 +249,7 @@ std::optional<Clearance> clearance_of(const Solids& solids,
 
 VectorXd clearance_rate(const Solids& solids, const Clearance& clearance, const PlaceRates& rates) {
   const std::vector<Mechanism>& directions = *rates.directions;
-  VectorXd rate = VectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  VectorXd rate = VectorXd::Zero(directions.size());
   const Vector3d between = clearance.places[0] - clearance.places[1];
   const bool leaves =
       solids.is_leaf(clearance.at[0].solid) && solids.is_leaf(clearance.at[1].solid);

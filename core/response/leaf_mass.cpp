@@ -41,7 +41,7 @@ double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
     return profile.empty() ? 0 : profile_at(profile, s);
   };
   double mass = 0;
-  VectorXd own = VectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  VectorXd own = VectorXd::Zero(directions.size());
   VectorXd& rates = leaf.fold || !sum ? own : *sum;
   for (const MassStation& at : mass_stations(leaf)) {
     const double length = leaf.length, pw = profile_at(across, at.along),
@@ -88,7 +88,7 @@ double leaf_mass(const Mechanism& mechanism) {
 }
 
 VectorXd leaf_mass_rate(const Mechanism& mechanism, const std::vector<Mechanism>& directions) {
-  VectorXd sum = VectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
+  VectorXd sum = VectorXd::Zero(directions.size());
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
     mass_of_leaf(mechanism, i, directions, &sum);
   return sum;

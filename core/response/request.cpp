@@ -10,7 +10,7 @@ bool ParasiticRule::admits(ModeKind kind) const {
 
 VectorXd StrokeRequest::strokes_at(std::size_t point, std::size_t drives) const {
   if (!strokes.empty()) return strokes[point];
-  VectorXd first = VectorXd::Zero(static_cast<Eigen::Index>(drives));
+  VectorXd first = VectorXd::Zero(drives);
   if (drives > 0) first[0] = points[point];
   return first;
 }

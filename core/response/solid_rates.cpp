@@ -36,7 +36,7 @@ double along_leaf_rate(const SolidPart& part, const LeafSpring& leaf, const Leaf
 MatrixXd box_node_rates(const RigidBody& body, int index, const Matrix3d& rotation, int node,
                         const PlaceRates& rates) {
   const BodyPlaceRate& of = rates.bodies[index];
-  MatrixXd result(3, static_cast<Eigen::Index>(rates.directions->size()));
+  MatrixXd result(3, rates.directions->size());
   for (Eigen::Index p = 0; p < result.cols(); ++p) {
     const RigidBody& d = (*rates.directions)[p].bodies[index];
     const Vector3d spin = of.spin.col(p);
@@ -113,10 +113,9 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
   const Vector3d v = along.cross(across), n = v.normalized();
   for (Eigen::Index p = 0; p < count; ++p) {
     const Vector3d da = along_rate.col(p), dc = across_rate.col(p);
-    result.col(p) =
-        Vector3d(mid(i, j).col(p)) +
-        (kind == 0 ? -1 : 1) *
-            (half_rate(p) * n + half * unit_rate(v, da.cross(across) + along.cross(dc)));
+    const Vector3d turning =
+        half_rate(p) * n + half * unit_rate(v, da.cross(across) + along.cross(dc));
+    result.col(p) = Vector3d(mid(i, j).col(p)) + (kind == 0 ? -1 : 1) * turning;
   }
   return result;
 }
@@ -124,7 +123,7 @@ MatrixXd Solids::node_rates(const Solid& solid, int node, const PlaceRates& rate
 MatrixXd Solids::sum_of_rates(int solid, const std::vector<std::pair<int, double>>& weights,
                               const PlaceRates& rates) const {
   std::map<int, MatrixXd> known;
-  MatrixXd result = MatrixXd::Zero(3, static_cast<Eigen::Index>(rates.directions->size()));
+  MatrixXd result = MatrixXd::Zero(3, rates.directions->size());
   for (const auto& [node, weight] : weights)
     if (weight != 0) result += weight * node_rates(solids_[solid], node, rates, known);
   return result;

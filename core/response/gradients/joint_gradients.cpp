@@ -77,7 +77,7 @@ void add_joint_residual_rates(const MechanismFactor& factor, const MechanismStat
     for (std::size_t p = 0; p < directions.size(); ++p) {
       const JointConditionsOf<S> c =
           joint_rates(at, moving<S>(mechanism, directions[p], k, count)).conditions;
-      auto column = R.col(static_cast<Eigen::Index>(p));
+      auto column = R.col(p);
       column.segment(first + row, count) += c.value;
       for (int e = 0; e < 2; ++e)
         if (const int b = sides_of(joint)[e]; b >= 0)
@@ -91,7 +91,7 @@ void add_joint_residual_rates(const MechanismFactor& factor, const MechanismStat
     const S multiplier = state.multipliers[row];
     for (std::size_t p = 0; p < directions.size(); ++p) {
       const DriveStroke<S> stroke = drive_stroke_rate(at, drive_moves<S>(directions[p], k));
-      auto column = R.col(static_cast<Eigen::Index>(p));
+      auto column = R.col(p);
       column[first + row] += stroke.value;
       const int sides[] = {drive.body, drive.other};
       for (int e = 0; e < 2; ++e)
@@ -117,18 +117,17 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
       if (const int b = sides_of(joint)[e]; b >= 0) y.middleRows(6 * e, 6) = Y.middleRows(6 * b, 6);
     const Eigen::MatrixX<S> y_mu = Y.middleRows(first + row, count);
     for (std::size_t p = 0; p < directions.size(); ++p) {
-      const auto q = state_rates.col(static_cast<Eigen::Index>(p));
+      const auto q = state_rates.col(p);
       JointState<S> rate = moving<S>(mechanism, directions[p], k, count);
       rate.multipliers = q.segment(first + row, count);
       JointBodyOf<S>* bodies[] = {&rate.body, &rate.other};
       for (int e = 0; e < 2; ++e) add_motion<S>(state, sides_of(joint)[e], q, *bodies[e]);
       const JointRates<S> r = joint_rates(at, rate);
-      rates.col(static_cast<Eigen::Index>(p)) +=
-          (y.cwiseProduct(r.curvature.lazyProduct(y)) +
-           S(2) * y.cwiseProduct(r.conditions.gradient.transpose().lazyProduct(y_mu)))
-              .colwise()
-              .sum()
-              .transpose();
+      rates.col(p) += (y.cwiseProduct(r.curvature.lazyProduct(y)) +
+                       S(2) * y.cwiseProduct(r.conditions.gradient.transpose().lazyProduct(y_mu)))
+                          .colwise()
+                          .sum()
+                          .transpose();
     }
   });
   for_each_drive(factor, [&](std::size_t k, int row) {
@@ -141,7 +140,7 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
     for (int e = 0; e < 2; ++e)
       if (const int b = sides[e]; b >= 0) y.middleRows(6 * e, 6) = Y.middleRows(6 * b, 6);
     for (std::size_t p = 0; p < directions.size(); ++p) {
-      const auto q = state_rates.col(static_cast<Eigen::Index>(p));
+      const auto q = state_rates.col(p);
       StrokeState<S> rate = drive_moves<S>(directions[p], k);
       JointBodyOf<S>* bodies[] = {&rate.body, &rate.other};
       for (int e = 0; e < 2; ++e)
@@ -156,7 +155,7 @@ void add_joint_quadratic_rates(const MechanismFactor& factor, const MechanismSta
         S sum = 2.0 * Y(first + row, c) * r.gradient.dot(y.col(c));
         for (int i = 0; i < 12; ++i)
           for (int j = 0; j < 12; ++j) sum += y(i, c) * H(i, j) * y(j, c);
-        rates(c, static_cast<Eigen::Index>(p)) += sum;
+        rates(c, p) += sum;
       }
     }
   });

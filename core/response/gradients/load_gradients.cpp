@@ -32,7 +32,7 @@ void add_load_residual_rates(const MechanismFactor& factor, const MechanismState
     const Matrix3<S>& turn = state.bodies[load.body].rotation;
     const Vector3<S> f = load.force.template cast<S>(), arm = turn * load.arm;
     for (std::size_t p = 0; p < directions.size(); ++p) {
-      auto column = R.col(static_cast<Eigen::Index>(p));
+      auto column = R.col(p);
       const Vector3<S> df = force_rate<S>(load, directions[p]);
       column.template segment<3>(r - 3) -= df;
       column.template segment<3>(r) -= arm_rate(load, turn, directions[p]).cross(f) + arm.cross(df);

@@ -84,7 +84,7 @@ MatrixXd column_rates(const DesignRates<double>& design, const std::vector<Colum
         all.push_back(c.y + side * enlarged(c) * c.lag);
         lambdas.push_back(0);
       }
-  MatrixXd Y(columns.front().y.size(), static_cast<Eigen::Index>(all.size()));
+  MatrixXd Y(columns.front().y.size(), all.size());
   for (Eigen::Index k = 0; k < Y.cols(); ++k) Y.col(k) = all[k];
   const VectorXd lambda = VectorXd::Map(lambdas.data(), Y.cols());
   const MatrixXd rates = design.quadratic(Y, lambda, state_rates);
@@ -156,7 +156,7 @@ StiffnessColumns stiffness_columns(const MechanismFactor& factor, const PathPoin
   result.drives = factor.drives();
   for (int k = 0; k < 6; ++k)
     if (point.support_stiffness[k]) result.supports.push_back(k);
-  MatrixXd loads = MatrixXd::Zero(factor.size(), static_cast<Eigen::Index>(result.supports.size()));
+  MatrixXd loads = MatrixXd::Zero(factor.size(), result.supports.size());
   for (Eigen::Index k = 0; k < loads.cols(); ++k) loads(ee + result.supports[k], k) = 1;
   const MatrixXd answers = factor.solve_locked(loads), shapes = factor.drive_shapes();
   for (Eigen::Index k = 0; k < shapes.cols(); ++k) columns.push_back({0, shapes.col(k)});
@@ -165,8 +165,7 @@ StiffnessColumns stiffness_columns(const MechanismFactor& factor, const PathPoin
     for (std::size_t j = i + 1; j < result.supports.size() && result.supports[j] < 3; ++j) {
       result.pairs.push_back(
           {static_cast<int>(i), static_cast<int>(j), static_cast<int>(columns.size())});
-      columns.push_back({0, answers.col(static_cast<Eigen::Index>(i)) +
-                                answers.col(static_cast<Eigen::Index>(j))});
+      columns.push_back({0, answers.col(i) + answers.col(j)});
     }
   return result;
 }
@@ -220,7 +219,7 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
                 const std::vector<Mechanism>& directions, MovingFields& fields,
                 PointGradients& gradients) {
   const auto modulus_rates = [&](int leaf) {
-    VectorXd rates(static_cast<Eigen::Index>(directions.size()));
+    VectorXd rates(directions.size());
     for (std::size_t p = 0; p < directions.size(); ++p)
       rates[static_cast<Eigen::Index>(p)] = directions[p].leaves[leaf].material.youngs_modulus;
     return rates;
@@ -246,8 +245,7 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
   if (const auto& life = point.fatigue_life)
     gradients.fatigue_life = ratio_life_rates(*life, mechanism.leaves[life->stress.leaf].material,
                                               rules.fatigue_rule, notched_rate(life->stress));
-  gradients.stress_peaks.resize(static_cast<Eigen::Index>(point.stress_peaks.size()),
-                                static_cast<Eigen::Index>(directions.size()));
+  gradients.stress_peaks.resize(point.stress_peaks.size(), directions.size());
   for (Eigen::Index k = 0; k < gradients.stress_peaks.rows(); ++k)
     gradients.stress_peaks.row(k) =
         k == 0 ? gradients.max_stress->transpose() : stress_rate(point.stress_peaks[k]).transpose();
@@ -308,8 +306,7 @@ PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<doub
 
   // (S7)
   std::optional<MatrixXd> same_stroke;
-  if (request.loads.driven())
-    same_stroke = MatrixXd::Zero(factor.drives(), static_cast<Eigen::Index>(directions.size()));
+  if (request.loads.driven()) same_stroke = MatrixXd::Zero(factor.drives(), directions.size());
   const MatrixXd moved = factor.balance(-design.residual(), same_stroke),
                  state_rates = moved.topRows(factor.size());
   MovingFields fields(factor, design, state_rates);

@@ -36,8 +36,7 @@ void add_spring_residual_rates(const MechanismFactor& factor, const MechanismSta
       const SpringForcesOf<S> r = spring_rates(at, moving<S>(directions[p], k));
       for (int e = 0; e < 2; ++e)
         if (const int b = sides[e]; b >= 0)
-          R.col(static_cast<Eigen::Index>(p)).template segment<6>(6 * b) +=
-              r.force.template segment<6>(6 * e);
+          R.col(p).template segment<6>(6 * b) += r.force.template segment<6>(6 * e);
     }
   }
 }

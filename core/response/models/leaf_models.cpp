@@ -339,8 +339,7 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
   if (model.method == Reduction::modal_derivatives || model.method == Reduction::quadratic_manifold)
     return modal_leaves(springs, model, loads, meshes);
   const bool driven = loads.driven();
-  const std::vector<VectorXd> one{
-      VectorXd::Ones(static_cast<Eigen::Index>(mechanism.drives.size()))};
+  const std::vector<VectorXd> one{VectorXd::Ones(mechanism.drives.size())};
   const std::vector<LinearMotion> motion = linear_motion(
       mechanism, model, loads, {1, driven ? 0 : largest}, several.empty() ? one : several, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;

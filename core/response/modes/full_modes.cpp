@@ -180,7 +180,7 @@ std::optional<MatrixXd> root_of_mass(const MechanismFactor& factor) {
   const Cholesky root(unit.cwiseInverse().asDiagonal() * of_moving *
                       unit.cwiseInverse().asDiagonal());
   if (!root.positive_definite()) return std::nullopt;
-  MatrixXd R = MatrixXd::Zero(factor.size(), static_cast<Eigen::Index>(moving.size()));
+  MatrixXd R = MatrixXd::Zero(factor.size(), moving.size());
   R(moving, Eigen::all) = unit.asDiagonal() * root.lower();
   return R;
 }

@@ -15,7 +15,7 @@ MatrixXd MechanismPencil::mass_times(const MatrixXd& X) const {
   for (const Leaf& leaf : leaves) {
     const MatrixXd F = leaf.mass * X(leaf.coordinates, Eigen::all);
     for (std::size_t k = 0; k < leaf.coordinates.size(); ++k)
-      Y.row(leaf.coordinates[k]) += F.row(static_cast<Eigen::Index>(k));
+      Y.row(leaf.coordinates[k]) += F.row(k);
   }
   return Y;
 }
@@ -176,9 +176,8 @@ Motions motions_of(const System& system) {
         motions.held.push_back(static_cast<int>(kept.size()));
       kept.push_back(i);
     }
-    motions.basis = MatrixXd::Zero(system.size(), static_cast<Eigen::Index>(kept.size()));
-    for (std::size_t k = 0; k < kept.size(); ++k)
-      motions.basis(kept[k], static_cast<Eigen::Index>(k)) = 1;
+    motions.basis = MatrixXd::Zero(system.size(), kept.size());
+    for (std::size_t k = 0; k < kept.size(); ++k) motions.basis(kept[k], k) = 1;
     return motions;
   }
   motions.basis = FreeMotions(system, false).basis();

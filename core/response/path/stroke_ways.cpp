@@ -28,7 +28,7 @@ std::optional<double> part_of_way(const VectorXd& way, const std::vector<double>
   constexpr double beside = 1e-9;  // of the stroke
   Eigen::Index longest = 0;
   way.cwiseAbs().maxCoeff(&longest);
-  const Eigen::Map<const VectorXd> at(strokes.data(), static_cast<Eigen::Index>(strokes.size()));
+  const Eigen::Map<const VectorXd> at(strokes.data(), strokes.size());
   if (at.isZero(0)) return 0;
   // strokes have units of their own: each is compared with its own size
   const double part = at[longest] / way[longest];

@@ -64,7 +64,7 @@ VectorXd peak_rates(const Rates& rates, const StressPeak& peak, const Mechanism&
   const auto leaf = static_cast<std::size_t>(peak.leaf);
   const auto fields = rates.design->leaf(peak.leaf).fields(
       factor.leaf_rows(factor.leaves()[leaf], rates.state), rates.design->variations(peak.leaf));
-  VectorXd moduli(static_cast<Eigen::Index>(directions.with_load.size()));
+  VectorXd moduli(directions.with_load.size());
   for (Eigen::Index p = 0; p < moduli.size(); ++p)
     moduli[p] = directions.with_load[p].leaves[leaf].material.youngs_modulus;
   VectorXd of_stress =
