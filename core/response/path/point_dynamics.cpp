@@ -161,12 +161,11 @@ bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullMode
   LeafRates& rates = differentiable_ ? differentiable_->rates : own;
   Answer<StateSpace> model =
       state_space(factor, *request_->state_space, request_->probes, free, rates);
-  if (model.value) {
+  if (model.value)
     point.state_space = std::move(*model.value);
-    return true;
-  }
-  refuse(point, model.reason);
-  return false;
+  else
+    refuse(point, model.reason);
+  return model.value != nullptr;
 }
 
 void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& point) {
@@ -188,11 +187,12 @@ void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& po
 std::string PointOutputs::evaluate_differentiable(System& system, const Solids* solids,
                                                   std::size_t index, PathPoint& point,
                                                   PointGradients* gradients) {
+  const auto refused = [&](const std::string& reason) {
+    refuse(point, reason);
+    return std::string();
+  };
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
-  if (!linear.value) {
-    refuse(point, linear.reason);
-    return {};
-  }
+  if (!linear.value) return refused(linear.reason);
   const MechanismFactor& factor = *linear.value;
   DynamicsMeasures dynamics;
   if (request_->wants_dynamics()) {
@@ -211,10 +211,7 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
     add_stress_peaks(system, request_->stress_peaks, point);
   if (!gradients) return {};
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
-  if (!leaves.value) {
-    refuse(point, leaves.reason);
-    return {};
-  }
+  if (!leaves.value) return refused(leaves.reason);
   *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
                                *model_, *request_, point, modes, solids,
                                request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_);
