@@ -1,6 +1,5 @@
 #include "optim/job/job_tables.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numbers>
 

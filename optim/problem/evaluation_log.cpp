@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cstdint>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "optim/problem/evaluation_book.hpp"
 #include "optim/search/stages.hpp"
 #include "optim/solvers/parallel.hpp"
 

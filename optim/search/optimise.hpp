@@ -3,7 +3,6 @@
 // sequence, and the clusters of the good ones among them.
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 

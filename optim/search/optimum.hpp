@@ -1,6 +1,5 @@
 #pragma once
 // What an optimisation returns. Plain data, named as in result.json.
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>

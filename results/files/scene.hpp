@@ -3,8 +3,6 @@
 // once, on the meshes of the leaves; the page makes the motion between them.
 #include <cstdint>
 #include <filesystem>
-#include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
