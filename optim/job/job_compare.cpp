@@ -111,11 +111,9 @@ void SamplesReader::read_range(json& read, const Pointer& at, const std::string&
                        faults_.attempt([&] { bound("max", range.max); });
   if (!bounded) return;
   if (!(range.min < range.max))
-    throw SpecError((at / "min").to_string(), shown(read["min"]),
-                    fmt::format("expected min < max = {}", shown(read["max"])));
+    throw wrong(read, at, "min", fmt::format("expected min < max = {}", shown(read["max"])));
   if (range.logarithmic && !(range.min > 0))
-    throw SpecError((at / "min").to_string(), shown(read["min"]),
-                    "a logarithmic scale needs 0 < min");
+    throw wrong(read, at, "min", "a logarithmic scale needs 0 < min");
   read["min"] = range.min;
   read["max"] = range.max;
   read["scale"] = range.logarithmic ? "log" : "linear";
@@ -144,8 +142,7 @@ void SamplesReader::read_entry(json& read, const Pointer& at) {
   }
   if (symbol) {
     symbols_.push_back(name);
-    throw SpecError((at / "expression").to_string(), shown(read["expression"]),
-                    "a symbol is sampled: give it min and max");
+    throw wrong(read, at, "expression", "a symbol is sampled: give it min and max");
   }
   refuse_keys(read, at, {"min", "max", "scale", "points"},
               "a parameter has a range or an expression, not both", faults_);

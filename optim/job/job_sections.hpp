@@ -11,10 +11,15 @@
 #include "core/response/quantities.hpp"
 #include "core/spec/fault_list.hpp"
 #include "core/spec/field_table.hpp"
+#include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
 #include "optim/job/job.hpp"
 
 namespace flexopt {
+
+/// The fault of a key of `read`, which stands at `at`.
+SpecError wrong(const nlohmann::json& read, const JsonPointer& at, const char* key,
+                const std::string& rule);
 
 // A job with several load cases: as many jobs of one case each, which share all else.
 
@@ -176,6 +181,9 @@ void read_request(nlohmann::json& read, const nlohmann::json& as_written, const 
 
 /// Checks that nothing rigid is attached to O where O is a material point of a leaf.
 void check_material_point(const Job& job, FaultList& faults);
+
+/// Place of the leaf of that name; `at` is where it stands. Throws SpecError where none has it.
+int find_leaf(const Mechanism& mechanism, const std::string& name, const JsonPointer& at);
 
 /// The bodies that loads name, once these are known; `loads` are those of the job that were sound.
 void find_loaded_bodies(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,

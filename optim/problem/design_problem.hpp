@@ -148,9 +148,6 @@ class DesignProblem {
   /// The size of a goal at a design: of its value, or a tenth of its change over the range of a
   /// variable, to first order, where that is more. Where all of these are 0, of its largest value.
   double reach(std::size_t goal, const DesignValues& values) const;
-  /// A goal's values, and its derivatives where `gradients` holds, part by part.
-  GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
-                         const std::vector<StrokeRequest>& requests) const;
   /// The goals at these parameters, with derivatives by `names_` where `found` has some. `worst`:
   /// those that count errors of assembly; without it they count none.
   GoalSlopes read_goals(const ParameterValues& parameters,

@@ -25,6 +25,10 @@ struct LoggedEvaluation {
 std::string name_of(Stage stage);
 Stage stage_named(const std::string& name);
 
+/// A matrix by its rows, as logs and workers hand it on, and back.
+std::vector<std::vector<double>> rows_of(const MatrixXd& matrix);
+MatrixXd matrix_of(const nlohmann::json& rows);
+
 /// What of a job decides the values of its designs and the path of its optimisation: all but name,
 /// expectations, and how many starts, evaluations and screened designs there may be; and the
 /// atlases of its models.

@@ -32,8 +32,8 @@ using OrderedJson = nlohmann::ordered_json;
 
 OrderedJson yield_of(const SampledDesign& sample) {
   OrderedJson quantities = OrderedJson::array();
-  for (const std::optional<double>& value :
-       sample.quantities)  // those that are not finite do not count
+  // those that are not finite do not count
+  for (const std::optional<double>& value : sample.quantities)
     quantities.push_back(value && std::isfinite(*value) ? OrderedJson(*value) : OrderedJson());
   return {sample.failure, std::move(quantities), sample.goals};
 }
@@ -80,8 +80,7 @@ class Study {
   SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
   /// Values and their slopes, part by part; no rows where one is missing.
   GoalReading read(const Goal& goal, const ParameterValues& parameters,
-                   const std::vector<StrokeSensitivity>& found,
-                   const std::vector<StrokeRequest>& requests) const;
+                   const std::vector<StrokeSensitivity>& found) const;
   /// ToleranceSlopes in rows, from derivatives along the named parameters in rows.
   MatrixXd slopes(const std::vector<std::string>& names, const MatrixXd& gradients) const {
     return gradients * tolerance_changes(spec_.entries, names, parameters_);
@@ -110,12 +109,9 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
   if (spec_.goals) {
     job_.optimise = spec_.goals;
     job_.optimise->pareto.reset();
-    for (Constraint& c : job_.optimise->constraints) {  // the study says itself what they bear
+    for (Constraint& c : job_.optimise->constraints)  // the study says itself what they bear
       c.label.resize(c.label.size() - label_suffix(c.margin, c.worst_assembly).size());
-      c.margin = {};
-      c.worst_assembly = false;
-    }
-    job_.optimise->objective.worst_assembly = false;
+    job_.optimise = without_margins(*std::move(job_.optimise));
     job_.design.parameters = parameters_;  // what formulas may use
     goals_ = make_goals(job_);
   }
@@ -128,34 +124,15 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
 }
 
 GoalReading Study::read(const Goal& goal, const ParameterValues& parameters,
-                        const std::vector<StrokeSensitivity>& found,
-                        const std::vector<StrokeRequest>& requests) const {
-  if (goal.expression) {
-    GoalReading reading = read_goal(goal, parameters);
-    if (reading.gradient.rows() == 0) return reading;
-    reading.gradient = slopes(goal.expression->names(), reading.gradient);
-    return reading;
-  }
-  GoalReading whole;
-  whole.ok = true;
-  bool differentiated = true;
-  for (const GoalPart& part : goal.parts) {
-    const StrokeSensitivity& of = found[part.load_case];
-    const GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
-                                          of.gradients ? &*of.gradients : nullptr);
-    if (!reading.ok) return reading;
-    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
-    differentiated = differentiated &&
-                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
-    if (!differentiated) continue;
-    const Eigen::Index before = whole.gradient.rows();
-    whole.gradient.conservativeResize(before + reading.gradient.rows(),
-                                      static_cast<Eigen::Index>(spec_.entries.size()));
-    whole.gradient.bottomRows(reading.gradient.rows()) =
-        slopes(of.gradients->parameters, reading.gradient);
-  }
-  if (!differentiated) whole.gradient.resize(0, 0);
-  return whole;
+                        const std::vector<StrokeSensitivity>& found) const {
+  GoalReading reading =
+      goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests_);
+  if (reading.gradient.rows() > 0)
+    reading.gradient =
+        slopes(goal.expression ? goal.expression->names()
+                               : found[goal.parts.front().load_case].gradients->parameters,
+               reading.gradient);
+  return reading;
 }
 
 void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
@@ -168,7 +145,7 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     of.quantity = goal.quantity;
     if (goal.expression) of.expression = goal.expression->text();
     if (g > 0) of.min = spec.constraints[g - 1].min, of.max = spec.constraints[g - 1].max;
-    const GoalReading reading = read(goal, parameters_, found, requests_);
+    const GoalReading reading = read(goal, parameters_, found);
     if (!reading.ok) {
       report.message +=
           fmt::format("{}{}: {}", report.message.empty() ? "" : "; ", goal.label, reading.message);
@@ -271,7 +248,7 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
   for (const ToleratedQuantity& q : report.quantities)
     sample.quantities.push_back(value_of(found[q.load_case].response.path[q.point], q.name));
   for (const Goal& goal : goals_) {
-    const GoalReading reading = read(goal, values, found, requests_);
+    const GoalReading reading = read(goal, values, found);
     if (!reading.ok) {
       sample.goals.clear();
       if (sample.failure.empty()) sample.failure = reading.message;
