@@ -20,6 +20,16 @@ SpecError wrong(const json& read, const Pointer& at, const char* key, const std:
   return {(at / key).to_string(), shown(read.at(key)), rule};
 }
 
+double read_in_units(const json& value, const std::vector<std::string>& units, const Pointer& at) {
+  if (value.is_number()) return value.get<double>();
+  for (std::size_t i = 0; i + 1 < units.size(); ++i) try {
+      return read_quantity(shape::quantity(units[i]), value, at);
+    } catch (const SpecError&) {
+      continue;  // the last complaint is the one to show
+    }
+  return read_quantity(shape::quantity(units.back()), value, at);
+}
+
 GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseNames& all_cases,
                          Borne may_bear, FaultList& all_faults)
     : family(of_family),

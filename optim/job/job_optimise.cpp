@@ -23,21 +23,13 @@ namespace {
 
 /// Bound of a formula: a number in SI, or a text with a unit that the formula can have.
 double formula_bound(const Formula& formula, const json& value, const Pointer& at) {
-  if (value.is_number()) return value.get<double>();
   std::vector<std::string> units;
   if (!formula.dimension() || formula.fits_anywhere()) units = {"m", "rad", "1"};
   if (formula.dimension() && formula.dimension()->is_plain())
     units = {"1", "rad"};
   else if (formula.dimension())
     units.push_back(unit_of(formula.dimension()->without_radian()));
-  for (std::size_t i = 0; i + 1 < units.size(); ++i) {
-    try {
-      return read_quantity(shape::quantity(units[i]), value, at);
-    } catch (const SpecError&) {
-      continue;  // the last one's complaint is the one to show
-    }
-  }
-  return read_quantity(shape::quantity(units.back()), value, at);
+  return read_in_units(value, units, at);
 }
 
 /// The sizes that `stock` lists or `step` makes, ascending, each once, within the bounds.
@@ -57,7 +49,7 @@ std::vector<double> read_stock(const json& read, const Variable& variable, const
       const double size = read_quantity(shape, read["stock"][i], at / "stock" / i);
       if (inside(size)) sizes.push_back(std::clamp(size, variable.min, variable.max));
     }
-    std::sort(sizes.begin(), sizes.end());
+    std::ranges::sort(sizes);
     sizes.erase(std::unique(sizes.begin(), sizes.end(),
                             [&](double a, double b) { return b - a <= rounding; }),
                 sizes.end());

@@ -21,6 +21,10 @@ namespace flexopt {
 SpecError wrong(const nlohmann::json& read, const JsonPointer& at, const char* key,
                 const std::string& rule);
 
+/// A number in SI, or a quantity in one of these units. Throws SpecError.
+double read_in_units(const nlohmann::json& value, const std::vector<std::string>& units,
+                     const JsonPointer& at);
+
 // A job with several load cases: as many jobs of one case each, which share all else.
 
 /// The load cases of a job, in alphabetical order, and which of them is being read.

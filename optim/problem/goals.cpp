@@ -321,31 +321,6 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
   return reading;
 }
 
-void append_rows(MatrixXd& all, const MatrixXd& more) {
-  all.conservativeResize(all.rows() + more.rows(), more.cols());
-  all.bottomRows(more.rows()) = more;
-}
-
-GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
-                       const std::vector<StrokeRequest>& requests,
-                       const std::vector<JobCase>& named) {
-  GoalReading whole{.ok = true};
-  bool differentiated = true;
-  for (const GoalPart& part : goal.parts) {
-    const StrokeSensitivity& of = found[part.load_case];
-    GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
-                                    of.gradients ? &*of.gradients : nullptr);
-    if (!reading.ok && !named.empty())
-      reading.message += fmt::format(" (load case {})", named[part.load_case].name);
-    if (!reading.ok) return reading;
-    differentiated = differentiated && reading.differentiated();
-    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
-    if (differentiated) append_rows(whole.gradient, reading.gradient);
-  }
-  if (!differentiated) whole.gradient.resize(0, 0);
-  return whole;
-}
-
 GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
   assert(goal.expression);
   GoalReading reading;

@@ -172,6 +172,26 @@ std::string seconds_line(int design, int model, const EvaluationSeconds& seconds
       {{"design", design}, {"model", model}, {"path", seconds.path}, {"total", seconds.total}});
 }
 
+/// What all paths say, which are in the logs from then on in the order of the designs.
+CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
+  const int width = static_cast<int>(book.width);
+  CompareRun run;
+  run.seconds.resize(book.width);
+  std::vector<std::string> values, seconds;
+  for (std::size_t k = 0; k < book.paths.size(); ++k) {
+    values.push_back(line_of(book.quantities, *book.paths[k]));
+    if (!book.seconds[k]) continue;
+    run.seconds[k % book.width].path += book.seconds[k]->path;
+    run.seconds[k % book.width].total += book.seconds[k]->total;
+    seconds.push_back(
+        seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
+  }
+  logs.seconds.finish(seconds);
+  logs.values.finish(values);
+  run.comparison = make_comparison(job, book.paths, book.seconds);
+  return run;
+}
+
 }  // namespace
 
 std::filesystem::path seconds_log(const std::filesystem::path& log) {
@@ -235,21 +255,7 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
   if (sharing.shard()) throw ShardEnds();
   if (!sharing.complete()) return {};
 
-  CompareRun run;
-  run.seconds.resize(book.width);
-  std::vector<std::string> values, seconds;
-  for (std::size_t k = 0; k < book.paths.size(); ++k) {
-    values.push_back(line_of(book.quantities, *book.paths[k]));
-    if (!book.seconds[k]) continue;
-    run.seconds[k % book.width].path += book.seconds[k]->path;
-    run.seconds[k % book.width].total += book.seconds[k]->total;
-    seconds.push_back(
-        seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
-  }
-  logs->seconds.finish(seconds);
-  logs->values.finish(values);
-  run.comparison = make_comparison(job, book.paths, book.seconds);
-  return run;
+  return concluded(job, book, *logs);
 }
 
 Comparison compare_logged(const Job& job, const std::filesystem::path& log) {
