@@ -347,6 +347,11 @@ std::vector<JobCase> cases_of(const Job& job) {
   return {{{}, job.request}};
 }
 
+void demand_one_design(const Job& job, const std::string& rule) {
+  if (!job.designs.empty())
+    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()), rule);
+}
+
 const json& document_of(const Job& job) {
   static const json nothing;
   return job.as_read ? *job.as_read : nothing;

@@ -303,6 +303,9 @@ Job parse_job(const nlohmann::json& document);
 /// The load cases of a job: its own, or the one without a name.
 std::vector<JobCase> cases_of(const Job& job);
 
+/// Throws SpecError with this rule for a job that lists designs.
+void demand_one_design(const Job& job, const std::string& rule);
+
 /// What the job's reader left in `as_read`; null for a job made by hand.
 const nlohmann::json& document_of(const Job& job);
 

@@ -72,18 +72,24 @@ std::filesystem::path job_folder(const CommandLine& line) {
   return std::filesystem::absolute(line.job).parent_path();
 }
 
+/// Carries out what a process does of a run that is shared; others have its results.
+void take_part(const Job& job, const std::filesystem::path& folder, int threads,
+               RunListener& listener, Sharing& sharing) {
+  std::map<std::string, double> timings;
+  if (job.designs.empty())
+    run_any(job, folder, threads, listener, {}, &sharing);
+  else
+    run_listed_designs(job, folder, threads, listener, timings, &sharing);
+}
+
 /// A part of a run, which leaves its logs and shard.json.
 int run_shard(const Job& job, const CommandLine& line, const Shard& shard, OutputFolder& folder,
               ProgressDisplay& progress) {
   check_shardable(job);
   begin_shard(folder.path(), job_folder(line), shard);
   Sharing sharing(shard);
-  std::map<std::string, double> timings;
   try {
-    if (job.designs.empty())
-      run_any(job, folder.path(), line.threads, progress, {}, &sharing);
-    else
-      run_listed_designs(job, folder.path(), line.threads, progress, timings, &sharing);
+    take_part(job, folder.path(), line.threads, progress, sharing);
   } catch (const ShardEnds&) {
   }
   end_shard(folder.path(), sharing);
@@ -115,11 +121,7 @@ int help_run(const CommandLine& line, Workers& workers) {
     const Job job = hear_job(workers);
     Sharing sharing(workers);
     Silent silent;
-    std::map<std::string, double> timings;
-    if (job.designs.empty())
-      run_any(job, {}, line.threads, silent, {}, &sharing);
-    else
-      run_listed_designs(job, {}, line.threads, silent, timings, &sharing);
+    take_part(job, {}, line.threads, silent, sharing);
   } catch (const WorkersDismissed&) {
   } catch (const std::exception& error) {
     workers.fail(error.what());

@@ -141,9 +141,6 @@ class CcxLines {
   std::string text_;
 };
 
-/// Text of a name on one line, for use in comments.
-std::string one_line(std::string text);
-
 /// One term of an equation: factor times a degree of freedom of a node.
 struct CcxTerm {
   int node = 0, dof = 0;

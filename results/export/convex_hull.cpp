@@ -79,8 +79,7 @@ TriangleMesh convex_hull(const std::vector<Vector3d>& points) {
     }
     mesh.triangles.push_back(triangle);
   }
-  if (mesh.volume() < 0)
-    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  mesh.face_outwards();
   return mesh;
 }
 

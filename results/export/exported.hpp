@@ -45,6 +45,9 @@ struct Exported {
   std::string stroke_text(const VectorXd& at) const;
 };
 
+/// Text of a name on one line, for use in comments of a file.
+std::string one_line(std::string text);
+
 /// Thrown where no equilibrium was found that is to be exported: no fault of the input.
 class NoEquilibrium : public std::runtime_error {
   using std::runtime_error::runtime_error;

@@ -88,10 +88,11 @@ BodyPose body_pose(const Mechanism& mechanism, const PathPoint* point, int body)
   return pose;
 }
 
-LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf) {
+LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf,
+                          int finer) {
   if (!point) return undeflected_surface(mechanism.leaves[leaf]);
   const LeafShape& shape = point->shapes[leaf];
-  return surface_of_shape(mechanism.leaves[leaf], shape, shape.deflected);
+  return surface_of_shape(mechanism.leaves[leaf], shape, shape.deflected, finer);
 }
 
 std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoint* point) {

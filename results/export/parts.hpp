@@ -46,6 +46,8 @@ struct TriangleMesh {
 
   /// Volume that the triangles enclose [m³].
   double volume() const;
+  /// Turns all triangles round where the volume is negative.
+  void face_outwards();
 };
 
 /// Closed mesh of both faces and all rims of a leaf. A wire has `around` sides, and the area of the
@@ -83,7 +85,8 @@ BodyPose body_pose(const Mechanism& mechanism, const PathPoint* point, int body)
 /// All leaves, then all bodies that have a shape, undeflected (null) or at a point with shapes.
 std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoint* point);
 
-/// The surface of a leaf at a point of the path.
-LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf);
+/// The surface of a leaf at a point of the path; `finer` as of surface_of_shape.
+LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf,
+                          int finer = 4);
 
 }  // namespace flexopt

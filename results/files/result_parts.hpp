@@ -18,6 +18,10 @@ namespace flexopt {
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                             const StrokeRequest& request);
 
+/// All points of a path, with their estimated errors unless `errors` is null.
+OrderedJson path_json(const StrokeResponse& response, const Mechanism& mechanism,
+                      const StrokeRequest& request, const StrokeErrors* errors = nullptr);
+
 /// First part of a name with dots: the key of the result that the number stands in.
 std::string key_of(const std::string& name);
 
