@@ -78,7 +78,7 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
 }
 
 void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
-  constexpr double thin = 0.1;  // of the smaller side; plate theory's customary limit
+  constexpr double thin = 0.1;  // share of the smaller side; plate theory's customary limit
   for (const LeafSpring& leaf : mechanism.leaves) {
     const double leg = leaf.fold ? std::min(leaf.fold->place, 1 - leaf.fold->place) : 1,
                  side = std::min(leg * leaf.length, leaf.width);
@@ -157,7 +157,7 @@ Job JobReader::read() {
 void JobReader::read_mechanism() {
   std::optional<Mechanism> mechanism;
   if (family_ && is_geometry_sound(*family_, faults_)) {
-    const Pointer flexure("/model/flexure");  // of wires alone, where the job does not say
+    const Pointer flexure("/model/flexure");  // wires are beams by default
     if (!document_.contains(flexure) && read_.contains(flexure) &&
         family_->is_of_wires(job_.design.choices)) {
       job_.model.flexure = Flexure::beam;
@@ -324,7 +324,7 @@ const char* bound_at(const Variable& variable, double value) {
 }
 
 double Tolerance::standard_deviation() const {
-  constexpr double limits = 3;  // of a normal one, in standard deviations
+  constexpr double limits = 3;  // limits of a normal spread, in standard deviations
   return spread == ToleranceSpread::uniform ? 1 / std::sqrt(3.0) : 1 / limits;
 }
 

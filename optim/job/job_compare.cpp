@@ -67,7 +67,7 @@ class SamplesReader {
   std::set<std::string> taken_;
   std::vector<std::string> symbols_;  ///< names of formulas that are no parameters of the family
   bool method_known_ = true;
-  bool names_known_ = true;  ///< of all entries of vary
+  bool names_known_ = true;  ///< whether all entries of vary have one
   int grid_points_ = grid_points_default;
 };
 

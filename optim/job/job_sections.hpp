@@ -64,7 +64,7 @@ struct GoalContext {
   const StrokeRequest& request;
   std::vector<Quantity> quantities;
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
-  std::vector<FormulaName> names;  ///< of these, the family's first
+  std::vector<FormulaName> names;  ///< names of these, the family's first
   const CaseNames& cases;
   Borne borne;
   FaultList& faults;

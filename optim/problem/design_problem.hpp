@@ -172,9 +172,9 @@ class DesignProblem {
   /// Parameters that change when a variable does, and those that deviate where goals count it.
   std::vector<std::string> names_;
   std::vector<Goal> goals_;
-  std::vector<StrokeRequest> requests_;  ///< of each load case
+  std::vector<StrokeRequest> requests_;  ///< the request of each load case
   std::optional<WorstAssemblyGoals> worst_assembly_;
-  std::vector<StrokeRequest> box_requests_;  ///< of the goals that count errors of assembly
+  std::vector<StrokeRequest> box_requests_;  ///< those of the goals that bear the box
   bool needs_mechanics_ = false;
 };
 

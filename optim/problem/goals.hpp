@@ -13,15 +13,15 @@ namespace flexopt {
 
 /// What a goal has of one load case.
 struct GoalPart {
-  std::size_t load_case = 0;  ///< of the job's
+  std::size_t load_case = 0;  ///< place among the job's
   std::size_t points = 0;     ///< on its path
 };
 
 /// One number of a design, and the finer numbers it is made of.
 struct Goal {
   std::string label;
-  std::string quantity;                  ///< of a path point, or
-  std::optional<Expression> expression;  ///< of the parameters
+  std::string quantity;                  ///< a quantity of a path point, or
+  std::optional<Expression> expression;  ///< a formula of the parameters
   OverStroke over_stroke = OverStroke::first;
   /// Candidates at each point, ascending: the lowest few frequencies whose lowest is the parasitic
   /// one, so that a gradient method sees the modes on both sides of a crossing; descending: the

@@ -45,7 +45,7 @@ std::optional<std::string> without_checksum(std::string_view line) {
   if (line.empty()) return std::nullopt;
   const char bracket = line.back();
   const std::size_t added = member(bracket, "00000000").size();
-  if (line.size() < added + 3) return std::nullopt;  // of a list or object that is not empty
+  if (line.size() < added + 3) return std::nullopt;  // a list or object that is not empty is longer
   std::string before(line.substr(0, line.size() - 1 - added));
   before += bracket;
   return with_checksum(before) == line ? std::optional(before) : std::nullopt;

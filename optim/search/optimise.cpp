@@ -128,9 +128,9 @@ class Optimisation {
   std::vector<Start> starts_;
   Confirmation confirmation_;
   Optimum optimum_;
-  std::vector<LoggedEvaluation> later_;  ///< of the stages behind the starts
-  std::vector<LoggedEvaluation> stock_;  ///< of stock sizes: they stand behind the correction's
-  std::string why_differences_at_end_;   ///< of the answer's derivatives
+  std::vector<LoggedEvaluation> later_;  ///< evaluations of the stages behind the starts
+  std::vector<LoggedEvaluation> stock_;  ///< those of stock sizes stand behind the correction's
+  std::string why_differences_at_end_;   ///< why the answer's derivatives are differences
 };
 
 Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)

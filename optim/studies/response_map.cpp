@@ -29,11 +29,11 @@ Job posed(const Job& job, const MapSpec& map, const ParameterValues& parameters)
   OptimiseSpec& spec = posed.optimise.emplace();
   spec.variables.assign(map.parameters.begin(), map.parameters.end());
   const Constraint& first = map.quantities.front();
-  const bool least = first.over_stroke == OverStroke::min;  // of several load cases
+  const bool least = first.over_stroke == OverStroke::min;  // which of several load cases counts
   spec.objective = {least, first.quantity, first.expression, first.over_stroke, first.load_case,
                     {}};
   spec.constraints.assign(map.quantities.begin() + 1, map.quantities.end());
-  for (Constraint& c : spec.constraints)  // of several load cases the least is the worst
+  for (Constraint& c : spec.constraints)  // the least is the worst of several load cases
     if (c.over_stroke == OverStroke::min) c.min = std::numeric_limits<double>::lowest();
   if (job.map_goals) {
     const OptimiseSpec goals = without_margins(*job.map_goals);
@@ -45,7 +45,7 @@ Job posed(const Job& job, const MapSpec& map, const ParameterValues& parameters)
 
 /// What one design yields.
 struct Mapped {
-  std::vector<double> values;  ///< of the quantities; empty where it failed
+  std::vector<double> values;  ///< values of the quantities; empty where it failed
   double margin = 0;
   std::string failure;
 };

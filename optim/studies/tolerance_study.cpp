@@ -94,7 +94,7 @@ class Study {
   ModelOptions model_;
   std::vector<std::string> names_;  ///< parameters that deviate
   std::vector<Goal> goals_;
-  std::vector<StrokeRequest> requests_;  ///< of each load case
+  std::vector<StrokeRequest> requests_;  ///< the request of each load case
 };
 
 Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptions& model)
@@ -163,7 +163,7 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     if (of.room && (!report.room || *of.room < *report.room))
       report.room = of.room, report.room_of = of.label;
   }
-  // of what is not known in all constraints nothing is said
+  // room that is not known of all constraints is not told
   if (std::ranges::any_of(report.goals, [](const ToleratedGoal& g) { return !g.number.slopes; }))
     report.room.reset(), report.room_of.clear();
 }

@@ -125,7 +125,7 @@ double round_below(double value) {
 OrderedJson readable(double value, const std::string& unit) {
   struct Shown {
     const char *si, *unit;
-    double factor, from;  ///< of values that are at least so large
+    double factor, from;  ///< least value that is shown in this unit
   };
   static constexpr std::array shown{Shown{"m", "m", 1, 1},
                                     Shown{"m", "mm", 1e3, 1e-5},

@@ -98,7 +98,7 @@ class CcxModel {
   const Exported* exported_;
   std::vector<Vector3d> nodes_;
   std::vector<CcxRigid> rigids_;
-  std::vector<int> rigid_of_;  ///< of each body, −1: tied to the ground
+  std::vector<int> rigid_of_;  ///< rigid body of each body, −1: tied to the ground
   std::vector<CcxMass> masses_;
   std::vector<CcxSpring> springs_;
   std::vector<CcxPin> pins_;

@@ -50,7 +50,7 @@ void check_in_path(const Exported& of, std::size_t k, double value, const std::s
     low = std::min(low, strokes[static_cast<Eigen::Index>(k)]);
     high = std::max(high, strokes[static_cast<Eigen::Index>(k)]);
   }
-  const double slack = 1e-9 * (high - low);  // of unit conversions
+  const double slack = 1e-9 * (high - low);  // rounding of unit conversions
   if (value < low - slack || value > high + slack)
     throw SpecError("--at", text,
                     fmt::format("expected {} on the path of the job: from {:.9g} to {:.9g}{}",

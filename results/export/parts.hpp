@@ -15,12 +15,12 @@ namespace flexopt {
 
 struct LeafSurface {
   int along = 0, across = 0;     ///< points; of a wire one across, its centre line
-  std::vector<double> places;    ///< of the points along: part of the length
+  std::vector<double> places;    ///< places of the points along: part of the length
   std::vector<Vector3d> middle;  ///< points along first [m]
   /// Vectors from the middle to the face on the side of the normal [m]. At a fold they lean along
   /// the mitre.
   std::vector<Vector3d> half;
-  std::vector<Vector3d> side;  ///< of a wire: from the centre line across, its radius long [m]
+  std::vector<Vector3d> side;  ///< for a wire: from the centre line across, its radius long [m]
   /// Points along at which the surface has an edge: those of a fold.
   std::vector<int> folds;
 

@@ -61,7 +61,7 @@ step::Prism prism(const LeafSpring& leaf, double radius) {
   const auto arc = [&](double x0, double y0, double x1, double y1, double x2, double y2) {
     made.outline.push_back({at(x0, y0), at(x2, y2), at(x1, y1)});
   };
-  const double part = 1 - std::sqrt(0.5);  // of the radius: the middle of a quarter circle
+  const double part = 1 - std::sqrt(0.5);  // share of the radius: the middle of a quarter circle
   line(at(base, -h), at(L - tip, -h));
   if (tip > 0) arc(L - tip, -h, L - part * tip, -h - part * tip, L, -h - tip);
   line(at(L, -h - tip), at(L, h + tip));

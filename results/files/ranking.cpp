@@ -18,7 +18,7 @@ using Json = OrderedJson;
 /// How a design did, as far as that decides on its place.
 struct Standing {
   int group = 2;         ///< 0 feasible, 1 infeasible, 2 nothing to compare
-  double objective = 0;  ///< of feasible ones
+  double objective = 0;  ///< objective of feasible designs
   double violation = 0;  ///< relative, of infeasible ones
   Json worst = nullptr;  ///< the constraint with the least margin
 };

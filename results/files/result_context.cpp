@@ -175,7 +175,7 @@ Json leaf_geometry_json(const Mechanism& mechanism, const ModelOptions& model) {
                       {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
                       {"mesh", leaf_shape(leaf, model).mesh},
                       {"validity", validity_json(leaf)}});
-    // of its arc, positive to the side of across × (base → tip)
+    // the angle of its arc, positive to the side of across × (base → tip)
     if (leaf.curve) leaves.back()["curve"] = -*leaf.curve;
     // the part of the length before it, and the angle by which the leaf turns there
     if (leaf.fold)

@@ -22,7 +22,7 @@ struct Budget {
 };
 constexpr Budget whole_budget{8'000'000, 4'000'000}, start_budget{2'000'000, 1'000'000},
     front_budget{400'000, 0};
-constexpr std::size_t report_budget = 7'000'000;  ///< of a job that lists designs, compressed
+constexpr std::size_t report_budget = 7'000'000;  ///< compressed, for a job that lists designs
 
 Json columns_json(const Matrix3d& m) {
   return {vector_json(m.col(0)), vector_json(m.col(1)), vector_json(m.col(2))};

@@ -179,7 +179,7 @@ std::shared_ptr<const PosedValues> PosedGoals::at(const VectorXd& x, bool gradie
 PosedValues PosedGoals::posed(const VectorXd& x, const DesignValues& values, bool gradient) const {
   const int n = problem_.size();
   const double sense = problem_.spec().objective.maximise ? -1 : 1;
-  std::vector<Eigen::Index> first{0};  // of each goal among all values
+  std::vector<Eigen::Index> first{0};  // first value of each goal among all values
   for (const GoalValues& goal : values.goals)
     first.push_back(first.back() + static_cast<Eigen::Index>(goal.size()));
   /// Value, and derivatives by x, of a row.

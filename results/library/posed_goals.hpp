@@ -41,7 +41,7 @@ class PosedGoals {
   /// keep on its side. All these are smooth. Throws SpecError for a job without goals.
   PosedGoals(const Job& job, bool scaled, bool pointwise);
 
-  std::vector<std::string> names() const;  ///< of the variables
+  std::vector<std::string> names() const;  ///< names of the variables
   VectorXd start() const, lower() const, upper() const;
   std::vector<std::string> constraint_names() const;
   VectorXd constraint_lower() const, constraint_upper() const;
