@@ -51,4 +51,8 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work,
   });
 }
 
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 }  // namespace flexopt

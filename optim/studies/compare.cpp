@@ -124,10 +124,6 @@ struct Logs {
                 [&](const std::string& line) { book.read_seconds(line); }) {}
 };
 
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
 /// Adds a load case; what it says is said with its name.
 void append(StrokeResponse of_case, const std::string& name, StrokeResponse& whole) {
   std::ranges::move(of_case.path, std::back_inserter(whole.path));

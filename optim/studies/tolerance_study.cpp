@@ -30,7 +30,7 @@ struct SampledDesign {
 
 using OrderedJson = nlohmann::ordered_json;
 
-OrderedJson yield_of(const SampledDesign& sample) {
+OrderedJson packed_design(const SampledDesign& sample) {
   OrderedJson quantities = OrderedJson::array();
   // those that are not finite do not count
   for (const std::optional<double>& value : sample.quantities)
@@ -38,7 +38,7 @@ OrderedJson yield_of(const SampledDesign& sample) {
   return {sample.failure, std::move(quantities), sample.goals};
 }
 
-SampledDesign read_design(const nlohmann::json& yield) {
+SampledDesign unpacked_design(const nlohmann::json& yield) {
   SampledDesign sample;
   yield.at(0).get_to(sample.failure);
   for (const nlohmann::json& value : yield.at(1))
@@ -73,10 +73,6 @@ class Study {
   void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
   void sample(int threads, const LoopProgress& progress, SharedUnits* shared,
               ToleranceReport& report) const;
-  /// Whether all are known then.
-  bool evaluate_all(const std::vector<VectorXd>& points, int threads, const LoopProgress& progress,
-                    SharedUnits* shared, const ToleranceReport& report,
-                    std::vector<SampledDesign>& designs) const;
   SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
   /// Values and their slopes, part by part; no rows where one is missing.
   GoalReading read(const Goal& goal, const ParameterValues& parameters,
@@ -259,32 +255,18 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
   return sample;
 }
 
-bool Study::evaluate_all(const std::vector<VectorXd>& points, int threads,
-                         const LoopProgress& progress, SharedUnits* shared,
-                         const ToleranceReport& report, std::vector<SampledDesign>& designs) const {
-  designs.resize(points.size());
-  const auto count = static_cast<int>(points.size());
-  const auto work = [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); };
-  const auto place = [&](int i) -> SampledDesign& { return designs[static_cast<std::size_t>(i)]; };
-  if (!shared) {
-    parallel_for(
-        count, threads, [&](int i) { place(i) = work(i); }, progress);
-    return true;
-  }
-  const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
-  return shared->run(
-      loop_name("sampled designs", about.dump()), count, threads, progress,
-      [&](int i) { return yield_of(work(i)); },
-      [&](int i, const nlohmann::json& yield) { place(i) = read_design(yield); });
-}
-
 void Study::sample(int threads, const LoopProgress& progress, SharedUnits* shared,
                    ToleranceReport& report) const {
   if (spec_.samples == 0) return;
   const std::vector<VectorXd> points =
       latin_hypercube_points(static_cast<int>(spec_.entries.size()), spec_.samples, spec_.seed);
-  std::vector<SampledDesign> designs;
-  if (!evaluate_all(points, threads, progress, shared, report, designs)) return;
+  std::vector<SampledDesign> designs(points.size());
+  const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
+  if (!run_units(
+          shared, loop_name("sampled designs", about.dump()), threads, progress, designs,
+          [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); },
+          packed_design, unpacked_design))
+    return;
   report.samples = spec_.samples;
   int keep = 0;
   for (const SampledDesign& design : designs) {

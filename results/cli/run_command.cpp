@@ -42,7 +42,6 @@ using Clock = std::chrono::steady_clock;
 /// A run from its checked job to its files and to what is printed of them.
 int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
               ProgressDisplay& progress, Clock::time_point begin, Sharing* sharing) {
-  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   const auto end = [&](const WrittenRun& written, const RunRecord* record) {
     folder.keep();
     progress.clear();
@@ -59,12 +58,12 @@ int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
     std::map<std::string, double> timings;
     OrderedJson result =
         run_listed_designs(job, folder.path(), line.threads, progress, timings, sharing);
-    timings["total"] = seconds();
+    timings["total"] = seconds_since(begin);
     const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
     return end(written, nullptr);
   }
   RunRecord record = run_any(job, folder.path(), line.threads, progress, {}, sharing);
-  record.timings["total"] = seconds();
+  record.timings["total"] = seconds_since(begin);
   return end(write_run(folder.path(), record), &record);
 }
 

@@ -34,8 +34,7 @@ FinishedRun run(const Job& job, const RunOptions& options, RunListener& listener
   if (!options.folder.empty()) folder.emplace(options.folder);
   try {
     RunRecord record = run_any(job, options.folder, options.threads, listener, along);
-    record.timings["total"] =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    record.timings["total"] = seconds_since(begin);
     if (folder)
       finished.failed_expectations = write_run(folder->path(), record).failed_expectations;
     finished.record = std::make_shared<const RunRecord>(std::move(record));
