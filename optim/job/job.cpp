@@ -264,9 +264,14 @@ void add_override_faults(const SpecError& error, std::vector<Fault>& faults) {
   }
 }
 
+/// Whether a document has such a list.
+bool lists(const json& document, const char* key) {
+  return document.is_object() && document.contains(key);
+}
+
 /// Reads a document of one design, under one load case or several.
 Job read_design_document(const json& document, const std::string& folder, FaultList& faults) {
-  if (!lists_cases(document)) return JobReader(document, folder, {}, faults).read();
+  if (!lists(document, "cases")) return JobReader(document, folder, {}, faults).read();
   return read_cases(document, faults, [&](const json& one, const CaseNames& cases, FaultList& own) {
     return JobReader(one, folder, cases, own).read();
   });
@@ -274,7 +279,7 @@ Job read_design_document(const json& document, const std::string& folder, FaultL
 
 /// Reads a document of one design or of several.
 Job read_document(const json& document, const std::string& folder, FaultList& faults) {
-  if (!lists_designs(document)) return read_design_document(document, folder, faults);
+  if (!lists(document, "designs")) return read_design_document(document, folder, faults);
   return read_listed_designs(document, faults, [&](const json& one, FaultList& own) {
     return read_design_document(one, folder, own);
   });

@@ -311,8 +311,7 @@ void read_surroundings(const json& read, const Mechanism& mechanism, const Model
   if (!full.empty())
     notes.push_back(
         fmt::format("What acts inside a leaf (its weight, its warmth, that of its clamps) needs "
-                    "the full model: not "
-                    "reduced are {}.",
+                    "the full model: not reduced are {}.",
                     full));
 }
 

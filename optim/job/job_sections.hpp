@@ -33,12 +33,6 @@ struct CaseNames {
   std::string own;
 };
 
-/// Keys of a job that a case may have instead: what acts on the mechanism, and where it goes.
-const std::vector<std::string>& case_keys();
-
-/// Whether the document has "cases".
-bool lists_cases(const nlohmann::json& document);
-
 /// What "cases" may hold, from the fields of a whole job.
 Field cases_field(const std::vector<Field>& of_job);
 
@@ -112,9 +106,8 @@ bool chooses_accuracy(const nlohmann::json& document);
 /// The numbers of a family parameter: unit and range.
 Shape parameter_shape(const Parameter& parameter);
 
-/// The section "model", and an entry of "models": a name and any keys of the model.
+/// The section "model".
 Shape model_shape();
-Shape model_entry_shape();
 
 /// What the section "model" says; `at` is its place. What its keys contradict is added to `faults`.
 ModelChoice read_model(const nlohmann::json& read, const JsonPointer& at, FaultList& faults);
@@ -157,9 +150,6 @@ DesignSpec read_design(nlohmann::json& read, const nlohmann::json& written,
                        std::vector<std::string>& notes);
 
 // A job that lists several designs: as many jobs of one design each, which share all else.
-
-/// Whether the document has "designs".
-bool lists_designs(const nlohmann::json& document);
 
 /// Reads every design with the rest of the document by `read_one`. The job that comes back is that
 /// of the first design, with all of them in `Job::designs`. Faults stand where the document has

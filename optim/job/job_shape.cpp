@@ -214,10 +214,7 @@ Shape samples_shape(const Family* family) {
   return record(std::move(fields));
 }
 
-}  // namespace
-
-Shape model_shape() { return model_table().shape(); }
-
+/// An entry of "models": a name and any keys of the model.
 Shape model_entry_shape() {
   std::vector<Field> fields{required("name", text(100), "for the results; each its own")};
   for (Field field : model_shape().fields) {
@@ -226,6 +223,10 @@ Shape model_entry_shape() {
   }
   return record(std::move(fields));
 }
+
+}  // namespace
+
+Shape model_shape() { return model_table().shape(); }
 
 Shape parameter_shape(const Parameter& p) {
   return quantity(p.unit, p.min, p.max, p.open_min, p.open_max);

@@ -25,8 +25,7 @@ struct StrokeSpec {
 /// What `in_order` of a stroke means.
 inline constexpr const char* in_order_meaning =
     "whether the way leads from point to point as they are listed; else, the default, it leads "
-    "from "
-    "rest straight to each";
+    "from rest straight to each";
 
 /// A dead load, or the growing one of a load path, which has `points` and acts at O.
 struct LoadSpec {

@@ -92,8 +92,7 @@ const RecordTable<ModelChoice>& model_table() {
                         "elements of a leaf, [along, across]")
           .with_default(
               "free_edge_torsion", boolean(), in_model(&ModelOptions::free_edge_torsion),
-              "the three-dimensional torsion layer of the free edges; off: the thin-shell "
-              "limit")
+              "the three-dimensional torsion layer of the free edges; off: the thin-shell limit")
           .with_default("transverse_shear", boolean(), in_model(&ModelOptions::transverse_shear),
                         "of leaves and wires; off: thin plates and slender beams")
           .with_default("degree", integer(5, 7), in_model(&ModelOptions::degree),
@@ -119,8 +118,7 @@ const RecordTable<ModelChoice>& model_table() {
               "tolerance", quantity("1", 0, 1e-3, true),
               [](auto& choice) -> auto& { return choice.newton.tolerance; },
               "Newton's largest last correction, lengths divided by the leaf length; of "
-              "\"accuracy\": "
-              "\"auto\" the largest estimated error");
+              "\"accuracy\": \"auto\" the largest estimated error");
   return table;
 }
 

@@ -49,6 +49,15 @@ Answerer evaluator_of(const DesignProblem& problem) {
   };
 }
 
+// DesignProblem::evaluate by the worker that is free. The others have the same job and answer by
+// `answer_evaluations`. Throws as Workers::ask.
+DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
+                            const Variables& variables, bool gradient,
+                            std::optional<Accuracy> accuracy) {
+  const json question{variables, gradient, accuracy ? json(static_cast<int>(*accuracy)) : json()};
+  return unpacked(workers.ask(bytes_of(question), evaluator_of(problem)));
+}
+
 }  // namespace
 
 bool better(const Merit& a, const Merit& b, bool maximise, double feasible_within) {
@@ -244,13 +253,6 @@ std::optional<MatrixXd> EvaluationBook::derivatives(const VectorXd& x, int& cost
   if (!missing.empty() && !add_differences(x, values, missing, known, cost)) return std::nullopt;
   differences_[center] = known;
   return known.values;
-}
-
-DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
-                            const Variables& variables, bool gradient,
-                            std::optional<Accuracy> accuracy) {
-  const json question{variables, gradient, accuracy ? json(static_cast<int>(*accuracy)) : json()};
-  return unpacked(workers.ask(bytes_of(question), evaluator_of(problem)));
 }
 
 void answer_evaluations(Workers& workers, const DesignProblem& problem) {

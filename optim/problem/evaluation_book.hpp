@@ -13,12 +13,6 @@
 
 namespace flexopt {
 
-/// DesignProblem::evaluate by the worker that is free. The others have the same job and answer
-/// by `answer_evaluations`. Throws as Workers::ask.
-DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
-                            const Variables& variables, bool gradient,
-                            std::optional<Accuracy> accuracy);
-
 /// Answers until the leader ends the stage.
 void answer_evaluations(Workers& workers, const DesignProblem& problem);
 

@@ -51,6 +51,11 @@ std::optional<std::string> without_checksum(std::string_view line) {
   return with_checksum(before) == line ? std::optional(before) : std::nullopt;
 }
 
+// The heading of logs of this identity, with checksum and line break.
+std::string log_heading(const json& identity) {
+  return written(log_line({{heading, OrderedJson(identity)}}));
+}
+
 }  // namespace
 
 std::string first_difference(const json& theirs, const json& ours) {
@@ -66,10 +71,6 @@ std::string first_difference(const json& theirs, const json& ours) {
 
 std::string log_line(const OrderedJson& value) {
   return value.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
-}
-
-std::string log_heading(const json& identity) {
-  return written(log_line({{heading, OrderedJson(identity)}}));
 }
 
 json log_identity_of(const std::filesystem::path& path) {

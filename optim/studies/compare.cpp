@@ -19,6 +19,12 @@ using OrderedJson = nlohmann::ordered_json;
 
 namespace {
 
+/// evaluations.jsonl → evaluations.seconds.jsonl
+std::filesystem::path seconds_log(const std::filesystem::path& log) {
+  std::filesystem::path beside = log;
+  return beside.replace_extension(".seconds.jsonl");
+}
+
 using Quantities = std::vector<ComparedQuantity>;
 
 OrderedJson point_json(const Quantities& quantities, const ComparedPoint& p) {
@@ -189,11 +195,6 @@ CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
 }
 
 }  // namespace
-
-std::filesystem::path seconds_log(const std::filesystem::path& log) {
-  std::filesystem::path beside = log;
-  return beside.replace_extension(".seconds.jsonl");
-}
 
 void check_compare_log(const Job& job, const std::filesystem::path& log,
                        const std::string& version) {

@@ -30,7 +30,7 @@ struct CompareRun {
 };
 
 /// Runs the job's comparison. Throws SpecError for wrong input; all else is accounted for design by
-/// design. The log has the numbers alone; their seconds are in a file beside it (seconds_log), so
+/// design. The log has the numbers alone; their seconds are in a file beside it, so
 /// that the log is the same for the same job, killed and resumed or not.
 /// A process that follows a leader works for it and returns nothing; throws ShardEnds where the run
 /// is a shard.
@@ -38,9 +38,6 @@ CompareRun compare(const Job& job, const CompareOptions& options = {});
 
 /// What the log of an interrupted run tells so far.
 Comparison compare_logged(const Job& job, const std::filesystem::path& log);
-
-/// evaluations.jsonl → evaluations.seconds.jsonl
-std::filesystem::path seconds_log(const std::filesystem::path& log);
 
 /// Opens and reads the logs of this very job as `compare` would. Throws SpecError where it would.
 void check_compare_log(const Job& job, const std::filesystem::path& log,

@@ -119,6 +119,13 @@ int draw_job(const CommandLine& line) {
       line.svg_file);
 }
 
+int draw_family(const CommandLine& line) {
+  if (!line.family) throw SpecError("--svg", "no FAMILY", "expected the family to draw before it");
+  const Family& family = find_family(*line.family, "FAMILY");
+  return print_or_write(svg_of_design(family, usual_values(family), default_choices(family)),
+                        line.svg_file);
+}
+
 }  // namespace
 
 Job checked_job(const CommandLine& line) {
@@ -257,13 +264,6 @@ int write_new_job(const CommandLine& line) {
     design["family"] = find_family(*line.family, "FAMILY").name;
   }
   return print_or_write(json_text(new_job(design, folder.string(), line.optimise)), line.file);
-}
-
-int draw_family(const CommandLine& line) {
-  if (!line.family) throw SpecError("--svg", "no FAMILY", "expected the family to draw before it");
-  const Family& family = find_family(*line.family, "FAMILY");
-  return print_or_write(svg_of_design(family, usual_values(family), default_choices(family)),
-                        line.svg_file);
 }
 
 int show_mechanism(const CommandLine& line) {

@@ -169,8 +169,7 @@ class Near {
     if (!is_rotation(drive.direction))
       reason += fmt::format(
           ", and its load with that: load times distance is {:.2g} N m, the least stiffness "
-          "against "
-          "turning {:.2g} N m/rad",
+          "against turning {:.2g} N m/rad",
           load_times_distance(drive, number), least_turning_stiffness());
     return reason;
   }

@@ -36,8 +36,8 @@ std::vector<Vector3d> section_corners(const LeafSpring& leaf, int end) {
   return corners;
 }
 
-}  // namespace
-
+/// Diagonal of the box around the undeflected mechanism [m]: what the parts that have no size of
+/// their own are drawn by.
 double drawn_size(const Mechanism& mechanism) {
   Eigen::AlignedBox3d box;
   for (const LeafSpring& leaf : mechanism.leaves)
@@ -51,6 +51,8 @@ double drawn_size(const Mechanism& mechanism) {
   }
   return box.isEmpty() ? 0 : box.diagonal().norm();
 }
+
+}  // namespace
 
 TriangleMesh body_solid(const Mechanism& mechanism, int body) {
   const RigidBody& own = mechanism.bodies[static_cast<std::size_t>(body)];

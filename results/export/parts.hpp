@@ -62,10 +62,6 @@ TriangleMesh convex_hull(const std::vector<Vector3d>& points);
 
 // The parts of a mechanism as closed bodies: what STL, glTF and STEP hold.
 
-/// Diagonal of the box around the undeflected mechanism [m]: what the parts that have no size of
-/// their own are drawn by.
-double drawn_size(const Mechanism& mechanism);
-
 /// Undeflected: the box of a body, or the hull of the edges, joints and springs that it holds, each
 /// with a small ball around it, as the report draws it. Empty where it holds nothing.
 TriangleMesh body_solid(const Mechanism& mechanism, int body);

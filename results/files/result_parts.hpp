@@ -74,9 +74,6 @@ OrderedJson make_assembly(const RunRecord& record);
 
 OrderedJson make_maps(const RunRecord& record);
 
-/// One row for each design of each map and each of its quantities.
-std::string maps_csv(const RunRecord& record);
-
 /// Writes maps.csv, or removes that of an earlier run where the record has no maps.
 void write_maps_csv(const std::filesystem::path& folder, const RunRecord& record);
 
