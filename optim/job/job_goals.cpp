@@ -113,6 +113,7 @@ std::string goal_label(const Constraint& goal) {
 Constraint read_measure(json& read, const GoalContext& context, const Pointer& at,
                         const std::optional<OverStroke>& usual) {
   Constraint measure = constraint_table().read(read);
+  const bool least = read.contains("min"), largest = read.contains("max");
   if (read.contains("quantity") == read.contains("expression"))
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
   measure.margin = read_margin(read, context.borne.tolerances, at);
@@ -121,18 +122,27 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
     measure.expression =
         Expression(measure.expression, context.names, (at / "expression").to_string()).text();
   } else {
+    const bool said = read.contains("over_stroke"), both = least && largest;
     measure.load_case = context.load_case(read, at);
     measure.quantity = context.quantity(measure.quantity, measure.load_case, at / "quantity").name;
-    if (!read.contains("over_stroke") && !usual && !is_of_design(measure.quantity))
+    if (!said && both)
+      throw SpecError((at / "over_stroke").to_string(), "nothing",
+                      "with min and max it must be said which value over the stroke is meant: "
+                      "min, max, max_abs, first, last");
+    if (both && measure.load_case.empty() && context.cases.all.size() > 1)
+      throw SpecError((at / "case").to_string(), "nothing",
+                      "with min and max over several load cases two numbers are meant: give two "
+                      "constraints, or the case");
+    if (!said && !usual && !is_of_design(measure.quantity))
       throw SpecError((at / "over_stroke").to_string(), "nothing",
                       "it must be said which value over the stroke is meant: min, max, max_abs, "
                       "first, last");
-    if (!read.contains("over_stroke")) measure.over_stroke = usual.value_or(OverStroke::first);
+    if (!said) measure.over_stroke = usual.value_or(OverStroke::first);
     read["over_stroke"] = name_in_job(measure.over_stroke);
   }
   Constraint bounded = measure;  // the least is the worst of what is to be made large
-  if (read.contains("min") || read.value("sense", "") == "maximise") bounded.min = 0;
-  if (read.contains("max")) bounded.max = 0;
+  if (least || (read.contains("sense") && read["sense"] == "maximise")) bounded.min = 0;
+  if (largest) bounded.max = 0;
   measure.worst_assembly = read_worst_assembly(read, context, bounded, at);
   measure.label = goal_label(measure) + label_suffix(measure.margin, measure.worst_assembly);
   return measure;

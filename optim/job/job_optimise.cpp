@@ -133,20 +133,11 @@ Objective read_objective(json& read, const GoalContext& context) {
 }
 
 Constraint read_constraint(json& read, const GoalContext& context, const Pointer& at) {
-  const bool formula = read.contains("expression"), said = read.contains("over_stroke"),
-             least = read.contains("min"), largest = read.contains("max");
-  if (formula != read.contains("quantity") && !least && !largest)
+  const bool formula = read.contains("expression"), largest = read.contains("max");
+  if (formula != read.contains("quantity") && !read.contains("min") && !largest)
     throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
   Constraint constraint =
       read_measure(read, context, at, largest ? OverStroke::max : OverStroke::min);
-  if (!formula && !said && least && largest)
-    throw SpecError((at / "over_stroke").to_string(), "nothing",
-                    "with min and max it must be said which value over the stroke is meant: "
-                    "min, max, max_abs, first, last");
-  if (!formula && least && largest && constraint.load_case.empty() && context.cases.all.size() > 1)
-    throw SpecError((at / "case").to_string(), "nothing",
-                    "with min and max over several load cases two numbers are meant: give two "
-                    "constraints, or the case");
   const auto bound = [&](const char* key) {
     if (!formula)
       return read_quantity(shape::quantity(context.find_quantity(constraint.quantity)->unit),
