@@ -75,8 +75,8 @@ struct HeldDirection {
 };
 
 struct BodyItem : DesignItem {
-  DesignVector at;   ///< of a material point: its place on the leaf
-  std::string leaf;  ///< of which it is a material point; empty: a rigid body
+  DesignVector at;   ///< place of a material point on the leaf
+  std::string leaf;  ///< leaf of which it is a material point; empty: a rigid body
   std::optional<DesignNumber> mass, density;
   DesignVector center_of_mass;  ///< relative to `at`
   DesignMatrix inertia;         ///< none, 3 principal values or 9
@@ -96,7 +96,7 @@ struct LeafItem : DesignItem {
   HeldPlace base, tip;  ///< a tip without body is free
   DesignVector across;
   bool wire = false;
-  DesignSize width, thickness;  ///< of a wire the diameter, as `thickness`
+  DesignSize width, thickness;  ///< width; the diameter of a wire, as `thickness`
   std::optional<Material> material;
   std::optional<DesignNumber> curve;        ///< subtended angle [rad]
   std::optional<DesignVector> fold;         ///< middle of its fold line
@@ -119,7 +119,7 @@ struct SpringItem : DesignItem {
   DesignVector at, other_at;
   DesignNumber stiffness;
   std::optional<DesignNumber> free_length;
-  DesignMatrix matrix;  ///< of a bushing: 36 numbers, else none
+  DesignMatrix matrix;  ///< 36 numbers of a bushing, else none
 };
 
 struct DriveItem : DesignItem {
@@ -132,7 +132,7 @@ struct DesignPlan;
 struct PartItem : DesignItem {
   std::shared_ptr<const DesignPlan> design;
   int mirror = -1;                       ///< axis that is reflected, −1: none
-  std::vector<DesignNumber> parameters;  ///< of the part, in its order
+  std::vector<DesignNumber> parameters;  ///< parameters of the part, in its order
   FamilyChoices choices;
   std::vector<std::pair<std::string, std::string>> join;  ///< body of the part → body of this file
 };
@@ -147,11 +147,11 @@ struct DesignRule {
 struct DesignSource {
   enum class Kind {
     library,  ///< one of the program's families
-    file,     ///< of the user
+    file,     ///< a file of the user
     job       ///< written into a job
   };
   Kind kind = Kind::library;
-  JsonText text;       ///< of a file
+  JsonText text;       ///< text of a file
   std::string folder;  ///< that paths in it start from
   std::string lead;    ///< pointer of the design in a job
 };
@@ -159,7 +159,7 @@ struct DesignSource {
 struct DesignPlan {
   DesignSource source;
   std::vector<Parameter> parameters;
-  ParameterValues examples;  ///< of parameters without default
+  ParameterValues examples;  ///< examples of parameters without default
   std::vector<FamilyOption> options;
   std::vector<FormulaName> lets;  ///< in an order in which each needs earlier ones alone
   std::vector<DesignNumber> let_numbers;

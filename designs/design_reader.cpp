@@ -183,7 +183,7 @@ void PlanReader::read_lets() {
     const auto& [name, from] = *ready;
     const Pointer at = Pointer("/let") / name;
     DesignNumber value;
-    std::string unit;  // of a bare number: none
+    std::string unit;  // unit; a bare number has none
     faults_.attempt([&, &from = from] {
       if (from.is_number()) {
         value.constant = from;

@@ -45,14 +45,14 @@ struct FlatBody {
   std::optional<Matrix3<S>> box_half_edges;  ///< columns; around the centre of mass
   std::array<bool, 6> held{};                ///< along global axes, whatever the parameters are
   std::vector<FlatHeld<S>> held_along;       ///< the others
-  std::string leaf;                          ///< of which it is a material point, by its full name
+  std::string leaf;  ///< leaf of which it is a material point, by its full name
 };
 
 /// A size along a leaf: one value; or at base and tip; or at profile_stations().
 template <class S>
 struct FlatSize {
   std::vector<S> values;
-  std::string formula;  ///< of a profile, with numbers for all names but s
+  std::string formula;  ///< formula of a profile, with numbers for all names but s
 };
 
 template <class S>
@@ -62,7 +62,7 @@ struct FlatLeaf {
   int base = ground, tip = ground;  ///< bodies; free_edge
   Vector3<S> base_at, tip_at, across;
   bool wire = false;
-  FlatSize<S> width, thickness;    ///< of a wire both the diameter
+  FlatSize<S> width, thickness;    ///< width and thickness; both the diameter of a wire
   std::optional<S> curve;          ///< angle of its arc, bulging to across × (base → tip) [rad]
   std::optional<Vector3<S>> fold;  ///< middle of its fold line
   S fold_radius = S(0);            ///< inner radius of its bend [m]
@@ -109,7 +109,7 @@ template <class S>
 struct DesignInput {
   std::vector<S> parameters;  ///< in the design's order
   const FamilyChoices* choices = nullptr;
-  MaterialT<S> material;  ///< of the leaves that have none of their own
+  MaterialT<S> material;  ///< material of the leaves that have none of their own
 };
 
 /// Throws SpecError with all that is wrong, each with its place.

@@ -65,8 +65,7 @@ const std::vector<NamedMaterial>& materials() {
        "Stavax, its fatigue grade allows more"},
       {material("Ti-6Al-4V", 114e9, 0.34, 4430, 450e6, 8.6e-6),
        "wrought grade 5, Rp0.2 880 to 950 MPa; customary design stress 400 to 500 MPa (printed: "
-       "200 "
-       "to 300 MPa)"},
+       "200 to 300 MPa)"},
       {material("Al-7075-T6", 71.7e9, 0.33, 2810, 130e6, 23.4e-6),
        "wrought, Rp0.2 503 MPa; design stress by fatigue, 100 to 160 MPa"},
   };

@@ -20,7 +20,7 @@ ParametricDesign::ParametricDesign(std::shared_ptr<const Family> of, FamilyChoic
     : family_(std::move(of)), choices_(std::move(choices)) {
   const Family& family = *family_;
   std::vector<FormulaName> given;
-  std::vector<int> slot_of;  // of the given ones
+  std::vector<int> slot_of;  // slots of the given ones
   for (std::size_t i = 0; i < family.parameters.size(); ++i)
     if (const Parameter& p = family.parameters[i]; !formulas.contains(p.name)) {
       given.push_back({p.name, p.unit});

@@ -65,7 +65,7 @@ class PlanReader {
   std::vector<std::string> within_;
   nlohmann::json read_;
   DesignPlan plan_;
-  std::vector<FormulaName> names_;  ///< of parameters and lets; then of the item's indices
+  std::vector<FormulaName> names_;  ///< names of parameters and lets; then of the item's indices
 };
 
 template <class Read>

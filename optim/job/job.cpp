@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -9,7 +8,6 @@
 
 #include "core/mechanism/body_inertia.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
-#include "core/response/path/error_estimate.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"
@@ -80,7 +78,7 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
 }
 
 void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
-  constexpr double thin = 0.1;  // of the smaller side; plate theory's customary limit
+  constexpr double thin = 0.1;  // share of the smaller side; plate theory's customary limit
   for (const LeafSpring& leaf : mechanism.leaves) {
     const double leg = leaf.fold ? std::min(leaf.fold->place, 1 - leaf.fold->place) : 1,
                  side = std::min(leg * leaf.length, leaf.width);
@@ -114,6 +112,7 @@ class JobReader {
 
  private:
   void read_mechanism();
+  void check_sections();
   void read_sections();
   bool sound(const char* pointer) const { return faults_.sound(pointer); }
 
@@ -148,7 +147,8 @@ Job JobReader::read() {
   read_request(read_, document_, family_, faults_, job_.request);
   job_.expect = read_expectations(read_["expect"], faults_);
   read_mechanism();
-  read_sections();
+  check_sections();
+  if (family_) read_sections();
   job_.as_read = std::make_shared<const json>(std::move(read_));
   return std::move(job_);
 }
@@ -157,7 +157,7 @@ Job JobReader::read() {
 void JobReader::read_mechanism() {
   std::optional<Mechanism> mechanism;
   if (family_ && is_geometry_sound(*family_, faults_)) {
-    const Pointer flexure("/model/flexure");  // of wires alone, where the job does not say
+    const Pointer flexure("/model/flexure");  // wires are beams by default
     if (!document_.contains(flexure) && read_.contains(flexure) &&
         family_->is_of_wires(job_.design.choices)) {
       job_.model.flexure = Flexure::beam;
@@ -192,7 +192,8 @@ void JobReader::read_mechanism() {
   job_.request.probes = read_probes(read_["probes"], mechanism ? &*mechanism : nullptr, faults_);
 }
 
-void JobReader::read_sections() {
+/// What does not go with the kind of the job.
+void JobReader::check_sections() {
   const std::string kind = read_["job"];
   // tolerances and maps look at the goals of a search that the job does not make
   const auto looked_at = [&](const std::string& section) {
@@ -206,36 +207,36 @@ void JobReader::read_sections() {
     if (read_.contains(section) && job_.kind != owner && !looked_at(section))
       job_.notes.push_back(
           fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
-  if (job_.kind == JobKind::compare && read_.contains("export"))
-    faults_.add("/export", shown(document_["export"]),
-                "a job \"compare\" looks at models and exports nothing");
-  if (read_.contains("maps") && job_.kind == JobKind::compare)
-    faults_.add("/maps", shown(document_["maps"]),
-                "a job \"compare\" looks at models and draws no maps");
-  if (read_.contains("tolerances") && job_.kind == JobKind::compare)
-    faults_.add("/tolerances", shown(document_["tolerances"]),
-                "a job \"compare\" looks at models, not at tolerances");
-  if (read_.contains("tolerances") && job_.kind != JobKind::compare && sound("/model") &&
+  const bool compares = job_.kind == JobKind::compare;
+  for (const auto& [section, rule] :
+       {std::pair{"export", "a job \"compare\" looks at models and exports nothing"},
+        {"maps", "a job \"compare\" looks at models and draws no maps"},
+        {"tolerances", "a job \"compare\" looks at models, not at tolerances"}})
+    if (compares && read_.contains(section))
+      faults_.add("/" + std::string(section), shown(document_[section]), rule);
+  if (read_.contains("tolerances") && !compares && sound("/model") &&
       job_.model.accuracy == Accuracy::reduced && job_.model.method != Reduction::mixed_potential)
     faults_.add("/model/method", read_["model"]["method"].dump(),
                 "tolerances take exact derivatives, which this method has not; expected "
                 "\"mixed_potential\", or \"accuracy\": \"full\"");
-  if (job_.kind == JobKind::compare)
-    for (const char* key : {"accuracy", "estimate"})
-      if (key == std::string("accuracy") ? job_.accuracy.automatic : job_.accuracy.estimate)
-        faults_.add("/model/" + std::string(key), read_["model"][key].dump(),
-                    "a job \"compare\" measures errors against full accuracy and estimates none");
+  for (const auto& [key, given] :
+       {std::pair{"accuracy", job_.accuracy.automatic}, {"estimate", job_.accuracy.estimate}})
+    if (compares && given)
+      faults_.add("/model/" + std::string(key), read_["model"][key].dump(),
+                  "a job \"compare\" measures errors against full accuracy and estimates none");
   if (read_.contains("tolerance_samples") && !read_.contains("tolerances"))
     faults_.add("/tolerance_samples", shown(document_["tolerance_samples"]),
                 "the job has no \"tolerances\" that they could check");
-  const auto demand = [&](const char* section) {
-    if (!read_.contains(section))
+  for (const auto& [section, owner] :
+       {std::pair{"optimise", JobKind::optimise}, {"samples", JobKind::compare}})
+    if (job_.kind == owner && !read_.contains(section))
       faults_.add("/" + std::string(section), "nothing",
                   fmt::format("it is required for \"job\": \"{}\"", kind));
-  };
-  if (job_.kind == JobKind::optimise) demand("optimise");
-  if (job_.kind == JobKind::compare) demand("samples");
-  if (!family_) return;  // names and units are the family's
+}
+
+/// The sections that need the family, whose names and units theirs are.
+void JobReader::read_sections() {
+  const bool compares = job_.kind == JobKind::compare;
   if (read_.contains("optimise"))
     job_.optimise = read_optimise(
         read_["optimise"], *family_, job_, cases_,
@@ -243,17 +244,16 @@ void JobReader::read_sections() {
   if (job_.kind == JobKind::optimise && job_.optimise && job_.assembly_tolerances)
     look_at_goals(*job_.optimise, *job_.assembly_tolerances);
   if (read_.contains("samples")) job_.compare = read_compare(read_, *family_, job_, faults_);
-  if (read_.contains("tolerances") && job_.kind != JobKind::compare &&
-      is_geometry_sound(*family_, faults_)) {
+  if (read_.contains("tolerances") && !compares && is_geometry_sound(*family_, faults_)) {
     job_.tolerances = read_tolerances(read_, *family_, job_, faults_);
     job_.tolerances->goals = job_.optimise;
   }
-  if (read_.contains("maps") && job_.kind != JobKind::compare) {
+  if (read_.contains("maps") && !compares) {
     job_.maps = read_maps(read_["maps"], *family_, job_, cases_, faults_);
     job_.map_goals = job_.optimise;
   }
   if (job_.kind != JobKind::optimise) job_.optimise.reset();
-  if (job_.kind != JobKind::compare) job_.compare.reset();
+  if (!compares) job_.compare.reset();
 }
 
 /// Faults of the --set texts themselves.
@@ -264,9 +264,14 @@ void add_override_faults(const SpecError& error, std::vector<Fault>& faults) {
   }
 }
 
+/// Whether a document has such a list.
+bool lists(const json& document, const char* key) {
+  return document.is_object() && document.contains(key);
+}
+
 /// Reads a document of one design, under one load case or several.
 Job read_design_document(const json& document, const std::string& folder, FaultList& faults) {
-  if (!lists_cases(document)) return JobReader(document, folder, {}, faults).read();
+  if (!lists(document, "cases")) return JobReader(document, folder, {}, faults).read();
   return read_cases(document, faults, [&](const json& one, const CaseNames& cases, FaultList& own) {
     return JobReader(one, folder, cases, own).read();
   });
@@ -274,47 +279,13 @@ Job read_design_document(const json& document, const std::string& folder, FaultL
 
 /// Reads a document of one design or of several.
 Job read_document(const json& document, const std::string& folder, FaultList& faults) {
-  if (!lists_designs(document)) return read_design_document(document, folder, faults);
+  if (!lists(document, "designs")) return read_design_document(document, folder, faults);
   return read_listed_designs(document, faults, [&](const json& one, FaultList& own) {
     return read_design_document(one, folder, own);
   });
 }
 
 }  // namespace
-
-ModelChoice read_model(const json& read, const Pointer& at, FaultList& faults) {
-  ModelChoice choice = model_table().read(read);
-  ModelOptions& model = choice.model;
-  if (choice.accuracy.automatic)
-    choice.accuracy.tolerance = std::exchange(choice.newton.tolerance, NewtonOptions{}.tolerance);
-  const std::string method = name_in_job(model.method);
-  const auto refuse = [&](const char* key, const std::string& rule) {
-    faults.add((at / key).to_string(), read[key].dump(), rule);
-  };
-  if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
-  if (!faults.sound((at / "method").to_string())) return choice;
-  if (const auto reason = no_estimates(model); reason && choice.accuracy.wants_estimates())
-    refuse(choice.accuracy.automatic ? "accuracy" : "estimate", *reason);
-  if (model.method != Reduction::modal_derivatives &&
-      model.modal_derivatives != ModalDerivativeSet::all)
-    refuse("modal_derivatives", fmt::format("\"method\": \"{}\" has no choice of them; expected "
-                                            "\"method\": \"modal_derivatives\"",
-                                            method));
-  const bool one = model.superelements == std::array{1, 0}, grid = model.superelements[1] != 0;
-  if (model.method == Reduction::mixed_potential && !one)
-    refuse("superelements",
-           "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
-           "or \"method\": \"linear_craig_bampton\"");
-  else if (model.method != Reduction::linear_craig_bampton && grid)
-    refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
-                                        "number, or \"method\": \"linear_craig_bampton\"",
-                                        method));
-  if (faults.sound(at.to_string()))
-    if (const std::string problem = find_atlas(model);
-        !problem.empty() && model.atlas_use == AtlasUse::required)
-      refuse("atlas", problem);
-  return choice;
-}
 
 Job parse_job(const json& document) { return parse_job_in("", document); }
 
@@ -358,7 +329,7 @@ const char* bound_at(const Variable& variable, double value) {
 }
 
 double Tolerance::standard_deviation() const {
-  constexpr double limits = 3;  // of a normal one, in standard deviations
+  constexpr double limits = 3;  // limits of a normal spread, in standard deviations
   return spread == ToleranceSpread::uniform ? 1 / std::sqrt(3.0) : 1 / limits;
 }
 
@@ -381,58 +352,14 @@ std::vector<JobCase> cases_of(const Job& job) {
   return {{{}, job.request}};
 }
 
+void demand_one_design(const Job& job, const std::string& rule) {
+  if (!job.designs.empty())
+    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()), rule);
+}
+
 const json& document_of(const Job& job) {
   static const json nothing;
   return job.as_read ? *job.as_read : nothing;
-}
-
-// Schema of the stroke of a design whose drives are not known here: strokes of one drive, or of
-// several by name.
-static json any_stroke(const json& of_one) {
-  const json number{{"anyOf", json::array({{{"type", "number"}}, {{"type", "string"}}})}};
-  const json point{{"type", "object"}, {"additionalProperties", number}};
-  const json axis{{"type", "object"},
-                  {"properties", {{"from", number}, {"to", number}, {"points", number}}},
-                  {"additionalProperties", false}};
-  const json named{
-      {"type", "object"},
-      {"properties",
-       {{"at", {{"type", "array"}, {"minItems", 1}, {"maxItems", 10001}, {"items", point}}},
-        {"grid", {{"type", "object"}, {"additionalProperties", axis}}}}},
-      {"additionalProperties", false}};
-  return {{"description", of_one.value("description", "")},
-          {"anyOf", json::array({of_one, named})}};
-}
-
-json job_schema() {
-  json schema = json_schema(with_error_tolerance(job_shape(nullptr)));
-  for (json* of : {&schema["properties"],
-                   &schema["properties"]["cases"]["additionalProperties"]["properties"]})
-    (*of)["stroke"] = any_stroke((*of)["stroke"]);
-  schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
-  schema["title"] = "A job of flexopt";
-  schema["properties"]["design"]["additionalProperties"] = {
-      {"type", "string"}, {"description", "an option of the design file"}};
-  json by_family = json::array();  // each family's own parameters and unit of the stroke
-  for (const Family& family : families()) {
-    const json whole = json_schema(job_shape(&family));
-    const json is_family{{"properties",
-                          {{"design",
-                            {{"properties", {{"family", {{"const", family.name}}}}},
-                             {"required", json::array({"family"})}}}}},
-                         {"required", json::array({"design"})}};
-    const json then{{"properties",
-                     {{"design", whole["properties"]["design"]},
-                      {"stroke", whole["properties"]["stroke"]},
-                      {"cases", whole["properties"]["cases"]},
-                      {"optimise", whole["properties"]["optimise"]},
-                      {"samples", whole["properties"]["samples"]},
-                      {"maps", whole["properties"]["maps"]}}}};
-    by_family.push_back({{"if", is_family}, {"then", then}});
-  }
-  schema["allOf"] = std::move(by_family);
-  add_designs_to_schema(schema);
-  return schema;
 }
 
 }  // namespace flexopt

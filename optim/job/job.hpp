@@ -20,7 +20,7 @@ enum class JobKind { evaluate, optimise, compare };
 enum class OverStroke { min, max, max_abs, first, last };
 
 struct Variable {
-  std::string parameter;        ///< of the family, or one of job_numbers
+  std::string parameter;        ///< a parameter of the family, or one of job_numbers
   double min = 0, max = 0;      ///< SI
   std::optional<double> start;  ///< first start; the job's own value otherwise
   /// Sizes that can be bought or made, ascending, within min and max; empty: any size.
@@ -34,7 +34,7 @@ const char* bound_at(const Variable& variable, double value);
 /// all limits, or so many standard deviations, to the side that is worse.
 struct ToleranceMargin {
   enum class Kind { none, worst, deviations } kind = Kind::none;
-  double deviations = 0;  ///< of that kind
+  double deviations = 0;  ///< standard deviations that count, where the kind is that
 
   explicit operator bool() const { return kind != Kind::none; }
   /// The statistic as a job names it: "worst", "mean + 2 sigma".
@@ -48,8 +48,8 @@ std::string label_suffix(const ToleranceMargin& margin, bool worst_assembly);
 
 struct Objective {
   bool maximise = true;
-  std::string quantity;                      ///< of a path point, or
-  std::string expression;                    ///< of the design parameters; one of the two is empty
+  std::string quantity;    ///< a quantity of a path point, or
+  std::string expression;  ///< a formula of the design parameters; one of the two is empty
   OverStroke over_stroke = OverStroke::min;  ///< unused for an expression
   std::string load_case;                     ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
@@ -105,7 +105,7 @@ struct OptimiseSpec {
   std::vector<Constraint> constraints;
   Algorithm algorithm;
   SearchKind search = SearchKind::starts;
-  int screened_designs = 0;  ///< of a global search
+  int screened_designs = 0;  ///< designs that a global search screens
   int starts = 1;
   Spread spread = Spread::sobol;
   unsigned seed = 1;
@@ -133,7 +133,7 @@ struct SampleRange {
   bool symbol = false;       ///< not a parameter of the family: a name for formulas
   double min = 0, max = 0;   ///< SI
   bool logarithmic = false;  ///< even in the logarithm
-  int points = 0;            ///< of a grid
+  int points = 0;            ///< values in a grid
 };
 
 /// A parameter (or the stroke) that follows from sampled numbers.
@@ -149,7 +149,7 @@ struct SamplesSpec {
   unsigned seed = 1;
   std::vector<SampleRange> ranges;
   std::vector<SampleFormula> formulas;   ///< in their order
-  std::vector<ParameterValues> designs;  ///< of a list: what differs from the job's own, SI
+  std::vector<ParameterValues> designs;  ///< a list of designs: what differs from the job's own, SI
   SampleFormula largest_stroke;          ///< no formula: the job's stroke for every design
 };
 
@@ -157,7 +157,7 @@ struct SamplesSpec {
 struct AccuracySpec {
   bool estimate = false;     ///< estimated errors beside the numbers
   bool automatic = false;    ///< accuracy and mesh are chosen by them; `model` is where that begins
-  double tolerance = 0.003;  ///< of the choice, relative
+  double tolerance = 0.003;  ///< largest error that the choice accepts, relative
   double largest = 0.1;      ///< estimate of a result that is "ok"; of stresses ten times that
 
   bool wants_estimates() const { return estimate || automatic; }
@@ -189,7 +189,7 @@ struct DesignSpec {
   ParameterValues parameters;  ///< every parameter of the family, SI
   /// Parameters that are formulas of the others, SI: {"outer_width", "(0.1 - inner_width)/2"}.
   std::map<std::string, std::string> expressions;
-  FamilyChoices choices;  ///< of every option of the family
+  FamilyChoices choices;  ///< the choice for every option of the family
   Material material;
   /// The family with its formulas, compiled; only for a design that was read.
   std::shared_ptr<const ParametricDesign> resolved;
@@ -204,7 +204,7 @@ std::shared_ptr<const ParametricDesign> resolve(const DesignSpec& design);
 enum class ToleranceSpread { uniform, normal };
 
 struct ToleranceTerm {
-  std::string parameter;  ///< of the family, or one of job_numbers
+  std::string parameter;  ///< a parameter of the family, or one of job_numbers
   double change = 0;      ///< at the entry's upper limit: SI, or
   bool relative = false;  ///< over the size of the parameter
 
@@ -244,8 +244,8 @@ struct AssemblyTolerances {
   /// A size of the box is critical where a support keeps such a share of its stiffness, the drive
   /// load changes by so much of its largest value, or the mechanism becomes unstable.
   std::optional<double> stiffness_share, drive_load_change;
-  double largest_scale = 100;  ///< of the box
-  int starts = 4;              ///< of each search
+  double largest_scale = 100;  ///< largest scale of the box
+  int starts = 4;              ///< starts of each search
   unsigned seed = 1;
 
   bool wants_critical() const { return stiffness_share || drive_load_change; }
@@ -271,7 +271,7 @@ struct Job {
   JobKind kind = JobKind::evaluate;
   DesignSpec design;
   EndEffector end_effector;
-  StrokeRequest request;  ///< of several load cases that of the first
+  StrokeRequest request;  ///< the request, of the first of several load cases
   /// Load cases of a job that has several, in the order of their names.
   std::vector<JobCase> cases;
   ModelOptions model;
@@ -302,6 +302,9 @@ Job parse_job(const nlohmann::json& document);
 
 /// The load cases of a job: its own, or the one without a name.
 std::vector<JobCase> cases_of(const Job& job);
+
+/// Throws SpecError with this rule for a job that lists designs.
+void demand_one_design(const Job& job, const std::string& rule);
 
 /// What the job's reader left in `as_read`; null for a job made by hand.
 const nlohmann::json& document_of(const Job& job);

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/spec/json_file.hpp"
-#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
@@ -65,15 +64,9 @@ Shape edge_shape() {
 
 EdgeTolerance read_edge(const json& read, const Mechanism& mechanism, const Pointer& at) {
   const AssemblySpec spec = assembly_table().read(read);
-  const auto found = std::ranges::find(mechanism.leaves, spec.leaf, &LeafSpring::name);
-  std::vector<std::string> known;
-  for (const LeafSpring& leaf : mechanism.leaves) known.push_back(leaf.name);
-  if (found == mechanism.leaves.end())
-    throw SpecError((at / "leaf").to_string(), shown(spec.leaf),
-                    "no leaf has this name; " + known_names(spec.leaf, known));
-  if (spec.end == 1 && found->tip == free_edge)
-    throw SpecError((at / "end").to_string(), shown(read["end"]),
-                    "the tip of this leaf is free: no body holds it");
+  const int leaf = find_leaf(mechanism, spec.leaf, at / "leaf");
+  if (spec.end == 1 && mechanism.leaves[static_cast<std::size_t>(leaf)].tip == free_edge)
+    throw wrong(read, at, "end", "the tip of this leaf is free: no body holds it");
   for (const auto& [key, sizes] : {std::pair{"move", spec.move}, {"turn", spec.turn}})
     for (int i = 0; i < 3; ++i)
       if (sizes[i] < 0)
@@ -81,7 +74,7 @@ EdgeTolerance read_edge(const json& read, const Mechanism& mechanism, const Poin
                         "it is a size to either side: expected 0 or more");
   if (spec.move.isZero(0) && spec.turn.isZero(0))
     throw SpecError(at.to_string(), shown(read), "this edge has neither move nor turn");
-  return {static_cast<int>(found - mechanism.leaves.begin()), spec.end, spec.move, spec.turn};
+  return {leaf, spec.end, spec.move, spec.turn};
 }
 
 }  // namespace
@@ -93,9 +86,9 @@ bool read_worst_assembly(json& goal, const GoalContext& context, const Constrain
   if (!context.borne.assembly_tolerances)
     throw SpecError(place, shown_under, "the job has no \"assembly_tolerances\"");
   if (const std::string as = goal.value("as", "worst"); as != "worst")
-    throw SpecError((at / "as").to_string(), shown(goal["as"]),
-                    "of errors of assembly in a box the \"worst\" counts: no other distribution of "
-                    "them is known");
+    throw wrong(goal, at, "as",
+                "of errors of assembly in a box the \"worst\" counts: no other distribution of "
+                "them is known");
   if (!read.expression.empty())
     throw SpecError(place, shown_under,
                     "a formula of the parameters is the same however the mechanism is assembled");
@@ -143,25 +136,21 @@ bool names_the_box(const json& job) {
 }
 
 void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec) {
-  const auto look_at = [&](bool worst_assembly, const std::string& quantity, OverStroke over,
-                           const std::string& load_case, bool least) {
+  const auto look_at = [&](const auto& goal, bool least) {
     const auto same = [&](const Constraint& c) {
-      return c.quantity == quantity && c.over_stroke == over && c.load_case == load_case &&
-             c.min.has_value() == least;
+      return c.quantity == goal.quantity && c.over_stroke == goal.over_stroke &&
+             c.load_case == goal.load_case && c.min.has_value() == least;
     };
-    if (!worst_assembly || std::ranges::any_of(spec.quantities, same)) return;
-    Constraint one{.quantity = quantity, .over_stroke = over, .load_case = load_case};
+    if (!goal.worst_assembly || std::ranges::any_of(spec.quantities, same)) return;
+    Constraint one{
+        .quantity = goal.quantity, .over_stroke = goal.over_stroke, .load_case = goal.load_case};
     if (least) one.min = 0;  // the least is the worst
     one.label = goal_label(one);
     spec.quantities.push_back(std::move(one));
   };
-  const Objective& o = goals.objective;
-  look_at(o.worst_assembly, o.quantity, o.over_stroke, o.load_case, o.maximise);
-  for (const Constraint& c : goals.constraints)
-    look_at(c.worst_assembly, c.quantity, c.over_stroke, c.load_case, c.min.has_value());
-  if (const auto& front = goals.pareto)
-    look_at(front->worst_assembly, front->quantity, front->over_stroke, front->load_case,
-            front->maximise);
+  look_at(goals.objective, goals.objective.maximise);
+  for (const Constraint& c : goals.constraints) look_at(c, c.min.has_value());
+  if (goals.pareto) look_at(*goals.pareto, goals.pareto->maximise);
 }
 
 AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechanism, bool in_goals,

@@ -13,6 +13,16 @@ namespace flexopt {
 using nlohmann::json;
 using Pointer = json::json_pointer;
 
+template <>
+void read_member(const json& read, std::vector<std::string>& member) {
+  read.get_to(member);
+}
+
+template <>
+json written_member(const std::vector<std::string>& member) {
+  return member.empty() ? json() : json(member);
+}
+
 namespace {
 
 /// Loads at O that are increased, and to what.
@@ -30,25 +40,14 @@ std::size_t index_of(const std::string& name) {
 
 const RecordTable<CapacitySpec>& capacity_table() {
   using namespace shape;
-  const auto names = [](std::vector<std::string> CapacitySpec::*member) {
-    return std::pair{[member](const json& read, CapacitySpec& spec) {
-                       spec.*member = read.get<std::vector<std::string>>();
-                     },
-                     [member](const CapacitySpec& spec) -> json {
-                       return (spec.*member).empty() ? json() : json(spec.*member);
-                     }};
-  };
   const std::vector<std::string> supports(direction_names.begin(), direction_names.end());
   std::vector<std::string> both = supports;
   for (const std::string& name : supports) both.push_back("-" + name);
-  const auto directions = names(&CapacitySpec::directions);
-  const auto watched = names(&CapacitySpec::supports);
   static const auto table =
       RecordTable<CapacitySpec>()
-          .row(shape::required("directions", list(choice(both), 1, both.size()),
-                               "of the load at O: a force along ux, uy, uz, a moment about rx, ry, "
-                               "rz, with - the other way"),
-               directions.first, directions.second)
+          .required("directions", list(choice(both), 1, both.size()), &CapacitySpec::directions,
+                    "of the load at O: a force along ux, uy, uz, a moment about rx, ry, "
+                    "rz, with - the other way")
           .optional("stress", quantity("Pa", 0, largest_number, true), &CapacitySpec::stress,
                     "limit of the stress of all leaves; default: the yield_strength of each, where "
                     "its material has one")
@@ -56,13 +55,11 @@ const RecordTable<CapacitySpec>& capacity_table() {
                     &CapacitySpec::stiffness_share,
                     "of a support stiffness without the load, to which it may fall; default: it "
                     "is not looked at")
-          .row(shape::optional("supports", list(choice(supports), 1, 6),
-                               "whose stiffness counts; default: all"),
-               watched.first, watched.second)
+          .optional("supports", list(choice(supports), 1, 6), &CapacitySpec::supports,
+                    "whose stiffness counts; default: all")
           .optional("largest_force", quantity("N", 0, largest_number, true),
                     &CapacitySpec::largest_force,
-                    "up to which it is looked; default: as far as it "
-                    "goes")
+                    "up to which it is looked; default: as far as it goes")
           .optional("largest_moment", quantity("N m", 0, largest_number, true),
                     &CapacitySpec::largest_moment, "likewise");
   return table;

@@ -17,6 +17,13 @@ using Pointer = json::json_pointer;
 
 namespace {
 
+/// Keys of a job that a case may have instead: what acts on the mechanism, and where it goes.
+const std::vector<std::string>& case_keys() {
+  static const std::vector<std::string> keys{"loads",    "gravity", "temperature", "assembly",
+                                             "buckling", "stroke",  "load_path"};
+  return keys;
+}
+
 constexpr std::size_t most_cases = 50;
 constexpr std::size_t longest_name = 50;
 
@@ -124,16 +131,6 @@ json document_as_read(const json& cases, const std::map<std::string, Job>& jobs)
 }
 
 }  // namespace
-
-const std::vector<std::string>& case_keys() {
-  static const std::vector<std::string> keys{"loads",    "gravity", "temperature", "assembly",
-                                             "buckling", "stroke",  "load_path"};
-  return keys;
-}
-
-bool lists_cases(const json& document) {
-  return document.is_object() && document.contains("cases");
-}
 
 Field cases_field(const std::vector<Field>& of_job) {
   std::vector<Field> fields;

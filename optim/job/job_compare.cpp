@@ -28,19 +28,8 @@ constexpr int grid_points_default = 5;
 bool is_identifier(const std::string& text) {
   const auto letter = [](unsigned char c) { return std::isalpha(c) || c == '_'; };
   return !text.empty() && letter(static_cast<unsigned char>(text[0])) &&
-         std::all_of(text.begin(), text.end(),
-                     [&](unsigned char c) { return letter(c) || (std::isdigit(c) && c < 128); });
-}
-
-/// A symbol's bound: a number, a length or an angle.
-double symbol_bound(const json& value, const Pointer& at) {
-  if (value.is_number()) return value.get<double>();
-  for (const char* unit : {"m", "rad"}) try {
-      return read_quantity(shape::quantity(unit), value, at);
-    } catch (const SpecError&) {
-      continue;  // the last complaint is the one to show
-    }
-  return read_quantity(shape::quantity("1"), value, at);
+         std::ranges::all_of(
+             text, [&](unsigned char c) { return letter(c) || (std::isdigit(c) && c < 128); });
 }
 
 void refuse_keys(const json& read, const Pointer& at, std::initializer_list<const char*> keys,
@@ -78,7 +67,7 @@ class SamplesReader {
   std::set<std::string> taken_;
   std::vector<std::string> symbols_;  ///< names of formulas that are no parameters of the family
   bool method_known_ = true;
-  bool names_known_ = true;  ///< of all entries of vary
+  bool names_known_ = true;  ///< whether all entries of vary have one
   int grid_points_ = grid_points_default;
 };
 
@@ -103,7 +92,7 @@ void SamplesReader::read_range(json& read, const Pointer& at, const std::string&
       throw SpecError((at / key).to_string(), "nothing",
                       "it is required (or an expression instead of min and max)");
     value = of ? read_quantity(parameter_shape(*of), read[key], at / key)
-               : symbol_bound(read[key], at / key);
+               : read_in_units(read[key], {"m", "rad", "1"}, at / key);
   };
   if (spec_.method != SampleMethod::grid && method_known_)
     refuse_keys(read, at, {"points"}, "only \"method\": \"grid\" has points", faults_);
@@ -111,11 +100,9 @@ void SamplesReader::read_range(json& read, const Pointer& at, const std::string&
                        faults_.attempt([&] { bound("max", range.max); });
   if (!bounded) return;
   if (!(range.min < range.max))
-    throw SpecError((at / "min").to_string(), shown(read["min"]),
-                    fmt::format("expected min < max = {}", shown(read["max"])));
+    throw wrong(read, at, "min", fmt::format("expected min < max = {}", shown(read["max"])));
   if (range.logarithmic && !(range.min > 0))
-    throw SpecError((at / "min").to_string(), shown(read["min"]),
-                    "a logarithmic scale needs 0 < min");
+    throw wrong(read, at, "min", "a logarithmic scale needs 0 < min");
   read["min"] = range.min;
   read["max"] = range.max;
   read["scale"] = range.logarithmic ? "log" : "linear";
@@ -144,8 +131,7 @@ void SamplesReader::read_entry(json& read, const Pointer& at) {
   }
   if (symbol) {
     symbols_.push_back(name);
-    throw SpecError((at / "expression").to_string(), shown(read["expression"]),
-                    "a symbol is sampled: give it min and max");
+    throw wrong(read, at, "expression", "a symbol is sampled: give it min and max");
   }
   refuse_keys(read, at, {"min", "max", "scale", "points"},
               "a parameter has a range or an expression, not both", faults_);
@@ -168,8 +154,8 @@ std::vector<FormulaName> SamplesReader::plain_names() const {
   std::vector<FormulaName> names;
   for (const Parameter& p : family_.parameters)
     if (!design_.expressions.contains(p.name) &&
-        std::none_of(spec_.formulas.begin(), spec_.formulas.end(),
-                     [&](const SampleFormula& f) { return f.parameter == p.name; }))
+        std::ranges::find(spec_.formulas, p.name, &SampleFormula::parameter) ==
+            spec_.formulas.end())
       names.push_back({p.name, p.unit});
   for (const std::string& name : symbols_) {
     const Parameter* number = find_job_number(name);
@@ -281,10 +267,11 @@ ModelChoice model_choice(const std::string& name, const json& whole, const Desig
                          const Pointer& at, FaultList& faults) {
   ModelChoice choice = read_model(whole, at, faults);
   choice.name = name;
-  if (choice.accuracy.automatic && at.to_string() != "/model")
+  const bool compared = at.to_string() != "/model";
+  if (choice.accuracy.automatic && compared)
     faults.add((at / "accuracy").to_string(), "\"auto\"",
                "a compared model is known beforehand: expected \"reduced\" or \"full\"");
-  if (choice.accuracy.estimate && at.to_string() != "/model")
+  if (choice.accuracy.estimate && compared)
     faults.add((at / "estimate").to_string(), "true",
                "a job \"compare\" measures errors against full accuracy and estimates none");
   if (faults.sound("/design")) faults.attempt([&] { check_leaf_model(design, choice.model, at); });

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
-#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "optim/job/expression.hpp"

@@ -175,10 +175,6 @@ json document_as_read(const json& document, const std::vector<ListedDesign>& des
 
 }  // namespace
 
-bool lists_designs(const json& document) {
-  return document.is_object() && document.contains("designs");
-}
-
 Job read_listed_designs(
     const json& document, FaultList& faults,
     const std::function<Job(const json& document, FaultList& faults)>& read_one) {

@@ -16,6 +16,20 @@ namespace flexopt {
 using nlohmann::json;
 using Pointer = json::json_pointer;
 
+SpecError wrong(const json& read, const Pointer& at, const char* key, const std::string& rule) {
+  return {(at / key).to_string(), shown(read.at(key)), rule};
+}
+
+double read_in_units(const json& value, const std::vector<std::string>& units, const Pointer& at) {
+  if (value.is_number()) return value.get<double>();
+  for (std::size_t i = 0; i + 1 < units.size(); ++i) try {
+      return read_quantity(shape::quantity(units[i]), value, at);
+    } catch (const SpecError&) {
+      continue;  // the last complaint is the one to show
+    }
+  return read_quantity(shape::quantity(units.back()), value, at);
+}
+
 GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseNames& all_cases,
                          Borne may_bear, FaultList& all_faults)
     : family(of_family),
@@ -41,58 +55,53 @@ GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseName
 std::string GoalContext::load_case(const json& goal, const Pointer& at) const {
   if (!goal.contains("case")) return "";
   std::string name = goal["case"];
-  const std::string place = (at / "case").to_string();
   if (cases.all.empty())
-    throw SpecError(place, shown(goal["case"]),
-                    "the job has no \"cases\", of which a goal could name one");
+    throw wrong(goal, at, "case", "the job has no \"cases\", of which a goal could name one");
   if (std::ranges::find(cases.all, name) == cases.all.end())
-    throw SpecError(place, shown(goal["case"]),
-                    "no load case has this name; " + known_names(name, cases.all));
+    throw wrong(goal, at, "case", "no load case has this name; " + known_names(name, cases.all));
   return name;
 }
 
 const Quantity* GoalContext::find_quantity(const std::string& name) const {
-  const auto it = std::find_if(quantities.begin(), quantities.end(),
-                               [&](const Quantity& q) { return q.name == name; });
+  const auto it = std::ranges::find(quantities, name, &Quantity::name);
   return it == quantities.end() ? nullptr : &*it;
 }
 
 const Quantity& GoalContext::quantity(const std::string& name, const std::string& load_case,
                                       const Pointer& at) const {
+  const auto refuse = [&](const std::string& rule) {
+    return SpecError(at.to_string(), '"' + name + '"', rule);
+  };
   const Quantity* found = find_quantity(name);
   if (!found) {
-    std::vector<std::string> names;
-    for (const Quantity& q : quantities) names.push_back(q.name);
-    throw SpecError(at.to_string(), '"' + name + '"',
-                    "unknown quantity; " + known_names(name, names));
+    std::vector<std::string> all;
+    for (const Quantity& q : quantities) all.push_back(q.name);
+    throw refuse("unknown quantity; " + known_names(name, all));
   }
   if (found->row->needs.need_frequencies() && request.frequencies == 0)
     throw SpecError("/frequencies", "0",
                     fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));
   if (found->row->needs.has(Output::buckling) && request.buckling_load.empty() && counts(load_case))
-    throw SpecError(at.to_string(), '"' + name + '"',
-                    "it needs \"buckling\": {\"load\": …}, which says which load grows");
+    throw refuse("it needs \"buckling\": {\"load\": …}, which says which load grows");
   if (found->row->needs.has(Output::load_capacity) && !is_answered(*found, request))
-    throw SpecError(
-        at.to_string(), '"' + name + '"',
-        fmt::format("it needs \"load_capacity\": {{\"directions\": [\"{}\"]}}",
-                    found->row->components[static_cast<std::size_t>(found->component)]));
+    throw refuse(fmt::format("it needs \"load_capacity\": {{\"directions\": [\"{}\"]}}",
+                             found->row->components[static_cast<std::size_t>(found->component)]));
   if (const char* missing = missing_for_stress(name, request);
       *missing && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
-    throw SpecError(at.to_string(), '"' + name + '"', missing);
+    throw refuse(missing);
   if (const char* missing = missing_for_dynamics(name, request);
       *missing && counts(load_case) && faults.sound("/design") && faults.sound("/dynamics"))
-    throw SpecError(at.to_string(), '"' + name + '"', missing);
+    throw refuse(missing);
   return *found;
 }
 
 void forbid_over_stroke(const json& read, const Pointer& at) {
   if (read.contains("case"))
-    throw SpecError((at / "case").to_string(), shown(read["case"]),
-                    "a formula of the parameters is the same in all load cases: leave it away");
+    throw wrong(read, at, "case",
+                "a formula of the parameters is the same in all load cases: leave it away");
   if (read.contains("over_stroke"))
-    throw SpecError((at / "over_stroke").to_string(), shown(read["over_stroke"]),
-                    "a formula of the parameters does not vary over the stroke: leave it away");
+    throw wrong(read, at, "over_stroke",
+                "a formula of the parameters does not vary over the stroke: leave it away");
 }
 
 std::string goal_label(const Constraint& goal) {
@@ -104,6 +113,7 @@ std::string goal_label(const Constraint& goal) {
 Constraint read_measure(json& read, const GoalContext& context, const Pointer& at,
                         const std::optional<OverStroke>& usual) {
   Constraint measure = constraint_table().read(read);
+  const bool least = read.contains("min"), largest = read.contains("max");
   if (read.contains("quantity") == read.contains("expression"))
     throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
   measure.margin = read_margin(read, context.borne.tolerances, at);
@@ -112,17 +122,27 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
     measure.expression =
         Expression(measure.expression, context.names, (at / "expression").to_string()).text();
   } else {
+    const bool said = read.contains("over_stroke"), both = least && largest;
     measure.load_case = context.load_case(read, at);
     measure.quantity = context.quantity(measure.quantity, measure.load_case, at / "quantity").name;
-    if (!read.contains("over_stroke") && !usual && !is_of_design(measure.quantity))
+    if (!said && both)
+      throw SpecError((at / "over_stroke").to_string(), "nothing",
+                      "with min and max it must be said which value over the stroke is meant: "
+                      "min, max, max_abs, first, last");
+    if (both && measure.load_case.empty() && context.cases.all.size() > 1)
+      throw SpecError((at / "case").to_string(), "nothing",
+                      "with min and max over several load cases two numbers are meant: give two "
+                      "constraints, or the case");
+    if (!said && !usual && !is_of_design(measure.quantity))
       throw SpecError((at / "over_stroke").to_string(), "nothing",
                       "it must be said which value over the stroke is meant: min, max, max_abs, "
                       "first, last");
-    if (!read.contains("over_stroke")) measure.over_stroke = usual.value_or(OverStroke::first);
+    if (!said) measure.over_stroke = usual.value_or(OverStroke::first);
     read["over_stroke"] = name_in_job(measure.over_stroke);
   }
   Constraint bounded = measure;  // the least is the worst of what is to be made large
-  if (read.contains("sense") && read["sense"] == "maximise") bounded.min = 0;
+  if (least || (read.contains("sense") && read["sense"] == "maximise")) bounded.min = 0;
+  if (largest) bounded.max = 0;
   measure.worst_assembly = read_worst_assembly(read, context, bounded, at);
   measure.label = goal_label(measure) + label_suffix(measure.margin, measure.worst_assembly);
   return measure;
@@ -131,17 +151,18 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
 Variable read_range(json& read, const GoalContext& context, const Pointer& at) {
   Variable variable;
   variable.parameter = read["parameter"];
+  const auto refuse = [&](const std::string& rule) {
+    return SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', rule);
+  };
   if (const auto it = context.design.expressions.find(variable.parameter);
       it != context.design.expressions.end())
-    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"',
-                    fmt::format("it is given by the formula {}; a variable needs a number in "
-                                "/design/parameters",
-                                it->second));
+    throw refuse(fmt::format(
+        "it is given by the formula {}; a variable needs a number in /design/parameters",
+        it->second));
   if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
-    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', *why);
+    throw refuse(*why);
   if (std::ranges::find(context.family.counts, variable.parameter) != context.family.counts.end())
-    throw SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"',
-                    "it says how many there are of something: no variable of an optimisation");
+    throw refuse("it says how many there are of something: no variable of an optimisation");
   const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));
   const bool bounded = context.faults.attempt([&] {
     variable.min = read_quantity(shape, read["min"], at / "min");
@@ -150,8 +171,7 @@ Variable read_range(json& read, const GoalContext& context, const Pointer& at) {
   });
   if (!bounded) return variable;
   if (!(variable.min < variable.max))
-    throw SpecError((at / "min").to_string(), shown(read["min"]),
-                    fmt::format("expected min < max = {}", shown(read["max"])));
+    throw wrong(read, at, "min", fmt::format("expected min < max = {}", shown(read["max"])));
   read["min"] = variable.min;
   read["max"] = variable.max;
   return variable;

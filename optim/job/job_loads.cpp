@@ -29,33 +29,21 @@ void read_load_path(const json& read, StrokeRequest& request) {
   for (int i = 0; i < path.points; ++i) request.points.push_back(i / (path.points - 1.0));
 }
 
-std::optional<int> find_leaf(const Mechanism& mechanism, const std::string& wanted,
-                             const Pointer& at, FaultList& faults) {
-  const auto found = std::ranges::find(mechanism.leaves, wanted, &LeafSpring::name);
-  if (found != mechanism.leaves.end()) return static_cast<int>(found - mechanism.leaves.begin());
-  std::vector<std::string> known;
-  for (const LeafSpring& leaf : mechanism.leaves) known.push_back(leaf.name);
-  faults.add(at.to_string(), shown(wanted), "no leaf has this name; " + known_names(wanted, known));
-  return std::nullopt;
-}
-
 void read_assembly(const json& read, const Mechanism& mechanism, FaultList& faults,
                    LoadCase& loads) {
   std::set<std::pair<int, int>> edges;
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/assembly") / i;
     if (!faults.sound(at.to_string())) continue;
-    const AssemblySpec error = assembly_table().read(read[i]);
-    const std::optional<int> leaf = find_leaf(mechanism, error.leaf, at / "leaf", faults);
-    if (!leaf) continue;
-    if (error.end == 1 && mechanism.leaves[static_cast<std::size_t>(*leaf)].tip == free_edge)
-      faults.add((at / "end").to_string(), shown(read[i]["end"]),
-                 "the tip of this leaf is free: no body holds it");
-    else if (!edges.insert({*leaf, error.end}).second)
-      faults.add((at / "end").to_string(), shown(read[i]["end"]),
-                 "one error for each edge: this one has another");
-    else
-      loads.assembly.push_back({*leaf, error.end, error.move, error.turn});
+    faults.attempt([&] {
+      const AssemblySpec error = assembly_table().read(read[i]);
+      const int leaf = find_leaf(mechanism, error.leaf, at / "leaf");
+      if (error.end == 1 && mechanism.leaves[static_cast<std::size_t>(leaf)].tip == free_edge)
+        throw wrong(read[i], at, "end", "the tip of this leaf is free: no body holds it");
+      if (!edges.insert({leaf, error.end}).second)
+        throw wrong(read[i], at, "end", "one error for each edge: this one has another");
+      loads.assembly.push_back({leaf, error.end, error.move, error.turn});
+    });
   }
 }
 
@@ -158,10 +146,11 @@ void read_temperature(const json& read, const Mechanism& mechanism, FaultList& f
   std::vector<Pointer> from(mechanism.leaves.size(), at / "change");
   for (const auto& [name, own] : read["leaves"].items()) {
     const Pointer here = at / "leaves" / name;
-    const std::optional<int> leaf = find_leaf(mechanism, name, here, faults);
-    if (!leaf) continue;
-    change[static_cast<std::size_t>(*leaf)] = own;
-    from[static_cast<std::size_t>(*leaf)] = here;
+    faults.attempt([&, &name = name, &own = own] {
+      const auto leaf = static_cast<std::size_t>(find_leaf(mechanism, name, here));
+      change[leaf] = own;
+      from[leaf] = here;
+    });
   }
   std::set<std::string> told;
   for (std::size_t i = 0; i < change.size(); ++i) {
@@ -202,6 +191,16 @@ void read_buckling(const json& read, StrokeRequest& request) {
 }
 
 }  // namespace
+
+int find_leaf(const Mechanism& mechanism, const std::string& name, const Pointer& at) {
+  std::vector<std::string> known;
+  for (const LeafSpring& leaf : mechanism.leaves) known.push_back(leaf.name);
+  const auto found = std::ranges::find(known, name);
+  if (found == known.end())
+    throw SpecError(at.to_string(), shown(name),
+                    "no leaf has this name; " + known_names(name, known));
+  return static_cast<int>(found - known.begin());
+}
 
 EndEffector read_end_effector(const json& read, FaultList& faults,
                               std::vector<std::string>& notes) {
@@ -312,8 +311,7 @@ void read_surroundings(const json& read, const Mechanism& mechanism, const Model
   if (!full.empty())
     notes.push_back(
         fmt::format("What acts inside a leaf (its weight, its warmth, that of its clamps) needs "
-                    "the full model: not "
-                    "reduced are {}.",
+                    "the full model: not reduced are {}.",
                     full));
 }
 

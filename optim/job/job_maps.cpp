@@ -34,16 +34,13 @@ void take_bounds(json& axis, const Job& job, const Pointer& at) {
   }
 }
 
-Variable read_axis(json& axis, const GoalContext& context, const Job& job, const Pointer& at) {
-  take_bounds(axis, job, at);
-  return read_range(axis, context, at);
-}
-
 /// Objective and constraints, without bounds and tolerances, each once.
 std::vector<Constraint> measures_of(const OptimiseSpec& goals) {
   const Objective& o = goals.objective;
-  std::vector<Constraint> all{
-      {o.quantity, o.expression, o.over_stroke, {}, {}, {}, o.load_case, {}}};
+  std::vector<Constraint> all{{.quantity = o.quantity,
+                               .expression = o.expression,
+                               .over_stroke = o.over_stroke,
+                               .load_case = o.load_case}};
   all.insert(all.end(), goals.constraints.begin(), goals.constraints.end());
   std::vector<Constraint> measures;
   for (Constraint& c : all) {
@@ -62,11 +59,13 @@ MapSpec read_map(json& read, const GoalContext& context, const Job& job, const P
   FaultList& faults = context.faults;
   MapSpec map = map_table().read(read);
   if (map.points[0] * map.points[1] > most_map_designs)
-    throw SpecError((at / "points").to_string(), shown(read["points"]),
-                    fmt::format("expected at most {} points together", most_map_designs));
+    throw wrong(read, at, "points",
+                fmt::format("expected at most {} points together", most_map_designs));
   for (std::size_t k = 0; k < 2; ++k)
     faults.attempt([&] {
-      map.parameters[k] = read_axis(read["parameters"][k], context, job, at / "parameters" / k);
+      json& axis = read["parameters"][k];
+      take_bounds(axis, job, at / "parameters" / k);
+      map.parameters[k] = read_range(axis, context, at / "parameters" / k);
     });
   if (map.parameters[0].parameter == map.parameters[1].parameter &&
       !map.parameters[0].parameter.empty())

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "core/spec/json_file.hpp"
-#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -24,21 +23,13 @@ namespace {
 
 /// Bound of a formula: a number in SI, or a text with a unit that the formula can have.
 double formula_bound(const Formula& formula, const json& value, const Pointer& at) {
-  if (value.is_number()) return value.get<double>();
   std::vector<std::string> units;
   if (!formula.dimension() || formula.fits_anywhere()) units = {"m", "rad", "1"};
   if (formula.dimension() && formula.dimension()->is_plain())
     units = {"1", "rad"};
   else if (formula.dimension())
     units.push_back(unit_of(formula.dimension()->without_radian()));
-  for (std::size_t i = 0; i + 1 < units.size(); ++i) {
-    try {
-      return read_quantity(shape::quantity(units[i]), value, at);
-    } catch (const SpecError&) {
-      continue;  // the last one's complaint is the one to show
-    }
-  }
-  return read_quantity(shape::quantity(units.back()), value, at);
+  return read_in_units(value, units, at);
 }
 
 /// The sizes that `stock` lists or `step` makes, ascending, each once, within the bounds.
@@ -52,36 +43,33 @@ std::vector<double> read_stock(const json& read, const Variable& variable, const
   std::vector<double> sizes;
   const std::string box = fmt::format("{:g} to {:g} {}", variable.min, variable.max, shape.unit);
   if (read.contains("stock") && read.contains("step"))
-    throw SpecError((at / "step").to_string(), shown(read["step"]),
-                    "give stock or step, one of the two");
+    throw wrong(read, at, "step", "give stock or step, one of the two");
   if (read.contains("stock")) {
     for (std::size_t i = 0; i < read["stock"].size(); ++i) {
       const double size = read_quantity(shape, read["stock"][i], at / "stock" / i);
       if (inside(size)) sizes.push_back(std::clamp(size, variable.min, variable.max));
     }
-    std::sort(sizes.begin(), sizes.end());
+    std::ranges::sort(sizes);
     sizes.erase(std::unique(sizes.begin(), sizes.end(),
                             [&](double a, double b) { return b - a <= rounding; }),
                 sizes.end());
     if (sizes.empty())
-      throw SpecError((at / "stock").to_string(), shown(read["stock"]),
-                      "expected at least one size within the bounds " + box);
+      throw wrong(read, at, "stock", "expected at least one size within the bounds " + box);
   } else if (read.contains("step")) {
     Shape positive = shape;
     positive.min = 0;
     positive.open_min = true;
     const double step = read_quantity(positive, read["step"], at / "step");
     if ((variable.max - variable.min) / step > most)
-      throw SpecError((at / "step").to_string(), shown(read["step"]),
-                      fmt::format("expected at most {:g} steps within the bounds {}", most, box));
+      throw wrong(read, at, "step",
+                  fmt::format("expected at most {:g} steps within the bounds {}", most, box));
     const double first = std::ceil((variable.min - rounding) / step);
     // 9 · 0.05 mm is 0.45 mm, without the last digit's noise
     for (double k = first; inside(k * step); ++k)
       sizes.push_back(
           std::clamp(std::stod(fmt::format("{:.15g}", k * step)), variable.min, variable.max));
     if (sizes.empty())
-      throw SpecError((at / "step").to_string(), shown(read["step"]),
-                      "no multiple of it lies within the bounds " + box);
+      throw wrong(read, at, "step", "no multiple of it lies within the bounds " + box);
   }
   return sizes;
 }
@@ -145,46 +133,18 @@ Objective read_objective(json& read, const GoalContext& context) {
 }
 
 Constraint read_constraint(json& read, const GoalContext& context, const Pointer& at) {
-  Constraint constraint = constraint_table().read(read);
-  if (read.contains("quantity") == read.contains("expression"))
-    throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
-  if (!read.contains("min") && !read.contains("max"))
+  const bool formula = read.contains("expression"), largest = read.contains("max");
+  if (formula != read.contains("quantity") && !read.contains("min") && !largest)
     throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
-  constraint.margin = read_margin(read, context.borne.tolerances, at);
-  std::function<double(const char*)> bound;
-  if (read.contains("expression")) {
-    forbid_over_stroke(read, at);
-    const Expression formula(constraint.expression, context.names, (at / "expression").to_string());
-    constraint.expression = constraint.label = formula.text();
-    bound = [&, formula](const char* key) {
-      return formula_bound(formula.formula(), read[key], at / key);
-    };
-  } else {
-    constraint.load_case = context.load_case(read, at);
-    const Quantity& quantity =
-        context.quantity(constraint.quantity, constraint.load_case, at / "quantity");
-    const bool said = read.contains("over_stroke"), least = read.contains("min"),
-               largest = read.contains("max");
-    if (!said && least && largest)
-      throw SpecError((at / "over_stroke").to_string(), "nothing",
-                      "with min and max it must be said which value over the stroke is meant: "
-                      "min, max, max_abs, first, last");
-    if (least && largest && constraint.load_case.empty() && context.cases.all.size() > 1)
-      throw SpecError((at / "case").to_string(), "nothing",
-                      "with min and max over several load cases two numbers are meant: give two "
-                      "constraints, or the case");
-    if (!said) constraint.over_stroke = largest ? OverStroke::max : OverStroke::min;
-    read["over_stroke"] = name_in_job(constraint.over_stroke);
-    constraint.label = goal_label(constraint);
-    bound = [&, unit = quantity.unit](const char* key) {
-      return read_quantity(shape::quantity(unit), read[key], at / key);
-    };
-  }
-  Constraint asked = constraint;
-  if (read.contains("min")) asked.min = 0;
-  if (read.contains("max")) asked.max = 0;
-  constraint.worst_assembly = read_worst_assembly(read, context, asked, at);
-  constraint.label += label_suffix(constraint.margin, constraint.worst_assembly);
+  Constraint constraint =
+      read_measure(read, context, at, largest ? OverStroke::max : OverStroke::min);
+  const auto bound = [&](const char* key) {
+    if (!formula)
+      return read_quantity(shape::quantity(context.find_quantity(constraint.quantity)->unit),
+                           read[key], at / key);
+    const Expression of(constraint.expression, context.names, (at / "expression").to_string());
+    return formula_bound(of.formula(), read[key], at / key);
+  };
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });

@@ -41,11 +41,9 @@ Algorithm read_algorithm(json& read) {
   Algorithm algorithm = algorithm_table().read(read);
   if (algorithm.library == "ipopt") {
     if (read.contains("name"))
-      throw SpecError((at / "name").to_string(), shown(read["name"]),
-                      "ipopt is one algorithm and takes no name");
+      throw wrong(read, at, "name", "ipopt is one algorithm and takes no name");
     if (read.contains("local"))
-      throw SpecError((at / "local").to_string(), shown(read["local"]),
-                      "ipopt runs no other algorithm inside");
+      throw wrong(read, at, "local", "ipopt runs no other algorithm inside");
     algorithm.name.clear();
     return algorithm;
   }

@@ -11,10 +11,19 @@
 #include "core/response/quantities.hpp"
 #include "core/spec/fault_list.hpp"
 #include "core/spec/field_table.hpp"
+#include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
 #include "optim/job/job.hpp"
 
 namespace flexopt {
+
+/// The fault of a key of `read`, which stands at `at`.
+SpecError wrong(const nlohmann::json& read, const JsonPointer& at, const char* key,
+                const std::string& rule);
+
+/// A number in SI, or a quantity in one of these units. Throws SpecError.
+double read_in_units(const nlohmann::json& value, const std::vector<std::string>& units,
+                     const JsonPointer& at);
 
 // A job with several load cases: as many jobs of one case each, which share all else.
 
@@ -23,12 +32,6 @@ struct CaseNames {
   std::vector<std::string> all;  ///< empty: a job with one case, which has no name
   std::string own;
 };
-
-/// Keys of a job that a case may have instead: what acts on the mechanism, and where it goes.
-const std::vector<std::string>& case_keys();
-
-/// Whether the document has "cases".
-bool lists_cases(const nlohmann::json& document);
 
 /// What "cases" may hold, from the fields of a whole job.
 Field cases_field(const std::vector<Field>& of_job);
@@ -55,7 +58,7 @@ struct GoalContext {
   const StrokeRequest& request;
   std::vector<Quantity> quantities;
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
-  std::vector<FormulaName> names;  ///< of these, the family's first
+  std::vector<FormulaName> names;  ///< names of these, the family's first
   const CaseNames& cases;
   Borne borne;
   FaultList& faults;
@@ -103,9 +106,8 @@ bool chooses_accuracy(const nlohmann::json& document);
 /// The numbers of a family parameter: unit and range.
 Shape parameter_shape(const Parameter& parameter);
 
-/// The section "model", and an entry of "models": a name and any keys of the model.
+/// The section "model".
 Shape model_shape();
-Shape model_entry_shape();
 
 /// What the section "model" says; `at` is its place. What its keys contradict is added to `faults`.
 ModelChoice read_model(const nlohmann::json& read, const JsonPointer& at, FaultList& faults);
@@ -149,9 +151,6 @@ DesignSpec read_design(nlohmann::json& read, const nlohmann::json& written,
 
 // A job that lists several designs: as many jobs of one design each, which share all else.
 
-/// Whether the document has "designs".
-bool lists_designs(const nlohmann::json& document);
-
 /// Reads every design with the rest of the document by `read_one`. The job that comes back is that
 /// of the first design, with all of them in `Job::designs`. Faults stand where the document has
 /// what is wrong: /designs/2/parameters/length, say.
@@ -176,6 +175,9 @@ void read_request(nlohmann::json& read, const nlohmann::json& as_written, const 
 
 /// Checks that nothing rigid is attached to O where O is a material point of a leaf.
 void check_material_point(const Job& job, FaultList& faults);
+
+/// Place of the leaf of that name; `at` is where it stands. Throws SpecError where none has it.
+int find_leaf(const Mechanism& mechanism, const std::string& name, const JsonPointer& at);
 
 /// The bodies that loads name, once these are known; `loads` are those of the job that were sound.
 void find_loaded_bodies(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,

@@ -165,6 +165,32 @@ Shape vary_shape(const Family* family) {
   return record(std::move(fields));
 }
 
+/// Schema of the stroke of a design whose drives are not known here: strokes of one drive, or of
+/// several by name.
+json any_stroke(const json& of_one) {
+  const json number{{"anyOf", json::array({{{"type", "number"}}, {{"type", "string"}}})}};
+  const json point{{"type", "object"}, {"additionalProperties", number}};
+  const json axis{{"type", "object"},
+                  {"properties", {{"from", number}, {"to", number}, {"points", number}}},
+                  {"additionalProperties", false}};
+  const json named{
+      {"type", "object"},
+      {"properties",
+       {{"at", {{"type", "array"}, {"minItems", 1}, {"maxItems", 10001}, {"items", point}}},
+        {"grid", {{"type", "object"}, {"additionalProperties", axis}}}}},
+      {"additionalProperties", false}};
+  return {{"description", of_one.value("description", "")},
+          {"anyOf", json::array({of_one, named})}};
+}
+
+Shape parasitic_shape() {
+  return record({
+      with_default("drive", choice({"locked", "free"}), "locked", "which list of frequencies"),
+      with_default("skip", list(choice({"leaf", "intermediate_body"}), 0, 2), json::array(),
+                   "kinds of modes to leave out"),
+  });
+}
+
 /// Sampled numbers and formulas of a job "compare".
 Shape samples_shape(const Family* family) {
   std::vector<Field> listed;
@@ -188,10 +214,7 @@ Shape samples_shape(const Family* family) {
   return record(std::move(fields));
 }
 
-}  // namespace
-
-Shape model_shape() { return model_table().shape(); }
-
+/// An entry of "models": a name and any keys of the model.
 Shape model_entry_shape() {
   std::vector<Field> fields{required("name", text(100), "for the results; each its own")};
   for (Field field : model_shape().fields) {
@@ -200,6 +223,10 @@ Shape model_entry_shape() {
   }
   return record(std::move(fields));
 }
+
+}  // namespace
+
+Shape model_shape() { return model_table().shape(); }
 
 Shape parameter_shape(const Parameter& p) {
   return quantity(p.unit, p.min, p.max, p.open_min, p.open_max);
@@ -224,11 +251,6 @@ Shape with_error_tolerance(Shape job) {
 
 Shape job_shape(const Family* family) {
   const DriveList drives = family ? family->drives : DriveList();
-  const Shape parasitic = record({
-      with_default("drive", choice({"locked", "free"}), "locked", "which list of frequencies"),
-      with_default("skip", list(choice({"leaf", "intermediate_body"}), 0, 2), json::array(),
-                   "kinds of modes to leave out"),
-  });
   std::vector<Field> fields{with_default("flexopt", integer(1, 1), 1, "version of the job format")};
   const std::vector<Field>& head = head_table().fields();
   fields.insert(fields.end(), head.begin(), head.end());
@@ -261,7 +283,8 @@ Shape job_shape(const Family* family) {
       optional("limits", limits_table().shape(),
                "what the evaluation of one design may take, for each load case and model: beyond "
                "it the design counts as one without an answer"),
-      with_default("parasitic", parasitic, json::object(), "what the parasitic frequency is"),
+      with_default("parasitic", parasitic_shape(), json::object(),
+                   "what the parasitic frequency is"),
       optional("optimise", optimise_shape(family), "the search, for job optimise"),
       optional("samples", samples_shape(family), "the designs, for job compare"),
       optional("models", list(model_entry_shape(), 1, 20),
@@ -285,6 +308,37 @@ Shape job_shape(const Family* family) {
   fields.push_back(assembly_tolerances_field());
   fields.push_back(tolerance_samples_field());
   return record(std::move(fields));
+}
+
+json job_schema() {
+  json schema = json_schema(with_error_tolerance(job_shape(nullptr)));
+  for (json* of : {&schema["properties"],
+                   &schema["properties"]["cases"]["additionalProperties"]["properties"]})
+    (*of)["stroke"] = any_stroke((*of)["stroke"]);
+  schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
+  schema["title"] = "A job of flexopt";
+  schema["properties"]["design"]["additionalProperties"] = {
+      {"type", "string"}, {"description", "an option of the design file"}};
+  json by_family = json::array();  // each family's own parameters and unit of the stroke
+  for (const Family& family : families()) {
+    const json whole = json_schema(job_shape(&family));
+    const json is_family{{"properties",
+                          {{"design",
+                            {{"properties", {{"family", {{"const", family.name}}}}},
+                             {"required", json::array({"family"})}}}}},
+                         {"required", json::array({"design"})}};
+    const json then{{"properties",
+                     {{"design", whole["properties"]["design"]},
+                      {"stroke", whole["properties"]["stroke"]},
+                      {"cases", whole["properties"]["cases"]},
+                      {"optimise", whole["properties"]["optimise"]},
+                      {"samples", whole["properties"]["samples"]},
+                      {"maps", whole["properties"]["maps"]}}}};
+    by_family.push_back({{"if", is_family}, {"then", then}});
+  }
+  schema["allOf"] = std::move(by_family);
+  add_designs_to_schema(schema);
+  return schema;
 }
 
 }  // namespace flexopt

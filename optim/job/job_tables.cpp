@@ -1,6 +1,5 @@
 #include "optim/job/job_tables.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -131,8 +130,7 @@ const RecordTable<EndEffector>& end_effector_table() {
           .with_default(
               "inertia", one_of({list(principal, 3, 3), list(list(any, 3, 3), 3, 3)}),
               &EndEffector::inertia,
-              "about its centre of mass, global axes: three principal values or a symmetric "
-              "3x3")
+              "about its centre of mass, global axes: three principal values or a symmetric 3x3")
           .with_default("center_of_mass", vector3("m", 1e3), &EndEffector::center_of_mass,
                         "relative to O");
   return table;

@@ -141,9 +141,7 @@ Tolerance EntryReader::read(const std::string& name, json& entry) const {
   const Pointer at_size = brief ? at : at / "plus_minus";
   Tolerance tolerance{name, tolerance_table().read(entry).spread, {}};
   if (!listed) entry["parameters"] = {{name, 1.0}};
-  if (entry["parameters"].empty())
-    throw SpecError((at / "parameters").to_string(), shown(entry["parameters"]),
-                    "it names no parameter");
+  if (entry["parameters"].empty()) throw wrong(entry, at, "parameters", "it names no parameter");
   for (const auto& [own, factor] : entry["parameters"].items()) {
     const Pointer here = listed ? at / "parameters" / own : at;
     check_parameter(own, here);
@@ -205,25 +203,23 @@ Field margin_field() {
 ToleranceMargin read_margin(json& goal, bool tolerances, const Pointer& at) {
   if (!goal.contains("under")) {
     if (goal.contains("as"))
-      throw SpecError((at / "as").to_string(), shown(goal["as"]),
-                      "it says how tolerances count: give \"under\": \"tolerances\" too");
+      throw wrong(goal, at, "as",
+                  "it says how tolerances count: give \"under\": \"tolerances\" too");
     return {};
   }
   if (goal["under"] != "tolerances") return {};
-  if (!tolerances)
-    throw SpecError((at / "under").to_string(), shown(goal["under"]),
-                    "the job has no \"tolerances\"");
+  if (!tolerances) throw wrong(goal, at, "under", "the job has no \"tolerances\"");
   if (goal.contains("min") && goal.contains("max"))
-    throw SpecError((at / "under").to_string(), shown(goal["under"]),
-                    "under tolerances each bound has a number of its own: give min and max in two "
-                    "constraints");
+    throw wrong(goal, at, "under",
+                "under tolerances each bound has a number of its own: give min and max in two "
+                "constraints");
   const std::string as = goal.value("as", "worst");
   ToleranceMargin margin{ToleranceMargin::Kind::worst, 0};
   if (as != "worst") {
     const std::optional<double> k = deviations_in(as);
     if (!k)
-      throw SpecError((at / "as").to_string(), shown(goal["as"]),
-                      "expected \"worst\", or \"mean + k sigma\" with a number k from 0 to 100");
+      throw wrong(goal, at, "as",
+                  "expected \"worst\", or \"mean + k sigma\" with a number k from 0 to 100");
     margin = {ToleranceMargin::Kind::deviations, *k};
   }
   goal["as"] = margin.text();
@@ -236,16 +232,13 @@ Field tolerance_samples_field() {
 }
 
 OptimiseSpec without_margins(OptimiseSpec goals) {
-  goals.objective.margin = {};
-  goals.objective.worst_assembly = false;
-  for (Constraint& c : goals.constraints) {
-    c.margin = {};
-    c.worst_assembly = false;
-  }
-  if (goals.pareto) {
-    goals.pareto->margin = {};
-    goals.pareto->worst_assembly = false;
-  }
+  const auto drop = [](auto& goal) {
+    goal.margin = {};
+    goal.worst_assembly = false;
+  };
+  drop(goals.objective);
+  for (Constraint& c : goals.constraints) drop(c);
+  if (goals.pareto) drop(*goals.pareto);
   return goals;
 }
 

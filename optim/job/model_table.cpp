@@ -1,6 +1,10 @@
-// The table of "model".
+// The section "model": its table, and what the table cannot say.
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
+#include "core/response/path/error_estimate.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
 namespace flexopt {
@@ -88,8 +92,7 @@ const RecordTable<ModelChoice>& model_table() {
                         "elements of a leaf, [along, across]")
           .with_default(
               "free_edge_torsion", boolean(), in_model(&ModelOptions::free_edge_torsion),
-              "the three-dimensional torsion layer of the free edges; off: the thin-shell "
-              "limit")
+              "the three-dimensional torsion layer of the free edges; off: the thin-shell limit")
           .with_default("transverse_shear", boolean(), in_model(&ModelOptions::transverse_shear),
                         "of leaves and wires; off: thin plates and slender beams")
           .with_default("degree", integer(5, 7), in_model(&ModelOptions::degree),
@@ -115,9 +118,42 @@ const RecordTable<ModelChoice>& model_table() {
               "tolerance", quantity("1", 0, 1e-3, true),
               [](auto& choice) -> auto& { return choice.newton.tolerance; },
               "Newton's largest last correction, lengths divided by the leaf length; of "
-              "\"accuracy\": "
-              "\"auto\" the largest estimated error");
+              "\"accuracy\": \"auto\" the largest estimated error");
   return table;
+}
+
+ModelChoice read_model(const json& read, const JsonPointer& at, FaultList& faults) {
+  ModelChoice choice = model_table().read(read);
+  ModelOptions& model = choice.model;
+  if (choice.accuracy.automatic)
+    choice.accuracy.tolerance = std::exchange(choice.newton.tolerance, NewtonOptions{}.tolerance);
+  const std::string method = name_in_job(model.method);
+  const auto refuse = [&](const char* key, const std::string& rule) {
+    faults.add((at / key).to_string(), read[key].dump(), rule);
+  };
+  if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
+  if (!faults.sound((at / "method").to_string())) return choice;
+  if (const auto reason = no_estimates(model); reason && choice.accuracy.wants_estimates())
+    refuse(choice.accuracy.automatic ? "accuracy" : "estimate", *reason);
+  if (model.method != Reduction::modal_derivatives &&
+      model.modal_derivatives != ModalDerivativeSet::all)
+    refuse("modal_derivatives", fmt::format("\"method\": \"{}\" has no choice of them; expected "
+                                            "\"method\": \"modal_derivatives\"",
+                                            method));
+  const bool one = model.superelements == std::array{1, 0}, grid = model.superelements[1] != 0;
+  if (model.method == Reduction::mixed_potential && !one)
+    refuse("superelements",
+           "\"method\": \"mixed_potential\" makes one superelement of a leaf; expected 1, "
+           "or \"method\": \"linear_craig_bampton\"");
+  else if (model.method != Reduction::linear_craig_bampton && grid)
+    refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
+                                        "number, or \"method\": \"linear_craig_bampton\"",
+                                        method));
+  if (faults.sound(at.to_string()))
+    if (const std::string problem = find_atlas(model);
+        !problem.empty() && model.atlas_use == AtlasUse::required)
+      refuse("atlas", problem);
+  return choice;
 }
 
 }  // namespace flexopt

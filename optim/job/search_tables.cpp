@@ -22,9 +22,21 @@ const EnumNames<SampleMethod> sample_method_names{
 
 Shape seed_shape() { return integer(0, 4294967295.0); }
 
-constexpr const char* over_stroke_meaning =
-    "how a quantity's values over the stroke become one; default: the worst";
 constexpr const char* case_meaning = "the load case that counts; default: the worst of all";
+
+/// Which number a constraint or the second objective of a front is about.
+template <class Goal>
+RecordTable<Goal> measure_table(const char* formula) {
+  return RecordTable<Goal>()
+      .optional("quantity", text(), &Goal::quantity, "a quantity of a path point")
+      .optional("expression", text(), &Goal::expression, formula)
+      .template optional_choice<OverStroke>(
+          "over_stroke", over_stroke_names, &Goal::over_stroke,
+          "how a quantity's values over the stroke become one; default: the worst")
+      .optional("case", text(100), &Goal::load_case, case_meaning)
+      .other(under_field())
+      .other(margin_field());
+}
 
 }  // namespace
 
@@ -77,18 +89,9 @@ const RecordTable<Objective>& objective_table() {
 }
 
 const RecordTable<Constraint>& constraint_table() {
-  static const auto table =
-      RecordTable<Constraint>()
-          .optional("quantity", text(), &Constraint::quantity, "a quantity of a path point")
-          .optional("expression", text(), &Constraint::expression,
-                    "or a formula of the parameters, in SI")
-          .optional_choice<OverStroke>("over_stroke", over_stroke_names, &Constraint::over_stroke,
-                                       over_stroke_meaning)
-          .optional("case", text(100), &Constraint::load_case, case_meaning)
-          .other(under_field())
-          .other(margin_field())
-          .other(shape::optional("min", shape::quantity(""), "lower bound"))
-          .other(shape::optional("max", shape::quantity(""), "upper bound"));
+  static const auto table = measure_table<Constraint>("or a formula of the parameters, in SI")
+                                .other(shape::optional("min", shape::quantity(""), "lower bound"))
+                                .other(shape::optional("max", shape::quantity(""), "upper bound"));
   return table;
 }
 
@@ -116,19 +119,11 @@ const RecordTable<VerifySpec>& verify_table() {
 }
 
 const RecordTable<ParetoSpec>& pareto_table() {
-  static const auto table =
-      RecordTable<ParetoSpec>()
-          .optional("quantity", text(), &ParetoSpec::quantity, "a quantity of a path point")
-          .optional("expression", text(), &ParetoSpec::expression, "or a formula of the parameters")
-          .optional_choice<OverStroke>("over_stroke", over_stroke_names, &ParetoSpec::over_stroke,
-                                       over_stroke_meaning)
-          .optional("case", text(100), &ParetoSpec::load_case, case_meaning)
-          .other(under_field())
-          .other(margin_field())
-          .choice<bool>("sense", {{"minimise", false}, {"maximise", true}}, &ParetoSpec::maximise,
-                        "which way is better")
-          .with_default("points", integer(2, 200), &ParetoSpec::points,
-                        "designs on the front, both ends included");
+  static const auto table = measure_table<ParetoSpec>("or a formula of the parameters")
+                                .choice<bool>("sense", {{"minimise", false}, {"maximise", true}},
+                                              &ParetoSpec::maximise, "which way is better")
+                                .with_default("points", integer(2, 200), &ParetoSpec::points,
+                                              "designs on the front, both ends included");
   return table;
 }
 

@@ -19,7 +19,7 @@ struct GradientCheck {
   /// Two directions are equally stiff here, but not beside this point: the smallest stiffness has
   /// one derivative on each side, and `exact` is one of them or lies between.
   bool equal_stiffnesses = false;
-  std::string load_case;  ///< of a job with several
+  std::string load_case;  ///< load case of a job with several
 };
 
 struct GradientReport {

@@ -20,20 +20,19 @@ namespace {
 Job prepared(Job job) {
   OptimiseSpec& spec = *job.optimise;
   if (const auto& front = spec.pareto)
-    spec.constraints.push_back({front->quantity,
-                                front->expression,
-                                front->over_stroke,
-                                {},
-                                {},
-                                front->label,
-                                front->load_case,
-                                front->margin,
-                                front->worst_assembly});
+    spec.constraints.push_back({.quantity = front->quantity,
+                                .expression = front->expression,
+                                .over_stroke = front->over_stroke,
+                                .label = front->label,
+                                .load_case = front->load_case,
+                                .margin = front->margin,
+                                .worst_assembly = front->worst_assembly});
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
   job.design.resolved = resolve(job.design);
   std::vector<std::string> wanted;
-  std::vector<FormulaName> known = formula_names(job.design.resolved->family().parameters);
-  for (const FormulaName& number : formula_names(job_numbers())) known.push_back(number);
+  std::vector<Parameter> all = job.design.resolved->family().parameters;
+  all.insert(all.end(), job_numbers().begin(), job_numbers().end());
+  const std::vector<FormulaName> known = formula_names(all);
   for (const Variable& v : spec.variables) wanted.push_back(v.parameter);
   const auto add = [&](const std::string& formula, const std::string& pointer) {
     if (formula.empty()) return;
@@ -56,8 +55,8 @@ Job prepared(Job job) {
 std::vector<std::string> moving_parameters(const Job& job, bool robust) {
   const ParametricDesign& design = *job.design.resolved;
   const auto varies = [&](const std::string& name) {
-    return std::ranges::any_of(job.optimise->variables,
-                               [&](const Variable& v) { return v.parameter == name; });
+    return std::ranges::find(job.optimise->variables, name, &Variable::parameter) !=
+           job.optimise->variables.end();
   };
   const auto deviates = [&](const std::string& name) {
     return robust && std::ranges::any_of(job.tolerances->entries, [&](const Tolerance& entry) {
@@ -254,10 +253,7 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
     }
     return values;
   } catch (const SpecError& error) {
-    DesignValues values;
-    values.message = error.what();
-    values.reason = error.rule();
-    return values;
+    return {.message = error.what(), .reason = error.rule()};
   }
 }
 

@@ -148,9 +148,6 @@ class DesignProblem {
   /// The size of a goal at a design: of its value, or a tenth of its change over the range of a
   /// variable, to first order, where that is more. Where all of these are 0, of its largest value.
   double reach(std::size_t goal, const DesignValues& values) const;
-  /// A goal's values, and its derivatives where `gradients` holds, part by part.
-  GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
-                         const std::vector<StrokeRequest>& requests) const;
   /// The goals at these parameters, with derivatives by `names_` where `found` has some. `worst`:
   /// those that count errors of assembly; without it they count none.
   GoalSlopes read_goals(const ParameterValues& parameters,
@@ -175,9 +172,9 @@ class DesignProblem {
   /// Parameters that change when a variable does, and those that deviate where goals count it.
   std::vector<std::string> names_;
   std::vector<Goal> goals_;
-  std::vector<StrokeRequest> requests_;  ///< of each load case
+  std::vector<StrokeRequest> requests_;  ///< the request of each load case
   std::optional<WorstAssemblyGoals> worst_assembly_;
-  std::vector<StrokeRequest> box_requests_;  ///< of the goals that count errors of assembly
+  std::vector<StrokeRequest> box_requests_;  ///< those of the goals that bear the box
   bool needs_mechanics_ = false;
 };
 

@@ -21,14 +21,9 @@ std::string bytes_of(const json& value) {
 }
 
 std::string packed(const DesignValues& values) {
-  json gradient = json::array();
-  for (Eigen::Index i = 0; i < values.gradient.rows(); ++i) {
-    const VectorXd row = values.gradient.row(i);
-    gradient.push_back(std::vector<double>(row.data(), row.data() + row.size()));
-  }
   return bytes_of({values.ok, values.message, values.reason,
                    values.reached ? json(*values.reached) : json(), values.goals,
-                   std::move(gradient), values.no_gradient, values.of_reduced_leaves});
+                   rows_of(values.gradient), values.no_gradient, values.of_reduced_leaves});
 }
 
 DesignValues unpacked(const std::string& bytes) {
@@ -39,13 +34,7 @@ DesignValues unpacked(const std::string& bytes) {
   j.at(2).get_to(values.reason);
   if (!j.at(3).is_null()) values.reached = j.at(3).get<double>();
   j.at(4).get_to(values.goals);
-  const auto rows = j.at(5).get<std::vector<std::vector<double>>>();
-  if (!rows.empty())
-    values.gradient.resize(static_cast<Eigen::Index>(rows.size()),
-                           static_cast<Eigen::Index>(rows.front().size()));
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    for (std::size_t k = 0; k < rows[i].size(); ++k)
-      values.gradient(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = rows[i][k];
+  values.gradient = matrix_of(j.at(5));
   j.at(6).get_to(values.no_gradient);
   j.at(7).get_to(values.of_reduced_leaves);
   return values;
@@ -58,6 +47,15 @@ Answerer evaluator_of(const DesignProblem& problem) {
     if (!q.at(2).is_null()) accuracy = static_cast<Accuracy>(q.at(2).get<int>());
     return packed(problem.evaluate(q.at(0).get<Variables>(), q.at(1).get<bool>(), accuracy));
   };
+}
+
+// DesignProblem::evaluate by the worker that is free. The others have the same job and answer by
+// `answer_evaluations`. Throws as Workers::ask.
+DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
+                            const Variables& variables, bool gradient,
+                            std::optional<Accuracy> accuracy) {
+  const json question{variables, gradient, accuracy ? json(static_cast<int>(*accuracy)) : json()};
+  return unpacked(workers.ask(bytes_of(question), evaluator_of(problem)));
 }
 
 }  // namespace
@@ -116,15 +114,14 @@ void EvaluationBook::set_scales(Scales scales) {
 
 LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues values, Ask how,
                                         int number) const {
-  LoggedEvaluation e;
-  e.record.stage = stage_;
-  e.record.start = start_;
-  e.record.number = number;
-  e.record.full = how.full;
-  e.record.variables = problem_.named(variables);
-  e.record.ok = values.ok;
-  e.record.message = values.message;
-  e.record.difference = how.difference;
+  LoggedEvaluation e{.record = {.stage = stage_,
+                                .start = start_,
+                                .number = number,
+                                .full = how.full,
+                                .variables = problem_.named(variables),
+                                .ok = values.ok,
+                                .message = values.message,
+                                .difference = how.difference}};
   if (values.ok) {
     e.record.objective = problem_.objective(values);
     e.record.constraints = problem_.constraints(values);
@@ -147,18 +144,11 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
   std::map<Variables, Known>& known = how.full ? known_full_ : known_;
   std::vector<Variables> fresh;
   for (const Variables& v : many) {
-    if (std::find(fresh.begin(), fresh.end(), v) != fresh.end()) continue;
+    if (std::ranges::find(fresh, v) != fresh.end()) continue;
     if (const auto it = known.find(v); it != known.end())
       if (!how.gradient || it->second.gradient_asked || !it->second.values.ok) continue;
     if (auto why = problem_.ruled_out(v, scales_)) {
-      known[v] = {{.ok = false,
-                   .message = *why,
-                   .reason = {},
-                   .goals = {},
-                   .gradient = {},
-                   .no_gradient = {},
-                   .of_reduced_leaves = false},
-                  true};
+      known[v] = {{.message = *why}, true};
       continue;
     }
     fresh.push_back(v);
@@ -258,18 +248,11 @@ std::optional<MatrixXd> EvaluationBook::derivatives(const VectorXd& x, int& cost
   std::vector<Eigen::Index> missing;
   for (Eigen::Index j = 0; j < x.size(); ++j)
     if (!known.columns[static_cast<std::size_t>(j)] &&
-        (wanted.empty() || std::find(wanted.begin(), wanted.end(), j) != wanted.end()))
+        (wanted.empty() || std::ranges::find(wanted, j) != wanted.end()))
       missing.push_back(j);
   if (!missing.empty() && !add_differences(x, values, missing, known, cost)) return std::nullopt;
   differences_[center] = known;
   return known.values;
-}
-
-DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
-                            const Variables& variables, bool gradient,
-                            std::optional<Accuracy> accuracy) {
-  const json question{variables, gradient, accuracy ? json(static_cast<int>(*accuracy)) : json()};
-  return unpacked(workers.ask(bytes_of(question), evaluator_of(problem)));
 }
 
 void answer_evaluations(Workers& workers, const DesignProblem& problem) {

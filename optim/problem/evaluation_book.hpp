@@ -13,12 +13,6 @@
 
 namespace flexopt {
 
-/// DesignProblem::evaluate by the worker that is free. The others have the same job and answer
-/// by `answer_evaluations`. Throws as Workers::ask.
-DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
-                            const Variables& variables, bool gradient,
-                            std::optional<Accuracy> accuracy);
-
 /// Answers until the leader ends the stage.
 void answer_evaluations(Workers& workers, const DesignProblem& problem);
 
@@ -27,8 +21,8 @@ void answer_evaluations(Workers& workers, const DesignProblem& problem);
 /// How far all starts are; given with every finished evaluation.
 struct Progress {
   int start = 0, starts = 1;        ///< which start the evaluation belongs to; how many
-  int evaluations = 0, failed = 0;  ///< of all starts so far
-  int replayed = 0;                 ///< of these, read from the log
+  int evaluations = 0, failed = 0;  ///< numbers of all starts so far
+  int replayed = 0;                 ///< number of these that were read from the log
   std::optional<double> best;       ///< objective of the best feasible design so far
 };
 using ProgressCallback = std::function<void(const EvaluationRecord&, const Progress&)>;

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cstdint>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
@@ -21,34 +20,25 @@ namespace {
 
 constexpr const char* stage_names[] = {"search", "stock", "pareto", "verification"};
 
-/// null: not asked for; []: asked for, but there is none.
-OrderedJson gradient_json(const LoggedEvaluation& e) {
-  if (!e.gradient_asked) return nullptr;
-  OrderedJson rows = OrderedJson::array();
-  for (Eigen::Index i = 0; i < e.values.gradient.rows(); ++i) {
-    const VectorXd row = e.values.gradient.row(i);
-    rows.push_back(std::vector<double>(row.data(), row.data() + row.size()));
-  }
-  return rows;
-}
-
 std::string line_of(const LoggedEvaluation& e) {
   const EvaluationRecord& r = e.record;
-  return log_line({{"stage", name_of(r.stage)},
-                   {"start", r.start},
-                   {"number", r.number},
-                   {"full", r.full},
-                   {"variables", r.variables},
-                   {"ok", r.ok},
-                   {"message", r.message},
-                   {"objective", r.objective},
-                   {"constraints", r.constraints},
-                   {"violation", r.violation},
-                   {"difference", r.difference},
-                   {"values", e.values.goals},
-                   {"gradient", gradient_json(e)},
-                   {"no_gradient", e.values.no_gradient},
-                   {"of_reduced_leaves", e.values.of_reduced_leaves}});
+  return log_line(
+      {{"stage", name_of(r.stage)},
+       {"start", r.start},
+       {"number", r.number},
+       {"full", r.full},
+       {"variables", r.variables},
+       {"ok", r.ok},
+       {"message", r.message},
+       {"objective", r.objective},
+       {"constraints", r.constraints},
+       {"violation", r.violation},
+       {"difference", r.difference},
+       {"values", e.values.goals},
+       // null: not asked for; []: asked for, but there is none
+       {"gradient", e.gradient_asked ? OrderedJson(rows_of(e.values.gradient)) : OrderedJson()},
+       {"no_gradient", e.values.no_gradient},
+       {"of_reduced_leaves", e.values.of_reduced_leaves}});
 }
 
 LoggedEvaluation parse_line(const std::string& line) {
@@ -72,23 +62,34 @@ LoggedEvaluation parse_line(const std::string& line) {
   j.at("of_reduced_leaves").get_to(e.values.of_reduced_leaves);
   const json& gradient = j.at("gradient");
   e.gradient_asked = !gradient.is_null();
-  if (e.gradient_asked && !gradient.empty()) {
-    e.values.gradient.resize(static_cast<Eigen::Index>(gradient.size()),
-                             static_cast<Eigen::Index>(gradient.front().size()));
-    for (std::size_t i = 0; i < gradient.size(); ++i)
-      for (std::size_t k = 0; k < gradient.front().size(); ++k)
-        e.values.gradient(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
-            gradient[i].at(k).get<double>();
-  }
+  if (e.gradient_asked) e.values.gradient = matrix_of(gradient);
   return e;
 }
 
 }  // namespace
 
+std::vector<std::vector<double>> rows_of(const MatrixXd& matrix) {
+  std::vector<std::vector<double>> rows;
+  for (const auto& row : matrix.rowwise()) rows.emplace_back(row.begin(), row.end());
+  return rows;
+}
+
+MatrixXd matrix_of(const json& rows) {
+  MatrixXd matrix;
+  if (rows.empty()) return matrix;
+  matrix.resize(static_cast<Eigen::Index>(rows.size()),
+                static_cast<Eigen::Index>(rows.front().size()));
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+    for (Eigen::Index k = 0; k < matrix.cols(); ++k)
+      matrix(i, k) =
+          rows.at(static_cast<std::size_t>(i)).at(static_cast<std::size_t>(k)).get<double>();
+  return matrix;
+}
+
 std::string name_of(Stage stage) { return stage_names[static_cast<std::size_t>(stage)]; }
 
 Stage stage_named(const std::string& name) {
-  const auto found = std::find(std::begin(stage_names), std::end(stage_names), name);
+  const auto found = std::ranges::find(stage_names, name);
   if (found == std::end(stage_names)) throw std::runtime_error("unknown stage " + name);
   return static_cast<Stage>(found - std::begin(stage_names));
 }

@@ -25,6 +25,10 @@ struct LoggedEvaluation {
 std::string name_of(Stage stage);
 Stage stage_named(const std::string& name);
 
+/// A matrix by its rows, as logs and workers hand it on, and back.
+std::vector<std::vector<double>> rows_of(const MatrixXd& matrix);
+MatrixXd matrix_of(const nlohmann::json& rows);
+
 /// What of a job decides the values of its designs and the path of its optimisation: all but name,
 /// expectations, and how many starts, evaluations and screened designs there may be; and the
 /// atlases of its models.
@@ -88,6 +92,24 @@ class SharedUnits {
   std::map<std::pair<std::string, int>, nlohmann::json> known_;
   LineLog log_;
 };
+
+/// Units 0, …, count − 1 of a loop, into a list of as many yields: shared, or where `shared` is
+/// null by threads of this process alone. `packed` and `unpacked` lead to JSON and back. False
+/// where this process does not learn what all units yield.
+template <class Yield, class Work, class Pack, class Unpack>
+bool run_units(SharedUnits* shared, const std::string& loop, int threads,
+               const LoopProgress& progress, std::vector<Yield>& yields, const Work& work,
+               const Pack& packed, const Unpack& unpacked) {
+  const auto count = static_cast<int>(yields.size());
+  const auto place = [&](int unit) -> Yield& { return yields[static_cast<std::size_t>(unit)]; };
+  if (shared)
+    return shared->run(
+        loop, count, threads, progress, [&](int unit) { return packed(work(unit)); },
+        [&](int unit, const nlohmann::json& yield) { place(unit) = unpacked(yield); });
+  parallel_for(
+      count, threads, [&](int unit) { place(unit) = work(unit); }, progress);
+  return true;
+}
 
 /// "name 1f2e3d4c5b6a7988": of a loop that depends on what the text says.
 std::string loop_name(const std::string& name, const std::string& depends_on);

@@ -70,7 +70,7 @@ std::optional<std::string> DesignProblem::ruled_out(const Variables& variables,
 }
 
 double DesignProblem::reach(std::size_t goal, const DesignValues& values) const {
-  constexpr double share = 0.1;  // of what the goal changes by over a variable's range
+  constexpr double share = 0.1;  // share of what the goal changes by over a variable's range
   const GoalValues& of = values.goals[goal];
   const std::size_t decisive = extreme(goals_[goal], of).entry;
   double most = std::abs(of[decisive]);
@@ -86,7 +86,7 @@ double DesignProblem::reach(std::size_t goal, const DesignValues& values) const 
 }
 
 Scales DesignProblem::scales(const DesignValues* reference, const Scales* before) const {
-  constexpr double least = 1e-3;  // of the scale before: a goal may vanish where it is best
+  constexpr double least = 1e-3;  // share of the scale before: a goal may vanish where it is best
   const auto at_reference = [&](std::size_t goal, double known) {
     const double size = reference && reference->ok ? reach(goal, *reference) : 0.0;
     const double scale = std::max(size, before ? least * known : 0.0);

@@ -8,6 +8,31 @@
 
 namespace flexopt {
 
+void append_rows(MatrixXd& all, const MatrixXd& more) {
+  all.conservativeResize(all.rows() + more.rows(), more.cols());
+  all.bottomRows(more.rows()) = more;
+}
+
+GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+                       const std::vector<StrokeRequest>& requests,
+                       const std::vector<JobCase>& named) {
+  GoalReading whole{.ok = true};
+  bool differentiated = true;
+  for (const GoalPart& part : goal.parts) {
+    const StrokeSensitivity& of = found[part.load_case];
+    GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
+                                    of.gradients ? &*of.gradients : nullptr);
+    if (!reading.ok && !named.empty())
+      reading.message += fmt::format(" (load case {})", named[part.load_case].name);
+    if (!reading.ok) return reading;
+    differentiated = differentiated && reading.differentiated();
+    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
+    if (differentiated) append_rows(whole.gradient, reading.gradient);
+  }
+  if (!differentiated) whole.gradient.resize(0, 0);
+  return whole;
+}
+
 std::optional<MatrixXd> DesignProblem::parameter_derivatives(
     const ParameterValues& parameters) const {
   const std::vector<Variable>& variables = spec().variables;
@@ -44,37 +69,11 @@ MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
 
 }  // namespace
 
-GoalReading DesignProblem::read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
-                                      const std::vector<StrokeRequest>& requests) const {
-  GoalReading whole;
-  whole.ok = true;
-  bool differentiated = true;
-  for (const GoalPart& part : goal.parts) {
-    const StrokeSensitivity& of = found[part.load_case];
-    GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
-                                    of.gradients ? &*of.gradients : nullptr);
-    if (!reading.ok) {
-      if (!job_.cases.empty())
-        reading.message += fmt::format(" (load case {})", job_.cases[part.load_case].name);
-      return reading;
-    }
-    differentiated = differentiated &&
-                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
-    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
-    const Eigen::Index before = whole.gradient.rows();
-    if (!differentiated) continue;
-    whole.gradient.conservativeResize(before + reading.gradient.rows(), reading.gradient.cols());
-    whole.gradient.bottomRows(reading.gradient.rows()) = reading.gradient;
-  }
-  if (!differentiated) whole.gradient.resize(0, 0);
-  return whole;
-}
-
 GoalReading DesignProblem::read_assembled(std::size_t goal,
                                           const std::vector<StrokeSensitivity>& found,
                                           const std::vector<StrokeRequest>& requests) const {
   const Goal& plain = worst_assembly_->plain(goal);
-  GoalReading reading = read_parts(plain, found, requests);
+  GoalReading reading = read_parts(plain, found, requests, job_.cases);
   const auto own = static_cast<std::size_t>(plain.branches),
              wanted = static_cast<std::size_t>(goals_[goal].branches);
   if (!reading.ok || own == wanted) return reading;
@@ -95,7 +94,7 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
   for (std::size_t g = 0; g < goals_.size(); ++g) {
     const Goal& goal = goals_[g];
     GoalReading reading = goal.expression        ? read_goal(goal, parameters)
-                          : !goal.worst_assembly ? read_parts(goal, found, requests)
+                          : !goal.worst_assembly ? read_parts(goal, found, requests, job_.cases)
                           : worst                ? worst->goals[g]
                                                  : read_assembled(g, found, requests);
     if (!reading.ok)
@@ -103,7 +102,7 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
     const std::string name = goal.label.find(goal.quantity) != std::string::npos
                                  ? goal.label
                                  : fmt::format("{} ({})", goal.label, goal.quantity);
-    if (why.empty() && reading.gradient.rows() != static_cast<Eigen::Index>(reading.values.size()))
+    if (why.empty() && !reading.differentiated())
       why = fmt::format("{} has no exact derivatives", name);
     if (why.empty()) {
       const std::vector<std::string> along =
@@ -112,9 +111,8 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
               ? worst->parameters
               : found[goal.parts.front().load_case].gradients->parameters;
       MatrixXd& all = slopes.by_parameter;
-      const Eigen::Index before = all.rows(), count = reading.gradient.rows();
-      all.conservativeResize(before + count, static_cast<Eigen::Index>(names_.size()));
-      all.bottomRows(count).setZero();
+      const Eigen::Index count = reading.gradient.rows();
+      append_rows(all, MatrixXd::Zero(count, static_cast<Eigen::Index>(names_.size())));
       for (std::size_t j = 0; j < along.size(); ++j) {
         const auto column = reading.gradient.col(static_cast<Eigen::Index>(j));
         if (!column.allFinite())
@@ -136,7 +134,6 @@ DesignValues DesignProblem::chained(GoalSlopes goals, const ParameterValues& par
                       .reason = std::move(goals.reason),
                       .reached = goals.reached,
                       .goals = std::move(goals.goals),
-                      .gradient = {},
                       .no_gradient = std::move(goals.no_gradient),
                       .of_reduced_leaves = goals.of_reduced_leaves};
   if (!values.ok) values.no_gradient.clear();

@@ -63,23 +63,30 @@ std::vector<GoalPart> parts_of(const Job& job, const std::string& load_case) {
   return parts;
 }
 
-Goal make_goal(const Job& job, const std::string& label, const std::string& quantity,
-               const std::string& expression, OverStroke over, const std::string& load_case,
-               bool least, const std::string& pointer) {
-  Goal goal{label, quantity, {}, over, 1, {}, least, {}, false};
-  if (expression.empty()) goal.parts = parts_of(job, load_case);
-  if (!expression.empty()) {
+/// The goal of an objective or a constraint.
+template <class Asked>
+Goal make_goal(const Job& job, const std::string& label, const Asked& asked, bool least,
+               const std::string& pointer) {
+  Goal goal{.label = label,
+            .quantity = asked.quantity,
+            .over_stroke = asked.over_stroke,
+            .least = least,
+            .margin = asked.margin,
+            .worst_assembly = asked.worst_assembly};
+  const bool formula = !asked.expression.empty();
+  if (formula) {
     std::vector<FormulaName> names;
     const Family& family = resolve(job.design)->family();
     for (const auto& [name, value] : job.design.parameters)
       names.push_back({name, find_parameter(family, name)->unit});
-    goal.expression.emplace(expression, names, pointer);
-    goal.over_stroke = OverStroke::first;
-  } else if (is_of_design(quantity)) {
-    goal.over_stroke = OverStroke::first;  // one number, one row
-  } else if (is_lowest_of_modes(quantity) && over == OverStroke::min) {
-    goal.branches = std::clamp(job.request.frequencies, 1, most_branches);
+    goal.expression.emplace(asked.expression, names, pointer);
+  } else {
+    goal.parts = parts_of(job, asked.load_case);
   }
+  if (formula || is_of_design(goal.quantity))
+    goal.over_stroke = OverStroke::first;  // one number, one row
+  else if (is_lowest_of_modes(goal.quantity) && goal.over_stroke == OverStroke::min)
+    goal.branches = std::clamp(job.request.frequencies, 1, most_branches);
   return goal;
 }
 
@@ -104,10 +111,8 @@ std::vector<std::size_t> branch_ranks(const PathPoint& point, const StrokeReques
 
 /// Adds a row of derivatives; false where it is missing.
 bool add_row(const std::optional<VectorXd>& gradient, GoalReading& reading) {
-  if (!gradient) return false;
-  reading.gradient.conservativeResize(reading.gradient.rows() + 1, gradient->size());
-  reading.gradient.bottomRows(1) = gradient->transpose();
-  return true;
+  if (gradient) append_rows(reading.gradient, gradient->transpose());
+  return gradient.has_value();
 }
 
 /// The largest stresses of a point, the last one repeated where there are too few.
@@ -173,6 +178,43 @@ bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t ind
   return whole;
 }
 
+/// Whether a point has no equilibrium whose numbers count; says why in the reading.
+bool why_not_taken(const PathPoint& point, const StrokeResponse& response,
+                   const StrokeRequest& request, GoalReading& reading) {
+  const bool path = request.outputs.need_path();
+  if (path && point.status != PointStatus::converged) {
+    const std::string& why = point.message.empty() ? response.message : point.message;
+    if (response.status == Status::limit_reached) {
+      reading.reason = "limit reached";
+      reading.message = fmt::format("limit reached: {}", why);
+      return true;
+    }
+    reading.reason = "no equilibrium";
+    reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
+                                  why.empty() ? "" : ": ", why);
+    return true;
+  }
+  const bool unstable = path && !point.stable;
+  if (!unstable && !(point.bifurcation_passed && request.branch == BranchChoice::primary))
+    return false;
+  reading.reason = unstable ? "unstable equilibrium" : "beyond a bifurcation";
+  reading.message = fmt::format("the equilibrium at stroke {:.6g} is {}", point.stroke,
+                                unstable ? "unstable" : reading.reason);
+  return true;
+}
+
+/// What the point tells of a missing value: ": the reason", or nothing.
+std::string why_no_value(const PathPoint& point, const std::string& quantity) {
+  std::string why;
+  if (!point.fillet_fault.empty() && needs_of(quantity).has(Output::stress))
+    why = ": " + point.fillet_fault;
+  else if (quantity.starts_with("fatigue") && !point.fatigue_fault.empty())
+    why = ": " + point.fatigue_fault;
+  if (!point.buckling || !quantity.starts_with("buckling")) return why;
+  const bool free = quantity == "buckling.drive_free";
+  return why + ": " + (free ? point.buckling->drive_free : point.buckling->drive_locked).reason;
+}
+
 /// Extreme among the values first, first + 1, …, last − 1.
 Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t first,
                        std::size_t last) {
@@ -196,19 +238,13 @@ Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t f
 std::vector<Goal> make_goals(const Job& job) {
   assert(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
-  const Objective& o = spec.objective;
-  std::vector<Goal> goals{make_goal(job, "objective", o.quantity, o.expression, o.over_stroke,
-                                    o.load_case, o.maximise, "/optimise/objective")};
-  goals.back().margin = o.margin;
-  goals.back().worst_assembly = o.worst_assembly;
+  std::vector<Goal> goals{
+      make_goal(job, "objective", spec.objective, spec.objective.maximise, "/optimise/objective")};
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];
     const bool front = !c.min && !c.max && spec.pareto;  // the second objective of a front
-    goals.push_back(make_goal(job, c.label, c.quantity, c.expression, c.over_stroke, c.load_case,
-                              front ? spec.pareto->maximise : c.min.has_value(),
+    goals.push_back(make_goal(job, c.label, c, front ? spec.pareto->maximise : c.min.has_value(),
                               fmt::format("/optimise/constraints/{}", i)));
-    goals.back().margin = c.margin;
-    goals.back().worst_assembly = c.worst_assembly;
   }
   return goals;
 }
@@ -252,29 +288,7 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
   bool differentiated = gradients && gradients->path.size() == response.path.size();
   for (std::size_t i = 0; i < response.path.size(); ++i) {
     const PathPoint& point = response.path[i];
-    if (request.outputs.need_path() && point.status != PointStatus::converged) {
-      const std::string& why = point.message.empty() ? response.message : point.message;
-      if (response.status == Status::limit_reached) {
-        reading.reason = "limit reached";
-        reading.message = fmt::format("limit reached: {}", why);
-        return reading;
-      }
-      reading.reason = "no equilibrium";
-      reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
-                                    why.empty() ? "" : ": ", why);
-      return reading;
-    }
-    if (request.outputs.need_path() && !point.stable) {
-      reading.reason = "unstable equilibrium";
-      reading.message = fmt::format("the equilibrium at stroke {:.6g} is unstable", point.stroke);
-      return reading;
-    }
-    if (point.bifurcation_passed && request.branch == BranchChoice::primary) {
-      reading.reason = "beyond a bifurcation";
-      reading.message =
-          fmt::format("the equilibrium at stroke {:.6g} is beyond a bifurcation", point.stroke);
-      return reading;
-    }
+    if (why_not_taken(point, response, request, reading)) return reading;
     std::optional<double> value = value_of(point, goal.quantity);
     const std::optional<double> nothing =
         value.value_or(-1) < 0 ? value_of_nothing(point, goal.quantity) : std::nullopt;
@@ -288,16 +302,8 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
     }
     if (!value || !std::isfinite(*value)) {
       reading.reason = fmt::format("{} has no value", goal.quantity);
-      reading.message = fmt::format("{} at stroke {:.6g}", reading.reason, point.stroke);
-      if (!point.fillet_fault.empty() && needs_of(goal.quantity).has(Output::stress))
-        reading.message += ": " + point.fillet_fault;
-      else if (goal.quantity.starts_with("fatigue") && !point.fatigue_fault.empty())
-        reading.message += ": " + point.fatigue_fault;
-      if (point.buckling && goal.quantity.starts_with("buckling"))
-        reading.message +=
-            ": " + (goal.quantity == "buckling.drive_free" ? point.buckling->drive_free
-                                                           : point.buckling->drive_locked)
-                       .reason;
+      reading.message = fmt::format("{} at stroke {:.6g}{}", reading.reason, point.stroke,
+                                    why_no_value(point, goal.quantity));
       return reading;
     }
     if (!add_point(goal, response, i, *value, request, differentiated ? gradients : nullptr,

@@ -13,15 +13,15 @@ namespace flexopt {
 
 /// What a goal has of one load case.
 struct GoalPart {
-  std::size_t load_case = 0;  ///< of the job's
+  std::size_t load_case = 0;  ///< place among the job's
   std::size_t points = 0;     ///< on its path
 };
 
 /// One number of a design, and the finer numbers it is made of.
 struct Goal {
   std::string label;
-  std::string quantity;                  ///< of a path point, or
-  std::optional<Expression> expression;  ///< of the parameters
+  std::string quantity;                  ///< a quantity of a path point, or
+  std::optional<Expression> expression;  ///< a formula of the parameters
   OverStroke over_stroke = OverStroke::first;
   /// Candidates at each point, ascending: the lowest few frequencies whose lowest is the parasitic
   /// one, so that a gradient method sees the modes on both sides of a crossing; descending: the
@@ -39,8 +39,7 @@ struct Goal {
 };
 
 /// The objective first, then the constraints in the job's order, then the second objective of a
-/// front. Throws SpecError for a formula
-/// that is none.
+/// front. Throws SpecError for a formula that is none.
 std::vector<Goal> make_goals(const Job& job);
 
 /// Largest stresses get several candidates a point: for exact evaluations, which know them.
@@ -64,11 +63,24 @@ struct GoalReading {
   std::string reason;   ///< why not, in a few words without figures
   GoalValues values;
   MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
+
+  /// Whether every value has its derivatives.
+  bool differentiated() const {
+    return gradient.rows() == static_cast<Eigen::Index>(values.size());
+  }
 };
+
+/// Adds rows below those of a matrix of as many columns, or of none.
+void append_rows(MatrixXd& all, const MatrixXd& more);
 
 /// Reads a goal with a quantity for one load case, with derivatives where gradients are given.
 GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
                       const StrokeRequest& request, const StrokeGradients* gradients = nullptr);
+/// Reads a goal with a quantity for all its load cases, part by part. `named`: load cases whose
+/// names messages tell, or none.
+GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+                       const std::vector<StrokeRequest>& requests,
+                       const std::vector<JobCase>& named = {});
 /// Reads a goal with a formula, whose derivatives follow from the formula itself.
 GoalReading read_goal(const Goal& goal, const ParameterValues& parameters);
 

@@ -41,7 +41,7 @@ class GradientChecker {
   /// The parameters that may move, then those that are formulas of them and what these change by.
   struct Columns {
     std::vector<std::string> parameters, all;
-    std::vector<VectorXd> chain;  ///< of each parameter: derivatives of the formulas
+    std::vector<VectorXd> chain;  ///< derivatives of the formulas along each parameter
 
     /// Derivative along parameter p, with the formulas that follow it, from the derivatives along
     /// all columns.
@@ -84,10 +84,10 @@ class GradientChecker {
   // the lowest of the screening frequencies has kinks: that of the mode which is the lowest here
   std::vector<std::optional<std::size_t>> screened_;
   MaybeNumbers here_;            ///< point by point, the quantities of each
-  std::vector<double> noise_;    ///< of the differences' numbers
-  std::vector<double> largest_;  ///< of each quantity along the path
+  std::vector<double> noise_;    ///< rounding of the differences' numbers
+  std::vector<double> largest_;  ///< largest size of each quantity along the path
   double stroke_ = 0, leaf_length_ = 0;
-  double load_at_rest_ = 0;  ///< of a small stroke, where the path is the state at rest alone
+  double load_at_rest_ = 0;  ///< that of a small stroke, where the path is the state at rest
 };
 
 }  // namespace flexopt

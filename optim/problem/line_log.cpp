@@ -45,10 +45,15 @@ std::optional<std::string> without_checksum(std::string_view line) {
   if (line.empty()) return std::nullopt;
   const char bracket = line.back();
   const std::size_t added = member(bracket, "00000000").size();
-  if (line.size() < added + 3) return std::nullopt;  // of a list or object that is not empty
+  if (line.size() < added + 3) return std::nullopt;  // a list or object that is not empty is longer
   std::string before(line.substr(0, line.size() - 1 - added));
   before += bracket;
   return with_checksum(before) == line ? std::optional(before) : std::nullopt;
+}
+
+// The heading of logs of this identity, with checksum and line break.
+std::string log_heading(const json& identity) {
+  return written(log_line({{heading, OrderedJson(identity)}}));
 }
 
 }  // namespace
@@ -66,10 +71,6 @@ std::string first_difference(const json& theirs, const json& ours) {
 
 std::string log_line(const OrderedJson& value) {
   return value.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
-}
-
-std::string log_heading(const json& identity) {
-  return written(log_line({{heading, OrderedJson(identity)}}));
 }
 
 json log_identity_of(const std::filesystem::path& path) {

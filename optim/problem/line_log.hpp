@@ -72,8 +72,6 @@ class LineLog {
   std::mutex mutex_;
 };
 
-/// The heading of logs of this identity, with checksum and line break.
-std::string log_heading(const nlohmann::json& identity);
 /// A whole log: the heading and these lines (without line breaks), each with its checksum.
 std::string log_text(const nlohmann::json& identity, const std::vector<std::string>& lines);
 /// Where two identities differ first: "/job/stroke/to was 0.02 and is 0.03".

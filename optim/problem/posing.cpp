@@ -329,7 +329,7 @@ std::vector<double> Posing::multipliers(const VectorXd& lambda) const {
     // have the same bound and the sign of their branch.
     const bool max_abs =
         problem_.goals()[row.goal].over_stroke == OverStroke::max_abs && row.entry >= 0;
-    const double relaxes = max_abs ? 1.0 : row.sign;  // of c's bound per unit of the job's bound
+    const double relaxes = max_abs ? 1.0 : row.sign;  // c's bound per unit of the job's bound
     result[row.goal - 1] +=
         -sense_ * scale(pose_.goal) * lambda[static_cast<Eigen::Index>(i)] * relaxes / row.scale;
   }

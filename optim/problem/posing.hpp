@@ -33,7 +33,7 @@ struct Bounds {
 struct Pose {
   std::size_t goal = 0;  ///< the objective
   bool maximise = true;
-  std::vector<Bounds> bounds;  ///< of the goals 1, 2, …
+  std::vector<Bounds> bounds;  ///< bounds of the goals 1, 2, …
   VectorXd lower, upper;       ///< box of scaled x; a variable with equal bounds is held
   std::optional<Correction> correction;
 };
@@ -102,7 +102,7 @@ class Posing {
   /// A design as an optimiser meets it.
   struct Seen {
     DesignValues values;              ///< corrected
-    MatrixXd derivatives;             ///< of all values by the free variables; or none
+    MatrixXd derivatives;             ///< derivatives of all values by the free variables; or none
     std::vector<Eigen::Index> first;  ///< value of each goal among all of them
     Candidate candidate;              ///< weighed
   };
@@ -137,11 +137,11 @@ class Posing {
   bool exact_ = false;  ///< derivatives are exact
   bool split_ = false;  ///< constraints are posed at each point
   double sense_ = 1;    ///< −1 to maximise
-  double weight_ = 0;   ///< of a tolerated violation, when designs are compared
+  double weight_ = 0;   ///< weight of a tolerated violation, when designs are compared
   std::vector<Row> rows_;
   std::vector<Eigen::Index> free_;   ///< variables that are not held
   std::vector<Eigen::Index> order_;  ///< the value (of all goals') that each entry stands for
-  MatrixXd last_derivatives_;        ///< of the entries at the last design
+  MatrixXd last_derivatives_;        ///< derivatives of the entries at the last design
   std::optional<Candidate> best_;
 };
 

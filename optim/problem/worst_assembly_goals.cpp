@@ -106,8 +106,7 @@ BoxLook WorstAssemblyGoals::values_at(const std::vector<StrokeSensitivity>& foun
     const double value = reading.values[point], side = side_of(plain_[g], value);
     const auto row = static_cast<Eigen::Index>(k);
     look.values[row] = side * value;
-    differentiated = differentiated &&
-                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
+    differentiated = differentiated && reading.differentiated();
     if (differentiated)
       look.rates.row(row) = side * reading.gradient.row(static_cast<Eigen::Index>(point));
   }
@@ -175,8 +174,7 @@ void WorstAssemblyGoals::add_candidates(std::size_t goal,
     const Candidate& one = all[std::min(k, all.size() - 1)];
     whole.values.push_back(one.of->values[one.entry]);
     if (one.of->gradient.rows() == 0) continue;
-    whole.gradient.conservativeResize(whole.gradient.rows() + 1, one.of->gradient.cols());
-    whole.gradient.bottomRows(1) = one.of->gradient.row(static_cast<Eigen::Index>(one.entry));
+    append_rows(whole.gradient, one.of->gradient.row(static_cast<Eigen::Index>(one.entry)));
   }
 }
 
@@ -231,8 +229,7 @@ WorstAssemblyGoals::Found WorstAssemblyGoals::read(const Design& design, const E
       }
       first += count;
     }
-    if (whole.gradient.rows() != static_cast<Eigen::Index>(whole.values.size()))
-      whole.gradient.resize(0, 0);
+    if (!whole.differentiated()) whole.gradient.resize(0, 0);
   }
   return found;
 }

@@ -55,7 +55,7 @@ struct BoxSearch {
 
 struct WorstPlaces {
   bool ok = false;
-  std::string message, reason;  ///< of the first place without numbers
+  std::string message, reason;  ///< why the first place without numbers has none
   /// For each number, the place where it is largest, then other local maxima that were found, in
   /// descending order; at least one, at most `BoxSearch::places`.
   std::vector<std::vector<VectorXd>> places;
@@ -93,7 +93,7 @@ class WorstAssemblyGoals {
   struct Design {
     const Mechanism& mechanism;
     const ModelOptions& model;
-    const std::vector<StrokeRequest>& requests;  ///< of all load cases
+    const std::vector<StrokeRequest>& requests;  ///< requests of all load cases
     /// Derivatives along the errors are exact; else central differences.
     bool exact = false;
   };
@@ -101,7 +101,7 @@ class WorstAssemblyGoals {
     bool ok = false;
     std::string message, reason;
     std::vector<GoalReading> goals;       ///< as all goals; empty of others
-    std::vector<std::string> parameters;  ///< of the gradients
+    std::vector<std::string> parameters;  ///< names that the gradients are by
   };
   Found read(const Design& design, const Evaluate& evaluate, bool gradient) const;
 
@@ -131,7 +131,7 @@ class WorstAssemblyGoals {
   std::vector<std::string> cases_;  ///< their names; of a job without several, one without
   std::vector<Goal> plain_;
   std::vector<std::size_t> which_;  ///< goals in question
-  std::vector<int> candidates_;     ///< of every goal
+  std::vector<int> candidates_;     ///< candidates of every goal at a point
 };
 
 }  // namespace flexopt

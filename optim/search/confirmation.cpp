@@ -57,7 +57,7 @@ class Confirming {
   const OptimiseSpec& spec_;
   Pose pose_;
   bool gradients_;
-  double weight_;  ///< of a violation within the tolerance
+  double weight_;  ///< weight of a violation within the tolerance
   std::vector<Start>& starts_;
 };
 
@@ -223,7 +223,7 @@ bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   const VectorXd lambda =
       least_squares_multipliers(x, p.lower, p.upper, here.c, here.df, here.dc).lambda;
   const VectorXd slope = here.df + here.dc.transpose() * lambda;
-  std::vector<VectorXd> normals;  // of what presses
+  std::vector<VectorXd> normals;  // normals of what presses
   for (Eigen::Index i = 0; i < lambda.size(); ++i)
     if (lambda[i] > pressing) normals.push_back(here.dc.row(i).transpose().normalized());
   for (Eigen::Index j = 0; j < x.size(); ++j)
@@ -277,7 +277,7 @@ VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   int cost = 0;
   const auto derivatives = book.derivatives(x, cost);
   if (!derivatives) return x + move;
-  std::vector<VectorXd> slopes;  // of the bounds that the design is at, in units of the reach
+  std::vector<VectorXd> slopes;  // slopes of bounds that are met, in units of the reach
   Eigen::Index first = static_cast<Eigen::Index>(at.values.goals[0].size());
   for (std::size_t g = 1; g < problem.goals().size(); ++g) {
     const Bounds& bounds = pose.bounds[g - 1];

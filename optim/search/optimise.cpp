@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "optim/problem/evaluation_book.hpp"
 #include "optim/search/stages.hpp"
 #include "optim/solvers/parallel.hpp"
 
@@ -34,20 +33,18 @@ int mark_agreeing(std::vector<StartSummary>& starts, const StartSummary& best) {
   int count = 0;
   for (StartSummary& s : starts) {
     s.agrees = best.feasible && s.feasible && objectives_agree(s.objective, best.objective);
-    count += s.agrees ? 1 : 0;
+    count += s.agrees;
   }
   return count;
 }
 
 /// The starts, each with its book.
-std::vector<Start> make_starts(const Campaign& campaign, std::vector<VectorXd> points) {
-  std::vector<Start> starts;
-  for (VectorXd& x : points) {
-    Start start;
-    start.book = std::make_unique<EvaluationBook>(
-        campaign.book(Stage::search, static_cast<int>(starts.size())));
-    start.from = std::move(x);
-    starts.push_back(std::move(start));
+std::vector<Start> make_starts(const Campaign& campaign, const std::vector<VectorXd>& points) {
+  std::vector<Start> starts(points.size());
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    starts[k].book =
+        std::make_unique<EvaluationBook>(campaign.book(Stage::search, static_cast<int>(k)));
+    starts[k].from = points[k];
   }
   return starts;
 }
@@ -57,7 +54,7 @@ std::string other_ends(const std::vector<StartSummary>& starts) {
   std::vector<std::string> ends;
   int agree = 0;
   for (const StartSummary& s : starts) {
-    agree += s.agrees ? 1 : 0;
+    agree += s.agrees;
     if (s.feasible && !s.agrees) ends.push_back(fmt::format("{} at {:.6g}", s.index, s.objective));
   }
   if (ends.empty()) return "";
@@ -131,9 +128,9 @@ class Optimisation {
   std::vector<Start> starts_;
   Confirmation confirmation_;
   Optimum optimum_;
-  std::vector<LoggedEvaluation> later_;  ///< of the stages behind the starts
-  std::vector<LoggedEvaluation> stock_;  ///< of stock sizes: they stand behind the correction's
-  std::string why_differences_at_end_;   ///< of the answer's derivatives
+  std::vector<LoggedEvaluation> later_;  ///< evaluations of the stages behind the starts
+  std::vector<LoggedEvaluation> stock_;  ///< those of stock sizes stand behind the correction's
+  std::string why_differences_at_end_;   ///< why the answer's derivatives are differences
 };
 
 Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
@@ -152,14 +149,14 @@ Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
 
 std::vector<VectorXd> Optimisation::points() {
   if (spec_.search == SearchKind::starts) return start_points(problem_, campaign_.scales);
-  ScreeningOptions how;
-  if (!options_.log.empty()) how.log = screening_log(options_.log);
-  how.overwrite_log = options_.overwrite_log;
-  how.version = options_.version;
-  how.threads = options_.threads;
-  how.sharing = options_.sharing;
-  how.progress = options_.screening_progress;
-  Screening found = screen(job_, options_.evaluators, how);
+  const bool logged = !options_.log.empty();
+  Screening found = screen(job_, options_.evaluators,
+                           {.log = logged ? screening_log(options_.log) : options_.log,
+                            .overwrite_log = options_.overwrite_log,
+                            .version = options_.version,
+                            .threads = options_.threads,
+                            .progress = options_.screening_progress,
+                            .sharing = options_.sharing});
   optimum_.screening = std::move(found.report);
   return std::move(found.starts);
 }
@@ -371,10 +368,7 @@ void Optimisation::close_log() {
 
 Optimum Optimisation::run() {
   search_from_starts();
-  if (std::optional<Chosen> answer = best_end()) {
-    Start& start = best_start();
-    finish(start, *std::move(answer));
-  }
+  if (std::optional<Chosen> answer = best_end()) finish(best_start(), *std::move(answer));
   if (campaign_.workers) campaign_.workers->end_stage();
   tell_gradients();
   close_log();
@@ -383,12 +377,8 @@ Optimum Optimisation::run() {
 
 /// The work of a process that follows: designs as the leader asks for them.
 void help_optimise(const Job& job, const OptimiseOptions& options) {
-  if (job.optimise->search == SearchKind::global) {
-    ScreeningOptions how;
-    how.threads = options.threads;
-    how.sharing = options.sharing;
-    screen(job, options.evaluators, how);
-  }
+  if (job.optimise->search == SearchKind::global)
+    screen(job, options.evaluators, {.threads = options.threads, .sharing = options.sharing});
   answer_evaluations(*options.sharing->workers(), DesignProblem(job, options.evaluators));
 }
 
@@ -396,11 +386,9 @@ void help_optimise(const Job& job, const OptimiseOptions& options) {
 
 Optimum optimise(const Job& job, const OptimiseOptions& options) {
   assert(job.optimise);
-  if (options.sharing && options.sharing->follows()) {
-    help_optimise(job, options);
-    return {};
-  }
-  return Optimisation(job, options).run();
+  if (!options.sharing || !options.sharing->follows()) return Optimisation(job, options).run();
+  help_optimise(job, options);
+  return {};
 }
 
 }  // namespace flexopt

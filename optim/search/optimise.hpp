@@ -3,7 +3,6 @@
 // sequence, and the clusters of the good ones among them.
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,7 +23,7 @@ struct ScreeningProgress {
 struct ScreeningOptions {
   std::filesystem::path log;   ///< resumed from where it exists; empty: none
   bool overwrite_log = false;  ///< start anew instead of resuming
-  std::string version;         ///< of the program; a log of another version is refused
+  std::string version;         ///< the program's; a log of another version is refused
   int threads = 1;             ///< the result does not depend on it
   std::function<void(const ScreeningProgress&)> progress;  ///< one at a time, from any thread
   Sharing* sharing = nullptr;  ///< with whom the designs are shared; null: nobody
@@ -59,7 +58,7 @@ int screened_so_far(const std::filesystem::path& log);
 struct OptimiseOptions {
   std::filesystem::path log;   ///< evaluations.jsonl; resumed from where it exists; empty: none
   bool overwrite_log = false;  ///< start anew instead of resuming
-  std::string version;         ///< of the program; a log of another version is refused
+  std::string version;         ///< the program's; a log of another version is refused
   int threads = 1;             ///< the result does not depend on it
   ProgressCallback progress;   ///< after each evaluation, one at a time, from any thread
   /// Called during the screening of a global search, which comes first; otherwise as `progress`.

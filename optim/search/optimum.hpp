@@ -1,6 +1,5 @@
 #pragma once
 // What an optimisation returns. Plain data, named as in result.json.
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,7 +49,7 @@ struct VerificationLoop {
   std::string message;
   int iterations = 0;     ///< corrected searches
   double tolerance = 0;   ///< largest difference that was asked for
-  double difference = 0;  ///< of the last model that proposed the optimum
+  double difference = 0;  ///< error of the last model that proposed the optimum
   /// Residual of the first-order conditions of full accuracy at its end, where both models have
   /// exact derivatives.
   std::optional<double> kkt;
@@ -60,8 +59,8 @@ struct VerificationLoop {
 /// The optimum evaluated again at full accuracy. Where that found no equilibrium, `response` says
 /// so and there are no values. Differences: reduced / full − 1, reduced − full where full is 0.
 struct Verification {
-  StrokeResponse response;            ///< of several load cases that of the first
-  std::vector<StrokeResponse> cases;  ///< of all of them, where there are several
+  StrokeResponse response;            ///< the response, of the first of several load cases
+  std::vector<StrokeResponse> cases;  ///< responses of all load cases, where there are several
   /// The response, or the first one of the cases that has no equilibrium.
   const StrokeResponse& outcome() const;
   std::optional<VerificationLoop> loop;  ///< where the job asks for it
@@ -73,7 +72,7 @@ struct Verification {
 
 /// A neighbouring design of stock sizes, its other variables optimised again.
 struct StockDesign {
-  ParameterValues sizes;       ///< of the stock variables
+  ParameterValues sizes;       ///< sizes of the stock variables
   ParameterValues parameters;  ///< all of the family's
   bool ok = false, feasible = false;
   double objective = 0, violation = 0;
@@ -86,8 +85,8 @@ struct StockSearch {
   double continuous_objective = 0;
   int neighbours = 0;                ///< combinations of the next smaller and larger sizes
   std::vector<StockDesign> designs;  ///< those optimised, in the order in which they were
-  int chosen = -1;                   ///< of these; −1: none is feasible
-  int tried = 0;                     ///< combinations of sizes that were evaluated
+  int chosen = -1;       ///< place of the chosen design among these; −1: none is feasible
+  int tried = 0;         ///< combinations of sizes that were evaluated
   bool settled = false;  ///< no combination one step from the chosen one in each size is better
   std::string message;   ///< what was tried, and of the chosen design's own search
 };
@@ -119,18 +118,18 @@ struct SearchedCluster {
   ParameterValues from;
   double objective = 0, violation = 0;  ///< on reduced leaves
   bool feasible = false;
-  int designs = 0;      ///< of the good ones that belong to it
+  int designs = 0;      ///< number of good designs that belong to it
   double distance = 0;  ///< to the nearest better design, in the unit box; ∞: there is none
 };
 
 /// What the screening of a global search found.
 struct ScreeningReport {
   int designs = 0;
-  int evaluated = 0, ruled_out = 0, failed = 0;  ///< of these; ruled out by formulas
-  int feasible = 0, nearly_feasible = 0;         ///< of those evaluated; bounds missed by ≤ 10 %
-  bool looked_up = false;                        ///< its leaves in an atlas
-  std::vector<ScreeningCount> failures;  ///< why designs have no values, most frequent first
-  std::vector<ScreeningCount> violated;  ///< constraints that evaluated designs miss
+  int evaluated = 0, ruled_out = 0, failed = 0;  ///< numbers of these; ruled out by formulas
+  int feasible = 0, nearly_feasible = 0;  ///< numbers of those evaluated; bounds missed by ≤ 10 %
+  bool looked_up = false;                 ///< its leaves in an atlas
+  std::vector<ScreeningCount> failures;   ///< why designs have no values, most frequent first
+  std::vector<ScreeningCount> violated;   ///< constraints that evaluated designs miss
   int clusters = 0;
   std::vector<SearchedCluster> searched;  ///< in the order of the starts
 };
@@ -173,14 +172,14 @@ struct Optimum {
   int evaluations = 0, failed_evaluations = 0;
   int best_start = 0, agreeing_starts = 0;
   std::vector<StartSummary> starts;
-  std::optional<ScreeningReport> screening;  ///< of a global search
-  std::vector<FoundOptimum> optima;          ///< of a global search: different ends, best first
+  std::optional<ScreeningReport> screening;  ///< what a global search screened
+  std::vector<FoundOptimum> optima;          ///< different ends of a global search, best first
   std::optional<StockSearch> stock;
   std::optional<ParetoFront> pareto;
   /// Response at the optimum, by the model that gives objective and constraints: the job's own, or
   /// that at full accuracy.
-  StrokeResponse response;            ///< of several load cases that of the first
-  std::vector<StrokeResponse> cases;  ///< of all of them, where there are several
+  StrokeResponse response;            ///< the response, of the first of several load cases
+  std::vector<StrokeResponse> cases;  ///< responses of all load cases, where there are several
   std::optional<Verification> verified;
   std::vector<Sensitivity> sensitivities;
   std::vector<EvaluationRecord> history;  ///< in the order start, number

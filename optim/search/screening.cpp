@@ -18,7 +18,7 @@ namespace {
 using nlohmann::json;
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr double nearly = 0.1;  // of a bound: a design that misses none by more is nearly feasible
+constexpr double nearly = 0.1;  // a design that misses no bound by more is nearly feasible
 constexpr const char* missed_formulas = "formulas missed by more than half of their bounds";
 
 /// One design of a screening.

@@ -144,7 +144,7 @@ void Search::take(const Posing& posing, const OptimiserSummary& summary) {
     passed_by_ = end && !posing.as_good(*end, *found);
     if (end && !passed_by_) found = end;
   }
-  // the same design as the objective sees it, whatever the aim was
+  // the design as the objective sees it, whatever the aim was
   if (objective_->better(*found, *result_.best)) result_.best = found;
 }
 
@@ -297,7 +297,7 @@ std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& 
 
 std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
                                     const Pose& pose, const Candidate& at) {
-  constexpr double holds = 0.1, presses = 1e-4;  // of multipliers whose sum is 1
+  constexpr double holds = 0.1, presses = 1e-4;  // shares of multipliers whose sum is 1
   if (at.violation <= 0 || !problem.differentiable()) return std::nullopt;
   Posing posing(problem, book, pose, true, Aim::feasibility, at.violation);
   const Problem p = posing.problem();

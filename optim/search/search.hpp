@@ -24,7 +24,7 @@ struct Campaign {
 struct SearchOptions {
   int max_evaluations = 500;
   bool warm = false;     ///< the start is near the optimum
-  VectorXd multipliers;  ///< of the pose's rows at the start, where they are known
+  VectorXd multipliers;  ///< multipliers of the pose's rows at the start, where they are known
 };
 
 struct SearchResult {
@@ -44,8 +44,8 @@ SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Po
 
 /// How far a design is from the first-order conditions of a pose, in the book's scales.
 struct Balance {
-  double residual = 0, gap = 0;     ///< of `Multipliers`
-  std::vector<double> multipliers;  ///< of the goals 1, 2, …, SI
+  double residual = 0, gap = 0;     ///< as in `Multipliers`
+  std::vector<double> multipliers;  ///< multipliers of the goals 1, 2, …, SI
 };
 /// Balance of the first-order conditions at a design; nothing where the derivatives are not known,
 /// or nothing varies.

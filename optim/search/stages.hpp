@@ -54,7 +54,7 @@ ParetoOutcome search_front(const Campaign& campaign, const EvaluationBook& known
 /// A stage's outcome: what is reported, and the design to go on with.
 struct StockOutcome {
   StockSearch report;
-  Pose pose;            ///< of the chosen design: the stock variables held
+  Pose pose;            ///< pose of the chosen design: the stock variables held
   SearchResult chosen;  ///< nothing in `best` where none is feasible
   std::vector<LoggedEvaluation> evaluations;
 };
@@ -80,7 +80,7 @@ struct VerificationOutcome {
   /// Best design with its values at full accuracy; nothing where full accuracy has none.
   std::optional<Candidate> best;
   Pose pose;                        ///< with the correction that holds there
-  std::vector<double> multipliers;  ///< of the goals 1, 2, …, from the corrected search
+  std::vector<double> multipliers;  ///< multipliers of the goals 1, 2, …, from the corrected search
   std::vector<LoggedEvaluation> evaluations;
 };
 
@@ -138,7 +138,7 @@ VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& 
 struct Chosen {
   Pose pose;
   Candidate best;
-  std::vector<double> multipliers;  ///< of the goals 1, 2, …; empty where unknown
+  std::vector<double> multipliers;  ///< multipliers of the goals 1, 2, …; empty where unknown
 };
 
 /// Parameters, objective, constraints and status of the answer, where it is feasible

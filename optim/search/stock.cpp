@@ -138,7 +138,7 @@ class Sizes {
   const Pose& pose_;
   EvaluationBook book_;
   std::set<std::vector<double>> tried_;  ///< scaled sizes
-  std::optional<Candidate> best_;        ///< of all: feasible, or the least violated
+  std::optional<Candidate> best_;        ///< best of all: feasible, or the least violated
   StockOutcome outcome_;
 };
 

@@ -63,7 +63,7 @@ class Loop {
   VerificationOutcome outcome_;
   std::string failure_;
   std::optional<Full> here_;        ///< the accepted design
-  std::optional<Correction> last_;  ///< of the model before
+  std::optional<Correction> last_;  ///< correction of the model before
   double region_ = first_region;    ///< half width of the trust region
 };
 

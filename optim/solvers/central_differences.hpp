@@ -2,7 +2,6 @@
 // Derivatives of a design's values with respect to the scaled variables by central differences.
 #include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/math/types.hpp"

@@ -5,7 +5,7 @@
 namespace flexopt {
 
 struct Multipliers {
-  VectorXd lambda;  ///< of c ≤ 0, each ≥ 0
+  VectorXd lambda;  ///< multipliers of c ≤ 0, each ≥ 0
   /// How far the first-order conditions are from holding: the largest |∇f + Σ λ ∇c| and |λ c|,
   /// bounds of x counted among c.
   double residual = 0;

@@ -107,9 +107,9 @@ class Run {
   Trials& trials_;
   const Entry& entry_;
   std::optional<nlopt::algorithm> local_;
-  VectorXd lambda_;  ///< of the augmented Lagrangian
+  VectorXd lambda_;  ///< multipliers of the augmented Lagrangian
   double rho_ = 10;  ///< its penalty
-  VectorXd best_x_;  ///< of the current augmented Lagrangian
+  VectorXd best_x_;  ///< best point of the current augmented Lagrangian
   double best_ = 0;
 };
 

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <exception>
 #include <mutex>
 #include <vector>
 
@@ -50,6 +49,10 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work,
     const std::lock_guard lock(mutex);
     progress(++done, count);
   });
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 }  // namespace flexopt

@@ -1,5 +1,6 @@
 #pragma once
-// A loop over threads.
+// A loop over threads, and the clock.
+#include <chrono>
 #include <exception>
 #include <functional>
 
@@ -22,5 +23,8 @@ using LoopProgress = std::function<void(int done, int total)>;
 /// exceptions of the work.
 void parallel_for(int count, int threads, const std::function<void(int)>& work,
                   const LoopProgress& progress);
+
+/// Seconds that have passed by the clock.
+double seconds_since(std::chrono::steady_clock::time_point begin);
 
 }  // namespace flexopt

@@ -33,7 +33,7 @@ struct Problem {
 
 struct OptimiserOptions {
   std::string library = "nlopt", name = "LN_COBYLA";
-  std::string local;          ///< of AUGLAG and MLSL; empty: their default
+  std::string local;          ///< what runs inside AUGLAG and MLSL; empty: their default
   int max_evaluations = 500;  ///< sum of Value::cost
   /// Relative change of x and f that ends a search without gradients. One with gradients ends
   /// where the first-order conditions hold to a tenth of it (Multipliers::residual).

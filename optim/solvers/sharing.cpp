@@ -1,7 +1,6 @@
 #include "optim/solvers/sharing.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <mutex>
 #include <sstream>
 
@@ -113,8 +112,7 @@ void Sharing::run(const std::vector<int>& units, int threads,
       for (std::vector<int> some = hand.next(); !some.empty(); some = hand.next()) {
         const auto begin = std::chrono::steady_clock::now();
         const std::vector<std::string> yields = unpacked(workers_->ask(words(some), here));
-        hand.done(some.size(),
-                  std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+        hand.done(some.size(), seconds_since(begin));
         for (std::size_t i = 0; i < some.size(); ++i) keep(some[i], yields.at(i));
       }
     } catch (...) {

@@ -75,7 +75,7 @@ class Trials {
   long calls_ = 0;
   bool watches_ = false;  ///< looks for an optimum in each gradient
   bool stopped_ = false, enough_ = false;
-  std::optional<Multipliers> stationary_;  ///< of the best point, where that ended it
+  std::optional<Multipliers> stationary_;  ///< multipliers of the best point, where they ended it
   std::exception_ptr error_;
 };
 

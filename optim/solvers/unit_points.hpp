@@ -24,7 +24,7 @@ std::vector<VectorXd> grid_points(const std::vector<int>& counts);
 /// For points sorted from the best to the worst, the nearest better point of each.
 struct NearestBetter {
   std::vector<int> point;        ///< its place in the list; of the very best its own
-  std::vector<double> distance;  ///< of the very best: ∞
+  std::vector<double> distance;  ///< distance; ∞ for the very best
   double mean = 0;               ///< distance of all but the very best
 };
 NearestBetter nearest_better(const std::vector<VectorXd>& points);

@@ -18,7 +18,7 @@ struct WorstAssembly {
   std::vector<AssemblyError> misalignment;  ///< beside the job's own
   /// Other places of the box that are as bad but for rounding, of those that were looked at.
   std::vector<std::vector<AssemblyError>> as_bad;
-  int evaluations = 0;  ///< of paths
+  int evaluations = 0;  ///< number of paths evaluated
   std::string reason;   ///< where something in the box has no value
 };
 

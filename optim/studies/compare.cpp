@@ -19,6 +19,12 @@ using OrderedJson = nlohmann::ordered_json;
 
 namespace {
 
+/// evaluations.jsonl → evaluations.seconds.jsonl
+std::filesystem::path seconds_log(const std::filesystem::path& log) {
+  std::filesystem::path beside = log;
+  return beside.replace_extension(".seconds.jsonl");
+}
+
 using Quantities = std::vector<ComparedQuantity>;
 
 OrderedJson point_json(const Quantities& quantities, const ComparedPoint& p) {
@@ -124,10 +130,6 @@ struct Logs {
                 [&](const std::string& line) { book.read_seconds(line); }) {}
 };
 
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
 /// Adds a load case; what it says is said with its name.
 void append(StrokeResponse of_case, const std::string& name, StrokeResponse& whole) {
   std::ranges::move(of_case.path, std::back_inserter(whole.path));
@@ -172,12 +174,27 @@ std::string seconds_line(int design, int model, const EvaluationSeconds& seconds
       {{"design", design}, {"model", model}, {"path", seconds.path}, {"total", seconds.total}});
 }
 
-}  // namespace
-
-std::filesystem::path seconds_log(const std::filesystem::path& log) {
-  std::filesystem::path beside = log;
-  return beside.replace_extension(".seconds.jsonl");
+/// What all paths say, which are in the logs from then on in the order of the designs.
+CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
+  const int width = static_cast<int>(book.width);
+  CompareRun run;
+  run.seconds.resize(book.width);
+  std::vector<std::string> values, seconds;
+  for (std::size_t k = 0; k < book.paths.size(); ++k) {
+    values.push_back(line_of(book.quantities, *book.paths[k]));
+    if (!book.seconds[k]) continue;
+    run.seconds[k % book.width].path += book.seconds[k]->path;
+    run.seconds[k % book.width].total += book.seconds[k]->total;
+    seconds.push_back(
+        seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
+  }
+  logs.seconds.finish(seconds);
+  logs.values.finish(values);
+  run.comparison = make_comparison(job, book.paths, book.seconds);
+  return run;
 }
+
+}  // namespace
 
 void check_compare_log(const Job& job, const std::filesystem::path& log,
                        const std::string& version) {
@@ -235,21 +252,7 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
   if (sharing.shard()) throw ShardEnds();
   if (!sharing.complete()) return {};
 
-  CompareRun run;
-  run.seconds.resize(book.width);
-  std::vector<std::string> values, seconds;
-  for (std::size_t k = 0; k < book.paths.size(); ++k) {
-    values.push_back(line_of(book.quantities, *book.paths[k]));
-    if (!book.seconds[k]) continue;
-    run.seconds[k % book.width].path += book.seconds[k]->path;
-    run.seconds[k % book.width].total += book.seconds[k]->total;
-    seconds.push_back(
-        seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
-  }
-  logs->seconds.finish(seconds);
-  logs->values.finish(values);
-  run.comparison = make_comparison(job, book.paths, book.seconds);
-  return run;
+  return concluded(job, book, *logs);
 }
 
 Comparison compare_logged(const Job& job, const std::filesystem::path& log) {

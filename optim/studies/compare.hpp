@@ -11,13 +11,13 @@ namespace flexopt {
 
 struct CompareProgress {
   int evaluations = 0, total = 0;  ///< design and model pairs
-  int failed = 0, replayed = 0;    ///< of the evaluations; replayed: read from the log
+  int failed = 0, replayed = 0;    ///< numbers of the evaluations; replayed: read from the log
 };
 
 struct CompareOptions {
   std::filesystem::path log;   ///< evaluations.jsonl; resumed from where it exists; empty: none
   bool overwrite_log = false;  ///< start anew instead of resuming
-  std::string version;         ///< of the program; a log of another version is refused
+  std::string version;         ///< the program's; a log of another version is refused
   int threads = 1;             ///< no number depends on it but the seconds
   std::function<void(const CompareProgress&)> progress;  ///< one at a time, from any thread
   StrokeEvaluator evaluator = evaluate_stroke;
@@ -30,7 +30,7 @@ struct CompareRun {
 };
 
 /// Runs the job's comparison. Throws SpecError for wrong input; all else is accounted for design by
-/// design. The log has the numbers alone; their seconds are in a file beside it (seconds_log), so
+/// design. The log has the numbers alone; their seconds are in a file beside it, so
 /// that the log is the same for the same job, killed and resumed or not.
 /// A process that follows a leader works for it and returns nothing; throws ShardEnds where the run
 /// is a shard.
@@ -38,9 +38,6 @@ CompareRun compare(const Job& job, const CompareOptions& options = {});
 
 /// What the log of an interrupted run tells so far.
 Comparison compare_logged(const Job& job, const std::filesystem::path& log);
-
-/// evaluations.jsonl → evaluations.seconds.jsonl
-std::filesystem::path seconds_log(const std::filesystem::path& log);
 
 /// Opens and reads the logs of this very job as `compare` would. Throws SpecError where it would.
 void check_compare_log(const Job& job, const std::filesystem::path& log,

@@ -101,7 +101,7 @@ class TwoPaths {
   }
 
  private:
-  static constexpr double nothing = 1e-6;  // of the largest: rounding of what is zero by symmetry
+  static constexpr double nothing = 1e-6;  // rounding over the largest, of what is zero by symmetry
   const ComparedPath &model_, &full_;
   PathErrors& found_;
   std::vector<std::size_t> both_;

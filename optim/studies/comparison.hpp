@@ -46,7 +46,7 @@ struct ComparedPath {
   int design = 0;
   int model = 0;                ///< 0: full accuracy; then the job's models from 1
   std::string message;          ///< why not every point was reached; empty otherwise
-  std::string fallback_reason;  ///< of the first point that has one
+  std::string fallback_reason;  ///< reason of the first point that has one
   std::vector<ComparedPoint> points;
 
   int converged() const;
@@ -68,7 +68,7 @@ ComparedPath failed_path(int design, int model, std::string message);
 /// One number's relative error, ≥ 0.
 struct PointError {
   int quantity = 0;  ///< place among the compared ones
-  int part = -1;     ///< of those with parts
+  int part = -1;     ///< place among the parts, of those with parts
   int design = 0, point = 0;
   double value = 0;
 };
@@ -78,7 +78,7 @@ struct MissingNumber {
   int quantity = 0, part = -1;
   int design = 0, point = 0;
   bool in_model = false;  ///< the model lacks it; otherwise full accuracy does
-  std::string reason;     ///< of the one that lacks it, where it gives one
+  std::string reason;     ///< reason of the one that lacks it, where it gives one
 };
 
 struct PathErrors {
@@ -94,7 +94,7 @@ PathErrors errors_of(const std::vector<ComparedQuantity>& quantities, const Comp
                      const ComparedPath& full);
 
 struct ErrorFigures {
-  int count = 0;               ///< of compared numbers
+  int count = 0;               ///< number of compared numbers
   double worst = 0;            ///< the largest
   double p99 = 0, median = 0;  ///< percentiles, linear between the sorted values
   int worst_design = 0, worst_point = 0;

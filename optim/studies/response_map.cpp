@@ -29,11 +29,11 @@ Job posed(const Job& job, const MapSpec& map, const ParameterValues& parameters)
   OptimiseSpec& spec = posed.optimise.emplace();
   spec.variables.assign(map.parameters.begin(), map.parameters.end());
   const Constraint& first = map.quantities.front();
-  const bool least = first.over_stroke == OverStroke::min;  // of several load cases
+  const bool least = first.over_stroke == OverStroke::min;  // which of several load cases counts
   spec.objective = {least, first.quantity, first.expression, first.over_stroke, first.load_case,
                     {}};
   spec.constraints.assign(map.quantities.begin() + 1, map.quantities.end());
-  for (Constraint& c : spec.constraints)  // of several load cases the least is the worst
+  for (Constraint& c : spec.constraints)  // the least is the worst of several load cases
     if (c.over_stroke == OverStroke::min) c.min = std::numeric_limits<double>::lowest();
   if (job.map_goals) {
     const OptimiseSpec goals = without_margins(*job.map_goals);
@@ -45,7 +45,7 @@ Job posed(const Job& job, const MapSpec& map, const ParameterValues& parameters)
 
 /// What one design yields.
 struct Mapped {
-  std::vector<double> values;  ///< of the quantities; empty where it failed
+  std::vector<double> values;  ///< values of the quantities; empty where it failed
   double margin = 0;
   std::string failure;
 };
@@ -79,12 +79,12 @@ std::string loop_of(const MapSpec& map, const ParameterValues& parameters) {
   return loop_name("designs of a map", says.dump());
 }
 
-OrderedJson yield_of(const Mapped& mapped) {
+OrderedJson packed_place(const Mapped& mapped) {
   const bool bounded = std::isfinite(mapped.margin);  // without constraints there is no margin
   return {mapped.values, bounded ? OrderedJson(mapped.margin) : OrderedJson(), mapped.failure};
 }
 
-Mapped read_place(const nlohmann::json& yield) {
+Mapped unpacked_place(const nlohmann::json& yield) {
   Mapped mapped;
   yield.at(0).get_to(mapped.values);
   if (!yield.at(1).is_null()) yield.at(1).get_to(mapped.margin);
@@ -105,16 +105,9 @@ ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValu
     const Variables at = problem.variables(grid[static_cast<std::size_t>(i)]);
     return evaluate(problem, at, map.quantities.size(), scales);
   };
-  const auto place = [&](int i) -> Mapped& { return designs[static_cast<std::size_t>(i)]; };
-  const auto count = static_cast<int>(grid.size());
   ResponseMap found;
-  if (!shared)
-    parallel_for(
-        count, threads, [&](int i) { place(i) = work(i); }, progress);
-  else if (!shared->run(
-               loop_of(map, parameters), count, threads, progress,
-               [&](int i) { return yield_of(work(i)); },
-               [&](int i, const nlohmann::json& yield) { place(i) = read_place(yield); }))
+  if (!run_units(shared, loop_of(map, parameters), threads, progress, designs, work, packed_place,
+                 unpacked_place))
     return found;
   const auto [rows, columns] = map.points;
   for (int i = 0; i < rows; ++i)
@@ -133,8 +126,7 @@ ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValu
     for (std::size_t q = 0; q < found.quantities.size(); ++q)
       found.quantities[q].push_back(ok ? std::optional(of.values[q]) : std::nullopt);
     if (bounded) found.margin.push_back(ok ? std::optional(of.margin) : std::nullopt);
-    if (ok) continue;
-    if (found.failed++ > 0) continue;
+    if (ok || found.failed++ > 0) continue;
     const Variables at = problem.variables(grid[d]);
     found.first_failure = fmt::format("{} = {:.6g}, {} = {:.6g}: {}", map.parameters[0].parameter,
                                       at[0], map.parameters[1].parameter, at[1], of.failure);

@@ -76,7 +76,7 @@ std::vector<Sample> make_samples(const Job& job) {
     largest_stroke.emplace(spec.largest_stroke.formula, spec.largest_stroke.may_use,
                            spec.largest_stroke.pointer);
   double furthest = 0;
-  std::vector<double> points;  // of all load cases
+  std::vector<double> points;  // points of all load cases
   std::vector<VectorXd> strokes;
   for (const JobCase& one : cases_of(job)) {
     points.insert(points.end(), one.request.points.begin(), one.request.points.end());

@@ -30,15 +30,15 @@ struct SampledDesign {
 
 using OrderedJson = nlohmann::ordered_json;
 
-OrderedJson yield_of(const SampledDesign& sample) {
+OrderedJson packed_design(const SampledDesign& sample) {
   OrderedJson quantities = OrderedJson::array();
-  for (const std::optional<double>& value :
-       sample.quantities)  // those that are not finite do not count
+  // those that are not finite do not count
+  for (const std::optional<double>& value : sample.quantities)
     quantities.push_back(value && std::isfinite(*value) ? OrderedJson(*value) : OrderedJson());
   return {sample.failure, std::move(quantities), sample.goals};
 }
 
-SampledDesign read_design(const nlohmann::json& yield) {
+SampledDesign unpacked_design(const nlohmann::json& yield) {
   SampledDesign sample;
   yield.at(0).get_to(sample.failure);
   for (const nlohmann::json& value : yield.at(1))
@@ -73,15 +73,10 @@ class Study {
   void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
   void sample(int threads, const LoopProgress& progress, SharedUnits* shared,
               ToleranceReport& report) const;
-  /// Whether all are known then.
-  bool evaluate_all(const std::vector<VectorXd>& points, int threads, const LoopProgress& progress,
-                    SharedUnits* shared, const ToleranceReport& report,
-                    std::vector<SampledDesign>& designs) const;
   SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
   /// Values and their slopes, part by part; no rows where one is missing.
   GoalReading read(const Goal& goal, const ParameterValues& parameters,
-                   const std::vector<StrokeSensitivity>& found,
-                   const std::vector<StrokeRequest>& requests) const;
+                   const std::vector<StrokeSensitivity>& found) const;
   /// ToleranceSlopes in rows, from derivatives along the named parameters in rows.
   MatrixXd slopes(const std::vector<std::string>& names, const MatrixXd& gradients) const {
     return gradients * tolerance_changes(spec_.entries, names, parameters_);
@@ -95,7 +90,7 @@ class Study {
   ModelOptions model_;
   std::vector<std::string> names_;  ///< parameters that deviate
   std::vector<Goal> goals_;
-  std::vector<StrokeRequest> requests_;  ///< of each load case
+  std::vector<StrokeRequest> requests_;  ///< the request of each load case
 };
 
 Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptions& model)
@@ -110,12 +105,9 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
   if (spec_.goals) {
     job_.optimise = spec_.goals;
     job_.optimise->pareto.reset();
-    for (Constraint& c : job_.optimise->constraints) {  // the study says itself what they bear
+    for (Constraint& c : job_.optimise->constraints)  // the study says itself what they bear
       c.label.resize(c.label.size() - label_suffix(c.margin, c.worst_assembly).size());
-      c.margin = {};
-      c.worst_assembly = false;
-    }
-    job_.optimise->objective.worst_assembly = false;
+    job_.optimise = without_margins(*std::move(job_.optimise));
     job_.design.parameters = parameters_;  // what formulas may use
     goals_ = make_goals(job_);
   }
@@ -128,34 +120,15 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
 }
 
 GoalReading Study::read(const Goal& goal, const ParameterValues& parameters,
-                        const std::vector<StrokeSensitivity>& found,
-                        const std::vector<StrokeRequest>& requests) const {
-  if (goal.expression) {
-    GoalReading reading = read_goal(goal, parameters);
-    if (reading.gradient.rows() == 0) return reading;
-    reading.gradient = slopes(goal.expression->names(), reading.gradient);
-    return reading;
-  }
-  GoalReading whole;
-  whole.ok = true;
-  bool differentiated = true;
-  for (const GoalPart& part : goal.parts) {
-    const StrokeSensitivity& of = found[part.load_case];
-    const GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
-                                          of.gradients ? &*of.gradients : nullptr);
-    if (!reading.ok) return reading;
-    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
-    differentiated = differentiated &&
-                     reading.gradient.rows() == static_cast<Eigen::Index>(reading.values.size());
-    if (!differentiated) continue;
-    const Eigen::Index before = whole.gradient.rows();
-    whole.gradient.conservativeResize(before + reading.gradient.rows(),
-                                      static_cast<Eigen::Index>(spec_.entries.size()));
-    whole.gradient.bottomRows(reading.gradient.rows()) =
-        slopes(of.gradients->parameters, reading.gradient);
-  }
-  if (!differentiated) whole.gradient.resize(0, 0);
-  return whole;
+                        const std::vector<StrokeSensitivity>& found) const {
+  GoalReading reading =
+      goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests_);
+  if (reading.gradient.rows() > 0)
+    reading.gradient =
+        slopes(goal.expression ? goal.expression->names()
+                               : found[goal.parts.front().load_case].gradients->parameters,
+               reading.gradient);
+  return reading;
 }
 
 void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
@@ -168,7 +141,7 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     of.quantity = goal.quantity;
     if (goal.expression) of.expression = goal.expression->text();
     if (g > 0) of.min = spec.constraints[g - 1].min, of.max = spec.constraints[g - 1].max;
-    const GoalReading reading = read(goal, parameters_, found, requests_);
+    const GoalReading reading = read(goal, parameters_, found);
     if (!reading.ok) {
       report.message +=
           fmt::format("{}{}: {}", report.message.empty() ? "" : "; ", goal.label, reading.message);
@@ -186,7 +159,7 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     if (of.room && (!report.room || *of.room < *report.room))
       report.room = of.room, report.room_of = of.label;
   }
-  // of what is not known in all constraints nothing is said
+  // room that is not known of all constraints is not told
   if (std::ranges::any_of(report.goals, [](const ToleratedGoal& g) { return !g.number.slopes; }))
     report.room.reset(), report.room_of.clear();
 }
@@ -271,7 +244,7 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
   for (const ToleratedQuantity& q : report.quantities)
     sample.quantities.push_back(value_of(found[q.load_case].response.path[q.point], q.name));
   for (const Goal& goal : goals_) {
-    const GoalReading reading = read(goal, values, found, requests_);
+    const GoalReading reading = read(goal, values, found);
     if (!reading.ok) {
       sample.goals.clear();
       if (sample.failure.empty()) sample.failure = reading.message;
@@ -282,32 +255,18 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
   return sample;
 }
 
-bool Study::evaluate_all(const std::vector<VectorXd>& points, int threads,
-                         const LoopProgress& progress, SharedUnits* shared,
-                         const ToleranceReport& report, std::vector<SampledDesign>& designs) const {
-  designs.resize(points.size());
-  const auto count = static_cast<int>(points.size());
-  const auto work = [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); };
-  const auto place = [&](int i) -> SampledDesign& { return designs[static_cast<std::size_t>(i)]; };
-  if (!shared) {
-    parallel_for(
-        count, threads, [&](int i) { place(i) = work(i); }, progress);
-    return true;
-  }
-  const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
-  return shared->run(
-      loop_name("sampled designs", about.dump()), count, threads, progress,
-      [&](int i) { return yield_of(work(i)); },
-      [&](int i, const nlohmann::json& yield) { place(i) = read_design(yield); });
-}
-
 void Study::sample(int threads, const LoopProgress& progress, SharedUnits* shared,
                    ToleranceReport& report) const {
   if (spec_.samples == 0) return;
   const std::vector<VectorXd> points =
       latin_hypercube_points(static_cast<int>(spec_.entries.size()), spec_.samples, spec_.seed);
-  std::vector<SampledDesign> designs;
-  if (!evaluate_all(points, threads, progress, shared, report, designs)) return;
+  std::vector<SampledDesign> designs(points.size());
+  const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
+  if (!run_units(
+          shared, loop_name("sampled designs", about.dump()), threads, progress, designs,
+          [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); },
+          packed_design, unpacked_design))
+    return;
   report.samples = spec_.samples;
   int keep = 0;
   for (const SampledDesign& design : designs) {

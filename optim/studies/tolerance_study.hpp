@@ -14,8 +14,8 @@ namespace flexopt {
 /// First-order model of a goal: of each of its values, of which the goal takes the worst.
 struct LinearGoal {
   double value = 0;
-  double low = 0, high = 0;  ///< of the goal's one number, each value at its own worst
-  ToleranceSlopes slopes;    ///< of the decisive value
+  double low = 0, high = 0;  ///< the goal's one number with each value at its own worst
+  ToleranceSlopes slopes;    ///< slopes of the decisive value
 };
 /// `slopes`: of each value of the goal, a row each.
 LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixXd& slopes);
@@ -54,9 +54,9 @@ struct ToleratedGoal {
   std::string label, quantity, expression;  ///< one of the latter is empty
   ToleratedNumber number;
   double low = 0, high = 0;           ///< LinearGoal's; where there are slopes
-  std::optional<double> min, max;     ///< of a constraint
-  std::optional<double> room;         ///< of a constraint: room_of
-  std::optional<GoalPlace> decisive;  ///< of a quantity
+  std::optional<double> min, max;     ///< bounds of a constraint
+  std::optional<double> room;         ///< room_of a constraint
+  std::optional<GoalPlace> decisive;  ///< place that decides a quantity
 };
 
 struct ToleranceReport {

@@ -117,8 +117,7 @@ int make_atlas_file(const CommandLine& line) {
   print_check(made.atlas->check());
   fmt::print("atlas: {} ({:.1f} MB, {} leaves, {:.0f} s)\n", file.string(),
              1e-6 * static_cast<double>(std::filesystem::file_size(file)),
-             settings.shapes() * settings.tables(),
-             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+             settings.shapes() * settings.tables(), seconds_since(begin));
   return exit_usable;
 }
 

@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <sstream>
 #include <thread>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "core/spec/names.hpp"
 #include "results/cli/commands.hpp"
@@ -33,7 +35,142 @@ std::string shard_folder(const std::string& job, std::string shard) {
   return default_folder(job, ("." + shard + ".out").c_str());
 }
 
-/// All commands and their options, which write what they are given into `line`.
+/// A command; `job`: what the job that it takes is called, null where it takes none.
+struct Command {
+  const char *name, *help;
+  int (*which)(const CommandLine&);
+  const char* job = nullptr;
+  bool works_long = false;
+};
+
+constexpr Command commands[] = {
+    {"run", "Run a job and write its results", run_job, "the job file", true},
+    {"merge", "Make one run of the shards of a run", merge_shards, nullptr, true},
+    {"validate", "Check a job or a design file without running it", validate_job,
+     "the job file, or a design file"},
+    {"designs", "List the families, or describe one", describe_designs},
+    {"new", "Write a job to start from, ready to run", write_new_job},
+    {"quantities", "List the numbers that goals may name", list_quantities},
+    {"expand", "Print the mechanism of a job: no frames, parts, repeats or options, full names",
+     expand_job, "the job file, or a design file that needs no parameters"},
+    {"schema", "Print the JSON Schema of a job", print_schema},
+    {"check-gradients", "Compare gradients with independent derivatives", check_gradients,
+     "the job file"},
+    {"report", "Write the report of a run again", rewrite_report},
+    {"export", "Write a mechanism for CAD and other programs", export_job, "the job file"},
+    {"atlas", "Make the atlas that jobs with \"atlas\" look leaves up in", make_atlas_file, nullptr,
+     true},
+    {"explore", "Serve a page on which the numbers of a job can be moved", explore_job,
+     "the job file"},
+    {"watch", "Serve the report of a run that goes on", watch_run},
+    {"show", "Draw the mechanism of a job, undeflected, with all names", show_mechanism,
+     "the job file"},
+    {"completion", "Print a script that completes commands in a shell", print_completion}};
+
+/// The member of the command line that an option goes to; a bool is that of a flag.
+using Member =
+    std::variant<bool CommandLine::*, int CommandLine::*, double CommandLine::*,
+                 std::string CommandLine::*, std::vector<std::string> CommandLine::*,
+                 std::optional<std::string> CommandLine::*, std::array<int, 3> CommandLine::*,
+                 std::optional<std::array<int, 2>> CommandLine::*>;
+
+/// An option of a command; `type`: as the help shows it, null where the library's word will do.
+struct Option {
+  const char *command, *name;
+  Member member;
+  const char *help, *type = nullptr;
+  bool required = false;
+};
+
+using Line = CommandLine;
+constexpr const char* json_help = "print one JSON object, also where something is wrong";
+constexpr const char* port_help = "the port on this machine [one that is free]";
+
+constexpr Option options[] = {
+    {"run", "--out", &Line::folder, "folder for the results [job's file stem + .out]", "DIR"},
+    {"run", "--shard", &Line::shard,
+     "do one part alone of a run that is shared: 1/16 to 16/16 [out: .3-of-16.out]", "NUMBER/OF"},
+    {"run", "--json", &Line::json, json_help},
+    {"merge", "DIR", &Line::folders, "the output folders of run --shard", "DIR", true},
+    {"merge", "--out", &Line::folder, "folder for the results", "DIR", true},
+    {"merge", "--compute", &Line::compute, "evaluate here what is missing"},
+    {"merge", "--json", &Line::json, json_help},
+    {"designs", "FAMILY", &Line::family, "the family to describe", "FAMILY"},
+    {"new", "FAMILY", &Line::family, "a family, or a design file of your own (.json)", "FAMILY",
+     true},
+    {"new", "--optimise", &Line::optimise, "look for the best dimensions"},
+    {"new", "--out", &Line::file, "the job file [stdout]", "FILE"},
+    {"new", "--overwrite", &Line::overwrite, "replace the file if it is there already"},
+    {"quantities", "FAMILY", &Line::family, "with the units and directions of its drives",
+     "FAMILY"},
+    {"schema", "--design", &Line::of_design, "that of a design file instead"},
+    {"check-gradients", "--tolerance", &Line::tolerance, "largest relative difference"},
+    {"report", "DIR", &Line::folder, "the output folder of the run", "DIR", true},
+    {"export", "--format", &Line::formats, "one or more, with commas:", "FORMATS", true},
+    {"export", "--at", &Line::at,
+     "stroke (\"20 deg\"), or NAME=STROKE of several drives [undeflected; decks: the largest "
+     "stroke]",
+     "STROKE"},
+    {"export", "--result", &Line::result, "output folder of a finished optimisation: its optimum",
+     "DIR"},
+    {"export", "--case", &Line::load_case, "load case, of a job with several [the first]"},
+    {"export", "--solids", &Line::solids, "solid elements along, across and through a leaf"},
+    {"export", "--out", &Line::folder, "folder for the files [job's file stem + .export]", "DIR"},
+    {"atlas", "--out", &Line::file, "the file [FLEXOPT_ATLAS, or one in the user's cache]", "FILE"},
+    {"atlas", "--mesh", &Line::mesh, "elements along and across of its leaves [12 5]"},
+    {"atlas", "--show", &Line::show,
+     "make nothing; print what the file has and its errors when it was made"},
+    {"explore", "--port", &Line::port, port_help, "N"},
+    {"watch", "DIR", &Line::folder, "the output folder of the run", "DIR", true},
+    {"watch", "--port", &Line::port, port_help, "N"},
+    {"show", "--out", &Line::folder, "folder for report.html [job's file stem + .show]", "DIR"},
+    {"show", "--open", &Line::open, "open the page (xdg-open)"},
+    {"completion", "SHELL", &Line::shell, "the shell", nullptr, true}};
+
+void add(const Option& option, CLI::App& command, CommandLine& line) {
+  std::visit(
+      [&]<class T>(T CommandLine::*member) {
+        CLI::Option* made = nullptr;
+        if constexpr (std::is_same_v<T, bool>)
+          made = command.add_flag(option.name, line.*member, option.help);
+        else
+          made = command.add_option(option.name, line.*member, option.help);
+        if (option.type) made->type_name(option.type);
+        if (option.required) made->required();
+      },
+      option.member);
+}
+
+/// A drawing, into the file that the option may name.
+CLI::Option* add_drawing(CLI::App& command, const char* help, CommandLine& line) {
+  const auto draw = [&line](const std::vector<std::string>& file) {
+    line.svg = true;
+    line.svg_file = file.empty() ? "" : file.front();
+  };
+  return command.add_option_function<std::vector<std::string>>("--svg", draw, help)
+      ->expected(0, 1)
+      ->type_name("[SVG]");
+}
+
+/// A command and its options, which write what they are given into `line`.
+void add(const Command& command, CLI::App& app, CommandLine& line) {
+  CLI::App& sub = *app.add_subcommand(command.name, command.help);
+  sub.callback([&line, which = command.which] { line.command = which; });
+  if (command.job) {
+    sub.add_option("JOB", line.job, command.job)->required()->type_name("FILE");
+    sub.add_option("--set", line.overrides, "change one value of the job; may be repeated")
+        ->type_name("/pointer=value")
+        ->allow_extra_args(false);
+  }
+  for (const Option& option : options)
+    if (sub.get_name() == option.command) add(option, sub, line);
+  if (!command.works_long) return;
+  sub.add_option("--threads", line.threads, "threads to use at most; does not change any result")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  sub.add_flag("--quiet", line.quiet, "no progress on stderr");
+}
+
 void declare(CLI::App& app, CommandLine& line) {
   app.description(
       "Large-stroke flexure hinges and stages: evaluate a design over its stroke, or "
@@ -42,165 +179,35 @@ void declare(CLI::App& app, CommandLine& line) {
   app.name("flexopt");
   app.set_version_flag("--version", fmt::format("flexopt {} ({})", version(), commit()));
   app.require_subcommand(1);
-  const auto command = [&](const char* name, const char* help, int (*which)(const CommandLine&)) {
-    CLI::App* sub = app.add_subcommand(name, help);
-    sub->callback([&line, which] { line.command = which; });
-    return sub;
+  for (const Command& command : commands) add(command, app, line);
+
+  const auto option = [&](const char* command, const char* name) {
+    return app.get_subcommand(command)->get_option(name);
   };
-
-  const auto takes_job = [&](CLI::App* sub, const char* help) {
-    sub->add_option("JOB", line.job, help)->required()->type_name("FILE");
-    sub->add_option("--set", line.overrides, "change one value of the job; may be repeated")
-        ->type_name("/pointer=value")
-        ->allow_extra_args(false);
-  };
-  const auto works_long = [&](CLI::App* sub) {
-    sub->add_option("--threads", line.threads, "threads to use at most; does not change any result")
-        ->check(CLI::Range(1, 1024))
-        ->type_name("N");
-    sub->add_flag("--quiet", line.quiet, "no progress on stderr");
-  };
-
-  const auto draws = [&](CLI::App* sub, const char* help) {
-    return sub
-        ->add_option_function<std::vector<std::string>>(
-            "--svg",
-            [&line](const std::vector<std::string>& file) {
-              line.svg = true;
-              line.svg_file = file.empty() ? "" : file.front();
-            },
-            help)
-        ->expected(0, 1)
-        ->type_name("[SVG]");
-  };
-
-  CLI::App* run = command("run", "Run a job and write its results", run_job);
-  takes_job(run, "the job file");
-  run->add_option("--out", line.folder, "folder for the results [job's file stem + .out]")
-      ->type_name("DIR");
-  run->add_option("--shard", line.shard,
-                  "do one part alone of a run that is shared: 1/16 to 16/16 [out: .3-of-16.out]")
-      ->type_name("NUMBER/OF");
-  run->add_flag("--json", line.json, "print one JSON object, also where something is wrong");
-  works_long(run);
-
-  CLI::App* merge = command("merge", "Make one run of the shards of a run", merge_shards);
-  merge->add_option("DIR", line.folders, "the output folders of run --shard")
-      ->required()
-      ->type_name("DIR");
-  merge->add_option("--out", line.folder, "folder for the results")->required()->type_name("DIR");
-  merge->add_flag("--compute", line.compute, "evaluate here what is missing");
-  merge->add_flag("--json", line.json, "print one JSON object, also where something is wrong");
-  works_long(merge);
-
-  takes_job(command("validate", "Check a job or a design file without running it", validate_job),
-            "the job file, or a design file");
-
-  CLI::App* designs = command("designs", "List the families, or describe one", describe_designs);
-  designs->add_option("FAMILY", line.family, "the family to describe")->type_name("FAMILY");
-  designs
-      ->add_option_function<std::string>(
-          "--export",
-          [&line](const std::string& family) {
-            line.family = family;
-            line.export_file = true;
-          },
-          "print the design file of a family, to start from")
-      ->type_name("FAMILY");
-  draws(designs, "draw it with dimensions, into a file or on stdout");
-
-  CLI::App* fresh = command("new", "Write a job to start from, ready to run", write_new_job);
-  fresh->add_option("FAMILY", line.family, "a family, or a design file of your own (.json)")
-      ->required()
-      ->type_name("FAMILY");
-  fresh->add_flag("--optimise", line.optimise, "look for the best dimensions");
-  fresh->add_option("--out", line.file, "the job file [stdout]")->type_name("FILE");
-  fresh->add_flag("--overwrite", line.overwrite, "replace the file if it is there already");
-
-  command("quantities", "List the numbers that goals may name", list_quantities)
-      ->add_option("FAMILY", line.family, "with the units and directions of its drives")
-      ->type_name("FAMILY");
-
-  takes_job(
-      command("expand",
-              "Print the mechanism of a job: no frames, parts, repeats or options, full names",
-              expand_job),
-      "the job file, or a design file that needs no parameters");
-
-  command("schema", "Print the JSON Schema of a job", print_schema)
-      ->add_flag("--design", line.of_design, "that of a design file instead");
-
-  CLI::App* check =
-      command("check-gradients", "Compare gradients with independent derivatives", check_gradients);
-  takes_job(check, "the job file");
-  check->add_option("--tolerance", line.tolerance, "largest relative difference")
-      ->check(CLI::PositiveNumber);
-
-  command("report", "Write the report of a run again", rewrite_report)
-      ->add_option("DIR", line.folder, "the output folder of the run")
-      ->required()
-      ->type_name("DIR");
-
-  CLI::App* exports = command("export", "Write a mechanism for CAD and other programs", export_job);
-  takes_job(exports, "the job file");
-  std::string formats = "one or more, with commas:";
+  option("check-gradients", "--tolerance")->check(CLI::PositiveNumber);
+  option("export", "--at")->allow_extra_args(false);
+  option("export", "--solids")->check(CLI::Range(1, 200));
+  option("atlas", "--mesh")->check(CLI::Range(2, 128));
+  for (const char* served : {"explore", "watch"})
+    option(served, "--port")->check(CLI::Range(1, 65535));
+  option("completion", "SHELL")->check(CLI::IsMember(std::vector<std::string>{"bash", "zsh"}));
+  std::string formats = option("export", "--format")->get_description();
   for (const ExportFormat& format : export_formats())
     formats += fmt::format("\n{}: {}", format.name, format.meaning);
-  exports->add_option("--format", line.formats, formats)->required()->type_name("FORMATS");
-  exports
-      ->add_option("--at", line.at,
-                   "stroke (\"20 deg\"), or NAME=STROKE of several drives [undeflected; decks: "
-                   "the largest stroke]")
-      ->type_name("STROKE")
-      ->allow_extra_args(false);
-  exports
-      ->add_option("--result", line.result, "output folder of a finished optimisation: its optimum")
-      ->type_name("DIR");
-  exports->add_option("--case", line.load_case, "load case, of a job with several [the first]");
-  exports->add_option("--solids", line.solids, "solid elements along, across and through a leaf")
-      ->check(CLI::Range(1, 200));
-  exports->add_option("--out", line.folder, "folder for the files [job's file stem + .export]")
-      ->type_name("DIR");
-
-  CLI::App* atlas = command("atlas", "Make the atlas that jobs with \"atlas\" look leaves up in",
-                            make_atlas_file);
-  atlas->add_option("--out", line.file, "the file [FLEXOPT_ATLAS, or one in the user's cache]")
-      ->type_name("FILE");
-  atlas->add_option("--mesh", line.mesh, "elements along and across of its leaves [12 5]")
-      ->check(CLI::Range(2, 128));
-  atlas->add_flag("--show", line.show,
-                  "make nothing; print what the file has and its errors when it was made");
-  works_long(atlas);
-
-  const auto serves = [&](CLI::App* sub) {
-    sub->add_option("--port", line.port, "the port on this machine [one that is free]")
-        ->check(CLI::Range(1, 65535))
-        ->type_name("N");
+  option("export", "--format")->description(formats);
+  CLI::App& designs = *app.get_subcommand("designs");
+  const auto to_export = [&line](const std::string& family) {
+    line.family = family;
+    line.export_file = true;
   };
-  CLI::App* explore =
-      command("explore", "Serve a page on which the numbers of a job can be moved", explore_job);
-  takes_job(explore, "the job file");
-  serves(explore);
-
-  CLI::App* watch = command("watch", "Serve the report of a run that goes on", watch_run);
-  watch->add_option("DIR", line.folder, "the output folder of the run")
-      ->required()
-      ->type_name("DIR");
-  serves(watch);
-
-  CLI::App* show =
-      command("show", "Draw the mechanism of a job, undeflected, with all names", show_mechanism);
-  takes_job(show, "the job file");
-  show->add_option("--out", line.folder, "folder for report.html [job's file stem + .show]")
-      ->type_name("DIR");
-  CLI::Option* open = show->add_flag("--open", line.open, "open the page (xdg-open)");
-  draws(show, "a drawing with dimensions instead of the page, into a file or on stdout")
-      ->excludes(open);
-
-  command("completion", "Print a script that completes commands in a shell", print_completion)
-      ->add_option("SHELL", line.shell, "the shell")
-      ->required()
-      ->check(CLI::IsMember(std::vector<std::string>{"bash", "zsh"}));
+  designs
+      .add_option_function<std::string>("--export", to_export,
+                                        "print the design file of a family, to start from")
+      ->type_name("FAMILY");
+  add_drawing(designs, "draw it with dimensions, into a file or on stdout", line);
+  add_drawing(*app.get_subcommand("show"),
+              "a drawing with dimensions instead of the page, into a file or on stdout", line)
+      ->excludes(option("show", "--open"));
 }
 
 CommandArgument argument_of(const CLI::Option& option) {

@@ -39,33 +39,27 @@ bool is_design_file(const std::string& file) {
   return document.is_object() && document.contains("flexopt_design");
 }
 
-/// The defaults of a design's parameters; nothing where one has none.
-std::optional<ParameterValues> default_values(const Family& design) {
-  ParameterValues values;
-  for (const Parameter& p : design.parameters) {
-    if (!p.default_value) return std::nullopt;
-    values[p.name] = *p.default_value;
-  }
-  return values;
-}
-
-std::string names_without_default(const Family& design) {
-  std::vector<std::string> names;
+/// Adds the defaults of a design's parameters; returns the names of those without, with commas.
+std::string take_defaults(const Family& design, ParameterValues& values) {
+  std::vector<std::string> without;
   for (const Parameter& p : design.parameters)
-    if (!p.default_value) names.push_back(p.name);
-  return fmt::format("{}", fmt::join(names, ", "));
+    if (p.default_value)
+      values[p.name] = *p.default_value;
+    else
+      without.push_back(p.name);
+  return fmt::format("{}", fmt::join(without, ", "));
 }
 
 int validate_design(const CommandLine& line) {
   const auto design = read_family_file(line.job);
-  const auto values = default_values(*design);
-  if (values)
-    (void)design->make(*values, default_choices(*design), materials().front().material, {});
+  ParameterValues values;
+  const std::string without = take_defaults(*design, values);
+  if (without.empty())
+    (void)design->make(values, default_choices(*design), materials().front().material, {});
   fmt::print("{}: a valid design ({}, {} parameters)\n", line.job, design->name,
              design->parameters.size());
-  if (!values)
-    fmt::print("note: its geometry was not built: there is no default of {}\n",
-               names_without_default(*design));
+  if (!without.empty())
+    fmt::print("note: its geometry was not built: there is no default of {}\n", without);
   return exit_usable;
 }
 
@@ -103,25 +97,33 @@ bool opened(const std::string& file) {
          WEXITSTATUS(status) == 0;
 }
 
-int write_drawing(const std::string& svg, const std::string& file) {
-  if (file.empty()) {
-    fmt::print("{}", svg);
-    return exit_usable;
-  }
-  write_file(file, svg);
-  fmt::print("{}\n", file);
+/// Writes the text into the file and prints its name, or prints the text where there is no name.
+int print_or_write(const std::string& text, const std::string& file) {
+  if (!file.empty()) write_file(file, text);
+  fmt::print("{}", file.empty() ? text : file + "\n");
+  return exit_usable;
+}
+
+int print_expanded(const Family& family, const ParameterValues& values,
+                   const FamilyChoices& choices, const Material& material) {
+  fmt::print("{}\n", expanded(family, values, choices, material).dump(2));
   return exit_usable;
 }
 
 int draw_job(const CommandLine& line) {
   const Job job = read_job(line.job, line.overrides);
-  if (!job.designs.empty())
-    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
-                    "a job of one design can be drawn");
-  return write_drawing(
+  demand_one_design(job, "a job of one design can be drawn");
+  return print_or_write(
       svg_of_design(resolve(job.design)->family(),
                     complete_parameters(job.design, job.design.parameters), job.design.choices),
       line.svg_file);
+}
+
+int draw_family(const CommandLine& line) {
+  if (!line.family) throw SpecError("--svg", "no FAMILY", "expected the family to draw before it");
+  const Family& family = find_family(*line.family, "FAMILY");
+  return print_or_write(svg_of_design(family, usual_values(family), default_choices(family)),
+                        line.svg_file);
 }
 
 }  // namespace
@@ -137,24 +139,17 @@ Job checked_job(const CommandLine& line) {
 int expand_job(const CommandLine& line) {
   if (is_design_file(line.job)) {
     const auto design = read_family_file(line.job);
-    const auto values = default_values(*design);
-    if (!values)
-      throw SpecError("/parameters", names_without_default(*design),
+    ParameterValues values;
+    if (const std::string without = take_defaults(*design, values); !without.empty())
+      throw SpecError("/parameters", without,
                       "a design without these defaults is expanded in a job that gives them");
-    fmt::print(
-        "{}\n",
-        expanded(*design, *values, default_choices(*design), materials().front().material).dump(2));
-    return exit_usable;
+    return print_expanded(*design, values, default_choices(*design), materials().front().material);
   }
   const Job job = checked_job(line);
-  if (!job.designs.empty())
-    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
-                    "a job of one design can be expanded");
+  demand_one_design(job, "a job of one design can be expanded");
   const ParameterValues values = complete_parameters(job.design, job.design.parameters);
-  fmt::print("{}\n", expanded(resolve(job.design)->family(), values, job.design.choices,
-                              job.design.material)
-                         .dump(2));
-  return exit_usable;
+  return print_expanded(resolve(job.design)->family(), values, job.design.choices,
+                        job.design.material);
 }
 
 int validate_job(const CommandLine& line) {
@@ -179,13 +174,10 @@ int validate_job(const CommandLine& line) {
 
 int describe_designs(const CommandLine& line) {
   if (line.svg) return draw_family(line);
-  if (line.export_file) {
-    (void)find_family(*line.family, "FAMILY");
-    fmt::print("{}", library_text(*line.family));
-    return exit_usable;
-  }
-  fmt::print("{}", line.family ? describe_family(find_family(*line.family, "FAMILY"))
-                               : describe_families());
+  const Family* family = line.family ? &find_family(*line.family, "FAMILY") : nullptr;
+  fmt::print("{}", line.export_file ? std::string(library_text(family->name))
+                   : family         ? describe_family(*family)
+                                    : describe_families());
   return exit_usable;
 }
 
@@ -271,21 +263,7 @@ int write_new_job(const CommandLine& line) {
   } else {
     design["family"] = find_family(*line.family, "FAMILY").name;
   }
-  const std::string text = json_text(new_job(design, folder.string(), line.optimise));
-  if (out.empty()) {
-    fmt::print("{}", text);
-    return exit_usable;
-  }
-  write_file(out, text);
-  fmt::print("{}\n", out.string());
-  return exit_usable;
-}
-
-int draw_family(const CommandLine& line) {
-  if (!line.family) throw SpecError("--svg", "no FAMILY", "expected the family to draw before it");
-  const Family& family = find_family(*line.family, "FAMILY");
-  return write_drawing(svg_of_design(family, usual_values(family), default_choices(family)),
-                       line.svg_file);
+  return print_or_write(json_text(new_job(design, folder.string(), line.optimise)), line.file);
 }
 
 int show_mechanism(const CommandLine& line) {

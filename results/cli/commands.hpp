@@ -17,7 +17,6 @@ int run_job(const CommandLine& line);
 int merge_shards(const CommandLine& line);
 int validate_job(const CommandLine& line);
 int describe_designs(const CommandLine& line);
-int draw_family(const CommandLine& line);  ///< designs --svg
 int list_quantities(const CommandLine& line);
 int expand_job(const CommandLine& line);
 int print_schema(const CommandLine& line);

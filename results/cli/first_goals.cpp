@@ -90,27 +90,24 @@ OrderedJson box_about(const StartDesign& start) {
   OrderedJson box = OrderedJson::array();
   for (std::size_t k = 0; k < variables.size(); ++k) {
     if (ranges[k].min >= ranges[k].max) continue;
-    OrderedJson& variable = box.emplace_back();
-    variable["parameter"] = variables[k].name;
-    variable["min"] = readable(ranges[k].min, variables[k].unit);
-    variable["max"] = readable(ranges[k].max, variables[k].unit);
+    box.push_back({{"parameter", variables[k].name},
+                   {"min", readable(ranges[k].min, variables[k].unit)},
+                   {"max", readable(ranges[k].max, variables[k].unit)}});
   }
   return box;
 }
 
 OrderedJson constraints_on(const StartDesign& start) {
   OrderedJson constraints = OrderedJson::array();
-  OrderedJson& stress = constraints.emplace_back();
-  stress["quantity"] = "max_stress";
-  stress["over_stroke"] = "max";
-  stress["max"] = readable(*start.material.allowable_stress, "Pa");
+  constraints.push_back({{"quantity", "max_stress"},
+                         {"over_stroke", "max"},
+                         {"max", readable(*start.material.allowable_stress, "Pa")}});
   const Extents extents = extents_of(Solids::undeflected(start.mechanism));
   const Vector3d room = envelope_of({&extents}).box;
   for (int k = 0; k < 3; ++k) {
     if (room[k] < 0.1 * room.maxCoeff()) continue;  // a leaf's thickness is no room
-    OrderedJson& side = constraints.emplace_back();
-    side["quantity"] = std::string("envelope.") + "xyz"[k];
-    side["max"] = readable(two_digits(1.1 * room[k]), "m");
+    constraints.push_back({{"quantity", std::string("envelope.") + "xyz"[k]},
+                           {"max", readable(two_digits(1.1 * room[k]), "m")}});
   }
   return constraints;
 }
@@ -118,14 +115,12 @@ OrderedJson constraints_on(const StartDesign& start) {
 }  // namespace
 
 OrderedJson first_goals(const StartDesign& start) {
-  OrderedJson goals;
-  goals["variables"] = box_about(start);
-  goals["objective"] = {{"maximise", "parasitic_frequency"}, {"over_stroke", "min"}};
-  goals["constraints"] = constraints_on(start);
-  goals["algorithm"] = {{"library", "nlopt"}, {"name", "LD_SLSQP"}};
-  goals["starts"] = 3;
-  goals["seed"] = 1;
-  return goals;
+  return {{"variables", box_about(start)},
+          {"objective", {{"maximise", "parasitic_frequency"}, {"over_stroke", "min"}}},
+          {"constraints", constraints_on(start)},
+          {"algorithm", {{"library", "nlopt"}, {"name", "LD_SLSQP"}}},
+          {"starts", 3},
+          {"seed", 1}};
 }
 
 }  // namespace flexopt

@@ -78,14 +78,9 @@ OrderedJson first_stroke(const StartDesign& start, const ModelOptions& model, do
   constexpr int points = 6;
   const double largest = largest_stroke(start, model, allowed);
   const DriveList& drives = start.family->drives;
-  OrderedJson stroke;
-  if (!drives.named()) {
-    stroke["from"] = 0;
-    stroke["to"] = place(drives.items.front(), largest);
-    stroke["points"] = points;
-    return stroke;
-  }
-  stroke["at"] = OrderedJson::array();
+  if (!drives.named())
+    return {{"from", 0}, {"to", place(drives.items.front(), largest)}, {"points", points}};
+  OrderedJson stroke = {{"at", OrderedJson::array()}};
   for (int k = 0; k < points; ++k) {
     OrderedJson point = OrderedJson::object();
     for (const DriveList::Item& drive : drives.items)

@@ -36,11 +36,8 @@ OrderedJson payload_for(const StartDesign& start) {
   constexpr double density = 2700;  // [kg/m³]
   const double mass = round_below(30 * leaf_mass(start.mechanism)),
                edge = std::cbrt(mass / density);
-  OrderedJson payload;
-  payload["mass"] = readable(mass, "kg");
   const OrderedJson inertia = readable(round_below(mass * edge * edge / 6), "kg m^2");
-  payload["inertia"] = OrderedJson::array({inertia, inertia, inertia});
-  return payload;
+  return {{"mass", readable(mass, "kg")}, {"inertia", {inertia, inertia, inertia}}};
 }
 
 // Whether the leaves are wires, or too thick for thin plates, as notches are at their ends.
@@ -90,11 +87,10 @@ OrderedJson new_job(const nlohmann::json& design, const std::string& folder, boo
   ModelOptions model;
   if (beams) model.flexure = Flexure::beam;
 
-  OrderedJson job;
-  job["flexopt"] = 1;
-  job["name"] = start.family->name;
-  job["job"] = optimise ? "optimise" : "evaluate";
-  job["design"] = design_of(start, design);
+  OrderedJson job = {{"flexopt", 1},
+                     {"name", start.family->name},
+                     {"job", optimise ? "optimise" : "evaluate"},
+                     {"design", design_of(start, design)}};
   if (start.family->has_end_effector(start.choices)) job["end_effector"] = payload_for(start);
   job["stroke"] = first_stroke(start, model, 0.5 * *start.material.allowable_stress);
   job["frequencies"] = 6;
@@ -129,7 +125,7 @@ double round_below(double value) {
 OrderedJson readable(double value, const std::string& unit) {
   struct Shown {
     const char *si, *unit;
-    double factor, from;  ///< of values that are at least so large
+    double factor, from;  ///< least value that is shown in this unit
   };
   static constexpr std::array shown{Shown{"m", "m", 1, 1},
                                     Shown{"m", "mm", 1e3, 1e-5},

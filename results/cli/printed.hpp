@@ -21,7 +21,7 @@ std::string summary_of(const RunRecord& record);
 
 struct StrokeCell {
   std::optional<double> value;  ///< SI
-  std::string direction;        ///< of the weakest of several; empty: there is one number
+  std::string direction;        ///< direction of the weakest of several; empty: there is one number
   bool at_least = false;        ///< where nothing ended its growth: what is borne at least
 };
 
@@ -30,7 +30,7 @@ struct StrokeRow {
   std::string quantity;      ///< key in result.json: "max_stress", "drive_load.x"
   std::string unit;          ///< SI
   std::string absent = "-";  ///< shown where a point has no such number
-  double largest = 0;        ///< of its kind on the whole path; beside it rounding noise is zero
+  double largest = 0;  ///< largest of its kind on the whole path; beside it rounding noise is zero
   std::vector<StrokeCell> cells;  ///< a point each
 };
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include "results/cli/printed.hpp"
@@ -37,12 +36,11 @@ const char* estimate_of(const QuantityRow& row) {
                                           : "yes";
 }
 
-template <class Of>
-std::string distinct(std::size_t count, const Of& of) {
+/// The units of these quantities, each once.
+std::string units_of(const std::vector<const Quantity*>& quantities) {
   std::vector<std::string> all;
-  for (std::size_t k = 0; k < count; ++k)
-    if (std::string one = of(k); std::find(all.begin(), all.end(), one) == all.end())
-      all.push_back(std::move(one));
+  for (const Quantity* q : quantities)
+    if (std::ranges::find(all, q->unit) == all.end()) all.push_back(q->unit);
   return fmt::format("{}", fmt::join(all, ", "));
 }
 
@@ -65,7 +63,7 @@ std::string describe_quantities(const DriveList& drives) {
     }
     std::string meaning = row.meaning.empty() ? row.label : row.meaning;
     if (meaning.ends_with(',')) meaning.pop_back();  // a label that its components complete
-    const std::string unit = distinct(own.size(), [&](std::size_t k) { return own[k]->unit; });
+    const std::string unit = units_of(own);
     text += fmt::format("{:<46} {:<13} {:<22} {:<9} {}\n", name, unit == "1" ? "-" : unit,
                         cost_of(row), estimate_of(row), meaning);
   }

@@ -42,7 +42,6 @@ using Clock = std::chrono::steady_clock;
 /// A run from its checked job to its files and to what is printed of them.
 int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
               ProgressDisplay& progress, Clock::time_point begin, Sharing* sharing) {
-  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   const auto end = [&](const WrittenRun& written, const RunRecord* record) {
     folder.keep();
     progress.clear();
@@ -59,17 +58,27 @@ int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
     std::map<std::string, double> timings;
     OrderedJson result =
         run_listed_designs(job, folder.path(), line.threads, progress, timings, sharing);
-    timings["total"] = seconds();
+    timings["total"] = seconds_since(begin);
     const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
     return end(written, nullptr);
   }
   RunRecord record = run_any(job, folder.path(), line.threads, progress, {}, sharing);
-  record.timings["total"] = seconds();
+  record.timings["total"] = seconds_since(begin);
   return end(write_run(folder.path(), record), &record);
 }
 
 std::filesystem::path job_folder(const CommandLine& line) {
   return std::filesystem::absolute(line.job).parent_path();
+}
+
+/// Carries out what a process does of a run that is shared; others have its results.
+void take_part(const Job& job, const std::filesystem::path& folder, int threads,
+               RunListener& listener, Sharing& sharing) {
+  std::map<std::string, double> timings;
+  if (job.designs.empty())
+    run_any(job, folder, threads, listener, {}, &sharing);
+  else
+    run_listed_designs(job, folder, threads, listener, timings, &sharing);
 }
 
 /// A part of a run, which leaves its logs and shard.json.
@@ -78,12 +87,8 @@ int run_shard(const Job& job, const CommandLine& line, const Shard& shard, Outpu
   check_shardable(job);
   begin_shard(folder.path(), job_folder(line), shard);
   Sharing sharing(shard);
-  std::map<std::string, double> timings;
   try {
-    if (job.designs.empty())
-      run_any(job, folder.path(), line.threads, progress, {}, &sharing);
-    else
-      run_listed_designs(job, folder.path(), line.threads, progress, timings, &sharing);
+    take_part(job, folder.path(), line.threads, progress, sharing);
   } catch (const ShardEnds&) {
   }
   end_shard(folder.path(), sharing);
@@ -115,11 +120,7 @@ int help_run(const CommandLine& line, Workers& workers) {
     const Job job = hear_job(workers);
     Sharing sharing(workers);
     Silent silent;
-    std::map<std::string, double> timings;
-    if (job.designs.empty())
-      run_any(job, {}, line.threads, silent, {}, &sharing);
-    else
-      run_listed_designs(job, {}, line.threads, silent, timings, &sharing);
+    take_part(job, {}, line.threads, silent, sharing);
   } catch (const WorkersDismissed&) {
   } catch (const std::exception& error) {
     workers.fail(error.what());

@@ -111,7 +111,7 @@ Json failure_json(const std::string& status, const std::string& message) {
 /// Prints a document on one line.
 void print(Json document) {
   remove_non_finite(document);
-  fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+  fmt::print("{}\n", compact_text(document));
 }
 
 }  // namespace

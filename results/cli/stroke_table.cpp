@@ -14,12 +14,6 @@ namespace {
 
 using Points = std::vector<const PathPoint*>;
 
-StrokeCell number(const std::optional<double>& value) {
-  StrokeCell cell;
-  cell.value = value;
-  return cell;
-}
-
 /// First, unmoved and last converged point, each once.
 Points shown_points(const StrokeResponse& response) {
   Points points;
@@ -50,10 +44,10 @@ StrokeCell weakest_of(const QuantityRow& row, const PathPoint& point, int first)
 /// Rows of the weakest translation and rotation.
 void add_weakest(const QuantityRow& row, const Points& points, std::vector<StrokeRow>& table) {
   for (const auto& [first, kind] : {std::pair{0, "translation"}, {3, "rotation"}}) {
-    StrokeRow& added = table.emplace_back();
-    added.label = fmt::format("weakest support, {}", kind);
-    added.quantity = row.name;
-    added.unit = row.unit(static_cast<Direction>(first), first);
+    StrokeRow& added =
+        table.emplace_back(StrokeRow{.label = fmt::format("weakest support, {}", kind),
+                                     .quantity = row.name,
+                                     .unit = row.unit(static_cast<Direction>(first), first)});
     for (const PathPoint* p : points) added.cells.push_back(weakest_of(row, *p, first));
   }
 }
@@ -61,14 +55,14 @@ void add_weakest(const QuantityRow& row, const Points& points, std::vector<Strok
 void add_number(const QuantityRow& row, const StrokeResponse& response, const Points& points,
                 Direction drive, int component, const std::string& drive_name,
                 std::vector<StrokeRow>& table) {
-  StrokeRow& added = table.emplace_back();
-  added.label = row.label + (drive_name.empty() ? "" : " " + drive_name);
-  added.quantity = row.name + (drive_name.empty() ? "" : "." + drive_name);
-  added.unit = row.unit(drive, row.components.empty() ? 0 : component);
+  StrokeRow& added = table.emplace_back(
+      StrokeRow{.label = row.label + (drive_name.empty() ? "" : " " + drive_name),
+                .quantity = row.name + (drive_name.empty() ? "" : "." + drive_name),
+                .unit = row.unit(drive, row.components.empty() ? 0 : component)});
   for (const PathPoint& p : response.path)
     if (p.status == PointStatus::converged)
       added.largest = std::max(added.largest, std::abs(row.value(p, component).value_or(0)));
-  for (const PathPoint* p : points) added.cells.push_back(number(row.value(*p, component)));
+  for (const PathPoint* p : points) added.cells.push_back({row.value(*p, component)});
 }
 
 /// A row for each load that a capacity was asked for.
@@ -76,11 +70,10 @@ void add_capacities(const QuantityRow& row, const Points& points, const StrokeRe
                     std::vector<StrokeRow>& table) {
   for (std::size_t k = 0; k < request.capacity.directions.size(); ++k) {
     if (!request.capacity.directions[k]) continue;
-    StrokeRow& added = table.emplace_back();
-    added.label = row.label + " " + row.components[k];
-    added.quantity = row.name + "." + row.components[k];
-    added.unit = row.unit({}, static_cast<int>(k));
-    added.absent = "none";
+    StrokeRow& added = table.emplace_back(StrokeRow{.label = row.label + " " + row.components[k],
+                                                    .quantity = row.name + "." + row.components[k],
+                                                    .unit = row.unit({}, static_cast<int>(k)),
+                                                    .absent = "none"});
     for (const PathPoint* p : points) {
       StrokeCell& cell = added.cells.emplace_back();
       if (const auto& capacity = p->load_capacity[k]) {
@@ -97,20 +90,20 @@ void add_strokes(const Points& points, const DriveList& drives, const StrokeRequ
   if (drives.named() && driven) {
     for (std::size_t k = 0; k < drives.items.size(); ++k) {
       const auto& drive = drives.items[k];
-      StrokeRow& added = table.emplace_back();
-      added.label = "stroke " + drive.name;
-      added.quantity = "stroke." + drive.name;
-      added.unit = is_rotation(drive.direction) ? "rad" : "m";
-      for (const PathPoint* p : points) added.cells.push_back(number(p->strokes[k]));
+      StrokeRow& added =
+          table.emplace_back(StrokeRow{.label = "stroke " + drive.name,
+                                       .quantity = "stroke." + drive.name,
+                                       .unit = is_rotation(drive.direction) ? "rad" : "m"});
+      for (const PathPoint* p : points) added.cells.push_back({p->strokes[k]});
     }
     return;
   }
-  StrokeRow& added = table.emplace_back();
   const std::string direction(direction_names[static_cast<std::size_t>(index(drives.first()))]);
-  added.label = driven ? "stroke " + direction : "load factor";
-  added.quantity = driven ? "stroke" : "load_factor";
-  added.unit = stroke_unit(drives, request);
-  for (const PathPoint* p : points) added.cells.push_back(number(p->stroke));
+  StrokeRow& added =
+      table.emplace_back(StrokeRow{.label = driven ? "stroke " + direction : "load factor",
+                                   .quantity = driven ? "stroke" : "load_factor",
+                                   .unit = stroke_unit(drives, request)});
+  for (const PathPoint* p : points) added.cells.push_back({p->stroke});
 }
 
 /// What the summary has in every job that asks for it, and what it has where it was asked for.

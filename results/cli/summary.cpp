@@ -31,6 +31,11 @@ std::string shown(const std::optional<double>& value, const std::string& unit) {
                      unit == "1" ? "" : unit);
 }
 
+/// SI unit of a goal; "(SI)" of a formula, which has no quantity.
+std::string shown_unit_of(const std::string& quantity, const DriveList& drives) {
+  return quantity.empty() ? "(SI)" : quantity_unit(quantity, drives);
+}
+
 /// Shows rounding noise as zero: relative to the largest value of its kind, and where a mechanism
 /// at rest has nothing else.
 double without_noise(double value, double largest, const std::string& unit) {
@@ -80,9 +85,7 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
       text += line(variable.parameter,
                    {shown(found->second, parameter_unit(family, variable.parameter)) +
                     (bound_at(variable, found->second) ? " *" : "")});
-  const auto unit = [&](const std::string& quantity) {
-    return quantity.empty() ? std::string("(SI)") : quantity_unit(quantity, drives);
-  };
+  const auto unit = [&](const std::string& quantity) { return shown_unit_of(quantity, drives); };
   const bool verified = optimum.verified && optimum.verified->outcome().status == Status::ok;
   std::vector<std::string> header{"value", "bound"};
   if (verified) header.insert(header.end(), {"full accuracy", "reduced/full - 1"});
@@ -130,8 +133,7 @@ std::string tolerance_lines(const RunRecord& record, const DriveList& drives) {
     text += line("within the tolerances:",
                  {"value", "+- first order", "standard deviation", "sampled", "largest share"});
   for (const ToleratedGoal& goal : report.goals) {
-    const std::string unit =
-        goal.quantity.empty() ? std::string("(SI)") : quantity_unit(goal.quantity, drives);
+    const std::string unit = shown_unit_of(goal.quantity, drives);
     const ToleratedNumber& n = goal.number;
     std::vector<std::string> cells{shown(n.value, unit), "-", "-", "-", "-"};
     if (n.slopes) {

@@ -69,7 +69,7 @@ void check_joints(const Mechanism& mechanism, Refusals& refusals) {
 
 void check_drives(const Mechanism& mechanism, Refusals& refusals) {
   const std::vector<int> group = rigid_groups(mechanism);
-  std::vector<int> shown(mechanism.bodies.size(), -1);  // of a group: whose place is its node
+  std::vector<int> shown(mechanism.bodies.size(), -1);  // body whose place is the node of its group
   for (const Drive& drive : mechanism.drives) {
     const std::string name = drive_name(drive);
     const int of = group[static_cast<std::size_t>(drive.body)];
@@ -169,8 +169,7 @@ class Near {
     if (!is_rotation(drive.direction))
       reason += fmt::format(
           ", and its load with that: load times distance is {:.2g} N m, the least stiffness "
-          "against "
-          "turning {:.2g} N m/rad",
+          "against turning {:.2g} N m/rad",
           load_times_distance(drive, number), least_turning_stiffness());
     return reason;
   }

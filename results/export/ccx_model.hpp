@@ -98,7 +98,7 @@ class CcxModel {
   const Exported* exported_;
   std::vector<Vector3d> nodes_;
   std::vector<CcxRigid> rigids_;
-  std::vector<int> rigid_of_;  ///< of each body, −1: tied to the ground
+  std::vector<int> rigid_of_;  ///< rigid body of each body, −1: tied to the ground
   std::vector<CcxMass> masses_;
   std::vector<CcxSpring> springs_;
   std::vector<CcxPin> pins_;
@@ -140,9 +140,6 @@ class CcxLines {
  private:
   std::string text_;
 };
-
-/// Text of a name on one line, for use in comments.
-std::string one_line(std::string text);
 
 /// One term of an equation: factor times a degree of freedom of a node.
 struct CcxTerm {

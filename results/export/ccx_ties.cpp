@@ -122,12 +122,6 @@ void write_slides(const CcxModel& model, CcxLines& deck) {
   }
 }
 
-std::string one_line(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  return text;
-}
-
 void write_equation(const std::vector<CcxTerm>& terms, CcxLines& deck) {
   std::vector<std::string> lines;
   for (const CcxTerm& term : terms)

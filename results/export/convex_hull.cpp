@@ -52,7 +52,7 @@ class Qhull {
   }
 
  private:
-  // of points in a plane it has much to say, which the caller tells from the answer
+  // Qhull has much to say of points in a plane, which the caller tells from the answer
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> said_{std::tmpfile(), &std::fclose};
   qhT state_{};
   bool failed_ = false;
@@ -79,8 +79,7 @@ TriangleMesh convex_hull(const std::vector<Vector3d>& points) {
     }
     mesh.triangles.push_back(triangle);
   }
-  if (mesh.volume() < 0)
-    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  mesh.face_outwards();
   return mesh;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "results/export/picture.hpp"
 #include "results/export/view_picture.hpp"
 
 namespace flexopt {

@@ -43,13 +43,6 @@ double stroke_value(const std::string& text, const std::string& unit) {
   return parse_quantity(text, unit, "--at");
 }
 
-std::string list_of_strokes(const Exported& of) {
-  std::vector<std::string> names;
-  for (std::size_t k = 0; k < of.mechanism.drives.size(); ++k)
-    names.push_back(name_of_stroke(of, k));
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
 /// Checks that a stroke is within the strokes of the job, rest included.
 void check_in_path(const Exported& of, std::size_t k, double value, const std::string& text) {
   double low = 0, high = 0;
@@ -57,7 +50,7 @@ void check_in_path(const Exported& of, std::size_t k, double value, const std::s
     low = std::min(low, strokes[static_cast<Eigen::Index>(k)]);
     high = std::max(high, strokes[static_cast<Eigen::Index>(k)]);
   }
-  const double slack = 1e-9 * (high - low);  // of unit conversions
+  const double slack = 1e-9 * (high - low);  // rounding of unit conversions
   if (value < low - slack || value > high + slack)
     throw SpecError("--at", text,
                     fmt::format("expected {} on the path of the job: from {:.9g} to {:.9g}{}",
@@ -72,14 +65,17 @@ VectorXd read_strokes(const Exported& of, const std::vector<std::string>& texts)
   if (!named && texts.size() > 1)
     throw SpecError("--at", texts[1], "expected one stroke: there is one drive");
   std::vector<bool> given(count);
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < count; ++k) names.push_back(name_of_stroke(of, k));
   for (const std::string& text : texts) {
     std::size_t k = 0, begin = 0;
     if (named) {
       const std::size_t sign = text.find('=');
-      while (k < count && name_of_stroke(of, k) != text.substr(0, sign)) ++k;
+      while (k < count && names[k] != text.substr(0, sign)) ++k;
       if (sign == std::string::npos || k == count)
-        throw SpecError("--at", text,
-                        "expected NAME=STROKE with one of the drives " + list_of_strokes(of));
+        throw SpecError(
+            "--at", text,
+            fmt::format("expected NAME=STROKE with one of the drives {}", fmt::join(names, ", ")));
       begin = sign + 1;
     }
     if (given[k]) throw SpecError("--at", text, "this stroke is given twice");
@@ -186,10 +182,14 @@ std::string Exported::stroke_text(const VectorXd& at) const {
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
+std::string one_line(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  return text;
+}
+
 Exported make_exported(const Job& job, const ExportPlace& place) {
-  if (!job.designs.empty())
-    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
-                    "a job of one design can be exported");
+  demand_one_design(job, "a job of one design can be exported");
   Exported made;
   made.name = job.name;
   made.mechanism =

@@ -16,13 +16,13 @@ struct ExportPlace {
   std::vector<std::string> at;
   /// Folder of a finished optimisation of the job: its optimum replaces the job's own design.
   std::optional<std::filesystem::path> result;
-  std::string load_case;  ///< of a job with several; empty: the first
+  std::string load_case;  ///< load case of a job with several; empty: the first
 };
 
 struct Exported {
-  std::string name;       ///< of the job
+  std::string name;       ///< name of the job
   Mechanism mechanism;    ///< as designed: nothing warm
-  StrokeRequest request;  ///< of its load case
+  StrokeRequest request;  ///< request of its load case
   ModelOptions model;
   bool undeflected = true;
   /// Stroke of each drive [m or rad], or the factor of the growing loads; zeros where undeflected.
@@ -44,6 +44,9 @@ struct Exported {
   /// Text of strokes: "uy = 0.02 m", "x = 0.001 m, y = 0 m".
   std::string stroke_text(const VectorXd& at) const;
 };
+
+/// Text of a name on one line, for use in comments of a file.
+std::string one_line(std::string text);
 
 /// Thrown where no equilibrium was found that is to be exported: no fault of the input.
 class NoEquilibrium : public std::runtime_error {

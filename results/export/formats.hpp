@@ -10,7 +10,7 @@
 namespace flexopt {
 
 struct ExportFormat {
-  std::string name;     ///< of --format
+  std::string name;     ///< name for --format
   std::string meaning;  ///< for the help
 };
 const std::vector<ExportFormat>& export_formats();
@@ -20,12 +20,12 @@ std::vector<std::string> read_formats(const std::string& list);
 
 struct ExportOptions {
   std::vector<std::string> formats;
-  std::string stem;     ///< of the files' names
-  SolidMeshSize solid;  ///< of decks
+  std::string stem;     ///< how the files' names begin
+  SolidMeshSize solid;  ///< size of the solids in decks
 };
 
 struct WrittenExports {
-  std::vector<std::string> names;  ///< of the files
+  std::vector<std::string> names;  ///< names of the files
   std::vector<std::string> notes;  ///< what was left out of them, a sentence each
 };
 

@@ -13,12 +13,6 @@ Vector3d mitre(const Vector3d& first, const Vector3d& second) {
   return (first + second) / (1 + first.dot(second));
 }
 
-double half_thickness(const LeafSpring& leaf, double s) {
-  const auto& profile =
-      leaf.section == Section::circular ? leaf.width_profile : leaf.thickness_profile;
-  return 0.5 * leaf.thickness * profile_at(profile, s);
-}
-
 /// Weights of the cubic through the four nearest of the places (fewer where there are fewer), and
 /// of its slope.
 struct Weights {

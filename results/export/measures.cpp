@@ -128,7 +128,7 @@ class Search {
                   high_ = Eigen::Vector2d::Constant(-no_measure);
 };
 
-using Candidates = std::vector<std::vector<Candidate>>;  ///< of views, of parameters
+using Candidates = std::vector<std::vector<Candidate>>;  ///< for each view and parameter
 
 std::size_t cheapest_view(const Candidates& found, unsigned views, std::size_t parameter) {
   std::size_t best = found.size();

@@ -29,11 +29,11 @@ const std::vector<DrawnView>& plan_views();
 /// direction of the view (of its axes, or of a leaf) and the way to `to`.
 struct ShownMeasure {
   enum class Along { way, right, up, angle };
-  std::size_t parameter = 0;  ///< of PlacedDesign::parameters
+  std::size_t parameter = 0;  ///< place among PlacedDesign::parameters
   Along along = Along::way;
   Vector3d from, to;
-  Eigen::Vector2d axis = Eigen::Vector2d::Zero();  ///< of an angle
-  std::vector<Vector3d> guide = {};                ///< of an angle: a thin line by which it is seen
+  Eigen::Vector2d axis = Eigen::Vector2d::Zero();  ///< axis of an angle
+  std::vector<Vector3d> guide = {};                ///< a thin line by which an angle is seen
 };
 
 struct MeasuredView {

@@ -36,8 +36,8 @@ std::vector<Vector3d> section_corners(const LeafSpring& leaf, int end) {
   return corners;
 }
 
-}  // namespace
-
+/// Diagonal of the box around the undeflected mechanism [m]: what the parts that have no size of
+/// their own are drawn by.
 double drawn_size(const Mechanism& mechanism) {
   Eigen::AlignedBox3d box;
   for (const LeafSpring& leaf : mechanism.leaves)
@@ -51,6 +51,8 @@ double drawn_size(const Mechanism& mechanism) {
   }
   return box.isEmpty() ? 0 : box.diagonal().norm();
 }
+
+}  // namespace
 
 TriangleMesh body_solid(const Mechanism& mechanism, int body) {
   const RigidBody& own = mechanism.bodies[static_cast<std::size_t>(body)];
@@ -88,10 +90,11 @@ BodyPose body_pose(const Mechanism& mechanism, const PathPoint* point, int body)
   return pose;
 }
 
-LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf) {
+LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf,
+                          int finer) {
   if (!point) return undeflected_surface(mechanism.leaves[leaf]);
   const LeafShape& shape = point->shapes[leaf];
-  return surface_of_shape(mechanism.leaves[leaf], shape, shape.deflected);
+  return surface_of_shape(mechanism.leaves[leaf], shape, shape.deflected, finer);
 }
 
 std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoint* point) {

@@ -15,12 +15,12 @@ namespace flexopt {
 
 struct LeafSurface {
   int along = 0, across = 0;     ///< points; of a wire one across, its centre line
-  std::vector<double> places;    ///< of the points along: part of the length
+  std::vector<double> places;    ///< places of the points along: part of the length
   std::vector<Vector3d> middle;  ///< points along first [m]
   /// Vectors from the middle to the face on the side of the normal [m]. At a fold they lean along
   /// the mitre.
   std::vector<Vector3d> half;
-  std::vector<Vector3d> side;  ///< of a wire: from the centre line across, its radius long [m]
+  std::vector<Vector3d> side;  ///< for a wire: from the centre line across, its radius long [m]
   /// Points along at which the surface has an edge: those of a fold.
   std::vector<int> folds;
 
@@ -46,6 +46,8 @@ struct TriangleMesh {
 
   /// Volume that the triangles enclose [m³].
   double volume() const;
+  /// Turns all triangles round where the volume is negative.
+  void face_outwards();
 };
 
 /// Closed mesh of both faces and all rims of a leaf. A wire has `around` sides, and the area of the
@@ -59,10 +61,6 @@ TriangleMesh closed_box(const BodyBoxT<double>& box);
 TriangleMesh convex_hull(const std::vector<Vector3d>& points);
 
 // The parts of a mechanism as closed bodies: what STL, glTF and STEP hold.
-
-/// Diagonal of the box around the undeflected mechanism [m]: what the parts that have no size of
-/// their own are drawn by.
-double drawn_size(const Mechanism& mechanism);
 
 /// Undeflected: the box of a body, or the hull of the edges, joints and springs that it holds, each
 /// with a small ball around it, as the report draws it. Empty where it holds nothing.
@@ -83,7 +81,8 @@ BodyPose body_pose(const Mechanism& mechanism, const PathPoint* point, int body)
 /// All leaves, then all bodies that have a shape, undeflected (null) or at a point with shapes.
 std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoint* point);
 
-/// The surface of a leaf at a point of the path.
-LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf);
+/// The surface of a leaf at a point of the path; `finer` as of surface_of_shape.
+LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf,
+                          int finer = 4);
 
 }  // namespace flexopt

@@ -77,7 +77,7 @@ void add_wire(const LeafSurface& surface, const Projection& on, Picture& picture
 void add_leaf(const LeafSpring& leaf, const Projection& on, Picture& picture) {
   const LeafSurface surface = undeflected_surface(leaf);
   if (surface.round()) return add_wire(surface, on, picture);
-  double seen = 0;  // of the face
+  double seen = 0;  // largest cosine between view and normal of the face
   for (const Vector3d& half : surface.half)
     seen = std::max(seen, std::abs(on.view.toward().dot(half.normalized())));
   if (seen > on_edge) {
@@ -143,7 +143,7 @@ struct Face {
 
 /// A leaf as strips of its middle surface.
 void add_strips(const LeafSurface& surface, const Projection& on, std::vector<Face>& faces) {
-  constexpr int pieces = 12;  // of a straight leaf: parts of it lie before and behind others
+  constexpr int pieces = 12;  // pieces of a straight leaf: parts of it lie before and behind others
   for (int i = 0; i + 1 < surface.along; ++i) {
     const int parts = surface.along > 3 ? 1 : pieces;
     const auto corner = [&](bool last, double t) {

@@ -30,7 +30,7 @@ struct DrawnShape {
   enum class Kind { area, line, circle };
   Kind kind = Kind::line;
   std::string style;           ///< a class of the style sheet
-  std::vector<Point2> points;  ///< of a circle its centre
+  std::vector<Point2> points;  ///< points; the centre of a circle
   double radius = 0;
 };
 
@@ -38,7 +38,7 @@ struct DrawnShape {
 struct DrawnLabel {
   std::string text;
   Box2 box;
-  double size = 12;  ///< of the letters
+  double size = 12;  ///< size of the letters
   std::string style = "label";
 };
 

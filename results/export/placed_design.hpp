@@ -20,7 +20,7 @@ struct DrawnPoint {
   };
   Kind kind = Kind::middle;
   int owner = -1;               ///< leaf; of a box the body
-  bool inside = false;          ///< of a leaf: neither at an end nor at a fold
+  bool inside = false;          ///< neither at an end of a leaf nor at a fold
   Vector3d at;                  ///< [m]
   std::vector<Vector3d> rates;  ///< along each parameter [m per its SI unit]
 };
@@ -30,15 +30,15 @@ struct DrawnLeg {
   int leaf = 0;
   Vector3d at;                  ///< [m]
   Vector3d along;               ///< unit vector, from there into the leaf
-  std::vector<Vector3d> rates;  ///< of `along`, along each parameter [per its SI unit]
+  std::vector<Vector3d> rates;  ///< rates of `along` with each parameter [per its SI unit]
 };
 
 struct PlacedDesign {
   Mechanism mechanism;
   std::vector<Parameter> parameters;  ///< all but counts; points have a rate for each
-  std::vector<double> values;         ///< of these
+  std::vector<double> values;         ///< values of these
   std::vector<DrawnPoint> points;
-  std::vector<DrawnLeg> legs;  ///< of each leaf base and tip, then both sides of its fold
+  std::vector<DrawnLeg> legs;  ///< base and tip of each leaf, then both sides of its fold
   double size = 0;             ///< diagonal of the box around the points [m]
 
   /// Whether any point moves along the parameter.

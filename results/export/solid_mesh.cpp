@@ -95,7 +95,7 @@ SolidMesh mesh_sheet(const LeafSpring& leaf, const SolidMeshSize& size) {
 struct Disk {
   std::vector<std::array<double, 2>> places;
   std::vector<std::array<int, 8>> cells;  ///< corners, then mid-sides
-  std::vector<bool> corner;               ///< of the places
+  std::vector<bool> corner;               ///< which of the places are corners
 
   int number(std::array<double, 2> p) {
     for (std::size_t k = 0; k < places.size(); ++k)

@@ -12,19 +12,12 @@ namespace flexopt {
 
 namespace {
 
-/// What stands behind a % in one line.
-std::string comment(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  return text;
-}
-
 template <class Out>
 void write_sets(const SpacarModel& model, Out out) {
   int number = 0;
   for (const SpacarSet& set : model.sets()) {
     ++number;
-    fmt::format_to(out, "% {}\neprops({}).elems = [{}];\n", comment(set.name), number,
+    fmt::format_to(out, "% {}\neprops({}).elems = [{}];\n", one_line(set.name), number,
                    fmt::join(set.elements, " "));
     const Vector3d& a = set.across;
     fmt::format_to(out, "eprops({}).orien = [{:.12g} {:.12g} {:.12g}];\n", number, a[0], a[1],
@@ -87,7 +80,7 @@ std::string spacar_script(const Exported& exported, const VectorXd& strokes) {
   fmt::format_to(out,
                  "% {}: flexopt {} wrote this script for SPACAR Light. SI units.\n% stroke: {}\n"
                  "clear\n\n%% NODES\nnodes = [\n",
-                 comment(exported.name), version(), comment(exported.stroke_text(strokes)));
+                 one_line(exported.name), version(), one_line(exported.stroke_text(strokes)));
   for (const Vector3d& p : model.nodes())
     fmt::format_to(out, "  {:.12g} {:.12g} {:.12g};\n", p[0], p[1], p[2]);
   text += "];\n\n%% ELEMENTS\nelements = [\n";

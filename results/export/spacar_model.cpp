@@ -12,7 +12,7 @@ namespace flexopt {
 
 namespace {
 
-constexpr double least_length = 1e-5;  ///< of an element of SPACAR Light [m]
+constexpr double least_length = 1e-5;  ///< least length of an element of SPACAR Light [m]
 constexpr int pieces = 12;             ///< elements of a leaf that is bent or has a profile
 constexpr std::array<const char*, 3> axis_names{"x", "y", "z"};
 

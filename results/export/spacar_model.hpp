@@ -44,7 +44,7 @@ class SpacarModel {
   void add_holds();
 
   const Exported* exported_;
-  std::vector<int> group_;  ///< of each body; ground
+  std::vector<int> group_;  ///< group of each body; ground
   std::vector<Vector3d> nodes_;
   std::map<int, std::vector<int>> of_group_;  ///< nodes
   std::vector<std::array<int, 2>> elements_;

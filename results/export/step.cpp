@@ -61,7 +61,7 @@ step::Prism prism(const LeafSpring& leaf, double radius) {
   const auto arc = [&](double x0, double y0, double x1, double y1, double x2, double y2) {
     made.outline.push_back({at(x0, y0), at(x2, y2), at(x1, y1)});
   };
-  const double part = 1 - std::sqrt(0.5);  // of the radius: the middle of a quarter circle
+  const double part = 1 - std::sqrt(0.5);  // share of the radius: the middle of a quarter circle
   line(at(base, -h), at(L - tip, -h));
   if (tip > 0) arc(L - tip, -h, L - part * tip, -h - part * tip, L, -h - tip);
   line(at(L, -h - tip), at(L, h + tip));
@@ -79,13 +79,6 @@ step::Polyhedron polyhedron(const TriangleMesh& mesh, const BodyPose& pose) {
   return made;
 }
 
-/// Every other point of what was made fine enough for triangles.
-LeafSurface leaf_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t i) {
-  if (!point) return undeflected_surface(mechanism.leaves[i]);
-  const LeafShape& shape = point->shapes[i];
-  return surface_of_shape(mechanism.leaves[i], shape, shape.deflected, 2);
-}
-
 step::Solid leaf_solid(const Exported& exported, const PathPoint* point, std::size_t i,
                        std::vector<std::string>& without_fillets) {
   const LeafSpring& leaf = exported.mechanism.leaves[i];
@@ -97,7 +90,8 @@ step::Solid leaf_solid(const Exported& exported, const PathPoint* point, std::si
     radius = 0;
   }
   if (!point && !round && is_plain(leaf)) return {leaf.name, prism(leaf, radius)};
-  const LeafSurface surface = leaf_surface(exported.mechanism, point, i);
+  // every other point of what is fine enough for triangles
+  const LeafSurface surface = drawn_surface(exported.mechanism, point, i, 2);
   if (!round) return {leaf.name, sheet(surface)};
   if (!point && is_plain(leaf)) return {leaf.name, straight_wire(surface)};
   return {leaf.name, wire(surface)};

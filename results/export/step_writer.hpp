@@ -14,7 +14,7 @@ using Point = std::array<double, 3>;  ///< [mm]; a direction has length 1
 /// Body between two faces that are splines through a grid of points, those along first.
 struct Sheet {
   int along = 0, across = 0;
-  std::vector<double> places;  ///< of the points along: part of the length
+  std::vector<double> places;  ///< places of the points along: part of the length
   std::vector<int> folds;      ///< points along at which the faces have an edge
   std::vector<Point> top, bottom;
 };
@@ -37,7 +37,7 @@ struct Pipe {
 struct Prism {
   struct Edge {
     Point from, to;
-    std::optional<Point> by;  ///< of an arc: a point between
+    std::optional<Point> by;  ///< a point between the ends of an arc
   };
   std::vector<Edge> outline;
   Point over;

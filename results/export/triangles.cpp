@@ -11,20 +11,13 @@ namespace flexopt {
 
 namespace {
 
-/// A grid of points first + i + j·columns as triangles.
-class GridFaces {
- public:
-  explicit GridFaces(TriangleMesh& mesh) : mesh_(&mesh) {}
-
-  /// a, b, c, d around a quadrilateral, counter-clockwise from outside.
-  void quad(int a, int b, int c, int d) {
-    mesh_->triangles.push_back({a, b, c});
-    mesh_->triangles.push_back({a, c, d});
-  }
-
- private:
-  TriangleMesh* mesh_;
-};
+/// Two triangles between the corners a, b, c, d of a mesh, counter-clockwise seen from outside.
+auto quads_of(TriangleMesh& mesh) {
+  return [&mesh](int a, int b, int c, int d) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  };
+}
 
 TriangleMesh closed_sheet(const LeafSurface& surface) {
   TriangleMesh mesh;
@@ -33,25 +26,24 @@ TriangleMesh closed_sheet(const LeafSurface& surface) {
     for (int k = 0; k < n; ++k)
       mesh.points.push_back(surface.middle[static_cast<std::size_t>(k)] +
                             sign * surface.half[static_cast<std::size_t>(k)]);
-  GridFaces faces(mesh);
+  const auto quad = quads_of(mesh);
   const auto top = [nx](int i, int j) { return j * nx + i; };
   const auto bottom = [nx, n](int i, int j) { return n + j * nx + i; };
   for (int j = 0; j + 1 < ny; ++j)
     for (int i = 0; i + 1 < nx; ++i) {
-      faces.quad(top(i, j), top(i + 1, j), top(i + 1, j + 1), top(i, j + 1));
-      faces.quad(bottom(i, j), bottom(i, j + 1), bottom(i + 1, j + 1), bottom(i + 1, j));
+      quad(top(i, j), top(i + 1, j), top(i + 1, j + 1), top(i, j + 1));
+      quad(bottom(i, j), bottom(i, j + 1), bottom(i + 1, j + 1), bottom(i + 1, j));
     }
   for (int i = 0; i + 1 < nx; ++i) {
-    faces.quad(bottom(i, 0), bottom(i + 1, 0), top(i + 1, 0), top(i, 0));
-    faces.quad(bottom(i + 1, ny - 1), bottom(i, ny - 1), top(i, ny - 1), top(i + 1, ny - 1));
+    quad(bottom(i, 0), bottom(i + 1, 0), top(i + 1, 0), top(i, 0));
+    quad(bottom(i + 1, ny - 1), bottom(i, ny - 1), top(i, ny - 1), top(i + 1, ny - 1));
   }
   for (int j = 0; j + 1 < ny; ++j) {
-    faces.quad(bottom(0, j + 1), bottom(0, j), top(0, j), top(0, j + 1));
-    faces.quad(bottom(nx - 1, j), bottom(nx - 1, j + 1), top(nx - 1, j + 1), top(nx - 1, j));
+    quad(bottom(0, j + 1), bottom(0, j), top(0, j), top(0, j + 1));
+    quad(bottom(nx - 1, j), bottom(nx - 1, j + 1), top(nx - 1, j + 1), top(nx - 1, j));
   }
   // the grid's second direction may run against the leaf's: outside is where the volume is positive
-  if (mesh.volume() < 0)
-    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  mesh.face_outwards();
   return mesh;
 }
 
@@ -64,11 +56,11 @@ TriangleMesh closed_wire(const LeafSurface& surface, int around) {
       mesh.points.push_back(surface.middle[at] + wider * (std::cos(k * turn) * surface.side[at] +
                                                           std::sin(k * turn) * surface.half[at]));
     }
-  GridFaces faces(mesh);
+  const auto quad = quads_of(mesh);
   const auto point = [around](int i, int k) { return i * around + k % around; };
   for (int i = 0; i + 1 < surface.along; ++i)
     for (int k = 0; k < around; ++k)
-      faces.quad(point(i, k), point(i, k + 1), point(i + 1, k + 1), point(i + 1, k));
+      quad(point(i, k), point(i, k + 1), point(i + 1, k + 1), point(i + 1, k));
   const int first = static_cast<int>(mesh.points.size()), last = surface.along - 1;
   mesh.points.push_back(surface.middle.front());
   mesh.points.push_back(surface.middle.back());
@@ -76,8 +68,7 @@ TriangleMesh closed_wire(const LeafSurface& surface, int around) {
     mesh.triangles.push_back({first, point(0, k + 1), point(0, k)});
     mesh.triangles.push_back({first + 1, point(last, k), point(last, k + 1)});
   }
-  if (mesh.volume() < 0)
-    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  mesh.face_outwards();
   return mesh;
 }
 
@@ -96,6 +87,11 @@ double TriangleMesh::volume() const {
   const auto at = [&](int k) -> Vector3d { return points[static_cast<std::size_t>(k)] - from; };
   for (const auto& [a, b, c] : triangles) six += at(a).dot(at(b).cross(at(c)));
   return six / 6;
+}
+
+void TriangleMesh::face_outwards() {
+  if (volume() < 0)
+    for (auto& triangle : triangles) std::swap(triangle[1], triangle[2]);
 }
 
 TriangleMesh closed_leaf(const LeafSurface& surface, int around) {

@@ -58,7 +58,7 @@ class DimensionLines {
   DrawnDimension dimension(const DimensionText& text, std::vector<Point2> line) const;
 
   Picture* picture_;
-  Box2 outline_;  ///< of what was drawn at first
+  Box2 outline_;  ///< outline of what was drawn at first
   double scale_;
 };
 

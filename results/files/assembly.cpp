@@ -14,8 +14,8 @@ Json errors_json(const std::vector<AssemblyError>& errors, const Mechanism& mech
   for (const AssemblyError& e : errors)
     list.push_back({{"leaf", mechanism.leaves[static_cast<std::size_t>(e.leaf)].name},
                     {"end", e.end == 0 ? "base" : "tip"},
-                    {"move", {e.move[0], e.move[1], e.move[2]}},
-                    {"turn", {e.turn[0], e.turn[1], e.turn[2]}}});
+                    {"move", vector_json(e.move)},
+                    {"turn", vector_json(e.turn)}});
   return list;
 }
 
@@ -34,8 +34,8 @@ Json worst_json(const WorstAssembly& worst, const RunRecord& record, const Drive
                {"over_stroke", name_of(worst.of.over_stroke)},
                {"unit", quantity_unit(worst.of.quantity, drives)},
                {"nominal", worst.nominal},
-               {"corner", worst.corner ? Json(*worst.corner) : Json()},
-               {"worst", worst.worst ? Json(*worst.worst) : Json()}};
+               {"corner", optional_json(worst.corner)},
+               {"worst", optional_json(worst.worst)}};
   add_place(worst.place, record.job, json);
   json["misalignment"] = errors_json(worst.misalignment, record.mechanism);
   json["as_bad"] = std::move(as_bad);

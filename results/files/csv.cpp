@@ -211,22 +211,8 @@ std::vector<std::string> comparison_header(const Job& job, const DriveList& driv
   return cells;
 }
 
-}  // namespace
-
-std::string path_csv(const StrokeResponse& response, const DriveList& drives,
-                     const StrokeRequest& request, const StrokeErrors* errors) {
-  const auto columns = path_columns(response, drives, request, errors);
-  std::vector<std::string> cells;
-  for (const Column& column : columns) cells.push_back(column.header);
-  std::string text = row(cells);
-  for (const PathPoint& point : response.path) {
-    cells.clear();
-    for (const Column& column : columns) cells.push_back(column.cell(point));
-    text += row(cells);
-  }
-  return text;
-}
-
+/// The paths of several load cases, one after the other, with the column "case" first. A cell is
+/// empty where its case has no such column.
 std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const DriveList& drives,
                       const std::vector<JobCase>& cases, const std::vector<StrokeErrors>& errors) {
   std::vector<std::vector<Column>> columns;
@@ -250,6 +236,22 @@ std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const
       }
       text += row(cells);
     }
+  return text;
+}
+
+}  // namespace
+
+std::string path_csv(const StrokeResponse& response, const DriveList& drives,
+                     const StrokeRequest& request, const StrokeErrors* errors) {
+  const auto columns = path_columns(response, drives, request, errors);
+  std::vector<std::string> cells;
+  for (const Column& column : columns) cells.push_back(column.header);
+  std::string text = row(cells);
+  for (const PathPoint& point : response.path) {
+    cells.clear();
+    for (const Column& column : columns) cells.push_back(column.cell(point));
+    text += row(cells);
+  }
   return text;
 }
 

@@ -12,12 +12,6 @@ namespace flexopt {
 std::string path_csv(const StrokeResponse& response, const DriveList& drives,
                      const StrokeRequest& request, const StrokeErrors* errors = nullptr);
 
-/// The paths of several load cases, one after the other, with the column "case" first. A cell is
-/// empty where its case has no such column.
-std::string cases_csv(const std::vector<const StrokeResponse*>& responses, const DriveList& drives,
-                      const std::vector<JobCase>& cases,
-                      const std::vector<StrokeErrors>& errors = {});
-
 /// The path that a run is about, or those of all load cases.
 std::string path_csv(const RunRecord& record);
 

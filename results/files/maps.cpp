@@ -67,16 +67,7 @@ Json map_json(const RunRecord& record, const MapSpec& map, const ResponseMap& fo
           {"first_failure", found.first_failure}};
 }
 
-}  // namespace
-
-OrderedJson make_maps(const RunRecord& record) {
-  assert(record.maps.size() == record.job.maps.size());
-  Json maps = Json::array();
-  for (std::size_t k = 0; k < record.maps.size(); ++k)
-    maps.push_back(map_json(record, record.job.maps[k], record.maps[k]));
-  return maps;
-}
-
+/// A row for each design of each map and each of its quantities.
 std::string maps_csv(const RunRecord& record) {
   std::string text = csv::row({"map", "first parameter", "value [SI]", "second parameter",
                                "value [SI]", "quantity", "unit", "value", "margin [1]"});
@@ -97,6 +88,16 @@ std::string maps_csv(const RunRecord& record) {
                           found.margin.empty() ? "" : csv::number_cell(found.margin[k])});
   }
   return text;
+}
+
+}  // namespace
+
+OrderedJson make_maps(const RunRecord& record) {
+  assert(record.maps.size() == record.job.maps.size());
+  Json maps = Json::array();
+  for (std::size_t k = 0; k < record.maps.size(); ++k)
+    maps.push_back(map_json(record, record.job.maps[k], record.maps[k]));
+  return maps;
 }
 
 void write_maps_csv(const std::filesystem::path& folder, const RunRecord& record) {

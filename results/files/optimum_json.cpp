@@ -15,12 +15,12 @@ namespace {
 
 using Json = OrderedJson;
 
-Json goal_json(const std::string& quantity, const std::string& expression, OverStroke over,
-               const DriveList& drives) {
-  if (!expression.empty()) return {{"expression", expression}, {"unit", "SI"}};
-  return {{"quantity", quantity},
-          {"over_stroke", name_of(over)},
-          {"unit", quantity_unit(quantity, drives)}};
+template <class Goal>
+Json goal_json(const Goal& goal, const DriveList& drives) {
+  if (!goal.expression.empty()) return {{"expression", goal.expression}, {"unit", "SI"}};
+  return {{"quantity", goal.quantity},
+          {"over_stroke", name_of(goal.over_stroke)},
+          {"unit", quantity_unit(goal.quantity, drives)}};
 }
 
 /// The bound that the margin is measured from.
@@ -54,7 +54,7 @@ Json constraints_json(const Job& job, const Optimum& optimum, const Mechanism& m
     const ConstraintState& state = optimum.constraints[i];
     const Constraint& asked = spec.constraints[i];
     Json json = {{"label", state.label}};
-    json.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drives));
+    json.update(goal_json(asked, drives));
     json.update({{"value", state.value},
                  {"bound", nearest_bound(state)},
                  {"min", optional_json(state.min)},
@@ -189,7 +189,7 @@ Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, const DriveLi
   assert(spec.pareto);
   const ParetoSpec& asked = *spec.pareto;
   Json second = {{"label", asked.label}, {"sense", asked.maximise ? "maximise" : "minimise"}};
-  second.update(goal_json(asked.quantity, asked.expression, asked.over_stroke, drives));
+  second.update(goal_json(asked, drives));
   if (!asked.load_case.empty()) second["case"] = asked.load_case;
   Json points = Json::array();
   for (const ParetoPoint& p : optimum.pareto->points)
@@ -223,7 +223,7 @@ Json loop_json(const VerificationLoop& loop) {
           {"iterations", loop.iterations},
           {"full_evaluations", loop.steps.size()},
           {"difference", loop.difference},
-          {"kkt_residual", loop.kkt ? Json(*loop.kkt) : Json()},
+          {"kkt_residual", optional_json(loop.kkt)},
           {"steps", std::move(steps)}};
 }
 
@@ -237,12 +237,6 @@ Json verified_json(const Job& job, const Optimum& optimum, const Mechanism& mech
         {{"label", i < optimum.constraints.size() ? optimum.constraints[i].label : ""},
          {"value", verified.constraints[i]},
          {"difference", verified.constraint_differences[i]}});
-  const auto path_of = [&](const StrokeResponse& response, const StrokeRequest& request) {
-    Json path = Json::array();
-    for (const PathPoint& point : response.path)
-      path.push_back(make_path_point(point, mechanism, request));
-    return path;
-  };
   const bool found = verified.outcome().status == Status::ok;
   Json json = {{"accuracy", "full"},
                {"status", found ? "ok" : "no_equilibrium"},
@@ -251,18 +245,18 @@ Json verified_json(const Job& job, const Optimum& optimum, const Mechanism& mech
                {"objective_difference", found ? Json(verified.objective_difference) : Json()},
                {"constraints", std::move(constraints)},
                {"loop", verified.loop ? loop_json(*verified.loop) : Json()},
-               {"path", path_of(verified.response, job.request)}};
+               {"path", path_json(verified.response, mechanism, job.request)}};
   for (std::size_t k = 0; k < verified.cases.size(); ++k)
-    json["cases"][job.cases[k].name] = {{"path", path_of(verified.cases[k], job.cases[k].request)}};
+    json["cases"][job.cases[k].name] = {
+        {"path", path_json(verified.cases[k], mechanism, job.cases[k].request)}};
   return json;
 }
 
 /// SI unit of the goal with this label; that of the objective where no constraint has it.
 std::string goal_unit(const OptimiseSpec& spec, const std::string& label, const DriveList& drives) {
   const auto found = std::ranges::find(spec.constraints, label, &Constraint::label);
-  const bool constraint = found != spec.constraints.end();
-  const std::string& quantity = constraint ? found->quantity : spec.objective.quantity;
-  return quantity.empty() ? "SI" : quantity_unit(quantity, drives);
+  return goal_unit(found == spec.constraints.end() ? spec.objective.quantity : found->quantity,
+                   drives);
 }
 
 Json sensitivities_json(const OptimiseSpec& spec, const Optimum& optimum, const Family& family,
@@ -305,8 +299,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   const OptimiseSpec& spec = *job.optimise;
   const Family& family = resolve(job.design)->family();
   Json goal = {{"sense", spec.objective.maximise ? "maximise" : "minimise"}};
-  goal.update(goal_json(spec.objective.quantity, spec.objective.expression,
-                        spec.objective.over_stroke, DriveList(mechanism)));
+  goal.update(goal_json(spec.objective, DriveList(mechanism)));
   if (!spec.objective.load_case.empty()) goal["case"] = spec.objective.load_case;
   add_margin(spec.objective, goal);
   if (optimum.status != OptimumStatus::failed) add_decisive(job, mechanism, optimum.decisive, goal);

@@ -117,6 +117,11 @@ Json clearance_place_json(const std::optional<Clearance>& clearance) {
           {"positions", {vector_json(clearance->places[0]), vector_json(clearance->places[1])}}};
 }
 
+Json motion_json(const BodyMotion& motion) {
+  return {{"displacement", vector_json(motion.displacement)},
+          {"rotation", vector_json(motion.rotation)}};
+}
+
 /// Critical factors of the named load; null where none was named.
 Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mechanism) {
   if (!buckling) return nullptr;
@@ -130,9 +135,7 @@ Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mec
     reason[drive] = load->reason;
     mode[drive] = nullptr;
     for (std::size_t b = 0; b < load->mode.size(); ++b)
-      mode[drive][mechanism.bodies[b].name] = {
-          {"displacement", vector_json(load->mode[b].displacement)},
-          {"rotation", vector_json(load->mode[b].rotation)}};
+      mode[drive][mechanism.bodies[b].name] = motion_json(load->mode[b]);
   }
   factors["linearised"] = std::move(linearised);
   factors["kind"] = std::move(kind);
@@ -171,8 +174,7 @@ Json bodies_json(const PathPoint& point, const Mechanism& mechanism) {
   Json bodies = Json::object();
   for (std::size_t b = 0; b < point.bodies.size(); ++b) {
     assert(b < mechanism.bodies.size());
-    bodies[mechanism.bodies[b].name] = {{"displacement", vector_json(point.bodies[b].displacement)},
-                                        {"rotation", vector_json(point.bodies[b].rotation)}};
+    bodies[mechanism.bodies[b].name] = motion_json(point.bodies[b]);
   }
   return bodies;
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "results/files/csv_text.hpp"
 #include "results/files/result_json.hpp"
 
 namespace flexopt {
@@ -17,7 +18,7 @@ using Json = OrderedJson;
 /// How a design did, as far as that decides on its place.
 struct Standing {
   int group = 2;         ///< 0 feasible, 1 infeasible, 2 nothing to compare
-  double objective = 0;  ///< of feasible ones
+  double objective = 0;  ///< objective of feasible designs
   double violation = 0;  ///< relative, of infeasible ones
   Json worst = nullptr;  ///< the constraint with the least margin
 };
@@ -158,14 +159,6 @@ void add_designs(const Job& job, const std::vector<Json>& results, Json& whole) 
   whole["designs"] = std::move(designs);
 }
 
-/// Cells with commas or quotes are quoted.
-std::string cell(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
-}
-
 std::string number_cell(const Json& value) {
   return value.is_number() ? value.dump() : std::string();
 }
@@ -195,17 +188,17 @@ std::string ranking_csv(const OrderedJson& result) {
   std::string text = fmt::format(
       "rank,design,family,status,feasible,{},worst constraint,value [SI],bound [SI],"
       "violation [1],evaluations,folder\n",
-      cell(fmt::format("{} [{}]", label, unit)));
+      csv::text_cell(fmt::format("{} [{}]", label, unit)));
   for (const Json& entry : result["ranking"]) {
     const Json& worst = entry["worst_constraint"];
     const bool has = worst.is_object();
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", entry["rank"].dump(),
-                        cell(entry["name"]), cell(entry["family"]), cell(entry["status"]),
-                        entry["feasible"].dump(), number_cell(entry["objective"]),
-                        has ? cell(worst["label"]) : "", has ? number_cell(worst["value"]) : "",
-                        has ? number_cell(worst["bound"]) : "",
-                        has ? number_cell(worst["violation"]) : "", entry["evaluations"].dump(),
-                        cell(entry["folder"]));
+    text += fmt::format(
+        "{},{},{},{},{},{},{},{},{},{},{},{}\n", entry["rank"].dump(),
+        csv::text_cell(entry["name"]), csv::text_cell(entry["family"]),
+        csv::text_cell(entry["status"]), entry["feasible"].dump(), number_cell(entry["objective"]),
+        has ? csv::text_cell(worst["label"]) : "", has ? number_cell(worst["value"]) : "",
+        has ? number_cell(worst["bound"]) : "", has ? number_cell(worst["violation"]) : "",
+        entry["evaluations"].dump(), csv::text_cell(entry["folder"]));
   }
   return text;
 }

@@ -175,7 +175,7 @@ Json leaf_geometry_json(const Mechanism& mechanism, const ModelOptions& model) {
                       {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
                       {"mesh", leaf_shape(leaf, model).mesh},
                       {"validity", validity_json(leaf)}});
-    // of its arc, positive to the side of across × (base → tip)
+    // the angle of its arc, positive to the side of across × (base → tip)
     if (leaf.curve) leaves.back()["curve"] = -*leaf.curve;
     // the part of the length before it, and the angle by which the leaf turns there
     if (leaf.fold)
@@ -289,10 +289,8 @@ Json stress_checks_json(const RunRecord& record) {
 Json point_errors_json(const std::vector<EstimatedError>& errors) {
   Json relative = Json::object(), absolute = Json::object();
   for (const QuantityRow& row : quantity_rows())
-    if (row.error == ErrorKind::none) {
-      const std::string key = row.name.substr(0, row.name.find('.'));
-      relative[key] = absolute[key] = nullptr;
-    }
+    if (row.error == ErrorKind::none)
+      relative[key_of(row.name)] = absolute[key_of(row.name)] = nullptr;
   for (const EstimatedError& error : errors) {
     relative[Json::json_pointer(error.pointer)] = error.scale > 0 ? Json(error.relative()) : Json();
     absolute[Json::json_pointer(error.pointer)] = error.absolute();

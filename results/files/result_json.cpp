@@ -9,7 +9,6 @@
 
 #include "core/reduction/atlas/tube_atlas.hpp"
 #include "core/response/quantities.hpp"
-#include "optim/job/job_numbers.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/files/version.hpp"
@@ -107,19 +106,6 @@ void add_frequency_derivatives(const StrokeResponse& response, const Mechanism& 
     json["frequency_derivatives_along_ways"] = frequency_ways_json(response, mechanism);
 }
 
-/// `errors`: null where none were asked for.
-Json path_json(const StrokeResponse& response, const Mechanism& mechanism,
-               const StrokeRequest& request, const StrokeErrors* errors) {
-  Json path = Json::array();
-  for (std::size_t k = 0; k < response.path.size(); ++k) {
-    path.push_back(make_path_point(response.path[k], mechanism, request));
-    if (errors)
-      path.back()["estimated_error"] =
-          errors->path[k].empty() ? Json() : point_errors_json(errors->path[k]);
-  }
-  return path;
-}
-
 const StrokeErrors* errors_of_case(const RunRecord& record, std::size_t k) {
   return k < record.errors.size() ? &record.errors[k] : nullptr;
 }
@@ -189,6 +175,18 @@ std::optional<double> number_at(const OrderedJson& result, const std::string& po
 
 }  // namespace
 
+Json path_json(const StrokeResponse& response, const Mechanism& mechanism,
+               const StrokeRequest& request, const StrokeErrors* errors) {
+  Json path = Json::array();
+  for (std::size_t k = 0; k < response.path.size(); ++k) {
+    path.push_back(make_path_point(response.path[k], mechanism, request));
+    if (errors)
+      path.back()["estimated_error"] =
+          errors->path[k].empty() ? Json() : point_errors_json(errors->path[k]);
+  }
+  return path;
+}
+
 OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPlace& place) {
   const auto& [name, request] = job.cases[place.load_case];
   Json stroke = request.points[place.point];
@@ -199,8 +197,6 @@ OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPla
 
 OrderedJson make_result(const RunRecord& record) {
   const StrokeResponse& response = response_of(record);
-  Json path = path_json(response, record.mechanism, record.job.request, errors_of_case(record, 0));
-
   Json result = {
       {"flexopt", {{"format", result_format}, {"version", version()}, {"commit", commit()}}},
       {"job", Json(document_of(record.job))},
@@ -214,7 +210,8 @@ OrderedJson make_result(const RunRecord& record) {
       {"stress_checks", stress_checks_json(record)},
       {"leaves", leaf_geometry_json(record.mechanism, record.job.model)},
       {"constraints", constraints_json(record.mechanism)},
-      {"path", std::move(path)}};
+      {"path",
+       path_json(response, record.mechanism, record.job.request, errors_of_case(record, 0))}};
   if (std::string refined = refined_leaves(record.mechanism, record.job.model); !refined.empty())
     result["notes"].push_back(std::move(refined));
   if (record.job.request.state_space) result["state_space"] = signals_json(response);
@@ -266,7 +263,7 @@ std::vector<std::string> check_expectations(const std::vector<Expectation>& expe
     list.push_back({{"pointer", expected.pointer},
                     {"expected", expected.value},
                     {"tolerance", expected.tolerance},
-                    {"value", value ? OrderedJson(*value) : OrderedJson()},
+                    {"value", optional_json(value)},
                     {"ok", ok},
                     {"source", expected.source}});
   }

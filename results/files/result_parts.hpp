@@ -18,6 +18,10 @@ namespace flexopt {
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                             const StrokeRequest& request);
 
+/// All points of a path, with their estimated errors unless `errors` is null.
+OrderedJson path_json(const StrokeResponse& response, const Mechanism& mechanism,
+                      const StrokeRequest& request, const StrokeErrors* errors = nullptr);
+
 /// First part of a name with dots: the key of the result that the number stands in.
 std::string key_of(const std::string& name);
 
@@ -69,9 +73,6 @@ OrderedJson make_assembly(const RunRecord& record);
 // Quantities over two parameters: the part "maps" of result.json, and maps.csv.
 
 OrderedJson make_maps(const RunRecord& record);
-
-/// One row for each design of each map and each of its quantities.
-std::string maps_csv(const RunRecord& record);
 
 /// Writes maps.csv, or removes that of an earlier run where the record has no maps.
 void write_maps_csv(const std::filesystem::path& folder, const RunRecord& record);

@@ -184,8 +184,7 @@ void conclude_errors(RunRecord& record) {
     record.status = "estimate_beyond_limit";
     record.message += fmt::format(
         " Not believed: by its estimated error {} at stroke point {} may be off by {}; the limit "
-        "is "
-        "{}.",
+        "is {}.",
         error->name, error->point, percent(error->relative), percent(limit));
   };
   constexpr double of_stresses = 10;  // their estimates are rough

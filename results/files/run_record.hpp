@@ -36,15 +36,15 @@ struct RunRecord {
   std::string no_gradients;
   /// Estimated errors of every path of responses_of, where the job asks for them.
   std::vector<StrokeErrors> errors;
-  std::optional<ChosenModel> chosen;     ///< of "accuracy": "auto"; then also the model of `job`
+  std::optional<ChosenModel> chosen;     ///< by "accuracy": "auto"; then also the model of `job`
   std::optional<Optimum> optimum;        ///< job optimise; its response stands for `response`
   std::optional<Comparison> comparison;  ///< job compare; there is no path then
   std::optional<ToleranceReport> tolerances;  ///< where the job has some, and a design to look at
   std::optional<AssemblyReport> assembly;     ///< where the job has a box of errors of assembly
-  std::vector<ResponseMap> maps;          ///< of the job's maps, where there is a design to look at
+  std::vector<ResponseMap> maps;          ///< the job's maps, where there is a design to look at
   std::string status = "ok";              ///< "ok", or why the result is not usable, in one word
   std::string message;                    ///< one sentence with the figures
-  std::vector<DrawnDesign> others;        ///< of an optimisation; for the report alone
+  std::vector<DrawnDesign> others;        ///< designs of an optimisation; for the report alone
   std::map<std::string, double> timings;  ///< [s], only for timings.json
 };
 

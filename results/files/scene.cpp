@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/mechanism/profile.hpp"
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_parts.hpp"
@@ -23,7 +22,7 @@ struct Budget {
 };
 constexpr Budget whole_budget{8'000'000, 4'000'000}, start_budget{2'000'000, 1'000'000},
     front_budget{400'000, 0};
-constexpr std::size_t report_budget = 7'000'000;  ///< of a job that lists designs, compressed
+constexpr std::size_t report_budget = 7'000'000;  ///< compressed, for a job that lists designs
 
 Json columns_json(const Matrix3d& m) {
   return {vector_json(m.col(0)), vector_json(m.col(1)), vector_json(m.col(2))};
@@ -53,10 +52,8 @@ Json leaves_json(const Mechanism& mechanism, const std::vector<LeafShape>& shape
     const LeafSpring& leaf = mechanism.leaves[k];
     const int along = shapes[k].points_along;
     const std::vector<double> places = places_along(shapes[k]);
-    const auto& profile =
-        leaf.section == Section::circular ? leaf.width_profile : leaf.thickness_profile;
     Json half = Json::array();
-    for (const double s : places) half.push_back(0.5 * leaf.thickness * profile_at(profile, s));
+    for (const double s : places) half.push_back(half_thickness(leaf, s));
     leaves.push_back({{"name", leaf.name},
                       {"base", leaf.base},
                       {"tip", leaf.tip},
@@ -233,6 +230,12 @@ Json evaluations_json(const RunRecord& record) {
 
 }  // namespace
 
+double half_thickness(const LeafSpring& leaf, double s) {
+  const auto& profile =
+      leaf.section == Section::circular ? leaf.width_profile : leaf.thickness_profile;
+  return 0.5 * leaf.thickness * profile_at(profile, s);
+}
+
 OrderedJson make_scene(const RunRecord& record) {
   Json designs = Json::array();
   const auto add = [&](const std::string& label, const std::string& kind,
@@ -242,9 +245,7 @@ OrderedJson make_scene(const RunRecord& record) {
     auto design = design_json(label, kind, parameters, mechanism, response, loads, budget);
     if (!design) return;
     if (kind == "start") {  // the result has the path of its own design alone
-      Json path = Json::array();
-      for (const PathPoint& point : response.path)
-        path.push_back(make_path_point(point, mechanism, record.job.request));
+      Json path = path_json(response, mechanism, record.job.request);
       remove_non_finite(path);
       (*design)["path"] = std::move(path);
     }

@@ -3,8 +3,6 @@
 // once, on the meshes of the leaves; the page makes the motion between them.
 #include <cstdint>
 #include <filesystem>
-#include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +52,9 @@ OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>&
 /// Positions of the mesh lines of a leaf, as shares of its length from base to tip.
 std::vector<double> places_along(const LeafShape& shape);
 
+/// Half the thickness of a leaf, or the radius of a wire, at a share s of its length [m].
+double half_thickness(const LeafSpring& leaf, double s);
+
 /// Motion of the points of a leaf whose edges follow their bodies: cubic along the leaf, as a
 /// slender leaf bends. For models that do not tell their own. 3 numbers a point, in the order of
 /// the shape.
@@ -75,8 +76,8 @@ std::vector<std::vector<int>> mode_branches(const std::vector<PathPoint>& path, 
 /// product of `shape` is the number of values.
 OrderedJson packed_floats(const std::vector<float>& values, const std::vector<std::size_t>& shape);
 
-/// {"type": "int16", "shape", "data"}: the same, each row of the first index less the row before
-/// it, which compresses better where rows are alike.
+/// {"type": "int16", "shape", "data"}: as packed_floats, each row of the first index less the row
+/// before it, which compresses better where rows are alike.
 OrderedJson packed_rows(const std::vector<std::int16_t>& values,
                         const std::vector<std::size_t>& shape);
 

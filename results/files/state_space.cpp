@@ -25,14 +25,12 @@ Json list_json(const std::vector<Signal>& signals) {
   return list;
 }
 
-std::string number(double value) { return csv::number_cell(value); }
-
 std::string matrix_text(const MatrixXd& matrix) {
   std::string text = "[";
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
     if (i > 0) text += ";\n    ";
     for (Eigen::Index j = 0; j < matrix.cols(); ++j)
-      text += (j > 0 ? " " : "") + number(matrix(i, j));
+      text += (j > 0 ? " " : "") + csv::number_cell(matrix(i, j));
   }
   return text + "]";
 }
@@ -100,9 +98,9 @@ std::string state_space_script(const StrokeResponse& response, const std::string
         "models({}).motions = {};  % of the modes at the outputs\n"
         "models({}).residual = {};  % static answers of the modes that are left out\n",
         &point - response.path.data(), ++count,
-        strokes.size() > 0 ? matrix_text(strokes.transpose()) : number(point.stroke), count,
-        matrix_text(model.omega2.transpose()), count, matrix_text(model.damping.transpose()), count,
-        matrix_text(model.forces), count, matrix_text(model.motions), count,
+        strokes.size() > 0 ? matrix_text(strokes.transpose()) : csv::number_cell(point.stroke),
+        count, matrix_text(model.omega2.transpose()), count, matrix_text(model.damping.transpose()),
+        count, matrix_text(model.forces), count, matrix_text(model.motions), count,
         matrix_text(model.residual));
   }
   text +=

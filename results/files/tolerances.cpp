@@ -79,12 +79,9 @@ Json path_json(const RunRecord& record, std::size_t load_case) {
 
 Json goal_json(const RunRecord& record, const ToleratedGoal& goal, const DriveList& drives) {
   const bool formula = !goal.expression.empty();
-  Json json = {{"label", goal.label}};
-  if (formula)
-    json["expression"] = goal.expression;
-  else
-    json["quantity"] = goal.quantity;
-  json["unit"] = formula ? "SI" : quantity_unit(goal.quantity, drives);
+  Json json = {{"label", goal.label},
+               {formula ? "expression" : "quantity", formula ? goal.expression : goal.quantity},
+               {"unit", goal_unit(goal.quantity, drives)}};
   json.update(number_json(goal.number, record.job.tolerances->entries));
   json["low"] = goal.number.slopes ? Json(goal.low) : Json();
   json["high"] = goal.number.slopes ? Json(goal.high) : Json();
@@ -154,13 +151,9 @@ std::string tolerances_csv(const RunRecord& record) {
     if (n.slopes) worst = farthest(*n.slopes), deviation = standard_deviation(entries, *n.slopes);
     cells.push_back(csv::number_cell(worst));
     cells.push_back(csv::number_cell(deviation));
-    const auto sampled = [&](double SampledNumber::*member) {
+    for (const auto member : {&SampledNumber::mean, &SampledNumber::standard_deviation,
+                              &SampledNumber::low, &SampledNumber::high})
       cells.push_back(n.sampled ? csv::number_cell((*n.sampled).*member) : "");
-    };
-    sampled(&SampledNumber::mean);
-    sampled(&SampledNumber::standard_deviation);
-    sampled(&SampledNumber::low);
-    sampled(&SampledNumber::high);
     const VectorXd shares = n.slopes ? variance_shares(entries, *n.slopes) : VectorXd();
     for (std::size_t e = 0; e < entries.size(); ++e)
       cells.push_back(n.slopes ? csv::number_cell(shares[static_cast<Eigen::Index>(e)]) : "");

@@ -27,6 +27,19 @@ std::string data_array(const std::string& type, const std::string& name, int com
       type, name, components, content);
 }
 
+/// The collection; "time" is the stroke. Points without shapes are not in it.
+std::string shapes_pvd(const std::vector<PathPoint>& path) {
+  std::string sets;
+  for (std::size_t i = 0; i < path.size(); ++i)
+    if (!path[i].shapes.empty())
+      sets += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", path[i].stroke,
+                          file_name(i));
+  return "<?xml version=\"1.0\"?>\n"
+         "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
+         "<Collection>\n" +
+         sets + "</Collection>\n</VTKFile>\n";
+}
+
 }  // namespace
 
 std::string shape_vtu(const std::vector<LeafShape>& leaves, const std::vector<VtkField>& fields) {
@@ -73,18 +86,6 @@ std::string shape_vtu(const std::vector<LeafShape>& leaves, const std::vector<Vt
          "</Points>\n<Cells>\n" + data_array("Int32", "connectivity", 1, connectivity) +
          data_array("Int32", "offsets", 1, offsets) + data_array("UInt8", "types", 1, types) +
          "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
-}
-
-std::string shapes_pvd(const std::vector<PathPoint>& path) {
-  std::string sets;
-  for (std::size_t i = 0; i < path.size(); ++i)
-    if (!path[i].shapes.empty())
-      sets += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", path[i].stroke,
-                          file_name(i));
-  return "<?xml version=\"1.0\"?>\n"
-         "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
-         "<Collection>\n" +
-         sets + "</Collection>\n</VTKFile>\n";
 }
 
 void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoint>& path) {

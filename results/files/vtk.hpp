@@ -19,9 +19,6 @@ struct VtkField {
 std::string shape_vtu(const std::vector<LeafShape>& leaves,
                       const std::vector<VtkField>& fields = {});
 
-/// The collection; "time" is the stroke. Only points with shapes are in it.
-std::string shapes_pvd(const std::vector<PathPoint>& path);
-
 /// Writes both, and removes shape files of a longer earlier path. Nothing if no point has shapes.
 void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoint>& path);
 

@@ -137,7 +137,7 @@ class FLEXOPT_EXPORTED Job {
   /// object, at least "stroke". Throws JobError.
   static Job of_design(const Design& design, std::string_view keys);
 
-  std::string name() const;  ///< of the job
+  std::string name() const;  ///< name of the job
   std::string kind() const;  ///< "evaluate", "optimise" or "compare"
   /// Parameters of the job's design by name, SI.
   std::map<std::string, double> parameters() const;
@@ -149,8 +149,8 @@ class FLEXOPT_EXPORTED Job {
   /// The job with defaults filled in, SI.
   std::string json() const;
 
-  struct Impl;                                                       ///< of the library
-  const std::shared_ptr<const Impl>& impl() const { return impl_; }  ///< of the library
+  struct Impl;                                                       ///< used by the library
+  const std::shared_ptr<const Impl>& impl() const { return impl_; }  ///< used by the library
 
  private:
   explicit Job(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
@@ -178,7 +178,7 @@ enum class Drive {
 /// One load case over its stroke of n points. Cheap to copy; keeps its run alive.
 class FLEXOPT_EXPORTED Path {
  public:
-  std::string name() const;     ///< of the load case; empty where there is one only
+  std::string name() const;     ///< name of the load case; empty where there is one only
   std::size_t size() const;     ///< n
   std::string status() const;   ///< "ok", "no_equilibrium", "left_branch" or "limit_reached"
   std::string message() const;  ///< one sentence with the figures
@@ -205,7 +205,7 @@ class FLEXOPT_EXPORTED Path {
   /// the design follow. Throws NoGradient where none were asked for, and where a point has none.
   Table gradient(const std::string& quantity) const;
 
-  struct Impl;  ///< of the library
+  struct Impl;  ///< used by the library
   /// For the library only.
   explicit Path(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 
@@ -226,10 +226,10 @@ class FLEXOPT_EXPORTED Result {
   /// The report: one page that needs nothing else.
   std::string html() const;
 
-  struct Impl;  ///< of the library
+  struct Impl;  ///< used by the library
   /// For the library only.
   explicit Result(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
-  const std::shared_ptr<const Impl>& impl() const { return impl_; }  ///< of the library
+  const std::shared_ptr<const Impl>& impl() const { return impl_; }  ///< used by the library
 
  protected:
   std::shared_ptr<const Impl> impl_;  ///< the run
@@ -270,7 +270,7 @@ class FLEXOPT_EXPORTED Optimum : public Evaluation {
   /// Every parameter of the optimum, SI; empty where no design could be evaluated.
   std::map<std::string, double> parameters() const;
   std::vector<ConstraintAtOptimum> constraints() const;  ///< in the order of the job
-  int evaluations() const;                               ///< of designs
+  int evaluations() const;                               ///< evaluated designs
 };
 
 // ------------------------------------------------------------------------------------------ Runs
@@ -279,7 +279,7 @@ class FLEXOPT_EXPORTED Optimum : public Evaluation {
 struct Progress {
   int done = 0;      ///< steps
   int total = 0;     ///< steps of the run, or more than it will take; 0: the text says what begins
-  std::string text;  ///< of one line
+  std::string text;  ///< a text of one line
 };
 
 /// How to run a job.

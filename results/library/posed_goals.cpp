@@ -17,9 +17,7 @@ constexpr std::size_t remembered = 32;
 /// belong to.
 Job differentiated(Job job) {
   if (!job.optimise) throw SpecError("/optimise", "missing", "expected variables and an objective");
-  if (!job.designs.empty())
-    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
-                    "expected a job of one design");
+  demand_one_design(job, "expected a job of one design");
   job.optimise->pareto.reset();
   job.optimise->algorithm = {"nlopt", "LD_SLSQP", {}};
   return job;
@@ -113,19 +111,16 @@ VectorXd PosedGoals::start() const {
       start_slack_);
 }
 
-VectorXd PosedGoals::lower() const {
-  VectorXd x = VectorXd::Zero(problem_.size());
+VectorXd PosedGoals::bounds(double Variable::*own, double scaled, double of_slack) const {
+  VectorXd x = VectorXd::Constant(problem_.size(), scaled);
   for (int j = 0; j < problem_.size() && !scaled_; ++j)
-    x[j] = problem_.spec().variables[static_cast<std::size_t>(j)].min;
-  return with_slack(x, -infinity);
+    x[j] = problem_.spec().variables[static_cast<std::size_t>(j)].*own;
+  return with_slack(x, of_slack);
 }
 
-VectorXd PosedGoals::upper() const {
-  VectorXd x = VectorXd::Ones(problem_.size());
-  for (int j = 0; j < problem_.size() && !scaled_; ++j)
-    x[j] = problem_.spec().variables[static_cast<std::size_t>(j)].max;
-  return with_slack(x, infinity);
-}
+VectorXd PosedGoals::lower() const { return bounds(&Variable::min, 0, -infinity); }
+
+VectorXd PosedGoals::upper() const { return bounds(&Variable::max, 1, infinity); }
 
 std::vector<std::string> PosedGoals::constraint_names() const {
   std::vector<std::string> all;
@@ -133,17 +128,15 @@ std::vector<std::string> PosedGoals::constraint_names() const {
   return all;
 }
 
-VectorXd PosedGoals::constraint_lower() const {
+VectorXd PosedGoals::of_rows(double Row::*number) const {
   VectorXd all(static_cast<Eigen::Index>(rows_.size()));
-  for (Eigen::Index i = 0; i < all.size(); ++i) all[i] = rows_[static_cast<std::size_t>(i)].lower;
+  for (Eigen::Index i = 0; i < all.size(); ++i) all[i] = rows_[static_cast<std::size_t>(i)].*number;
   return all;
 }
 
-VectorXd PosedGoals::constraint_upper() const {
-  VectorXd all(static_cast<Eigen::Index>(rows_.size()));
-  for (Eigen::Index i = 0; i < all.size(); ++i) all[i] = rows_[static_cast<std::size_t>(i)].upper;
-  return all;
-}
+VectorXd PosedGoals::constraint_lower() const { return of_rows(&Row::lower); }
+
+VectorXd PosedGoals::constraint_upper() const { return of_rows(&Row::upper); }
 
 Variables PosedGoals::variables(const VectorXd& x) const {
   const int n = problem_.size();
@@ -186,7 +179,7 @@ std::shared_ptr<const PosedValues> PosedGoals::at(const VectorXd& x, bool gradie
 PosedValues PosedGoals::posed(const VectorXd& x, const DesignValues& values, bool gradient) const {
   const int n = problem_.size();
   const double sense = problem_.spec().objective.maximise ? -1 : 1;
-  std::vector<Eigen::Index> first{0};  // of each goal among all values
+  std::vector<Eigen::Index> first{0};  // first value of each goal among all values
   for (const GoalValues& goal : values.goals)
     first.push_back(first.back() + static_cast<Eigen::Index>(goal.size()));
   /// Value, and derivatives by x, of a row.

@@ -41,7 +41,7 @@ class PosedGoals {
   /// keep on its side. All these are smooth. Throws SpecError for a job without goals.
   PosedGoals(const Job& job, bool scaled, bool pointwise);
 
-  std::vector<std::string> names() const;  ///< of the variables
+  std::vector<std::string> names() const;  ///< names of the variables
   VectorXd start() const, lower() const, upper() const;
   std::vector<std::string> constraint_names() const;
   VectorXd constraint_lower() const, constraint_upper() const;
@@ -68,6 +68,8 @@ class PosedGoals {
   /// Adds a row for each entry of the goal, or one for the worst entry.
   void add_rows(std::size_t goal, bool each, double lower, double upper, double slack);
   VectorXd with_slack(VectorXd x, double t) const;
+  VectorXd bounds(double Variable::*own, double scaled, double of_slack) const;
+  VectorXd of_rows(double Row::*number) const;
   Variables variables(const VectorXd& x) const;
   double scale(std::size_t goal) const;
   std::shared_ptr<const DesignValues> design(const Variables& variables, bool gradient) const;

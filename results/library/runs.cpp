@@ -1,23 +1,19 @@
 #include "results/library/runs.hpp"
 
-#include <fmt/format.h>
-
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
-#include "core/spec/spec_error.hpp"
 #include "optim/solvers/parallel.hpp"
 #include "results/files/folder.hpp"
 #include "results/run/run.hpp"
 #include "results/run/run_files.hpp"
 
 namespace flexopt {
+
 Job as_kind(const Job& job, JobKind kind) {
-  if (!job.designs.empty())
-    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
-                    "expected a job of one design; the command line runs those of several");
+  demand_one_design(job, "expected a job of one design; the command line runs those of several");
   if (job.kind == kind) return job;
   nlohmann::json document = document_of(job);
   document["job"] = name_of(kind);
@@ -38,8 +34,7 @@ FinishedRun run(const Job& job, const RunOptions& options, RunListener& listener
   if (!options.folder.empty()) folder.emplace(options.folder);
   try {
     RunRecord record = run_any(job, options.folder, options.threads, listener, along);
-    record.timings["total"] =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    record.timings["total"] = seconds_since(begin);
     if (folder)
       finished.failed_expectations = write_run(folder->path(), record).failed_expectations;
     finished.record = std::make_shared<const RunRecord>(std::move(record));

@@ -13,14 +13,14 @@ namespace flexopt {
 /// Results of a run in memory; its files are in its folder, if it had one.
 struct FinishedRun {
   std::shared_ptr<const RunRecord> record;
-  std::shared_ptr<const ThroughFormulas> through;  ///< of the derivatives that were asked for
+  std::shared_ptr<const ThroughFormulas> through;  ///< chain rule of derivatives asked for
   std::vector<std::string> failed_expectations;    ///< a sentence each, of a run with a folder
 };
 
 struct RunOptions {
   std::string folder;  ///< empty: nothing is written
   int threads = 1;
-  std::vector<std::string> along;  ///< of an evaluation: parameters of exact derivatives
+  std::vector<std::string> along;  ///< parameters of exact derivatives, for an evaluation
 };
 
 /// The job as one of this kind. Throws SpecError where it lacks what the kind needs.

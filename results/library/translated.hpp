@@ -1,9 +1,7 @@
 #pragma once
 // What the sources of flexopt.hpp share: the public names beside ours.
 #define FLEXOPT_MAKES_LIBRARY  // public names are flexopt::v0::Job, ours flexopt::Job
-#include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/spec/spec_error.hpp"

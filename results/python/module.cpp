@@ -55,7 +55,7 @@ void translate(std::exception_ptr failure) {
     raise(error);
   } catch (const NotConverged& error) {
     raise("NotConverged", py::make_tuple(error.what(), error.reached));
-  } catch (const Interrupted&) {  // of nobody but the end of Python
+  } catch (const Interrupted&) {  // only the end of Python interrupts here
     PyErr_SetNone(PyExc_SystemExit);
   } catch (const NoGradient& error) {
     raise("NoGradient", py::make_tuple(error.what()));

@@ -98,7 +98,7 @@ py::dict PathArrays::strokes() const {
   for (std::size_t d = 0; drives.named() && d < drives.items.size(); ++d) {
     py::array_t<double> numbers(static_cast<py::ssize_t>(size()));
     for (std::size_t k = 0; k < size(); ++k) {
-      if (d >= response_.path[k].strokes.size()) return py::dict();  // of a load path
+      if (d >= response_.path[k].strokes.size()) return py::dict();  // a load path has no strokes
       numbers.mutable_at(static_cast<py::ssize_t>(k)) = response_.path[k].strokes[d];
     }
     all[py::str(drives.items[d].name)] = read_only(std::move(numbers));

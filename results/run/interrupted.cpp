@@ -51,9 +51,7 @@ ShownRun unfinished(OrderedJson result, OrderedJson scene = {}) {
 }
 
 ShownRun interrupted_comparison(const Job& job, const fs::path& log) {
-  RunRecord record;
-  record.job = job;
-  record.mechanism = make_mechanism(job, job.design.parameters);
+  RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
   record.comparison = compare_logged(job, log);
   record.status = "interrupted";
   record.message = fmt::format(

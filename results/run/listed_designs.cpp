@@ -38,9 +38,7 @@ OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threa
     }
     if (!found || (sharing && !sharing->complete())) continue;
     RunRecord& record = *found;
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    record.timings["total"] = timings[design.label] = seconds;
+    record.timings["total"] = timings[design.label] = seconds_since(begin);
     results.push_back(*write_run(own, record).result);
   }
   return results.empty() ? OrderedJson() : make_listed_result(job, results);
@@ -72,9 +70,7 @@ WrittenRun write_listed_designs(const fs::path& folder, const Job& job, OrderedJ
   write_or_remove(folder / "ranking.csv", result.contains("ranking") ? ranking_csv(result) : "");
   write_timings(folder, timings);
   const OrderedJson scene = scene_of(folder, job, result);
-  write_scene(folder, scene);
-  write_report(folder, result, scene);
-  write_result(folder, result);
+  write_shown(folder, result, scene);
   written.result = std::make_shared<const OrderedJson>(std::move(result));
   return written;
 }

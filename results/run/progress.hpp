@@ -11,10 +11,10 @@ namespace flexopt {
 /// One more step of a run.
 struct RunStep {
   int done = 0, total = 0;
-  std::string what;      ///< that is counted: "evaluations"
-  std::string text;      ///< what a plain line says after "done/total"; empty: no such line
-  std::string goals;     ///< of the best design so far, for the live line; empty: nothing
-  int replayed = 0;      ///< of `done`: read from a log, which tells nothing of the speed
+  std::string what;   ///< that is counted: "evaluations"
+  std::string text;   ///< what a plain line says after "done/total"; empty: no such line
+  std::string goals;  ///< goals of the best design so far, for the live line; empty: nothing
+  int replayed = 0;   ///< part of `done` that was read from a log, which tells nothing of the speed
   bool at_most = false;  ///< the run may end before `total`
 };
 
@@ -71,7 +71,7 @@ class ProgressDisplay : public RunListener {
   bool live_shown_ = false;
   std::optional<Clock::time_point> last_;
   std::string what_;         ///< is being counted
-  Clock::time_point begin_;  ///< of the counting
+  Clock::time_point begin_;  ///< when the counting began
 };
 
 }  // namespace flexopt

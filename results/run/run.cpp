@@ -234,9 +234,7 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, in
                          RunListener& listener, const std::vector<std::string>& along,
                          Sharing* sharing) {
   if (!folder.empty()) write_job(folder, job);
-  RunRecord record;
-  record.job = job;
-  record.mechanism = make_mechanism(job, job.design.parameters);
+  RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
   choose_accuracy(listener, record);
   if (follows(sharing)) {
     follow(threads, listener, sharing, record);
@@ -297,8 +295,7 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
                            spec.variables.size(), spec.constraints.size(), spec.starts));
   const auto begin = std::chrono::steady_clock::now();
   options.screening_progress = [&](const ScreeningProgress& progress) {
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double seconds = seconds_since(begin);
     if (progress.screened == progress.designs) record.timings["screening"] = seconds;
     listener.step(step_of(progress, seconds));
   };
@@ -324,9 +321,7 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
 
 RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
                          RunListener& listener, Sharing* sharing) {
-  RunRecord record;
-  record.job = job;
-  record.mechanism = make_mechanism(job, job.design.parameters);
+  RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
   CompareOptions options;
   keep_log(job, folder, options);
   options.threads = threads;
@@ -355,12 +350,8 @@ RunRecord run_any(const Job& job, const std::filesystem::path& folder, int threa
 }
 
 RunRecord undeflected(const Job& job) {
-  if (!job.designs.empty())
-    throw SpecError("/designs", fmt::format("{} designs", job.designs.size()),
-                    "a job of one design can be shown");
-  RunRecord record;
-  record.job = job;
-  record.mechanism = make_mechanism(job, job.design.parameters);
+  demand_one_design(job, "a job of one design can be shown");
+  RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
   PathPoint point;
   for (const auto& leaf : make_full_leaves(record.mechanism, job.model))
     point.shapes.push_back(leaf->shape());

@@ -44,6 +44,12 @@ void write_job(const fs::path& folder, const Job& job) {
   write_file(folder / "job.json", json_text(OrderedJson(document_of(job))));
 }
 
+void write_shown(const fs::path& folder, const OrderedJson& result, const OrderedJson& scene) {
+  write_scene(folder, scene);
+  write_report(folder, result, scene);
+  write_result(folder, result);
+}
+
 WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   WrittenRun written;
   const bool again = fs::exists(folder / "result.json");  // else what is there is somebody's
@@ -73,9 +79,7 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   }
   write_timings(folder, record.timings);
   const OrderedJson scene = make_scene(record);
-  write_scene(folder, scene);
-  write_report(folder, result, scene);
-  write_result(folder, result);
+  write_shown(folder, result, scene);
   fs::remove(units_log(folder));
   written.result = std::make_shared<const OrderedJson>(std::move(result));
   return written;

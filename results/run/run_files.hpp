@@ -25,6 +25,9 @@ void write_job(const std::filesystem::path& folder, const Job& job);
 /// path.csv or comparison.csv, history.csv, shapes, state_space.m, timings.json, report.html and,
 /// last of all, result.json.
 WrittenRun write_run(const std::filesystem::path& folder, const RunRecord& record);
+/// scene.json, report.html and, last of all, result.json.
+void write_shown(const std::filesystem::path& folder, const OrderedJson& result,
+                 const OrderedJson& scene);
 
 /// units.jsonl of a shared run, which goes away once it has ended; empty for an empty folder.
 std::filesystem::path units_log(const std::filesystem::path& folder);

@@ -108,8 +108,7 @@ OrderedJson Explorer::evaluate(const ParameterValues& values) const {
   } catch (const SpecError& error) {
     answer = {{"ok", false}, {"message", error.what()}};
   }
-  answer["seconds"] =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  answer["seconds"] = seconds_since(begin);
   return answer;
 }
 

@@ -12,7 +12,7 @@ namespace flexopt {
 /// A number of a design that can be moved, SI.
 struct Slider {
   std::string name, unit, meaning;
-  double value = 0;  ///< of the job
+  double value = 0;  ///< the job's
   double min = 0, max = 0;
   bool whole = false;  ///< a number of things
 };

@@ -15,8 +15,8 @@ inline constexpr std::size_t largest_body = 65536;  ///< [bytes]
 
 struct RequestText {
   enum class State { incomplete, whole, refused } state = State::incomplete;
-  int status = 0;      ///< of a refused one
-  std::string reason;  ///< of a refused one, a few words
+  int status = 0;      ///< status of a refused request
+  std::string reason;  ///< why a request is refused, a few words
   /// A whole request: request line, the headers that the server looks at, and the body.
   std::string text;
 };

@@ -10,7 +10,7 @@ namespace flexopt {
 namespace {
 
 constexpr std::size_t longest_line = 2048;  // the request line
-constexpr std::size_t most_digits = 15;     // of a length that is read at all
+constexpr std::size_t most_digits = 15;     // digits of a length that is read at all
 
 RequestText refused(int status, std::string reason) {
   return {RequestText::State::refused, status, std::move(reason), {}};

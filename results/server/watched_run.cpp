@@ -9,7 +9,6 @@
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
-#include "results/run/run_files.hpp"
 
 namespace flexopt {
 

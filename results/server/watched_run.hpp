@@ -28,7 +28,7 @@ class WatchedRun {
   std::filesystem::path folder_;
   std::mutex mutex_;
   GrowingLog log_;
-  std::string version_, shown_;  ///< of the last look; what follows "age"
+  std::string version_, shown_;  ///< version of the last look; what follows "age"
   std::filesystem::file_time_type written_ = std::filesystem::file_time_type::min();
   std::chrono::steady_clock::time_point next_look_;
 };

@@ -12,7 +12,7 @@ const error_keys = (model) => Object.keys(model.errors).filter((key) => Array.is
 const charts_of = (keys) => range(0, Math.max(1, keys.length), palette.length).map((from) => keys.slice(from, from + palette.length));
 const part_of = (k, count) => count > 1 ? `, ${k + 1} of ${count}` : "";
 
-/// Of all drives where there are several.
+/// Strokes of all drives where there are several.
 export const stroke_text = (stroke, strokes) => strokes
   ? Object.entries(strokes).map(([name, value]) => `${name} ${quantity_text(value, result.units?.stroke?.[name] ?? stroke_unit)}`).join(", ")
   : quantity_text(stroke, stroke_unit);
@@ -31,7 +31,7 @@ function error_charts(model, title, x_label, x, extra = {}) {
     x: x_label, y: "error [%]", log: true, lines: lines(keys), ...extra}));
 }
 
-/// The same against any parameter of the designs, which the reader chooses.
+/// Errors against any parameter of the designs, which the reader chooses.
 function parameter_chart(model) {
   const names = [...new Set(comparison.samples.flatMap((s) => Object.keys(s.parameters)))];
   if (names.length === 0) return null;

@@ -67,7 +67,7 @@ function five_numbers() {
   return tiles;
 }
 
-/// Of a comparison: the model's worst errors and what it saves.
+/// The model's worst errors and what it saves, for a comparison.
 function comparison_numbers() {
   const percent = (x) => typeof x === "number" ? [number_text(100 * x), " %"] : ["–", ""];
   const tile = (name, [number, unit], where) => element("div", {class: "tile"}, element("div", {class: "name"}, name),

@@ -7,7 +7,7 @@ import {at_stroke, converged, result} from "./result.js";
 import {listen, state} from "./state.js";
 import {element, number_text} from "./text.js";
 
-let models = [], inputs = [], outputs = [];  // of the result that is shown
+let models = [], inputs = [], outputs = [];  // those of the result that is shown
 const place = (signals, name) => signals.findIndex((s) => s.name === name);
 const omega = (model) => model.omega2.map((w2) => Math.sqrt(Math.abs(w2)));
 
@@ -70,7 +70,7 @@ function charts_of(point) {
   return charts;
 }
 
-/// Of the point nearest to the stroke that is shown; follows it.
+/// The response at the point nearest to the stroke that is shown; it follows that.
 export function frequency_response_section() {
   models = converged.filter((p) => p.state_space);
   ({inputs = [], outputs = []} = result.state_space ?? {});

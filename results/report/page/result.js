@@ -8,7 +8,7 @@ export let whole = {};
 /// Load cases of a job with several, and the one that the page shows: that of its address.
 export let cases = {}, shown_case = null;
 export let result = {}, job = {}, optimum = null, comparison = null;
-/// Of a job that lists designs; all else in the result is then of the best, or of the first.
+/// Designs that a job lists; all else in the result is then of the best, or of the first.
 export let listed = [];
 /// Drives with names: the plots then show their points one after the other.
 export let drive_units = null;

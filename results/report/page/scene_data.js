@@ -30,7 +30,7 @@ export function cubic_weights(xs, x) {
   if (x >= xs[n - 1]) return [[n - 1, 1]];
   let i = 0;
   while (xs[i + 1] < x) ++i;
-  let first = i, last = i + 1;  // of the smooth part
+  let first = i, last = i + 1;  // ends of the smooth part
   while (first > 0 && xs[first - 1] < xs[first]) --first;
   while (last + 1 < n && xs[last + 1] > xs[last]) ++last;
   const h = xs[i + 1] - xs[i], t = (x - xs[i]) / h, weights = new Map();

@@ -8,7 +8,7 @@ export const state = {
   leaf: null,     // name of the chosen leaf
   beside: null,   // place in the scene's list of the design at the side
   playing: false,
-  phase: 0,       // of the mode's animation [rad]
+  phase: 0,       // phase of the mode's animation [rad]
   load_case: null,  // name of one that the reader chose, where the job has several
 };
 

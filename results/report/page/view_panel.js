@@ -50,7 +50,7 @@ function stroke_sliders() {
     follow();
     return [element("label", {class: "slider"}, element("span", {}, load_path ? "Load factor" : "Stroke"), slider, text)];
   }
-  // Of several drives: each slider walks through the strokes that were computed; the nearest
+  // Each slider of several drives walks through the strokes that were computed; the nearest
   // computed point is shown.
   const names = Object.keys(drive_units);
   const values = names.map((name) => [...new Set(sorted.map((p) => p.strokes[name]))].sort((a, b) => a - b));
