@@ -368,14 +368,11 @@ PlateLeaf& TubeLeaf::condensed() {
   constexpr double buckling = 4 * std::numbers::pi * std::numbers::pi, small_force = 0.002;
   const PlateShape& shape = model_->mesh()->shape();
   const double left = std::clamp(1 + state_.mixed.f[0] / buckling, 0.01, 1.0);
-  bool is_assembled = false;  // at the state that it has
-  // beside the full leaf in its own equilibrium it is compared with the reduced one, so nearer to
-  // it
-  const auto share = [&] { return is_assembled ? 0.1 : 1.0; };
+  bool is_beside = false;  // compared with the reduced leaf in its own equilibrium, so nearer to it
   const auto wrong_force = [&] {
     const double force =
         plate.correction() / shape.thickness * std::sqrt(12 / shape.mean_width()) / buckling;
-    return !(force <= share() * small_force * left);
+    return !(force <= (is_beside ? 0.1 : 1.0) * small_force * left);
   };
   plate.set_state(state);
   // Pulled along its chord an arc bends far more than its fields, of second order in the pull, can
@@ -384,21 +381,20 @@ PlateLeaf& TubeLeaf::condensed() {
   constexpr int most = 12;
   double change = check_;
   for (int k = 0; (change > good || wrong_force()) && k < most; ++k) {
-    if (!is_assembled) plate.assemble();
-    is_assembled = true;
+    plate.assemble();
+    is_beside = true;
     state = plate.state();
     const VectorXd further = plate.internal_step(Vector12d::Zero());
     change = further.cwiseAbs().maxCoeff();
     state.x += further;
     plate.set_state(state);
-    plate.assemble();
   }
   // written so that what is no number is not believed either
   if (!(change <= good) || wrong_force())
     rebuilt_gap_ =
         fmt::format("its full state, rebuilt, moves by {:.1e} of its length, by {:.1e} at last",
                     check_, change);
-  else if (is_assembled)
+  else if (is_beside)
     rebuilt_gap_ = gap_to_full(plate);
   full_state_ = plate.state();
   return plate;
