@@ -26,6 +26,7 @@ set(tested_by
   core/elements/plate/plate_gradient_quadratic core/response/gradients/test_point_gradients
   core/elements/plate/plate_point_gradient core/response/gradients/test_material_point_gradients
   core/elements/plate/plate_series core/response/path/test_frequency_derivatives
+  core/elements/plate/plate_series_edges core/response/path/test_frequency_derivatives
   designs/describe designs/test_families
   designs/design_items designs/test_design_files
   designs/design_parts designs/test_design_files
