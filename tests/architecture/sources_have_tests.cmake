@@ -6,6 +6,7 @@ cmake_minimum_required(VERSION 3.25)
 # Source, and the test under tests/ that is about it although it has another name.
 set(tested_by
   core/elements/leaf/leaf_chain core/reduction/superelement/test_modal_leaf
+  core/elements/plate/beam_element core/elements/plate/test_beam_leaf
   core/elements/plate/beam_section core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients

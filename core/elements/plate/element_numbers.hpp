@@ -38,8 +38,17 @@ class ElementNumbers {
   using Rest = typename MeshNumbers<S>::Rest;
   using Corner = typename MeshNumbers<S>::Corner;
   using Derivatives = MappedDerivatives<Row>;
-  PlateMesh::Element plate_element(int i, int j) const;
-  PlateMesh::Element beam_element(int i) const;
+  void add_plate_bending(PlateMesh::Element& element, CurvatureRows<S>& natural,
+                         const PlateShear<S>& shear, int i, int j) const;
+  void set_plate_membrane(PlateMesh::Element& element, int i, int j) const;
+  void add_beam(PlateMesh::Element& element, CurvatureRows<S>& natural, const PlateShear<S>& shear,
+                int i) const;
+  /// `section`: at the membrane points. The last two: stiffness against a slope of e11 at the
+  /// points of the bending, over that against the stretch.
+  void set_beam_membrane(PlateMesh::Element& element, int i,
+                         const std::array<BeamEnergyT<S>, 2>& section,
+                         const std::array<S, 4>& bend_of_slope,
+                         const std::array<S, 4>& warp_of_slope) const;
   /// Derivatives of the shape functions at a place in element (i, j); `place`: coordinate y0
   /// across.
   Derivatives derivatives(int i, double along, const S& place, const HermiteValuesT<S>& X,
