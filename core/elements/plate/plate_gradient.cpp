@@ -58,10 +58,7 @@ PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Pl
       }
     }
   }
-  if (mesh_->functions_per_side() == 8)
-    this->template prepare<8>();
-  else
-    this->template prepare<4>();
+  mesh_->with_side([&]<int Side>() { this->template prepare<Side>(); });
   add_point_force();
   add_weight();
   Matrix force = Matrix::Zero(size(), 1);
@@ -204,10 +201,10 @@ void PlateGradient<S>::prepare() {
 template <class S>
 void PlateGradient<S>::add_to_rows(int line, const Matrix& nodal, Matrix& rows) const {
   const int n = mesh_->functions_per_line(), columns = static_cast<int>(rows.cols());
-  const int e = edge_at(line);
+  const int e = edge_at(line), first = plate_->block_offset(line);
   if (plate_->is_second_of_fold(line)) return add_fold_rows(nodal, rows);
   if (e < 0) {
-    rows.middleRows(plate_->block_offset(line), 3 * n) += nodal.reshaped(3 * n, columns);
+    rows.middleRows(first, 3 * n) += nodal.reshaped(3 * n, columns);
     return;
   }
   const int body = rows_.body(e);
@@ -216,8 +213,9 @@ void PlateGradient<S>::add_to_rows(int line, const Matrix& nodal, Matrix& rows) 
       const Vector3<S> f = nodal.template block<1, 3>(s, 3 * k).transpose();
       if (s % 4 == 0) rows.template block<3, 1>(body, k) += f;
       rows.template block<3, 1>(body + 3, k) += edges_[e].arm[s].cross(f);
-      each_slope(line, s,
-                 [&](int axis, int row) { rows(row, k) += edges_[e].axes.col(axis).dot(f); });
+      mesh_->each_slope(s, [&](int axis, int unknown) {
+        rows(first + unknown, k) += edges_[e].axes.col(axis).dot(f);
+      });
     }
 }
 
@@ -250,9 +248,9 @@ auto PlateGradient<S>::edge_nodal_rates(const std::vector<LeafVariation<S>>& var
 template <class S>
 auto PlateGradient<S>::line_rates(int line, const Matrix& Y) const -> Matrix {
   const int n = mesh_->functions_per_line(), columns = static_cast<int>(Y.cols()),
-            e = edge_at(line);
+            first = plate_->block_offset(line), e = edge_at(line);
   if (e < 0) {
-    Matrix N = Matrix(Y.middleRows(plate_->block_offset(line), 3 * n)).reshaped(n, 3 * columns);
+    Matrix N = Matrix(Y.middleRows(first, 3 * n)).reshaped(n, 3 * columns);
     if (plate_->is_second_of_fold(line)) set_fold_rates(Y, N);
     return N;
   }
@@ -263,7 +261,8 @@ auto PlateGradient<S>::line_rates(int line, const Matrix& Y) const -> Matrix {
     for (int s = 0; s < n; ++s) {
       Vector3<S> r = w.cross(edges_[e].arm[s]);
       if (s % 4 == 0) r += u;
-      each_slope(line, s, [&](int axis, int row) { r += Y(row, k) * edges_[e].axes.col(axis); });
+      mesh_->each_slope(
+          s, [&](int axis, int unknown) { r += Y(first + unknown, k) * edges_[e].axes.col(axis); });
       N.template block<1, 3>(s, 3 * k) = r.transpose();
     }
   }
@@ -348,8 +347,9 @@ void PlateGradient<S>::add_edge_force_rates(int e, const Matrix& edge_rates,
       Vector3<S> dv = edge_rates.template block<1, 3>(s, 3 * k).transpose();
       if (s % 4 == 0) dv -= variations[k].edge[e].position;
       rows.template block<3, 1>(rows_.body(e) + 3, k) += dv.cross(f);
-      each_slope(line, s, [&](int axis, int row) {
-        rows(row, k) += variations[k].edge[e].rotation.col(axis).dot(f);
+      mesh_->each_slope(s, [&](int axis, int unknown) {
+        rows(plate_->block_offset(line) + unknown, k) +=
+            variations[k].edge[e].rotation.col(axis).dot(f);
       });
     }
 }
@@ -381,10 +381,7 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
         F[w.line].template block<1, 3>(w.function, 3 * k) -=
             variations[k].point[a] * w.weight * point_force;
 
-  if (mesh_->functions_per_side() == 8)
-    this->template add_tangent_times<8>(N, fold, F);
-  else
-    this->template add_tangent_times<4>(N, fold, F);
+  mesh_->with_side([&]<int Side>() { this->template add_tangent_times<Side>(N, fold, F); });
   Matrix rows = Matrix::Zero(size(), columns);
   for (int line = 0; line <= nx; ++line) add_to_rows(line, F[line], rows);
   add_point_rates(N, variations, rows);

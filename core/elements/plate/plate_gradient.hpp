@@ -90,15 +90,6 @@ class PlateGradient final : public LeafGradient<S> {
   template <int Side>
   void add_tangent_times(const std::array<Matrix, 2>& edges, const Matrix& fold,
                          std::vector<Matrix>& force) const;
-  /// `take(axis, row)` for every free slope in a function of a rigid edge.
-  template <class Take>
-  void each_slope(int line, int function, const Take& take) const {
-    const auto& slopes = mesh_->edge_slopes();
-    const int per_node = static_cast<int>(slopes.size());
-    for (int d = 0; d < per_node; ++d)
-      if (slopes[d].function == function % 4)
-        take(slopes[d].axis, plate_->block_offset(line) + per_node * (function / 4) + d);
-  }
   /// N′ of a line for states moving by the columns of Y: functions × (3 components of each).
   Matrix line_rates(int line, const Matrix& Y) const;
   Matrix second_nodes(int edge, const Matrix& Y) const;  ///< N2 of the edge: n × (3 per column)

@@ -52,8 +52,9 @@ auto PlateGradient<S>::second_nodes(int e, const Matrix& Y) const -> Matrix {
     const Vector3<S> w = Y.template block<3, 1>(rows_.body(e) + 3, k);
     for (int s = 0; s < n; ++s) {
       Vector3<S> r = w.cross(w.cross(edges_[e].arm[s]));
-      each_slope(edges_[e].line, s, [&](int axis, int row) {
-        r += S(2.0 * Y(row, k)) * w.cross(edges_[e].axes.col(axis));
+      mesh_->each_slope(s, [&](int axis, int unknown) {
+        r += S(2.0 * Y(plate_->block_offset(edges_[e].line) + unknown, k)) *
+             w.cross(edges_[e].axes.col(axis));
       });
       second.template block<1, 3>(s, 3 * k) = r.transpose();
     }
@@ -89,7 +90,8 @@ void PlateGradient<S>::add_edge_quadratic(int e, const Matrix& Y, const Matrix& 
         if (!rate_->shape[p].reference.empty())
           q.shape(p, k) +=
               held(e, s) * c.dot(R * rate_->shape[p].reference[line].row(s).transpose());
-      each_slope(line, s, [&](int along, int row) {
+      mesh_->each_slope(s, [&](int along, int unknown) {
+        const int row = plate_->block_offset(line) + unknown;
         const Vector3<S> axis = R.col(along);
         const S rate = Y(row, k);
         const Vector3<S> cd = rate * (f1 + 2.0 * f2w);
@@ -140,10 +142,8 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
     n1[edges_[e].line] = Matrix::Zero(n, 3 * columns);
   }
   LeafQuadratic<S> q(size(), columns, directions());
-  if (mesh_->functions_per_side() == 8)
-    this->template quadratic_elements<8>(N1, N2, mu, q, n0, n1);
-  else
-    this->template quadratic_elements<4>(N1, N2, mu, q, n0, n1);
+  mesh_->with_side(
+      [&]<int Side>() { this->template quadratic_elements<Side>(N1, N2, mu, q, n0, n1); });
   add_point_quadratic(Y, N1, N2, q, n1);
   add_weight_quadratic(N2, q);
 
@@ -163,10 +163,9 @@ auto PlateGradient<S>::nodal_quadratic(const std::vector<Matrix>& N1,
   const std::vector<Matrix> none(static_cast<std::size_t>(lines), Matrix::Zero(n, 3 * columns));
   NodalQuadratic result{LeafQuadratic<S>(0, columns, directions()), none, none};
   const Vector mu = Vector::Zero(columns);
-  if (mesh_->functions_per_side() == 8)
-    this->template quadratic_elements<8>(N1, N2, mu, result.value, result.n0, result.n1);
-  else
-    this->template quadratic_elements<4>(N1, N2, mu, result.value, result.n0, result.n1);
+  mesh_->with_side([&]<int Side>() {
+    this->template quadratic_elements<Side>(N1, N2, mu, result.value, result.n0, result.n1);
+  });
   return result;
 }
 

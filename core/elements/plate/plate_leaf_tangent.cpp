@@ -206,10 +206,7 @@ void PlateLeaf::add_weight() {
 }
 
 void PlateLeaf::linearise() {
-  if (mesh_->functions_per_side() == 8)
-    assemble_elements<8>();
-  else
-    assemble_elements<4>();
+  mesh_->with_side([&]<int Side>() { assemble_elements<Side>(); });
   add_weight();
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
   for (const NodalWeight& w : support_.point)
@@ -231,8 +228,6 @@ void PlateLeaf::linearise() {
 void PlateLeaf::add_edge(int line) {
   const int e = edge_of(line), inner = e == 0 ? 1 : line - 1;
   const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
-  const auto& slopes = mesh_->edge_slopes();
-  const int per_node = static_cast<int>(slopes.size());
   const EdgePose& pose = state_.edges[e];
   const VectorXd& f = nodal_force_[line];
   MatrixXd& J = edge_jacobian_[e];
@@ -243,9 +238,8 @@ void PlateLeaf::add_edge(int line) {
     for (int c = 0; c < 3; ++c) {
       J.block<1, 3>(c * n + s, m + 3) = v.cross(Vector3d::Unit(c)).transpose();  // δr = ω × v
       if (s % 4 == 0) J(c * n + s, m + c) = 1;
-      for (int d = 0; d < per_node; ++d)
-        if (slopes[d].function == s % 4)
-          J(c * n + s, per_node * (s / 4) + d) = pose.axes(c, slopes[d].axis);
+      mesh_->each_slope(s,
+                        [&](int axis, int unknown) { J(c * n + s, unknown) = pose.axes(c, axis); });
     }
   }
   MatrixXd H = edge_curvature(e, f);
@@ -315,8 +309,6 @@ void PlateLeaf::add_fold() {
 
 MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
   const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
-  const auto& slopes = mesh_->edge_slopes();
-  const int per_node = static_cast<int>(slopes.size());
   const EdgePose& pose = state_.edges[e];
   const MatrixXd& nodal = nodal_[e == 0 ? 0 : mesh_->lines() - 1];
   MatrixXd H = MatrixXd::Zero(m + 6, m + 6);
@@ -326,9 +318,9 @@ MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
     if (s % 4 == 0) v -= pose.position;
     H.bottomRightCorner<3, 3>() +=
         0.5 * (fs * v.transpose() + v * fs.transpose()) - fs.dot(v) * Matrix3d::Identity();
-    for (int d = 0; d < per_node; ++d)
-      if (slopes[d].function == s % 4)
-        H.block<3, 1>(m + 3, per_node * (s / 4) + d) += pose.axes.col(slopes[d].axis).cross(fs);
+    mesh_->each_slope(s, [&](int axis, int unknown) {
+      H.block<3, 1>(m + 3, unknown) += pose.axes.col(axis).cross(fs);
+    });
   }
   return H;
 }

@@ -8,7 +8,6 @@ namespace flexopt {
 void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<VectorXd>& x) {
   const int n = mesh_->functions_per_line(), line = e == 0 ? 0 : mesh_->lines() - 1;
   const int m = offset_[line + 1] - offset_[line];
-  const int slopes = static_cast<int>(mesh_->edge_slopes().size());
   const Series<Matrix3d>& R = axes_[e] = body.rotation;
   for (int o = 0; o < 3; ++o) {
     arm_[e][o].assign(n, Vector3d::Zero());
@@ -22,15 +21,12 @@ void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<Ve
     w[0] = PlateLeaf::edge_reference(*mesh_, line, s / 4,
                                      plate_->clamp(e))[static_cast<std::size_t>(k)];
     if (k == 0) w[0] += body.arm;
-    for (int d = 0; d < slopes; ++d) {
-      const PlateMesh::EdgeSlope& slope = mesh_->edge_slopes()[d];
-      if (slope.function != k) continue;
-      const int local = slopes * (s / 4) + d;
+    mesh_->each_slope(s, [&](int axis, int unknown) {
       for (int o = 0; o < 3; ++o) {
-        w[o][slope.axis] += x[o][offset_[line] + local];
-        for (int c = 0; c < 3; ++c) J_[e][o](c * n + s, local) = R[o](c, slope.axis);
+        w[o][axis] += x[o][offset_[line] + unknown];
+        for (int c = 0; c < 3; ++c) J_[e][o](c * n + s, unknown) = R[o](c, axis);
       }
-    }
+    });
     Series<Vector3d> v;
     for (Vector3d& c : v) c.setZero();
     add_product(v, R, w, [](const Matrix3d& a, const Vector3d& b) { return Vector3d(a * b); });
@@ -107,7 +103,6 @@ void PlateSeries::expand_fold_curvature(const Series<VectorXd>& x) {
 
 void PlateSeries::expand_edge_curvature(int e) {
   const int n = mesh_->functions_per_line(), line = e == 0 ? 0 : mesh_->lines() - 1;
-  const int slopes = static_cast<int>(mesh_->edge_slopes().size());
   const int m = offset_[line + 1] - offset_[line];
   for (int o = 0; o < 3; ++o) H_[e][o] = MatrixXd::Zero(m + 6, m + 6);
   for (int i = 0; i < 3; ++i)
@@ -118,13 +113,11 @@ void PlateSeries::expand_edge_curvature(int e) {
         const Vector3d f(F[s], F[n + s], F[2 * n + s]), &v = arm_[e][j][s];
         H.bottomRightCorner<3, 3>() +=
             0.5 * (f * v.transpose() + v * f.transpose()) - f.dot(v) * Matrix3d::Identity();
-        for (int d = 0; d < slopes; ++d) {
-          if (mesh_->edge_slopes()[d].function != s % 4) continue;
-          const int local = slopes * (s / 4) + d;
-          const Vector3d row = axes_[e][j].col(mesh_->edge_slopes()[d].axis).cross(f);
-          H.block<3, 1>(m + 3, local) += row;
-          H.block<1, 3>(local, m + 3) += row.transpose();
-        }
+        mesh_->each_slope(s, [&](int axis, int unknown) {
+          const Vector3d row = axes_[e][j].col(axis).cross(f);
+          H.block<3, 1>(m + 3, unknown) += row;
+          H.block<1, 3>(unknown, m + 3) += row.transpose();
+        });
       }
     }
 }

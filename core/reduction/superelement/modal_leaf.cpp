@@ -44,8 +44,6 @@ struct Basis {
 VectorXd edge_second_derivative(const PlateMesh& mesh, const Eigen::Matrix<double, 3, 6>& T,
                                 const MatrixXd& S, int i, int j) {
   const int n = mesh.functions_per_line();
-  const auto& slopes = mesh.edge_slopes();
-  const int per_node = static_cast<int>(slopes.size());
   const Matrix3d Wi = hat(T.col(i)), Wj = hat(T.col(j));
   VectorXd b(3 * n);
   for (int s = 0; s < n; ++s) {
@@ -53,11 +51,10 @@ VectorXd edge_second_derivative(const PlateMesh& mesh, const Eigen::Matrix<doubl
     if (s % 4 == 0) w0 = mesh.y()[s / 4] * Vector3d::UnitY();
     if (s % 4 == 1) w0 = Vector3d::UnitX();
     if (s % 4 == 2) w0 = Vector3d::UnitY();
-    for (int d = 0; d < per_node; ++d)
-      if (slopes[d].function == s % 4) {
-        wi[slopes[d].axis] += S(per_node * (s / 4) + d, i);
-        wj[slopes[d].axis] += S(per_node * (s / 4) + d, j);
-      }
+    mesh.each_slope(s, [&](int axis, int unknown) {
+      wi[axis] += S(unknown, i);
+      wj[axis] += S(unknown, j);
+    });
     const Vector3d v = 0.5 * (Wi * Wj + Wj * Wi) * w0 + Wi * wj + Wj * wi;
     for (int c = 0; c < 3; ++c) b[c * n + s] = v[c];
   }
