@@ -43,12 +43,6 @@ class ElementNumbers {
   void set_plate_membrane(PlateMesh::Element& element, int i, int j) const;
   void add_beam(PlateMesh::Element& element, CurvatureRows<S>& natural, const PlateShear<S>& shear,
                 int i) const;
-  /// `section`: at the membrane points. The last two: stiffness against a slope of e11 at the
-  /// points of the bending, over that against the stretch.
-  void set_beam_membrane(PlateMesh::Element& element, int i,
-                         const std::array<BeamEnergyT<S>, 2>& section,
-                         const std::array<S, 4>& bend_of_slope,
-                         const std::array<S, 4>& warp_of_slope) const;
   /// Derivatives of the shape functions at a place in element (i, j); `place`: coordinate y0
   /// across.
   Derivatives derivatives(int i, double along, const S& place, const HermiteValuesT<S>& X,
@@ -64,7 +58,6 @@ class ElementNumbers {
                        const Row& bend) const;
   /// What stands against n in (L2) at a place so far from the element's middle.
   Row against(const Row& bend, const PlateShear<S>& shear, const S& from_middle) const;
-  BeamEnergyT<S> section(const S& at) const;
   void add_shear(PlateMesh::Element& element, const PlateShear<S>& shear) const;
   /// Equation (E2) over D, on the part of the layers of both free edges that lies in the element.
   void add_free_edges(PlateMesh::Element& element, CurvatureRows<S>& natural, int i, int j) const;

@@ -32,6 +32,15 @@ namespace {
 
 // ---- Bernstein polynomials with two derivatives --------------------------------------------
 
+/// 1, x, x², … of this number.
+template <int count>
+[[gnu::always_inline]] inline std::array<double, count> powers(double x) {
+  std::array<double, count> p;
+  p[0] = 1;
+  for (int i = 1; i < count; ++i) p[i] = p[i - 1] * x;
+  return p;
+}
+
 /// Values and derivatives in σ of the Bernstein polynomials of degree 2q − 1 for q = 2 … Q.
 template <int Q>
 struct BernsteinBasis {
@@ -46,17 +55,12 @@ struct BernsteinBasis {
         for (int r = 0; r <= m; ++r) c[m][r] = binomial(m, r);
       return c;
     }();
-    double tp[top + 1], sp[top + 1];  // tʳ and (1−t)^(top−r)
-    tp[0] = sp[top] = 1;
-    for (int r = 0; r < top; ++r) {
-      tp[r + 1] = tp[r] * t;
-      sp[top - r - 1] = sp[top - r] * (1 - t);
-    }
+    const auto tp = powers<top + 1>(t), sp = powers<top + 1>(1 - t);
     double b[top + 1][top + 5];
     unrolled<top + 1>([&](auto m_) {
       constexpr int m = m_;
       b[m][0] = b[m][1] = b[m][m + 3] = b[m][m + 4] = 0;
-      for (int r = 0; r <= m; ++r) b[m][r + 2] = C[m][r] * tp[r] * sp[top - m + r];
+      for (int r = 0; r <= m; ++r) b[m][r + 2] = C[m][r] * tp[r] * sp[m - r];
     });
     const double ih = 1 / width, ih2 = ih * ih;
     unrolled<Q - 1>([&](auto i) {
@@ -85,15 +89,6 @@ struct BernsteinBasis {
     return s;
   }
 };
-
-/// 1, x, x², … of this number.
-template <int count>
-[[gnu::always_inline]] inline std::array<double, count> powers(double x) {
-  std::array<double, count> p;
-  p[0] = 1;
-  for (int i = 1; i < count; ++i) p[i] = p[i - 1] * x;
-  return p;
-}
 
 /// τᵃ Nᵇ of every monomial in x, and its derivatives by τ, N, ττ, τN, NN.
 template <int Degree>
