@@ -32,15 +32,6 @@ namespace {
 
 // ---- Bernstein polynomials with two derivatives --------------------------------------------
 
-/// 1, x, x², … of this number.
-template <int count>
-[[gnu::always_inline]] inline std::array<double, count> powers(double x) {
-  std::array<double, count> p;
-  p[0] = 1;
-  for (int i = 1; i < count; ++i) p[i] = p[i - 1] * x;
-  return p;
-}
-
 /// Values and derivatives in σ of the Bernstein polynomials of degree 2q − 1 for q = 2 … Q.
 template <int Q>
 struct BernsteinBasis {
@@ -55,12 +46,17 @@ struct BernsteinBasis {
         for (int r = 0; r <= m; ++r) c[m][r] = binomial(m, r);
       return c;
     }();
-    const auto tp = powers<top + 1>(t), sp = powers<top + 1>(1 - t);
+    double tp[top + 1], sp[top + 1];  // tʳ and (1−t)^(top−r)
+    tp[0] = sp[top] = 1;
+    for (int r = 0; r < top; ++r) {
+      tp[r + 1] = tp[r] * t;
+      sp[top - r - 1] = sp[top - r] * (1 - t);
+    }
     double b[top + 1][top + 5];
     unrolled<top + 1>([&](auto m_) {
       constexpr int m = m_;
       b[m][0] = b[m][1] = b[m][m + 3] = b[m][m + 4] = 0;
-      for (int r = 0; r <= m; ++r) b[m][r + 2] = C[m][r] * tp[r] * sp[m - r];
+      for (int r = 0; r <= m; ++r) b[m][r + 2] = C[m][r] * tp[r] * sp[top - m + r];
     });
     const double ih = 1 / width, ih2 = ih * ih;
     unrolled<Q - 1>([&](auto i) {
@@ -90,6 +86,13 @@ struct BernsteinBasis {
   }
 };
 
+/// p = (1, x, x², …).
+template <int count>
+[[gnu::always_inline]] inline void set_powers(double (&p)[count], double x) {
+  p[0] = 1;
+  for (int i = 1; i < count; ++i) p[i] = p[i - 1] * x;
+}
+
 /// τᵃ Nᵇ of every monomial in x, and its derivatives by τ, N, ττ, τN, NN.
 template <int Degree>
 struct XWeights {
@@ -98,7 +101,9 @@ struct XWeights {
   alignas(64) double w[6][vectors * lanes] = {};
 
   [[gnu::always_inline]] XWeights(double tau, double N) {
-    const auto tp = powers<Degree>(tau), np = powers<Degree>(N);
+    double tp[Degree], np[Degree];
+    set_powers(tp, tau);
+    set_powers(np, N);
     unrolled<static_cast<int>(X.size())>([&](auto i) {
       constexpr int a = X[i].tau, b = X[i].N;
       w[0][i] = tp[a] * np[b];
@@ -241,8 +246,8 @@ PotentialValue TubePotential::evaluate_interval(const Interval& interval, double
 
   // k ≥ 2: lanes are the entries of S
   Lanes S[jets] = {}, kS[4] = {}, kkS = {};  // Σ S; Σ k S of v, s, t, n; Σ k (k − 1) S of v
-  const std::array<double, Degree> yp[3] = {powers<Degree>(y[0]), powers<Degree>(y[1]),
-                                            powers<Degree>(y[2])};
+  double yp[3][Degree];
+  for (int i = 0; i < 3; ++i) set_powers(yp[i], y[i]);
   unrolled<y_blocks(Degree, Odd)>([&](auto block) {
     constexpr int k = y_degree(block, Odd);
     constexpr auto Y = y_monomials<k - 2>();
