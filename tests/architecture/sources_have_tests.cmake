@@ -6,6 +6,7 @@ cmake_minimum_required(VERSION 3.25)
 # Source, and the test under tests/ that is about it although it has another name.
 set(tested_by
   core/elements/leaf/leaf_chain core/reduction/superelement/test_modal_leaf
+  core/elements/plate/beam_element core/elements/plate/test_beam_leaf
   core/elements/plate/beam_section core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
@@ -26,6 +27,7 @@ set(tested_by
   core/elements/plate/plate_gradient_quadratic core/response/gradients/test_point_gradients
   core/elements/plate/plate_point_gradient core/response/gradients/test_material_point_gradients
   core/elements/plate/plate_series core/response/path/test_frequency_derivatives
+  core/elements/plate/plate_series_edges core/response/path/test_frequency_derivatives
   designs/describe designs/test_families
   designs/design_items designs/test_design_files
   designs/design_parts designs/test_design_files

@@ -16,6 +16,50 @@ double roll_rate(const Vector3d& th) {
   return 1 + hat_square_factor(q).value * (th[0] * th[0] - q);
 }
 
+/// Rolls the frame by Newton: d(θ1x + θ2x) = −(J1⁻¹ + J2⁻¹)_xx dr. A roll mixes rows 2, 3 of
+/// Q = Eᵀ R.
+void roll(ChordFrame& c, const EdgePoses& edges) {
+  std::array<Matrix3d, 2> Q;
+  for (int a = 0; a < 2; ++a) Q[a].noalias() = c.axes.transpose() * edges[a].axes;
+  double previous = 1e300;
+  for (int step = 0;; ++step) {
+    for (int a = 0; a < 2; ++a) c.theta[a] = rotation_log(Q[a]);
+    const double sum = c.theta[0][0] + c.theta[1][0];
+    c.roll_residual = std::abs(sum);
+    c.converged = c.roll_residual <= roll_tolerance;
+    if (c.roll_residual <= 0.1 * roll_tolerance) return;
+    if (c.converged && c.roll_residual >= previous) return;  // at the floor of rounding
+    if (step == max_roll_steps) return;
+    previous = c.roll_residual;
+    const double r = sum / (roll_rate(c.theta[0]) + roll_rate(c.theta[1]));
+    const double cr = std::cos(r), sr = std::sin(r);
+    const Vector3d rolled = cr * c.axes.col(1) + sr * c.axes.col(2);
+    c.axes.col(2) = cr * c.axes.col(2) - sr * c.axes.col(1);
+    c.axes.col(1) = rolled;
+    for (int a = 0; a < 2; ++a) {
+      const Eigen::RowVector3d row = cr * Q[a].row(1) + sr * Q[a].row(2);
+      Q[a].row(2) = cr * Q[a].row(2) - sr * Q[a].row(1);
+      Q[a].row(1) = row;
+    }
+  }
+}
+
+/// Spin of the frame in its own axes: ψy = −E3·ḋ/l, ψz = E2·ḋ/l, and ψx from (F1):
+/// Σ_a (J_a⁻¹ (ωa − ψ))_x = 0.
+void set_spin(ChordFrame& c) {
+  const Matrix3d Et = c.axes.transpose();
+  Rows3x12& psi = c.spin_local;
+  psi.setZero();
+  psi.block<1, 3>(1, 6) = -Et.row(2) / c.chord;
+  psi.block<1, 3>(2, 6) = Et.row(1) / c.chord;
+  psi.block<2, 3>(1, 0) = -psi.block<2, 3>(1, 6);
+  const Eigen::RowVector3d h1 = c.to_rate[0].row(0), h2 = c.to_rate[1].row(0), h = h1 + h2;
+  psi.block<1, 3>(0, 3).noalias() = h1 * Et;
+  psi.block<1, 3>(0, 9).noalias() = h2 * Et;
+  psi.row(0) = (psi.row(0) - h[1] * psi.row(1) - h[2] * psi.row(2)) / h[0];
+  c.spin.noalias() = c.axes.lazyProduct(psi);
+}
+
 }  // namespace
 
 ChordFrame chord_frame(const EdgePoses& edges, double length) {
@@ -27,42 +71,14 @@ ChordFrame chord_frame(const EdgePoses& edges, double length) {
   width -= E1 * E1.dot(width);
   const double width_norm = width.norm();
   if (!(c.chord > 1e-6 * length) || !(width_norm > 1e-6)) return c;
-  Vector3d E2 = width / width_norm, E3 = E1.cross(E2);
   c.axes.col(0) = E1;
-  c.axes.col(1) = E2;
-  c.axes.col(2) = E3;
-
-  // Roll by Newton: d(θ1x + θ2x) = −(J1⁻¹ + J2⁻¹)_xx dr. A roll mixes rows 2, 3 of Q = Eᵀ R.
-  std::array<Matrix3d, 2> Q;
-  for (int a = 0; a < 2; ++a) Q[a].noalias() = c.axes.transpose() * edges[a].axes;
-  double previous = 1e300;
-  for (int step = 0;; ++step) {
-    for (int a = 0; a < 2; ++a) c.theta[a] = rotation_log(Q[a]);
-    const double sum = c.theta[0][0] + c.theta[1][0];
-    c.roll_residual = std::abs(sum);
-    c.converged = c.roll_residual <= roll_tolerance;
-    if (c.roll_residual <= 0.1 * roll_tolerance) break;
-    if (c.converged && c.roll_residual >= previous) break;  // at the floor of rounding
-    if (step == max_roll_steps) break;
-    previous = c.roll_residual;
-    const double r = sum / (roll_rate(c.theta[0]) + roll_rate(c.theta[1]));
-    const double cr = std::cos(r), sr = std::sin(r);
-    const Vector3d rolled = cr * E2 + sr * E3;
-    E3 = cr * E3 - sr * E2;
-    E2 = rolled;
-    for (int a = 0; a < 2; ++a) {
-      const Eigen::RowVector3d row = cr * Q[a].row(1) + sr * Q[a].row(2);
-      Q[a].row(2) = cr * Q[a].row(2) - sr * Q[a].row(1);
-      Q[a].row(1) = row;
-    }
-  }
+  c.axes.col(1) = width / width_norm;
+  c.axes.col(2) = E1.cross(c.axes.col(1));
+  roll(c, edges);
   if (!c.converged) return c;
-  c.axes.col(1) = E2;
-  c.axes.col(2) = E3;
 
   const auto& [t1, t2] = c.theta;
   c.e << c.chord - length, t1[1], t1[2], t2[1], t2[2], t2[0] - t1[0];
-
   for (int a = 0; a < 2; ++a) {
     const HatSquareFactor g = hat_square_factor(c.theta[a].squaredNorm());
     c.gamma[a] = g.value;
@@ -70,34 +86,18 @@ ChordFrame chord_frame(const EdgePoses& edges, double length) {
     const Matrix3d K = hat(c.theta[a]);
     c.to_rate[a] = Matrix3d::Identity() - 0.5 * K + g.value * K * K;
   }
-
-  // Spin of the frame in its own axes: ψy = −E3·ḋ/l, ψz = E2·ḋ/l, and ψx from (F1):
-  // Σ_a (J_a⁻¹ (ωa − ψ))_x = 0.
+  set_spin(c);
   const Matrix3d Et = c.axes.transpose();
-  Rows3x12& psi = c.spin_local;
-  psi.setZero();
-  psi.block<1, 3>(1, 6) = -Et.row(2) / c.chord;
-  psi.block<1, 3>(2, 6) = Et.row(1) / c.chord;
-  psi.block<2, 3>(1, 0) = -psi.block<2, 3>(1, 6);
-  const Eigen::RowVector3d h1 = c.to_rate[0].row(0), h2 = c.to_rate[1].row(0), h = h1 + h2;
-  psi.block<1, 3>(0, 3).noalias() = h1 * Et;
-  psi.block<1, 3>(0, 9).noalias() = h2 * Et;
-  psi.row(0) = (psi.row(0) - h[1] * psi.row(1) - h[2] * psi.row(2)) / h[0];
-
   for (int a = 0; a < 2; ++a) {
-    Rows3x12 relative = -psi;
+    Rows3x12 relative = -c.spin_local;
     relative.block<3, 3>(0, 3 + 6 * a) += Et;
     c.theta_rate[a].noalias() = c.to_rate[a].lazyProduct(relative);
+    c.B.middleRows<2>(a == 0 ? theta1y : theta2y) = c.theta_rate[a].bottomRows<2>();
   }
   c.B.row(elongation).setZero();
   c.B.block<1, 3>(elongation, 0) = -Et.row(0);
   c.B.block<1, 3>(elongation, 6) = Et.row(0);
-  c.B.row(theta1y) = c.theta_rate[0].row(1);
-  c.B.row(theta1z) = c.theta_rate[0].row(2);
-  c.B.row(theta2y) = c.theta_rate[1].row(1);
-  c.B.row(theta2z) = c.theta_rate[1].row(2);
   c.B.row(twist) = c.theta_rate[1].row(0) - c.theta_rate[0].row(0);
-  c.spin.noalias() = c.axes.lazyProduct(psi);
   return c;
 }
 

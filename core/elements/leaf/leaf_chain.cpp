@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "core/elements/leaf/leaf_scale.hpp"
@@ -166,6 +165,31 @@ MatrixXd LeafChain::shape_motion(const std::vector<LeafDynamics>& parts, const M
   return motion;
 }
 
+namespace {
+
+// Modes between held edges, through the inverted pencil where K is positive definite: the lowest
+// come out with full accuracy.
+struct HeldModes {
+  VectorXd omega2;
+  MatrixXd shapes;
+};
+HeldModes held_modes(const MatrixXd& K, const MatrixXd& M, int count) {
+  const int inner = static_cast<int>(K.rows());
+  if (Cholesky(K).positive_definite()) {
+    const int kept = std::min(count, inner);
+    const SymmetricEigen eigen(M, K);
+    const VectorXd mu = eigen.eigenvalues().tail(kept).reverse().cwiseMax(1e-300);
+    return {mu.cwiseInverse(), eigen.eigenvectors().rightCols(kept).rowwise().reverse() *
+                                   mu.cwiseSqrt().cwiseInverse().asDiagonal()};
+  }
+  const SymmetricEigen eigen(K, M);
+  const auto unstable = static_cast<int>((eigen.eigenvalues().array() < 0).count());
+  const int kept = std::min(count + unstable, inner);  // unstable ones in addition
+  return {eigen.eigenvalues().head(kept), eigen.eigenvectors().leftCols(kept)};
+}
+
+}  // namespace
+
 LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   if (!condensed_) evaluate();
   const int n = segments(), u = unknowns(), count = request.modes;
@@ -196,45 +220,19 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
     s += static_cast<int>(part.stations.rows());
     o += k;
   }
-  // static shapes of the edges, and modes between held edges, through the inverted pencil where K
-  // is positive definite: the lowest come out with full accuracy
-  const Lu lu(K.topLeftCorner(inner, inner));
-  MatrixXd S = MatrixXd::Zero(inner + 12, 12);
-  S.topRows(inner) = -lu.solve(K.topRightCorner(inner, 12));
-  S.bottomRows(12).setIdentity();
-  const MatrixXd Ki = K.topLeftCorner(inner, inner), Mi = M.topLeftCorner(inner, inner);
-  VectorXd omega2;
-  MatrixXd shapes;
-  if (Cholesky(Ki).positive_definite()) {
-    const int kept = std::min(count, inner);
-    const SymmetricEigen eigen(Mi, Ki);
-    const VectorXd mu = eigen.eigenvalues().tail(kept).reverse().cwiseMax(1e-300);
-    omega2 = mu.cwiseInverse();
-    shapes = eigen.eigenvectors().rightCols(kept).rowwise().reverse() *
-             mu.cwiseSqrt().cwiseInverse().asDiagonal();
-  } else {
-    const SymmetricEigen eigen(Ki, Mi);
-    const auto unstable = static_cast<int>((eigen.eigenvalues().array() < 0).count());
-    const int kept = std::min(count + unstable, inner);  // unstable ones in addition
-    omega2 = eigen.eigenvalues().head(kept);
-    shapes = eigen.eigenvectors().leftCols(kept);
-  }
-  const auto kept = static_cast<int>(omega2.size());
-  MatrixXd R = MatrixXd::Zero(inner + 12, 12 + kept);
-  R.leftCols<12>() = S;
-  R.topRightCorner(inner, kept) = shapes;
+  // static shapes of the edges, and modes between held edges
+  const MatrixXd Ki = K.topLeftCorner(inner, inner);
+  const HeldModes modes = held_modes(Ki, M.topLeftCorner(inner, inner), count);
+  MatrixXd R = MatrixXd::Zero(inner + 12, 12 + modes.omega2.size());
+  R.topLeftCorner(inner, 12) = -Lu(Ki).solve(K.topRightCorner(inner, 12));
+  R.bottomLeftCorner<12, 12>().setIdentity();
+  R.topRightCorner(inner, modes.omega2.size()) = modes.shapes;
 
   LeafDynamics dynamics;
   dynamics.mass = R.transpose() * M * R;
   dynamics.stations = motion * R;
   dynamics.shape_motion = shape_motion(parts, lines) * R;
-  dynamics.internal_stiffness = omega2.head(kept).asDiagonal();
-  dynamics.mode_frequencies.resize(kept);
-  for (int k = 0; k < kept; ++k)
-    dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k])) / (2 * std::numbers::pi);
-  // half: no shapes of the boundary's own inertia, so more modes are needed
-  const bool stable = kept > 0 && omega2[kept - 1] > 0;
-  dynamics.highest_mode = stable ? 0.5 * dynamics.mode_frequencies[kept - 1] : 0;
+  set_modes(dynamics, modes.omega2);
   return dynamics;
 }
 

@@ -1,10 +1,23 @@
 #include "core/elements/leaf/leaf_element.hpp"
 
+#include <cmath>
+#include <numbers>
+
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_series.hpp"
 
 namespace flexopt {
+
+void set_modes(LeafDynamics& dynamics, const VectorXd& omega2) {
+  const Eigen::Index modes = omega2.size();
+  dynamics.internal_stiffness = omega2.asDiagonal();
+  dynamics.mode_frequencies.resize(modes);
+  for (Eigen::Index k = 0; k < modes; ++k)
+    dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k])) / (2 * std::numbers::pi);
+  const bool stable = modes > 0 && omega2[modes - 1] > 0;
+  dynamics.highest_mode = stable ? 0.5 * dynamics.mode_frequencies[modes - 1] : 0;
+}
 
 Answer<LeafLinear> LeafElement::linearise() {
   return {nullptr, "the model \"" + report().model + "\" has no linearised interior"};

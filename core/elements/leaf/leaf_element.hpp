@@ -62,6 +62,11 @@ struct LeafDynamics {
   MatrixXd shape_motion;
 };
 
+/// Sets stiffness, frequencies and highest mode of internal shapes of unit mass. `omega2`: their
+/// ω², ascending. The highest mode is half of the last: without shapes of the boundary's own
+/// inertia more modes are needed.
+void set_modes(LeafDynamics& dynamics, const VectorXd& omega2);
+
 /// What dynamics() is asked for.
 struct DynamicsRequest {
   int modes = 0;        ///< fixed-interface modes

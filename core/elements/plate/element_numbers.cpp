@@ -1,107 +1,32 @@
-// Elements of a plate, core/elements/README.md (E1), (E2), (E9), (E10), (E15), and of a beam,
-// beams.md (B1).
+// Elements of a plate: core/elements/README.md (E1), (E2), (E9), (E10), (E15).
 #include "core/elements/plate/element_numbers.hpp"
 
 #include <cmath>
 #include <numbers>
-#include <type_traits>
 
-#include "core/elements/plate/beam_section.hpp"
+#include "core/elements/plate/element_rows.hpp"
 
 namespace flexopt {
 namespace {
 
-using Matrix16 = PlateMesh::Matrix16;
-template <class S>
-using Row = Eigen::Matrix<S, 16, 1>;
-
-// A sum of squares, or its derivative: A += w a aᵀ.
-void add_square(Matrix16& A, double w, const Row<double>& a) {
-  A.noalias() += (w * a) * a.transpose();
-}
-void add_square(Matrix16& A, const Dual1& w, const Row<Dual1>& a) {
-  Row<double> value, half;
-  for (int k = 0; k < 16; ++k) {
-    value[k] = a[k].value;
-    half[k] = w.value * a[k].derivatives[0] + 0.5 * w.derivatives[0] * a[k].value;
-  }
-  A.noalias() += half * value.transpose();
-  A.noalias() += value * half.transpose();
-}
-
 // Adds the bending operator of a plate at a point, with the weight w. The sum of the curvatures
 // comes first, so that rigid motions cancel to the last digits.
-void add_bending(Matrix16& A, double w, double nu, const MappedDerivatives<Row<double>>& N) {
-  const Row<double> laplace = N.xx + N.yy;
+void add_bending(PlateMesh::Matrix16& A, double w, double nu,
+                 const MappedDerivatives<ElementRow<double>>& N) {
+  const ElementRow<double> laplace = N.xx + N.yy;
   A += w * ((1 - nu) *
                 (N.xx * N.xx.transpose() + N.yy * N.yy.transpose() + 2 * N.xy * N.xy.transpose()) +
             nu * laplace * laplace.transpose());
 }
-void add_bending(Matrix16& A, const Dual1& w, const Dual1& nu,
-                 const MappedDerivatives<Row<Dual1>>& N) {
+void add_bending(PlateMesh::Matrix16& A, const Dual1& w, const Dual1& nu,
+                 const MappedDerivatives<ElementRow<Dual1>>& N) {
   add_square(A, w * (1.0 - nu), N.xx);
   add_square(A, w * (1.0 - nu), N.yy);
   add_square(A, 2.0 * w * (1.0 - nu), N.xy);
-  add_square(A, w * nu, Row<Dual1>(N.xx + N.yy));
-}
-
-template <class S>
-void set_row(Matrix16& A, int row, const Row<S>& a) {
-  for (int k = 0; k < 16; ++k) A(row, k) = part_of(a[k]);
-}
-
-// (B2) of beams.md: what both membrane points of an element of the length h add to the stiffness
-// against a strain. `of_slope`: stiffness against its slope at the four points of the bending;
-// `section`: against the strain at the two points.
-template <class S>
-std::array<S, 2> relief_of_slope(const S& h, const std::array<S, 4>& of_slope,
-                                 const std::array<S, 2>& section) {
-  const GaussRule full = gauss_rule(4);
-  S whole(0), first(0), second(0);
-  for (int a = 0; a < 4; ++a) {
-    const S w = full.weight[a] * of_slope[a];
-    const double x = full.point[a] - 0.5;
-    whole += w;
-    first += x * w;
-    second += x * x * w;
-  }
-  if (value_of(second) == 0) return {S(0), S(0)};
-  // the least that a slope costs, whatever its own slope; the points are h/√3 apart
-  const S least = 3.0 / h * (whole - first * first / second);
-  return {least * (section[0] / section[1] - 1.0), least * (section[1] / section[0] - 1.0)};
+  add_square(A, w * nu, ElementRow<Dual1>(N.xx + N.yy));
 }
 
 }  // namespace
-
-// The operators of plate_curvature.hpp, point by point.
-template <class S>
-class CurvatureRows {
- public:
-  void add(const S& weight, const Row<S>& x, const Row<S>& y, const Row<S>& second) {
-    points_.push_back({weight, x, y, second});
-  }
-  void give(PlateMesh::Element& element) const {
-    const auto n = static_cast<Eigen::Index>(points_.size());
-    element.curvature.resize(3 * n, 16);
-    element.curvature_weight.resize(n);
-    for (Eigen::Index g = 0; g < n; ++g) {
-      const Point& point = points_[static_cast<std::size_t>(g)];
-      element.curvature_weight[g] = part_of(point.weight);
-      for (int k = 0; k < 16; ++k) {
-        element.curvature(g, k) = part_of(point.x[k]);
-        element.curvature(n + g, k) = part_of(point.y[k]);
-        element.curvature(2 * n + g, k) = part_of(point.second[k]);
-      }
-    }
-  }
-
- private:
-  struct Point {
-    S weight;
-    Row<S> x, y, second;
-  };
-  std::vector<Point> points_;
-};
 
 // |n|² = |r,x|² + g |r,y|² − g to first order of the metric about that at rest, diag(g, 1).
 template <class S>
@@ -150,17 +75,28 @@ S ElementNumbers<S>::softer_at_clamps(int i, const S& at_thickness, const S& wid
 
 template <class S>
 PlateMesh::Element ElementNumbers<S>::element(int i, int j) const {
-  if (mesh_.folded() && i == mesh_.shape().mesh[0]) {
-    PlateMesh::Element none;
-    none.gradient.setZero();
-    none.weight.setZero();
-    none.bending.setZero();
-    none.mass.setZero();
-    none.metric.setOnes();
-    if constexpr (!std::is_same_v<S, double>) none.metric.setZero();
-    return none;
+  PlateMesh::Element element;
+  element.gradient.setZero();
+  element.weight.setZero();
+  element.bending.setZero();
+  element.mass.setZero();
+  element.metric.setConstant(part_of(S(1)));
+  if (mesh_.folded() && i == mesh_.shape().mesh[0]) return element;
+  const bool beam = mesh_.shape().is_beam();
+  CurvatureRows<S> natural;
+  PlateShear<S> shear;
+  if (has_shear()) {
+    shear = beam ? beam_shear(i) : plate_shear(i, j);
+    add_shear(element, shear);
   }
-  return mesh_.shape().is_beam() ? beam_element(i) : plate_element(i, j);
+  if (beam) {
+    add_beam(element, natural, shear, i);
+  } else {
+    add_plate_bending(element, natural, shear, i, j);
+    set_plate_membrane(element, i, j);
+  }
+  natural.give(element);
+  return element;
 }
 
 // Derivatives of the plate's functions at a place in element (i, j); `place`: y0.
@@ -322,22 +258,12 @@ void ElementNumbers<S>::add_free_edges(PlateMesh::Element& element, CurvatureRow
 }
 
 template <class S>
-PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
-  const S& nu = mesh_.poissons_ratio;
-  const S hx = mesh_.x[i + 1] - mesh_.x[i];
-  const S hy = mesh_.y[j + 1] - mesh_.y[j];
+void ElementNumbers<S>::add_plate_bending(PlateMesh::Element& element, CurvatureRows<S>& natural,
+                                          const PlateShear<S>& shear, int i, int j) const {
+  const S &nu = mesh_.poissons_ratio, hx = mesh_.x[i + 1] - mesh_.x[i],
+          hy = mesh_.y[j + 1] - mesh_.y[j];
   const Corner corner = mesh_.corner(i);
-  const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
-
-  PlateMesh::Element element;
-  element.bending.setZero();
-  element.mass.setZero();
-  CurvatureRows<S> natural;
-  PlateShear<S> shear;
-  if (has_shear()) {
-    shear = plate_shear(i, j);
-    add_shear(element, shear);
-  }
+  const GaussRule full = gauss_rule(4);
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], hx);
     const WidthMap<S> map = mesh_.map(i, full.point[a]);
@@ -364,6 +290,12 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
       add_square(element.bending, S(full.weight[b] * hy * corner.stiffness),
                  corner_bend(corner, j, full.point[b], hx, hy));
   add_free_edges(element, natural, i, j);
+}
+
+template <class S>
+void ElementNumbers<S>::set_plate_membrane(PlateMesh::Element& element, int i, int j) const {
+  const S hx = mesh_.x[i + 1] - mesh_.x[i], hy = mesh_.y[j + 1] - mesh_.y[j];
+  const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
   for (int a = 0; a < 2; ++a) {
     const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], hx);
     const WidthMap<S> map = mesh_.map(i, membrane_x.point[a]);
@@ -392,119 +324,6 @@ PlateMesh::Element ElementNumbers<S>::plate_element(int i, int j) const {
       element.metric[g] = part_of(metric);
     }
   }
-  natural.give(element);
-  return element;
-}
-
-template <class S>
-BeamEnergyT<S> ElementNumbers<S>::section(const S& at) const {
-  return beam_energy<S>(mesh_.shape().section, mesh_.width * mesh_.width_factor(at),
-                        mesh_.thickness * mesh_.thickness_factor(at), mesh_.poissons_ratio,
-                        mesh_.thickness, gauss_rule(4).point[2] - 0.5, mesh_.shape().has_profile());
-}
-
-template <class S>
-PlateShear<S> ElementNumbers<S>::beam_shear(int i) const {
-  const S h = mesh_.x[i + 1] - mesh_.x[i];
-  const GaussRule full = gauss_rule(4);
-  std::array<S, 4> bent;
-  S stiffness(0), compliance(0);
-  PlateShear<S> shear;
-  shear.along.setZero();
-  shear.rest.setZero();
-  for (int a = 0; a < 4; ++a) {
-    const HermiteValuesT<S> X = hermite<S>(full.point[a], h);
-    const BeamEnergyT<S> e = section(S(mesh_.x[i] + full.point[a] * h));
-    bent[a] = full.weight[a] * (full.point[a] - 0.5) * h * h * e.bend;
-    Row bend = beam_functions(X.curvature, 1, 0);
-    if (mesh_.curved()) bend -= mesh_.rest(i, full.point[a]).along * beam_functions(X.slope, 1, 0);
-    shear.along += bent[a] * bend;
-    stiffness += 12.0 * full.weight[a] * e.bend * (full.point[a] - 0.5) * (full.point[a] - 0.5);
-    compliance += full.weight[a] / (e.shear * e.area);
-  }
-  shear.per_x = 12.0 / (h * h * h);
-  shear.compliance = h * compliance / (1.0 + compliance * stiffness * h * shear.per_x);
-  shear.along = (shear.per_x * shear.along).eval();
-  if (mesh_.curved()) {
-    const HermiteValuesT<S> X = hermite<S>(0.5, h);
-    const Row tangent = beam_functions(X.slope, 1, 0);
-    const Row bend = beam_functions(X.curvature, 1, 0) - mesh_.rest(i, 0.5).along * tangent;
-    shear.rest = shear.per_x * slope_of_natural(i, bent, tangent, bend);
-  }
-  return shear;
-}
-
-template <class S>
-PlateMesh::Element ElementNumbers<S>::beam_element(int i) const {
-  const S h = mesh_.x[i + 1] - mesh_.x[i];
-  const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
-  const BeamEnergyT<S> uniform = section(S(0));
-  const auto section_at = [&](const S& at) {
-    return mesh_.shape().has_profile() ? section(at) : uniform;
-  };
-  PlateMesh::Element element;
-  element.bending.setZero();
-  element.mass.setZero();
-  element.gradient.setZero();
-  CurvatureRows<S> natural;
-  PlateShear<S> shear;
-  if (has_shear()) {
-    shear = beam_shear(i);
-    add_shear(element, shear);
-  }
-  std::array<S, 4> bend_of_slope, warp_of_slope;  // against slopes of e11, over the stretch
-  for (int a = 0; a < 4; ++a) {
-    const HermiteValuesT<S> X = hermite<S>(full.point[a], h);
-    const auto e = section_at(S(mesh_.x[i] + full.point[a] * h));
-    bend_of_slope[a] = e.bend / e.stretch;
-    warp_of_slope[a] = e.warp / e.stretch;
-    const S weight(full.weight[a] * h);
-    const auto add = [&](Matrix16& A, const S& w, const std::array<S, 4>& of, double middle,
-                         double across) {
-      add_square(A, weight * w, beam_functions(of, middle, across));
-    };
-    Row bend = beam_functions(X.curvature, 1, 0);
-    if (mesh_.curved()) {
-      const Rest rest = mesh_.rest(i, full.point[a]);
-      const S w = weight * e.bend;
-      const Row r0_x = beam_functions(X.slope, 1, 0), d = beam_functions(X.value, 0, 1);
-      bend -= rest.along * r0_x;
-      add_natural(element, w, rest, r0_x, d);
-      natural.add(S(-w * rest.normal), r0_x, d, against(bend, shear, S((full.point[a] - 0.5) * h)));
-    }
-    add_square(element.bending, weight * e.bend, bend);
-    add(element.bending, e.twist, X.slope, 0, 1);
-    add(element.bending, e.warp, X.curvature, 0, 1);
-    add(element.mass, e.area, X.value, 1, 0);
-    add(element.mass, e.rotary, X.value, 0, 1);
-  }
-  const auto membrane_place = [&](int a) { return S(mesh_.x[i] + membrane_x.point[a] * h); };
-  const BeamEnergyT<S> first = section_at(membrane_place(0)), last = section_at(membrane_place(1));
-  const auto area_relief = relief_of_slope<S>(h, bend_of_slope, {first.area, last.area}),
-             second_relief = relief_of_slope<S>(h, warp_of_slope, {first.strong, last.strong});
-  for (int a = 0; a < 2; ++a) {
-    const HermiteValuesT<S> X = hermite<S>(membrane_x.point[a], h);
-    const BeamEnergyT<S>& e = a == 0 ? first : last;
-    const S metric = mesh_.rest(i, membrane_x.point[a]).metric;
-    const Row r0_x = beam_functions(X.slope, 1, 0), d_x = beam_functions(X.slope, 0, 1),
-              d = beam_functions(X.value, 0, 1);
-    const S width = mesh_.width * mesh_.width_factor(membrane_place(a)),
-            inner = width * (full.point[2] - 0.5), outer = width * (full.point[3] - 0.5),
-            area = membrane_x.weight[a] * h * e.area, second = membrane_x.weight[a] * h * e.second;
-    const auto across = weights_across<S>(area, second, inner, outer),
-               along = weights_across<S>(area + area_relief[a], second + second_relief[a], inner,
-                                         outer);
-    for (int b = 0; b < 4; ++b) {
-      const S y = width * (full.point[b] - 0.5);
-      const int g = 4 * a + b;
-      set_row<S>(element.gradient, g, r0_x + y * d_x);
-      set_row<S>(element.gradient, PlateMesh::points + g, d);
-      element.weight.row(g) << part_of(along[b]), part_of(across[b]), part_of(across[b]);
-      element.metric[g] = part_of(metric);
-    }
-  }
-  natural.give(element);
-  return element;
 }
 
 Vector3d section_turn(const PlateMesh& mesh, int i, int j, const Eigen::Matrix<double, 16, 3>& U,

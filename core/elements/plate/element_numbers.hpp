@@ -38,8 +38,11 @@ class ElementNumbers {
   using Rest = typename MeshNumbers<S>::Rest;
   using Corner = typename MeshNumbers<S>::Corner;
   using Derivatives = MappedDerivatives<Row>;
-  PlateMesh::Element plate_element(int i, int j) const;
-  PlateMesh::Element beam_element(int i) const;
+  void add_plate_bending(PlateMesh::Element& element, CurvatureRows<S>& natural,
+                         const PlateShear<S>& shear, int i, int j) const;
+  void set_plate_membrane(PlateMesh::Element& element, int i, int j) const;
+  void add_beam(PlateMesh::Element& element, CurvatureRows<S>& natural, const PlateShear<S>& shear,
+                int i) const;
   /// Derivatives of the shape functions at a place in element (i, j); `place`: coordinate y0
   /// across.
   Derivatives derivatives(int i, double along, const S& place, const HermiteValuesT<S>& X,
@@ -55,7 +58,6 @@ class ElementNumbers {
                        const Row& bend) const;
   /// What stands against n in (L2) at a place so far from the element's middle.
   Row against(const Row& bend, const PlateShear<S>& shear, const S& from_middle) const;
-  BeamEnergyT<S> section(const S& at) const;
   void add_shear(PlateMesh::Element& element, const PlateShear<S>& shear) const;
   /// Equation (E2) over D, on the part of the layers of both free edges that lies in the element.
   void add_free_edges(PlateMesh::Element& element, CurvatureRows<S>& natural, int i, int j) const;

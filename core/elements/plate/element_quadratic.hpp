@@ -5,29 +5,14 @@
 
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/plate/plate_curvature.hpp"
-#include "core/elements/plate/plate_mesh_rate.hpp"
 #include "core/elements/plate/plate_products.hpp"
 
 namespace flexopt::plate {
 
-inline bool changes(const PlateMesh::Membrane& rate) {
-  return rate.A11 != 0 || rate.A12 != 0 || rate.A33 != 0;
-}
-
-/// An undeflected element with its present strains and stresses.
-template <class S>
-struct DeflectedElement {
-  int index = 0;
-  const PlateMesh::Element& operators;
-  const Gradient<S>& a0;
-  const Stress<S>&strain, &stress;   ///< stress times weight
-  const Eigen::MatrixX<S>& natural;  ///< of a curved leaf
-};
-
 // Covectors n0 of N0 (all lines) and n1 of N1 (lines that are asked for), N2 on lines that have it;
 // values and shape derivatives, of
 //   q = Σ w [ e1·A e1 + A e0·q2 ] + N1ᵀB N1 + N0ᵀB N2 − μ N1ᵀM N1.
-// Of one element after the other, along columns of nodes.
+// The elements are added one after the other, along columns of nodes.
 template <class S, int Side>
 class ElementQuadratic {
  public:
@@ -72,8 +57,6 @@ class ElementQuadratic {
   void column_dots(const Block& A, const Block& B, const Add& add) const {
     for (int k = 0; k < columns_; ++k) add(k, column(A, k).cwiseProduct(column(B, k)).sum());
   }
-  Stress<S> stress_rate(const PlateMeshRate::Shape& by, const DeflectedElement<S>& e,
-                        const Stress<S>& strain) const;
   void set_along(const DeflectedElement<S>& e, const ElementBlock& U0, const Block& U1,
                  const Block* U2);
   void add_membrane(const DeflectedElement<S>& e, int k, bool curved);
@@ -94,16 +77,6 @@ class ElementQuadratic {
   std::vector<Along> along_;  ///< every direction of the shape
 };
 
-template <class S, int Side>
-Stress<S> ElementQuadratic<S, Side>::stress_rate(const PlateMeshRate::Shape& by,
-                                                 const DeflectedElement<S>& e,
-                                                 const Stress<S>& strain) const {
-  Stress<S> n = Stress<S>::Zero();
-  if (changes(by.membrane)) n = weighted(stress_of(by.membrane, strain), e.operators.weight);
-  if (!by.weight.empty()) n += weighted(stress_of(mesh_.membrane(), strain), by.weight[e.index]);
-  return n;
-}
-
 // Sets, for every direction of the shape, the changes of the gradient operators and of the stresses
 // at constant strains.
 template <class S, int Side>
@@ -114,7 +87,7 @@ void ElementQuadratic<S, Side>::set_along(const DeflectedElement<S>& e, const El
     Along& a = along_[p];
     a.moves = !by.gradient.empty();
     a.weighs = changes(by.membrane) || !by.weight.empty() || !by.metric.empty();
-    if (a.weighs) a.dn_0 = stress_rate(by, e, e.strain);
+    if (a.weighs) a.dn_0 = stress_rate(mesh_, by, e, e.strain);
     if (!by.metric.empty())
       a.dn_0 += metric_stress<S>(mesh_, by.metric[e.index], e.operators.weight);
     a.bends = !by.curvature.empty();
@@ -155,7 +128,8 @@ void ElementQuadratic<S, Side>::add_membrane(const DeflectedElement<S>& e, int k
       if (curved)
         q_.shape(p, k) += stress_times(e.stress, e.a0).cwiseProduct(column(a.da2, k)).sum();
     }
-    if (a.weighs) q_.shape(p, k) += sum(stress_rate(rate_.shape[p], e, e1), e1) + sum(a.dn_0, e2);
+    if (a.weighs)
+      q_.shape(p, k) += sum(stress_rate(mesh_, rate_.shape[p], e, e1), e1) + sum(a.dn_0, e2);
   }
 }
 

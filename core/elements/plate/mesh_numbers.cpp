@@ -24,9 +24,9 @@ S number(double value, double rate) {
 
 template <class S>
 LeafFoldT<S> fold_of(const PlateShape& shape, const ShapeRate& rate) {
-  const LeafFold fold = shape.fold.value_or(LeafFold{});
-  return {number<S>(fold.place, rate.fold.place), number<S>(fold.angle, rate.fold.angle),
-          number<S>(fold.radius, rate.fold.radius)};
+  const auto [place, angle, radius] = shape.fold.value_or(LeafFold{});
+  return {number<S>(place, rate.fold.place), number<S>(angle, rate.fold.angle),
+          number<S>(radius, rate.fold.radius)};
 }
 
 // Factor of a profile at a place that may move.
@@ -76,6 +76,59 @@ S graded_place(const S& xi, const S& g) {
   using std::cos;
   return 0.5 * (1.0 + (1.0 - g) * (2.0 * xi - 1.0) - g * cos(std::numbers::pi * xi));
 }
+
+// Density ρ of lines over ξ, the place on the graded mesh of a uniform leaf: t^(−3/4) as a short
+// series of cosines, which stays positive when it is damped by Jackson's factors.
+template <class S>
+struct DensityOfLines {
+  static constexpr int terms = 12, N = terms + 1, samples = 256;
+  std::array<S, N> a{};
+  bool uniform = true;
+
+  template <class Thickness>
+  explicit DensityOfLines(const Thickness& thickness) {
+    using std::numbers::pi, std::pow;
+    for (int m = 0; m < samples; ++m) {
+      const double xi = (m + 0.5) / samples;
+      const S density = pow(thickness(xi), -0.75);
+      for (int k = 0; k <= terms; ++k) a[k] += density * std::cos(k * pi * xi);
+    }
+    for (int k = 1; k <= terms; ++k) {
+      const double angle = k * pi / (N + 1);
+      const double damping =
+          ((N - k + 1) * std::cos(angle) + std::sin(angle) / std::tan(pi / (N + 1))) / (N + 1);
+      a[k] = 2 * damping * a[k] / a[0];
+      if (std::abs(value_of(a[k])) > 1e-12 || std::abs(part_of(a[k])) > 1e-12) uniform = false;
+    }
+  }
+
+  // ∫ ρ from 0 to ξ over that of all, and ρ.
+  std::pair<S, double> share(double xi) const {
+    S sum(xi);
+    double rate = 1;
+    for (int k = 1; k <= terms; ++k) {
+      const double angle = k * std::numbers::pi * xi;
+      sum += a[k] * (std::sin(angle) / (k * std::numbers::pi));
+      rate += value_of(a[k]) * std::cos(angle);
+    }
+    return {sum, rate};
+  }
+
+  // The ξ up to which a share of ∫ ρ lies.
+  S place(double wanted) const {
+    double low = 0, high = 1;
+    for (int k = 0; k < 20; ++k) {
+      const double middle = 0.5 * (low + high);
+      (value_of(share(middle).first) < wanted ? low : high) = middle;
+    }
+    S xi(0.5 * (low + high));
+    for (int k = 0; k < 4; ++k) {  // the last step of Newton's method brings the derivative too
+      const auto [sum, rate] = share(value_of(xi));
+      xi = value_of(xi) - (sum - wanted) / rate;
+    }
+    return xi;
+  }
+};
 
 }  // namespace
 
@@ -127,26 +180,19 @@ void MeshNumbers<S>::set_lines() {
   }
   for (const double place : graded_points(-0.5, 0.5, shape_->mesh[1], grading))
     y.push_back(place * width);
-  if (!width_varies()) return;
   for (std::size_t i = 0; i < x.size(); ++i)
     line_width[i] = {width_factor(x[i]), width_factor(x[i], 1)};
 }
 
-// Equal shares of ∫ ρ dξ, ξ the place on the graded mesh of a uniform leaf, ρ = t^(−3/4) as a short
-// series of cosines, which stays positive when it is damped by Jackson's factors.
 template <class S>
 std::vector<S> MeshNumbers<S>::lines_along() const {
-  using std::numbers::pi, std::pow;
   const int n = shape_->mesh[0];
-  constexpr int terms = 12, samples = 256;
-  const bool constant_grading = shape_->is_beam() || shape_->linear;
-  S mean_width = width;
-  if (width_varies()) {
-    const std::vector<double>& by = rate_->width_profile;
-    mean_width *= number<S>(profile_mean(shape_->width_profile), by.empty() ? 0 : profile_mean(by));
-  }
+  const std::vector<double>& by = rate_->width_profile;
+  const S mean_width = width_varies() ? S(width * number<S>(profile_mean(shape_->width_profile),
+                                                            by.empty() ? 0 : profile_mean(by)))
+                                      : width;
   const auto grading_of = [&](const S& length) {
-    return constant_grading ? S(grading) : grading_along<S>(mean_width / length);
+    return shape_->is_beam() || shape_->linear ? S(grading) : grading_along<S>(mean_width / length);
   };
   const auto graded = [n](const S& from, const S& length, const S& g) {
     std::vector<S> lines(n + 1, from);
@@ -161,53 +207,17 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
   if (folded()) {
     const S other = 1.0 - fold.place;
     std::vector<S> lines = graded(S(0), fold.place, grading_of(fold.place));
-    const std::vector<S> second = graded(fold.place, other, grading_of(other));
-    lines.insert(lines.end(), second.begin(), second.end());
+    for (const S& line : graded(fold.place, other, grading_of(other))) lines.push_back(line);
     lines.back() = S(1);
     return lines;
   }
   const S g = grading_of(S(1));
   std::vector<S> lines = graded(S(0), S(1), g);
   if (shape_->thickness_profile.empty()) return lines;
-  std::array<S, terms + 1> a{};
-  for (int m = 0; m < samples; ++m) {
-    const double xi = (m + 0.5) / samples;
-    const S density = pow(thickness_factor(graded_place(S(xi), g)), -0.75);
-    for (int k = 0; k <= terms; ++k) a[k] += density * std::cos(k * pi * xi);
-  }
-  constexpr int N = terms + 1;
-  bool uniform = true;
-  for (int k = 1; k <= terms; ++k) {
-    const double angle = k * pi / (N + 1);
-    const double damping =
-        ((N - k + 1) * std::cos(angle) + std::sin(angle) / std::tan(pi / (N + 1))) / (N + 1);
-    a[k] = 2 * damping * a[k] / a[0];
-    if (std::abs(value_of(a[k])) > 1e-12 || std::abs(part_of(a[k])) > 1e-12) uniform = false;
-  }
-  if (uniform) return lines;
-  const auto share = [&](double xi) {
-    S sum(xi);
-    double rate = 1;
-    for (int k = 1; k <= terms; ++k) {
-      sum += a[k] * (std::sin(k * pi * xi) / (k * pi));
-      rate += value_of(a[k]) * std::cos(k * pi * xi);
-    }
-    return std::pair{sum, rate};
-  };
-  for (int i = 1; i < n; ++i) {
-    const double wanted = static_cast<double>(i) / n;
-    double low = 0, high = 1;
-    for (int k = 0; k < 20; ++k) {
-      const double middle = 0.5 * (low + high);
-      (value_of(share(middle).first) < wanted ? low : high) = middle;
-    }
-    S xi(0.5 * (low + high));
-    for (int k = 0; k < 4; ++k) {  // the last step of Newton's method brings the derivative too
-      const auto [sum, rate] = share(value_of(xi));
-      xi = value_of(xi) - (sum - wanted) / rate;
-    }
-    lines[i] = graded_place(xi, g);
-  }
+  const DensityOfLines<S> density(
+      [&](double xi) { return thickness_factor(graded_place(S(xi), g)); });
+  for (int i = 1; i < n && !density.uniform; ++i)
+    lines[i] = graded_place(density.place(static_cast<double>(i) / n), g);
   return lines;
 }
 
@@ -364,10 +374,9 @@ auto MeshNumbers<S>::point_weights(double along, double across, std::array<int, 
   const S hx = x[i + 1] - x[i], sx = (along - x[i]) / hx;
   const std::array<S, 4> X = functions(sx, hx, derivative[0], S(1));
   if (shape_->is_beam()) {  // r0 + y d, the width at the place
-    const double part_of_width = derivative[1] == 0 ? across - 0.5 : 1.0;
-    const S beside = part_of_width * width * width_factor(S(along));
-    S widening(0);
-    if (derivative[0] == 1) widening = part_of_width * width * width_factor(S(along), 1);
+    const S part = (derivative[1] == 0 ? across - 0.5 : 1.0) * width,
+            beside = part * width_factor(S(along)),
+            widening = derivative[0] == 1 ? S(part * width_factor(S(along), 1)) : S(0);
     const std::array<S, 4> value = functions(sx, hx, 0, S(1));
     for (int p = 0; p < 2; ++p)
       for (int k = 0; k < 2; ++k) {

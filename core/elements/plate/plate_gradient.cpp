@@ -58,10 +58,7 @@ PlateGradient<S>::PlateGradient(const PlateLeaf& plate, std::shared_ptr<const Pl
       }
     }
   }
-  if (mesh_->functions_per_side() == 8)
-    this->template prepare<8>();
-  else
-    this->template prepare<4>();
+  mesh_->with_side([&]<int Side>() { this->template prepare<Side>(); });
   add_point_force();
   add_weight();
   Matrix force = Matrix::Zero(size(), 1);
@@ -110,6 +107,51 @@ int PlateGradient<S>::edge_at(int line) const {
   return -1;
 }
 
+namespace {
+
+// Change of an element's nodal force with its shape; `bent`: covector of the natural field.
+template <int Side, class S>
+Eigen::Matrix<S, 2 * Side, 3> force_rate(const PlateMesh& mesh, const PlateMeshRate::Shape& by,
+                                         const DeflectedElement<S>& e,
+                                         const Eigen::Matrix<S, 2 * Side, 3>& U,
+                                         const Eigen::MatrixX<S>& bent) {
+  const PlateMesh::Element& element = e.operators;
+  const auto G = element.gradient.leftCols<2 * Side>();
+  Eigen::Matrix<S, 2 * Side, 3> F, part;
+  const auto add_part = [&](const auto& A, const auto& B) {
+    assign_product(part, A, B);
+    F += part;
+  };
+  const auto add_curvature = [&](const MatrixXd& rows, const Eigen::MatrixX<S>& field) {
+    F += curvature_force(rows, 2 * Side, field);
+  };
+  Stress<S> dn = stress_rate(mesh, by, e, e.strain);
+  if (!by.metric.empty()) dn += metric_stress<S>(mesh, by.metric[e.index], element.weight);
+  if (by.gradient.empty()) {
+    assign_product(F, G.transpose(), stress_times(dn, e.a0));
+  } else {
+    const auto dG = by.gradient[e.index].template leftCols<2 * Side>();
+    Gradient<S> da;
+    assign_product(da, dG, U);
+    dn += weighted(stress_of(mesh.membrane(), strain_product(e.a0, da)), element.weight);
+    const Gradient<S> ds = stress_times(dn, e.a0) + stress_times(e.stress, da);
+    assign_product(F, G.transpose(), ds);
+    add_part(dG.transpose(), stress_times(e.stress, e.a0));
+  }
+  add_part(by.bending[e.index].template topLeftCorner<2 * Side, 2 * Side>(), U);
+  if (!by.curvature_weight.empty())
+    add_curvature(element.curvature,
+                  0.5 * curvature_product(by.curvature_weight[e.index], e.natural, e.natural));
+  if (!by.curvature.empty()) {
+    add_curvature(element.curvature, curvature_product(element.curvature_weight, e.natural,
+                                                       curvature_field(by.curvature[e.index], U)));
+    add_curvature(by.curvature[e.index], bent);
+  }
+  return F;
+}
+
+}  // namespace
+
 // Strains, stresses, nodal forces and what these change by with the shape.
 template <class S>
 template <int Side>
@@ -134,82 +176,46 @@ void PlateGradient<S>::prepare() {
       Stress<S>& e = strain_[k] = 0.5 * strain_product(a0, a0);
       for (int g = 0; g < points; ++g) e(g, 0) -= 0.5 * element.metric[g];
       e.col(1) -= S(0.5);
-      const Stress<S> bare = stress_of(mesh_->membrane(), e);
-      n0_[k] = weighted(bare, element.weight);
-      const Gradient<S> s = stress_times(n0_[k], a0);
+      n0_[k] = weighted(stress_of(mesh_->membrane(), e), element.weight);
       const auto add = [&](std::vector<Matrix>& to, const Block& F) {
         to[i].template middleRows<Side>(4 * j) += F.template topRows<Side>();
         to[i + 1].template middleRows<Side>(4 * j) += F.template bottomRows<Side>();
       };
-      Block F, part;
-      const auto add_part = [&](const auto& A, const auto& B) {
-        assign_product(part, A, B);
-        F += part;
-      };
-      assign_product(F, G.transpose(), s);
-      add_part(element.bending.topLeftCorner<2 * Side, 2 * Side>(), U);
-      const bool natural = element.curvature_weight.size() > 0;
+      Block F, bending;
+      assign_product(F, G.transpose(), stress_times(n0_[k], a0));
+      assign_product(bending, element.bending.topLeftCorner<2 * Side, 2 * Side>(), U);
+      F += bending;
       Matrix bent;
-      const auto add_curvature = [&](const MatrixXd& rows, const Matrix& field) {
-        F += curvature_force(rows, 2 * Side, field);
-      };
-      if (natural) {
+      if (element.curvature_weight.size() > 0) {
         const Matrix& field = natural_[k] = curvature_field(element.curvature, U);
         bent = 0.5 * curvature_product(element.curvature_weight, field, field);
-        add_curvature(element.curvature, bent);
+        F += curvature_force(element.curvature, 2 * Side, bent);
       }
       add(nodal_force_, F);
-      for (int p = 0; p < directions(); ++p) {
-        const PlateMeshRate::Shape& by = rate_->shape[p];
-        Stress<S> dn = weighted(stress_of(by.membrane, e), element.weight);
-        if (!by.weight.empty()) dn += weighted(bare, by.weight[k]);
-        if (!by.metric.empty()) dn += metric_stress<S>(*mesh_, by.metric[k], element.weight);
-        if (by.gradient.empty()) {
-          assign_product(F, G.transpose(), stress_times(dn, a0));
-        } else {
-          const auto dG = by.gradient[k].leftCols<2 * Side>();
-          Gradient<S> da;
-          assign_product(da, dG, U);
-          dn += weighted(stress_of(mesh_->membrane(), strain_product(a0, da)), element.weight);
-          const Gradient<S> ds = stress_times(dn, a0) + stress_times(n0_[k], da);
-          assign_product(F, G.transpose(), ds);
-          add_part(dG.transpose(), s);
-        }
-        add_part(by.bending[k].template topLeftCorner<2 * Side, 2 * Side>(), U);
-        if (!by.curvature_weight.empty())
-          add_curvature(element.curvature,
-                        0.5 * curvature_product(by.curvature_weight[k], natural_[k], natural_[k]));
-        if (!by.curvature.empty()) {
-          add_curvature(element.curvature, curvature_product(element.curvature_weight, natural_[k],
-                                                             curvature_field(by.curvature[k], U)));
-          add_curvature(by.curvature[k], bent);
-        }
-        add(shape_force_[p], F);
-      }
+      const DeflectedElement<S> deflected{k, element, a0, e, n0_[k], natural_[k]};
+      for (int p = 0; p < directions(); ++p)
+        add(shape_force_[p], force_rate<Side>(*mesh_, rate_->shape[p], deflected, U, bent));
     }
 }
 
 template <class S>
 void PlateGradient<S>::add_to_rows(int line, const Matrix& nodal, Matrix& rows) const {
   const int n = mesh_->functions_per_line(), columns = static_cast<int>(rows.cols());
-  const int e = edge_at(line);
+  const int e = edge_at(line), first = plate_->block_offset(line);
   if (plate_->is_second_of_fold(line)) return add_fold_rows(nodal, rows);
   if (e < 0) {
-    rows.middleRows(plate_->block_offset(line), 3 * n) += nodal.reshaped(3 * n, columns);
+    rows.middleRows(first, 3 * n) += nodal.reshaped(3 * n, columns);
     return;
   }
-  const auto& slopes = mesh_->edge_slopes();
   const int body = rows_.body(e);
   for (int k = 0; k < columns; ++k)
     for (int s = 0; s < n; ++s) {
       const Vector3<S> f = nodal.template block<1, 3>(s, 3 * k).transpose();
       if (s % 4 == 0) rows.template block<3, 1>(body, k) += f;
       rows.template block<3, 1>(body + 3, k) += edges_[e].arm[s].cross(f);
-      for (std::size_t d = 0; d < slopes.size(); ++d)
-        if (slopes[d].function == s % 4)
-          rows(plate_->block_offset(line) + static_cast<int>(slopes.size()) * (s / 4) +
-                   static_cast<int>(d),
-               k) += edges_[e].axes.col(slopes[d].axis).dot(f);
+      mesh_->each_slope(s, [&](int axis, int unknown) {
+        rows(first + unknown, k) += edges_[e].axes.col(axis).dot(f);
+      });
     }
 }
 
@@ -248,17 +254,15 @@ auto PlateGradient<S>::line_rates(int line, const Matrix& Y) const -> Matrix {
     if (plate_->is_second_of_fold(line)) set_fold_rates(Y, N);
     return N;
   }
-  const auto& slopes = mesh_->edge_slopes();
-  const int body = rows_.body(e), per_node = static_cast<int>(slopes.size());
+  const int body = rows_.body(e);
   Matrix N(n, 3 * columns);
   for (int k = 0; k < columns; ++k) {
     const Vector3<S> u = Y.template block<3, 1>(body, k), w = Y.template block<3, 1>(body + 3, k);
     for (int s = 0; s < n; ++s) {
       Vector3<S> r = w.cross(edges_[e].arm[s]);
       if (s % 4 == 0) r += u;
-      for (int d = 0; d < per_node; ++d)
-        if (slopes[d].function == s % 4)
-          r += Y(first + per_node * (s / 4) + d, k) * edges_[e].axes.col(slopes[d].axis);
+      mesh_->each_slope(
+          s, [&](int axis, int unknown) { r += Y(first + unknown, k) * edges_[e].axes.col(axis); });
       N.template block<1, 3>(s, 3 * k) = r.transpose();
     }
   }
@@ -286,10 +290,75 @@ std::unique_ptr<LeafFields> PlateGradient<S>::fields(
 }
 
 template <class S>
+template <int Side>
+void PlateGradient<S>::add_tangent_times(const std::array<Matrix, 2>& edges, const Matrix& fold,
+                                         std::vector<Matrix>& force) const {
+  const int nx = mesh_->elements_along(), ny = mesh_->elements_across();
+  const Eigen::Index columns = fold.cols();
+  using PointBlock = Eigen::Matrix<S, 16, Eigen::Dynamic>;
+  Eigen::Matrix<S, 2 * Side, Eigen::Dynamic> f, bent;
+  const Matrix zero = Matrix::Zero(fold.rows(), columns);
+  for (int i = 0; i < nx; ++i) {
+    const bool behind = plate_->is_second_of_fold(i);
+    if (edge_at(i) < 0 && edge_at(i + 1) < 0 && !behind) continue;
+    const Matrix &low = behind            ? fold
+                        : edge_at(i) >= 0 ? edges[edge_at(i)]
+                                          : zero,
+                 &high = edge_at(i + 1) >= 0 ? edges[edge_at(i + 1)] : zero;
+    for (int j = 0; j < ny; ++j) {
+      const int e = i * ny + j;
+      const PlateMesh::Element& element = mesh_->element(i, j);
+      const auto G = element.gradient.leftCols<2 * Side>();
+      const auto U = gather<Side>(low, high, j);
+      PointBlock a, s(16, columns);
+      assign_product(a, G, U);
+      for (Eigen::Index k = 0; k < columns; k += 3) {
+        const auto a1 = a.template middleCols<3>(k);
+        const Stress<S> dn =
+            weighted(stress_of(mesh_->membrane(), strain_product(a0_[e], a1)), element.weight);
+        s.template middleCols<3>(k) = stress_times(dn, a0_[e]) + stress_times(n0_[e], a1);
+      }
+      assign_product(f, G.transpose(), s);
+      assign_product(bent, element.bending.topLeftCorner<2 * Side, 2 * Side>(), U);
+      f += bent;
+      if (element.curvature_weight.size() > 0) {
+        const auto field = curvature_field(element.curvature, U);
+        for (Eigen::Index k = 0; k < columns; k += 3)
+          f.template middleCols<3>(k) +=
+              curvature_force(element.curvature, 2 * Side,
+                              curvature_product(element.curvature_weight, natural_[e],
+                                                field.template middleCols<3>(k)));
+      }
+      force[i].template middleRows<Side>(4 * j) += f.template topRows<Side>();
+      force[i + 1].template middleRows<Side>(4 * j) += f.template bottomRows<Side>();
+    }
+  }
+}
+
+// The axes and arms of an edge turn and grow.
+template <class S>
+void PlateGradient<S>::add_edge_force_rates(int e, const Matrix& edge_rates,
+                                            const std::vector<LeafVariation<S>>& variations,
+                                            Matrix& rows) const {
+  const int line = edges_[e].line;
+  for (int k = 0; k < static_cast<int>(variations.size()); ++k)
+    for (int s = 0; s < mesh_->functions_per_line(); ++s) {
+      const Vector3<S> f = nodal_force_[line].row(s).transpose();
+      Vector3<S> dv = edge_rates.template block<1, 3>(s, 3 * k).transpose();
+      if (s % 4 == 0) dv -= variations[k].edge[e].position;
+      rows.template block<3, 1>(rows_.body(e) + 3, k) += dv.cross(f);
+      mesh_->each_slope(s, [&](int axis, int unknown) {
+        rows(plate_->block_offset(line) + unknown, k) +=
+            variations[k].edge[e].rotation.col(axis).dot(f);
+      });
+    }
+}
+
+template <class S>
 auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variations) const
     -> Matrix {
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
-            ny = mesh_->elements_across(), columns = static_cast<int>(variations.size());
+            columns = static_cast<int>(variations.size());
   const std::array<Matrix, 2> N = edge_nodal_rates(variations);
   const Matrix fold = fold_nodal_rates(variations);
   std::vector<Matrix> F(nx + 1, Matrix::Zero(n, 3 * columns));
@@ -312,74 +381,13 @@ auto PlateGradient<S>::force_rates(const std::vector<LeafVariation<S>>& variatio
         F[w.line].template block<1, 3>(w.function, 3 * k) -=
             variations[k].point[a] * w.weight * point_force;
 
-  // K N′, which only the elements at the edges and behind a fold feel
-  const auto product = [&]<int Side>() {
-    using PointBlock = Eigen::Matrix<S, 16, Eigen::Dynamic>;
-    Eigen::Matrix<S, 2 * Side, Eigen::Dynamic> f, bent;
-    const Matrix zero = Matrix::Zero(n, 3 * columns);
-    for (int i = 0; i < nx; ++i) {
-      const bool behind = plate_->is_second_of_fold(i);
-      if (edge_at(i) < 0 && edge_at(i + 1) < 0 && !behind) continue;
-      const Matrix &low = behind            ? fold
-                          : edge_at(i) >= 0 ? N[edge_at(i)]
-                                            : zero,
-                   &high = edge_at(i + 1) >= 0 ? N[edge_at(i + 1)] : zero;
-      for (int j = 0; j < ny; ++j) {
-        const int e = i * ny + j;
-        const PlateMesh::Element& element = mesh_->element(i, j);
-        const auto G = element.gradient.leftCols<2 * Side>();
-        const auto U = gather<Side>(low, high, j);
-        PointBlock a, s(16, 3 * columns);
-        assign_product(a, G, U);
-        for (int k = 0; k < columns; ++k) {
-          const auto a1 = a.template middleCols<3>(3 * k);
-          const Stress<S> dn =
-              weighted(stress_of(mesh_->membrane(), strain_product(a0_[e], a1)), element.weight);
-          s.template middleCols<3>(3 * k) = stress_times(dn, a0_[e]) + stress_times(n0_[e], a1);
-        }
-        assign_product(f, G.transpose(), s);
-        assign_product(bent, element.bending.topLeftCorner<2 * Side, 2 * Side>(), U);
-        f += bent;
-        if (element.curvature_weight.size() > 0) {
-          const auto field = curvature_field(element.curvature, U);
-          for (int k = 0; k < columns; ++k)
-            f.template middleCols<3>(3 * k) +=
-                curvature_force(element.curvature, 2 * Side,
-                                curvature_product(element.curvature_weight, natural_[e],
-                                                  field.template middleCols<3>(3 * k)));
-        }
-        F[i].template middleRows<Side>(4 * j) += f.template topRows<Side>();
-        F[i + 1].template middleRows<Side>(4 * j) += f.template bottomRows<Side>();
-      }
-    }
-  };
-  if (mesh_->functions_per_side() == 8)
-    product.template operator()<8>();
-  else
-    product.template operator()<4>();
-
+  mesh_->with_side([&]<int Side>() { this->template add_tangent_times<Side>(N, fold, F); });
   Matrix rows = Matrix::Zero(size(), columns);
   for (int line = 0; line <= nx; ++line) add_to_rows(line, F[line], rows);
   add_point_rates(N, variations, rows);
   add_fold_force_rates(variations, rows);
-  // The axes and arms of the edges turn and grow.
-  const auto& slopes = mesh_->edge_slopes();
-  for (int e = 0; e < 2; ++e) {
-    if (!rigid_[e]) continue;
-    const int line = edges_[e].line, body = rows_.body(e);
-    for (int k = 0; k < columns; ++k)
-      for (int s = 0; s < n; ++s) {
-        const Vector3<S> f = nodal_force_[line].row(s).transpose();
-        Vector3<S> dv = N[e].template block<1, 3>(s, 3 * k).transpose();
-        if (s % 4 == 0) dv -= variations[k].edge[e].position;
-        rows.template block<3, 1>(body + 3, k) += dv.cross(f);
-        for (std::size_t d = 0; d < slopes.size(); ++d)
-          if (slopes[d].function == s % 4)
-            rows(plate_->block_offset(line) + static_cast<int>(slopes.size()) * (s / 4) +
-                     static_cast<int>(d),
-                 k) += variations[k].edge[e].rotation.col(slopes[d].axis).dot(f);
-      }
-  }
+  for (int e = 0; e < 2; ++e)
+    if (rigid_[e]) add_edge_force_rates(e, N[e], variations, rows);
   return rows;
 }
 

@@ -86,6 +86,10 @@ class PlateGradient final : public LeafGradient<S> {
   void quadratic_elements(const std::vector<Matrix>& N1, const std::vector<Matrix>& N2,
                           const Vector& mu, LeafQuadratic<S>& q, std::vector<Matrix>& n0,
                           std::vector<Matrix>& n1) const;
+  /// Adds K N′, which only the elements at the edges and behind a fold feel.
+  template <int Side>
+  void add_tangent_times(const std::array<Matrix, 2>& edges, const Matrix& fold,
+                         std::vector<Matrix>& force) const;
   /// N′ of a line for states moving by the columns of Y: functions × (3 components of each).
   Matrix line_rates(int line, const Matrix& Y) const;
   Matrix second_nodes(int edge, const Matrix& Y) const;  ///< N2 of the edge: n × (3 per column)
@@ -98,6 +102,8 @@ class PlateGradient final : public LeafGradient<S> {
   void add_point_quadratic(const Matrix& Y, const std::vector<Matrix>& N1,
                            const std::vector<Matrix>& N2, LeafQuadratic<S>& q,
                            std::vector<Matrix>& n1) const;
+  void add_edge_force_rates(int edge, const Matrix& edge_rates,
+                            const std::vector<LeafVariation<S>>& variations, Matrix& rows) const;
   void add_weight_quadratic(const std::vector<Matrix>& N2, LeafQuadratic<S>& q) const;
   /// Factor of the clamp on a function of an edge node.
   double held(int edge, int function) const { return function % 2 == 0 ? plate_->clamp(edge) : 1; }

@@ -46,18 +46,16 @@ void PlateGradient<S>::quadratic_elements(const std::vector<Matrix>& N1,
 // N2 = ω×(ω×v) + 2 Σ ȧ ω×d with v = R w and axes d.
 template <class S>
 auto PlateGradient<S>::second_nodes(int e, const Matrix& Y) const -> Matrix {
-  const auto& slopes = mesh_->edge_slopes();
-  const int n = mesh_->functions_per_line(), columns = static_cast<int>(Y.cols()),
-            per_node = static_cast<int>(slopes.size());
+  const int n = mesh_->functions_per_line(), columns = static_cast<int>(Y.cols());
   Matrix second = Matrix::Zero(n, 3 * columns);
   for (int k = 0; k < columns; ++k) {
     const Vector3<S> w = Y.template block<3, 1>(rows_.body(e) + 3, k);
     for (int s = 0; s < n; ++s) {
       Vector3<S> r = w.cross(w.cross(edges_[e].arm[s]));
-      for (int d = 0; d < per_node; ++d)
-        if (slopes[d].function == s % 4)
-          r += S(2.0 * Y(plate_->block_offset(edges_[e].line) + per_node * (s / 4) + d, k)) *
-               w.cross(edges_[e].axes.col(slopes[d].axis));
+      mesh_->each_slope(s, [&](int axis, int unknown) {
+        r += S(2.0 * Y(plate_->block_offset(edges_[e].line) + unknown, k)) *
+             w.cross(edges_[e].axes.col(axis));
+      });
       second.template block<1, 3>(s, 3 * k) = r.transpose();
     }
   }
@@ -68,9 +66,8 @@ auto PlateGradient<S>::second_nodes(int e, const Matrix& Y) const -> Matrix {
 template <class S>
 void PlateGradient<S>::add_edge_quadratic(int e, const Matrix& Y, const Matrix& n0,
                                           const Matrix& n1, LeafQuadratic<S>& q) const {
-  const auto& slopes = mesh_->edge_slopes();
   const int n = mesh_->functions_per_line(), columns = static_cast<int>(Y.cols()),
-            per_node = static_cast<int>(slopes.size()), line = edges_[e].line, body = rows_.body(e);
+            line = edges_[e].line, body = rows_.body(e);
   const Matrix3<S>& R = edges_[e].axes;
   for (int k = 0; k < columns; ++k) {
     typename LeafQuadratic<S>::Edge& g = q.edge[k][e];
@@ -93,17 +90,16 @@ void PlateGradient<S>::add_edge_quadratic(int e, const Matrix& Y, const Matrix& 
         if (!rate_->shape[p].reference.empty())
           q.shape(p, k) +=
               held(e, s) * c.dot(R * rate_->shape[p].reference[line].row(s).transpose());
-      for (int d = 0; d < per_node; ++d) {
-        if (slopes[d].function != s % 4) continue;
-        const int row = plate_->block_offset(line) + per_node * (s / 4) + d;
-        const Vector3<S> axis = R.col(slopes[d].axis);
+      mesh_->each_slope(s, [&](int along, int unknown) {
+        const int row = plate_->block_offset(line) + unknown;
+        const Vector3<S> axis = R.col(along);
         const S rate = Y(row, k);
         const Vector3<S> cd = rate * (f1 + 2.0 * f2w);
-        g.rotation.col(slopes[d].axis) += cd;
+        g.rotation.col(along) += cd;
         g.spin += S(2.0 * rate) * axis.cross(f2);
         q.state.template block<3, 1>(body + 3, k) += axis.cross(cd);
         q.state(row, k) += c.dot(axis);
-      }
+      });
     }
     q.state.template block<3, 1>(body, k) += g.position;
   }
@@ -146,10 +142,8 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
     n1[edges_[e].line] = Matrix::Zero(n, 3 * columns);
   }
   LeafQuadratic<S> q(size(), columns, directions());
-  if (mesh_->functions_per_side() == 8)
-    this->template quadratic_elements<8>(N1, N2, mu, q, n0, n1);
-  else
-    this->template quadratic_elements<4>(N1, N2, mu, q, n0, n1);
+  mesh_->with_side(
+      [&]<int Side>() { this->template quadratic_elements<Side>(N1, N2, mu, q, n0, n1); });
   add_point_quadratic(Y, N1, N2, q, n1);
   add_weight_quadratic(N2, q);
 
@@ -169,10 +163,9 @@ auto PlateGradient<S>::nodal_quadratic(const std::vector<Matrix>& N1,
   const std::vector<Matrix> none(static_cast<std::size_t>(lines), Matrix::Zero(n, 3 * columns));
   NodalQuadratic result{LeafQuadratic<S>(0, columns, directions()), none, none};
   const Vector mu = Vector::Zero(columns);
-  if (mesh_->functions_per_side() == 8)
-    this->template quadratic_elements<8>(N1, N2, mu, result.value, result.n0, result.n1);
-  else
-    this->template quadratic_elements<4>(N1, N2, mu, result.value, result.n0, result.n1);
+  mesh_->with_side([&]<int Side>() {
+    this->template quadratic_elements<Side>(N1, N2, mu, result.value, result.n0, result.n1);
+  });
   return result;
 }
 

@@ -101,10 +101,7 @@ void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d
 
 void PlateLeaf::step_to(const State& state, const VectorXd& dx, const Vector12d& dq) {
   assert(state.x.size() == unknowns());
-  if (mesh_->functions_per_side() == 8)
-    linearised_stress<8>(dx, dq);
-  else
-    linearised_stress<4>(dx, dq);
+  mesh_->with_side([&]<int Side>() { linearised_stress<Side>(dx, dq); });
   state_ = state;
   update_nodal();
 }

@@ -175,12 +175,20 @@ class PlateLeaf {
   int block(int line) const {
     return mesh_->fold_line() >= 0 && line > mesh_->fold_line() ? line - 1 : line;
   }
+  void add_edge(int line);
   void add_fold();
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void update_nodal();
   /// Side: functions of an element on a line, 8 (plate) or 4 (beam).
   template <int Side>
   void assemble_elements();
+  template <int Side>
+  MatrixXd add_element_force(int i, int j);
+  template <int Side>
+  void add_element_tangent(int i, int j, const MatrixXd& field);
+  /// Where the elements beside a line add up, and those between it and the next.
+  MatrixXd& line_diagonal(int i);
+  MatrixXd& line_below(int i);
   void hold_point();
   void add_weight();
   template <int Side>

@@ -1,7 +1,11 @@
-// Rates of the nodal values, mass and modes of a plate leaf with its edges held.
+// Rates of the nodal values, mass and modes of a plate leaf with its edges held, and what a
+// mechanism sees of them.
+#include <cmath>
+#include <numbers>
 #include <utility>
 
-#include "core/elements/plate/plate_leaf.hpp"
+#include "core/elements/plate/full_leaf.hpp"
+#include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 
 namespace flexopt {
@@ -100,6 +104,200 @@ std::vector<PlateLeaf::Mode> PlateLeaf::modes(int count, double tolerance) const
   for (int k = 0; k < static_cast<int>(pairs.values.size()); ++k)
     result.push_back({pairs.values[k], pairs.vectors.col(k)});
   return result;
+}
+
+MatrixXd leaf_station_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T) {
+  // leaf mass ρ t w L = mass · (w/L) / L², motion · L
+  const int stations = plate.mesh().lines() - 2;
+  return std::sqrt(scale.mass * plate.mesh().shape().mean_width() / stations) *
+         plate.station_rates(T);
+}
+
+MatrixXd leaf_shape_motion(const PlateLeaf& plate, const LeafScale& scale, const MatrixXd& T) {
+  const PlateMesh& mesh = plate.mesh();
+  const bool beam = mesh.shape().is_beam();
+  const int lines = mesh.lines(), across = beam ? 2 : mesh.nodes_per_line();
+  const int n = mesh.functions_per_line();
+  const Matrix3d turn = scale.length * scale.axes;
+  MatrixXd motion(3 * lines * across, T.cols()), node(3, T.cols());
+  for (int i = 0; i < lines; ++i) {
+    const MatrixXd rates = plate.nodal_rates(i, T);
+    const double edge = 0.5 * mesh.shape().width_at(mesh.x()[i]);
+    for (int j = 0; j < across; ++j) {
+      for (int c = 0; c < 3; ++c) {
+        node.row(c) = rates.row(c * n + (beam ? 0 : 4 * j));
+        if (beam) node.row(c) += (j == 0 ? -edge : edge) * rates.row(c * n + 2);
+      }
+      motion.middleRows<3>(3 * (j * lines + i)).noalias() = turn * node;
+    }
+  }
+  return motion;
+}
+
+namespace {
+
+// Shapes with M and K times them.
+struct Shapes {
+  MatrixXd U, MU, KU;
+};
+
+// The modes, M-orthonormal, after one more inverse iteration: K times them then is known to
+// rounding, however far the iteration that found them went.
+struct LeafModeShapes {
+  VectorXd omega2;
+  Shapes shapes;
+};
+LeafModeShapes iterated(const PlateLeaf& plate, const VectorXd& omega2, const MatrixXd& M_Psi,
+                        MatrixXd Psi) {
+  if (omega2.size() == 0) return {omega2, {Psi, Psi, Psi}};
+  Psi *= omega2.asDiagonal();
+  const MatrixXd K_Psi = M_Psi * omega2.asDiagonal(), M = plate.mass_times(Psi),
+                 A = Psi.transpose() * K_Psi, G = Psi.transpose() * M;
+  const SymmetricEigen ritz(0.5 * (A + A.transpose()), 0.5 * (G + G.transpose()));
+  const MatrixXd& Z = ritz.eigenvectors();
+  return {ritz.eigenvalues(), {Psi * Z, M * Z, K_Psi * Z}};
+}
+
+// M-orthonormal Ritz shapes of span(Y), Y M-orthogonal to the modes; KY = K Y. Directions that Y
+// hardly has are left out, and with them what cancellation leaves of others: beside the lowest
+// modes nothing is slower than the last of them, `least`. Columns that consisted of the modes
+// alone, as those of coarse wires do, are nothing but rounding: `before`, the sizes that they had.
+struct RitzShapes {
+  VectorXd omega2;
+  MatrixXd shapes, mass;  ///< Y, M Y
+};
+RitzShapes ritz_shapes(const PlateLeaf& plate, MatrixXd Y, MatrixXd KY, const VectorXd& before,
+                       double least) {
+  constexpr double nothing = 1e-6;
+  std::vector<int> left;
+  for (int k = 0; k < static_cast<int>(Y.cols()); ++k)
+    if (Y.col(k).norm() > nothing * before[k]) left.push_back(k);
+  if (left.empty()) return {VectorXd(0), MatrixXd(Y.rows(), 0), MatrixXd(Y.rows(), 0)};
+  if (left.size() < static_cast<std::size_t>(Y.cols())) {
+    Y = MatrixXd(Y(Eigen::all, left));
+    KY = MatrixXd(KY(Eigen::all, left));
+  }
+  const VectorXd size = Y.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  Y *= size.asDiagonal();
+  KY *= size.asDiagonal();
+  const MatrixXd MY = plate.mass_times(Y), M = Y.transpose() * MY, K = Y.transpose() * KY;
+  const SymmetricEigen mass(0.5 * (M + M.transpose()));
+  const VectorXd& mu = mass.eigenvalues();
+  int first = 0;
+  while (first < mu.size() && mu[first] < 1e-9 * mu[mu.size() - 1]) ++first;
+  const int kept = static_cast<int>(mu.size()) - first;
+  const MatrixXd B =
+      mass.eigenvectors().rightCols(kept) * mu.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  const SymmetricEigen ritz(B.transpose() * (0.5 * (K + K.transpose())) * B);
+  const VectorXd& omega2 = ritz.eigenvalues();
+  int noise = 0;
+  while (noise < kept && omega2[noise] < least) ++noise;
+  const MatrixXd combined = B * ritz.eigenvectors().rightCols(kept - noise);
+  return {omega2.tail(kept - noise), Y * combined, MY * combined};
+}
+
+// Shapes between held edges, M-orthonormal: the modes, and what they leave of the static answer to
+// the static shapes' own inertia, Y = K⁻¹ M X, without which the modes left out cost (ω/ω_cut)²:
+// (E7) of core/elements/README.md. `MX`: M X in the rows of the unknowns.
+struct InternalShapes {
+  VectorXd omega2;
+  MatrixXd shapes, mass;  ///< U, M U
+  double highest_mode;    ///< ω² of the last mode, 0 without modes
+};
+InternalShapes internal_shapes(const PlateLeaf& plate, const std::vector<PlateLeaf::Mode>& modes,
+                               const MatrixXd& MX) {
+  const int n = plate.unknowns(), m = static_cast<int>(modes.size()),
+            a = static_cast<int>(MX.cols());
+  MatrixXd Psi(n, m);
+  VectorXd omega2(m);
+  for (int k = 0; k < m; ++k) {
+    Psi.col(k) = modes[k].shape;
+    omega2[k] = modes[k].omega2;
+  }
+  // what the modes share of Y is left out before K⁻¹: beside it the rest would be rounded
+  MatrixXd B(n, m + a);
+  if (m > 0) B.leftCols(m) = plate.mass_times(Psi);
+  B.rightCols(a) = MX;
+  B.rightCols(a) -= B.leftCols(m) * (Psi.transpose() * B.rightCols(a)).eval();
+  MatrixXd Y = B;
+  plate.solve(Y);
+  const LeafModeShapes iteration = iterated(plate, omega2, B.leftCols(m), Y.leftCols(m));
+  Y = Y.rightCols(a).eval();
+  B = B.rightCols(a).eval();
+  const Shapes& own = iteration.shapes;
+  const MatrixXd of_modes =
+                     iteration.omega2.cwiseInverse().asDiagonal() * (own.U.transpose() * MX).eval(),
+                 share = own.MU.transpose() * Y;
+  const VectorXd before = (Y + own.U * of_modes).colwise().norm();
+  Y -= own.U * share;
+  B -= own.KU * share;
+  const double last = m > 0 ? iteration.omega2[m - 1] : 0;
+  const RitzShapes ritz =
+      ritz_shapes(plate, std::move(Y), std::move(B), before, last - 1e-6 * std::abs(last));
+  const Eigen::Index r = ritz.omega2.size();
+  InternalShapes all{VectorXd(m + r), MatrixXd(n, m + r), MatrixXd(n, m + r), last};
+  all.omega2 << iteration.omega2, ritz.omega2;
+  all.shapes << own.U, ritz.shapes;
+  all.mass << own.MU, ritz.mass;
+  return all;
+}
+
+}  // namespace
+
+LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
+                            DynamicsRequest request) {
+  const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
+  auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
+  const std::vector<PlateLeaf::Mode> modes =
+      plate.modes(std::min(request.modes, plate.unknowns() / 4));
+  const int n = plate.unknowns();
+  const int b = plate.has_point() ? 15 : 12;  // boundary coordinates; the ground's do not move
+  std::vector<int> moving;
+  for (int k = 0; k < b; ++k)
+    if (k >= 12 || (k < 6 ? leaf.base : leaf.tip) >= 0) moving.push_back(k);
+  const int a = static_cast<int>(moving.size());
+
+  // x = X q + U ξ, static shapes and internal ones
+  MatrixXd X = MatrixXd::Zero(n + 12, a);
+  X.topRows(n) = plate.static_shapes(moving);
+  for (int k = 0; k < a; ++k)
+    if (moving[k] < 12) X(n + moving[k], k) = 1;
+  const MatrixXd MX = plate.mass_times(X);
+  InternalShapes own{VectorXd(0), MatrixXd(n, 0), MatrixXd(n, 0), 0};
+  if (request.modes > 0) own = internal_shapes(plate, modes, MX.topRows(n));
+  const int internal = static_cast<int>(own.omega2.size());
+  MatrixXd T = MatrixXd::Zero(n + 12, a + internal);
+  T.leftCols(a) = X;
+  T.topRightCorner(n, internal) = own.shapes;
+  // the columns of internal shapes have no rows of edges
+  MatrixXd mass(a + internal, a + internal);
+  mass.leftCols(a).noalias() = T.transpose() * MX;
+  mass.bottomRightCorner(internal, internal).noalias() =
+      T.block(0, a, n, internal).transpose() * own.mass;
+  mass.topRightCorner(a, internal) = mass.bottomLeftCorner(internal, a).transpose();
+  mass = (0.5 * (mass + mass.transpose())).eval();
+  const double amplitude = 1 / std::sqrt(scale.mass);  // unit modal mass in SI
+  MatrixXd S = MatrixXd::Zero(b + internal, a + internal);
+  {
+    MatrixXd boundary = MatrixXd::Zero(b, b);
+    boundary.topLeftCorner<12, 12>() = scale.transformation();
+    if (plate.has_point()) boundary.block<3, 3>(12, 12) = scale.axes / scale.length;
+    for (int k = 0; k < a; ++k) S.col(k).head(b) = boundary.col(moving[k]);
+    for (int k = 0; k < internal; ++k) S(b + k, a + k) = amplitude;
+  }
+  LeafDynamics dynamics;
+  dynamics.mass = scale.mass * (S * mass * S.transpose());
+  const MatrixXd rates = T * S.transpose();
+  dynamics.stations = leaf_station_motion(plate, scale, rates);
+  if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate, scale, rates);
+  dynamics.internal_stiffness = MatrixXd::Zero(internal, internal);
+  dynamics.mode_frequencies.resize(internal);
+  for (int k = 0; k < internal; ++k) {
+    dynamics.internal_stiffness(k, k) = own.omega2[k] * scale.energy / scale.mass;
+    dynamics.mode_frequencies[k] = frequency(own.omega2[k]);
+  }
+  dynamics.highest_mode = own.highest_mode > 0 ? frequency(own.highest_mode) : 0;
+  return dynamics;
 }
 
 }  // namespace flexopt

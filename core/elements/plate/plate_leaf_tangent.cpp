@@ -5,40 +5,37 @@
 #include "core/elements/plate/plate_curvature.hpp"
 #include "core/elements/plate/plate_fold.hpp"
 #include "core/elements/plate/plate_leaf.hpp"
+#include "core/elements/plate/plate_products.hpp"
 #include "core/math/small_product.hpp"
 
 namespace flexopt {
+
+using namespace plate;
+
 namespace {
 
-constexpr int points = PlateMesh::points;
-using Gradient = Eigen::Matrix<double, 16, 3>;
-using PointArray = Eigen::Array<double, points, 1>;
-
-// Second derivatives of the cubic part of the energy, between two components of the nodal values.
-struct CurvatureTangent {
-  const PlateMesh::Element* element = nullptr;
-  MatrixXd field;
-
-  PlateMesh::Matrix16 operator()(int c, int d) const {
-    const int e = 3 - c - d;  // the third component
-    const double sign = (c + 1) % 3 == d ? 1 : -1;
-    const Eigen::Index n = element->curvature_weight.size();
-    const auto row = [&](Eigen::Index k) { return element->curvature.middleRows(k * n, n); };
-    const auto factor = [&](Eigen::Index k) {
-      return (sign * element->curvature_weight * field.col(e).segment(k * n, n).array()).matrix();
-    };
-    const VectorXd f[3] = {factor(0), factor(1), factor(2)};
-    MatrixXd CG(3 * n, 16);
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      const Eigen::Index l = (k + 1) % 3, m = (k + 2) % 3;
-      CG.middleRows(k * n, n).noalias() = f[m].asDiagonal() * row(l);
-      CG.middleRows(k * n, n).noalias() -= f[l].asDiagonal() * row(m);
-    }
-    PlateMesh::Matrix16 K;
-    K.noalias() = element->curvature.transpose() * CG;
-    return K;
+// Second derivatives of the cubic part of the energy, between the components c and d of the nodal
+// values.
+PlateMesh::Matrix16 curvature_tangent(const PlateMesh::Element& element, const MatrixXd& field,
+                                      int c, int d) {
+  const int e = 3 - c - d;  // the third component
+  const double sign = (c + 1) % 3 == d ? 1 : -1;
+  const Eigen::Index n = element.curvature_weight.size();
+  const auto row = [&](Eigen::Index k) { return element.curvature.middleRows(k * n, n); };
+  const auto factor = [&](Eigen::Index k) {
+    return (sign * element.curvature_weight * field.col(e).segment(k * n, n).array()).matrix();
+  };
+  const VectorXd f[3] = {factor(0), factor(1), factor(2)};
+  MatrixXd CG(3 * n, 16);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Eigen::Index l = (k + 1) % 3, m = (k + 2) % 3;
+    CG.middleRows(k * n, n).noalias() = f[m].asDiagonal() * row(l);
+    CG.middleRows(k * n, n).noalias() -= f[l].asDiagonal() * row(m);
   }
-};
+  PlateMesh::Matrix16 K;
+  K.noalias() = element.curvature.transpose() * CG;
+  return K;
+}
 
 }  // namespace
 
@@ -46,7 +43,6 @@ template <int Side>
 void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
   const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
             ny = mesh_->elements_across();
-  const auto [A11, A12, A33] = mesh_->membrane();
   VectorXd T(unknowns() + 12);
   T << dx, dq;
   std::vector<MatrixXd>& rates = nodal_step_;
@@ -58,148 +54,143 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
       PointState& point = points_[i * ny + j];
       Eigen::Matrix<double, 2 * Side, 3> dU;
       dU << rates[i].middleRows<Side>(4 * j), rates[i + 1].middleRows<Side>(4 * j);
-      Gradient da;
+      Gradient<double> da;
       assign_small_product(da, element.gradient.leftCols<2 * Side>(), dU);
       const auto& a = point.gradient;
       const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
       const auto d1 = da.topRows<points>(), d2 = da.bottomRows<points>();
-      const PointArray e11 = 0.5 * (a1.rowwise().squaredNorm().array() - element.metric) +
-                             a1.cwiseProduct(d1).rowwise().sum().array(),
-                       e22 = 0.5 * (a2.rowwise().squaredNorm().array() - 1) +
-                             a2.cwiseProduct(d2).rowwise().sum().array(),
-                       e12 = (a1.cwiseProduct(a2) + a1.cwiseProduct(d2) + a2.cwiseProduct(d1))
-                                 .rowwise()
-                                 .sum()
-                                 .array();
-      const PlateMesh::Weights& w = element.weight;
-      point.stress.col(0) = w.col(0) * (A11 * e11 + A12 * e22);
-      point.stress.col(1) = w.col(1) * (A12 * e11 + A11 * e22);
-      point.stress.col(2) = w.col(2) * (A33 * e12);
+      Stress<double> e;
+      e.col(0) = 0.5 * (a1.rowwise().squaredNorm().array() - element.metric) +
+                 a1.cwiseProduct(d1).rowwise().sum().array();
+      e.col(1) = 0.5 * (a2.rowwise().squaredNorm().array() - 1) +
+                 a2.cwiseProduct(d2).rowwise().sum().array();
+      e.col(2) =
+          (a1.cwiseProduct(a2) + a1.cwiseProduct(d2) + a2.cwiseProduct(d1)).rowwise().sum().array();
+      point.stress = weighted(stress_of(mesh_->membrane(), e), element.weight);
     }
   stress_is_linearised_ = true;
 }
 
+MatrixXd& PlateLeaf::line_diagonal(int i) {
+  const int fold = mesh_->fold_line();
+  if (fold >= 0 && (i == fold || i == fold + 1)) return fold_diagonal_[i - fold];
+  return is_rigid_edge(i) ? edge_diagonal_[edge_of(i)] : K_.diagonal[block(i)];
+}
+
+MatrixXd& PlateLeaf::line_below(int i) {
+  const int fold = mesh_->fold_line();
+  if (fold >= 0 && i >= fold - 1 && i <= fold + 1)
+    return i == fold ? fold_gap_ : fold_below_[i < fold ? 0 : 1];
+  return is_rigid_edge(i)       ? edge_below_[0]
+         : is_rigid_edge(i + 1) ? edge_below_[1]
+                                : K_.below[block(i)];
+}
+
+// Adds energy and force of an element and returns the field of its curvature, if it is curved.
+template <int Side>
+MatrixXd PlateLeaf::add_element_force(int i, int j) {
+  constexpr int functions = 2 * Side;
+  const int n = mesh_->functions_per_line();
+  const PlateMesh::Element& element = mesh_->element(i, j);
+  PointState& point = points_[i * mesh_->elements_across() + j];
+  const auto G = element.gradient.leftCols<functions>();
+  Eigen::Matrix<double, functions, 3> U, BU, force;
+  U << nodal_[i].middleRows<Side>(4 * j), nodal_[i + 1].middleRows<Side>(4 * j);
+  assign_small_product(point.gradient, G, U);
+  assign_small_product(BU, element.bending.topLeftCorner<functions, functions>(), U);
+  std::array<PointArray, 3> a1, a2;
+  for (int c = 0; c < 3; ++c) {
+    a1[c] = point.gradient.col(c).head<points>();
+    a2[c] = point.gradient.col(c).tail<points>();
+  }
+  const auto dot = [](const auto& p, const auto& q) -> PointArray {
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+  };
+  Stress<double> e;  // Green–Lagrange: e11, e22 and 2 e12
+  e.col(0) = 0.5 * (dot(a1, a1) - element.metric);
+  e.col(1) = 0.5 * (dot(a2, a2) - 1);
+  e.col(2) = dot(a1, a2);
+  strain_ = std::max(strain_, e.leftCols<2>().abs().maxCoeff());
+  const Stress<double> s = weighted(stress_of(mesh_->membrane(), e), element.weight);
+  energy_ += 0.5 * (s.col(0) * e.col(0) + s.col(1) * e.col(1) + s.col(2) * e.col(2)).sum() +
+             0.5 * U.cwiseProduct(BU).sum();
+  assign_small_product(force, G.transpose(), stress_times(s, point.gradient));
+  force += BU;
+  MatrixXd field;
+  if (element.curvature_weight.size() > 0) {
+    field = curvature_field(element.curvature, U);
+    const MatrixXd product = 0.5 * curvature_product(element.curvature_weight, field, field);
+    energy_ += field.cwiseProduct(product).sum() / 3 + element.rest_energy;
+    force += curvature_force(element.curvature, functions, product);
+  }
+  for (int c = 0; c < 3; ++c) {
+    nodal_force_[i].segment<Side>(c * n + 4 * j) += force.col(c).template head<Side>();
+    nodal_force_[i + 1].segment<Side>(c * n + 4 * j) += force.col(c).template tail<Side>();
+  }
+  // Mixed Newton: the geometric stiffness takes the stresses of the linearised last step, without
+  // the squares of its rotations. Identical at equilibrium, far larger steps.
+  if (!stress_is_linearised_) point.stress = s;
+  return field;
+}
+
+template <int Side>
+void PlateLeaf::add_element_tangent(int i, int j, const MatrixXd& field) {
+  constexpr int functions = 2 * Side;
+  const int n = mesh_->functions_per_line();
+  const auto [A11, A12, A33] = mesh_->membrane();
+  const PlateMesh::Element& element = mesh_->element(i, j);
+  const PointState& point = points_[i * mesh_->elements_across() + j];
+  const auto w1 = element.weight.col(0), w2 = element.weight.col(1), w12 = element.weight.col(2);
+  const auto Gx = element.gradient.topLeftCorner<points, functions>();
+  const auto Gy = element.gradient.bottomLeftCorner<points, functions>();
+  const Eigen::Matrix<double, functions, 16> Gt =
+      element.gradient.leftCols<functions>().transpose();
+  MatrixXd &D0 = line_diagonal(i), &D1 = line_diagonal(i + 1), &O = line_below(i);
+  for (int c = 0; c < 3; ++c)
+    for (int d = 0; d <= c; ++d) {
+      const PointArray c1 = point.gradient.col(c).head<points>(),
+                       c2 = point.gradient.col(c).tail<points>(),
+                       d1 = point.gradient.col(d).head<points>(),
+                       d2 = point.gradient.col(d).tail<points>();
+      PointArray xx = w1 * (A11 * c1 * d1) + w12 * (A33 * c2 * d2),
+                 xy = w1 * (A12 * c1 * d2) + w12 * (A33 * c2 * d1),
+                 yx = w1 * (A12 * c2 * d1) + w12 * (A33 * c1 * d2),
+                 yy = w2 * (A11 * c2 * d2) + w12 * (A33 * c1 * d1);
+      if (c == d) {
+        xx += point.stress.col(0);
+        xy += point.stress.col(2);
+        yx += point.stress.col(2);
+        yy += point.stress.col(1);
+      }
+      Eigen::Matrix<double, 16, functions> CG;
+      CG.template topRows<points>().noalias() = xx.matrix().asDiagonal() * Gx;
+      CG.template topRows<points>().noalias() += xy.matrix().asDiagonal() * Gy;
+      CG.template bottomRows<points>().noalias() = yx.matrix().asDiagonal() * Gx;
+      CG.template bottomRows<points>().noalias() += yy.matrix().asDiagonal() * Gy;
+      Eigen::Matrix<double, functions, functions> K;
+      assign_small_product(K, Gt, CG);
+      if (c == d)
+        K += element.bending.topLeftCorner<functions, functions>();
+      else if (field.size() > 0)
+        K += curvature_tangent(element, field, c, d).topLeftCorner<functions, functions>();
+      const int r = c * n + 4 * j, s = d * n + 4 * j;
+      D0.block<Side, Side>(r, s) += K.template topLeftCorner<Side, Side>();
+      D1.block<Side, Side>(r, s) += K.template bottomRightCorner<Side, Side>();
+      O.block<Side, Side>(r, s) += K.template bottomLeftCorner<Side, Side>();
+      if (c != d) O.block<Side, Side>(s, r) += K.template topRightCorner<Side, Side>().transpose();
+    }
+}
+
 template <int Side>
 void PlateLeaf::assemble_elements() {
-  constexpr int functions = 2 * Side;
-  const int n = mesh_->functions_per_line(), nx = mesh_->elements_along(),
-            ny = mesh_->elements_across();
-  const auto [A11, A12, A33] = mesh_->membrane();
-  const int fold = mesh_->fold_line();
-  auto diagonal = [&](int i) -> MatrixXd& {
-    if (fold >= 0 && (i == fold || i == fold + 1)) return fold_diagonal_[i - fold];
-    return is_rigid_edge(i) ? edge_diagonal_[edge_of(i)] : K_.diagonal[block(i)];
-  };
-  auto below = [&](int i) -> MatrixXd& {
-    if (fold >= 0 && i >= fold - 1 && i <= fold + 1)
-      return i == fold ? fold_gap_ : fold_below_[i < fold ? 0 : 1];
-    return is_rigid_edge(i)       ? edge_below_[0]
-           : is_rigid_edge(i + 1) ? edge_below_[1]
-                                  : K_.below[block(i)];
-  };
-  for (int i = 0; i <= nx; ++i) diagonal(i).setZero();
-  for (int i = 0; i < nx; ++i) below(i).setZero();
+  const int nx = mesh_->elements_along();
+  for (int i = 0; i <= nx; ++i) line_diagonal(i).setZero();
+  for (int i = 0; i < nx; ++i) line_below(i).setZero();
   for (VectorXd& f : nodal_force_) f.setZero();
   energy_ = strain_ = 0;
-
-  for (int i = 0; i < nx; ++i) {
-    if (i == fold) continue;
-    MatrixXd &D0 = diagonal(i), &D1 = diagonal(i + 1), &O = below(i);
-    for (int j = 0; j < ny; ++j) {
-      const PlateMesh::Element& element = mesh_->element(i, j);
-      const auto G = element.gradient.leftCols<functions>();
-      const auto bending = element.bending.topLeftCorner<functions, functions>();
-      Eigen::Matrix<double, functions, 3> U;
-      U << nodal_[i].middleRows<Side>(4 * j), nodal_[i + 1].middleRows<Side>(4 * j);
-      const Eigen::Matrix<double, functions, 16> Gt = G.transpose();
-      Gradient a;
-      Eigen::Matrix<double, functions, 3> BU;
-      assign_small_product(a, G, U);
-      assign_small_product(BU, bending, U);
-      std::array<PointArray, 3> a1, a2;
-      for (int c = 0; c < 3; ++c) {
-        a1[c] = a.col(c).head<points>();
-        a2[c] = a.col(c).tail<points>();
-      }
-      auto dot = [](const auto& p, const auto& q) -> PointArray {
-        return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-      };
-      // Green–Lagrange: e11, e22 and 2 e12
-      const PointArray e11 = 0.5 * (dot(a1, a1) - element.metric), e22 = 0.5 * (dot(a2, a2) - 1),
-                       e12 = dot(a1, a2);
-      strain_ = std::max({strain_, e11.abs().maxCoeff(), e22.abs().maxCoeff()});
-      const auto w1 = element.weight.col(0), w2 = element.weight.col(1),
-                 w12 = element.weight.col(2);
-      const PointArray n11 = w1 * (A11 * e11 + A12 * e22), n22 = w2 * (A12 * e11 + A11 * e22),
-                       n12 = w12 * (A33 * e12);
-      energy_ += 0.5 * (n11 * e11 + n22 * e22 + n12 * e12).sum() + 0.5 * U.cwiseProduct(BU).sum();
-
-      Gradient stress;
-      for (int c = 0; c < 3; ++c) {
-        stress.col(c).head<points>() = n11 * a1[c] + n12 * a2[c];
-        stress.col(c).tail<points>() = n12 * a1[c] + n22 * a2[c];
-      }
-      Eigen::Matrix<double, functions, 3> force;
-      assign_small_product(force, Gt, stress);
-      force += BU;
-      const bool natural = element.curvature_weight.size() > 0;
-      CurvatureTangent by_curvature;
-      if (natural) {
-        const MatrixXd field = plate::curvature_field(element.curvature, U),
-                       product =
-                           0.5 * plate::curvature_product(element.curvature_weight, field, field);
-        energy_ += field.cwiseProduct(product).sum() / 3 + element.rest_energy;
-        force += plate::curvature_force(element.curvature, functions, product);
-        by_curvature = {&element, field};
-      }
-      for (int c = 0; c < 3; ++c) {
-        nodal_force_[i].segment<Side>(c * n + 4 * j) += force.col(c).template head<Side>();
-        nodal_force_[i + 1].segment<Side>(c * n + 4 * j) += force.col(c).template tail<Side>();
-      }
-
-      // Mixed Newton: the geometric stiffness takes the stresses of the linearised last step,
-      // without the squares of its rotations. Identical at equilibrium, far larger steps.
-      PointState& point = points_[i * ny + j];
-      point.gradient = a;
-      if (!stress_is_linearised_) {
-        point.stress.col(0) = n11;
-        point.stress.col(1) = n22;
-        point.stress.col(2) = n12;
-      }
-      const auto m11 = point.stress.col(0), m22 = point.stress.col(1), m12 = point.stress.col(2);
-
-      const auto Gx = element.gradient.topLeftCorner<points, functions>();
-      const auto Gy = element.gradient.bottomLeftCorner<points, functions>();
-      for (int c = 0; c < 3; ++c)
-        for (int d = 0; d <= c; ++d) {
-          PointArray xx = w1 * (A11 * a1[c] * a1[d]) + w12 * (A33 * a2[c] * a2[d]),
-                     xy = w1 * (A12 * a1[c] * a2[d]) + w12 * (A33 * a2[c] * a1[d]),
-                     yx = w1 * (A12 * a2[c] * a1[d]) + w12 * (A33 * a1[c] * a2[d]),
-                     yy = w2 * (A11 * a2[c] * a2[d]) + w12 * (A33 * a1[c] * a1[d]);
-          if (c == d) {
-            xx += m11;
-            xy += m12;
-            yx += m12;
-            yy += m22;
-          }
-          Eigen::Matrix<double, 16, functions> CG;
-          CG.template topRows<points>().noalias() = xx.matrix().asDiagonal() * Gx;
-          CG.template topRows<points>().noalias() += xy.matrix().asDiagonal() * Gy;
-          CG.template bottomRows<points>().noalias() = yx.matrix().asDiagonal() * Gx;
-          CG.template bottomRows<points>().noalias() += yy.matrix().asDiagonal() * Gy;
-          Eigen::Matrix<double, functions, functions> K;
-          assign_small_product(K, Gt, CG);
-          if (c == d) K += bending;
-          if (c != d && natural) K += by_curvature(c, d).topLeftCorner<functions, functions>();
-          const int r = c * n + 4 * j, s = d * n + 4 * j;
-          D0.block<Side, Side>(r, s) += K.template topLeftCorner<Side, Side>();
-          D1.block<Side, Side>(r, s) += K.template bottomRightCorner<Side, Side>();
-          O.block<Side, Side>(r, s) += K.template bottomLeftCorner<Side, Side>();
-          if (c != d)
-            O.block<Side, Side>(s, r) += K.template topRightCorner<Side, Side>().transpose();
-        }
-    }
-  }
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; i != mesh_->fold_line() && j < mesh_->elements_across(); ++j)
+      add_element_tangent<Side>(i, j, add_element_force<Side>(i, j));
   stress_is_linearised_ = false;
 }
 
@@ -215,14 +206,9 @@ void PlateLeaf::add_weight() {
 }
 
 void PlateLeaf::linearise() {
-  if (mesh_->functions_per_side() == 8)
-    assemble_elements<8>();
-  else
-    assemble_elements<4>();
+  mesh_->with_side([&]<int Side>() { assemble_elements<Side>(); });
   add_weight();
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
-  const auto& slopes = mesh_->edge_slopes();
-  const int m = mesh_->edge_unknowns(), per_node = static_cast<int>(slopes.size());
   for (const NodalWeight& w : support_.point)
     for (int c = 0; c < 3; ++c)
       nodal_force_[w.line][c * n + w.function] -= w.weight * state_.point_force[c];
@@ -234,48 +220,47 @@ void PlateLeaf::linearise() {
   edge_tangent_.setZero();
   edge_force_.setZero();
 
-  for (int e = 0; e < 2; ++e) {
-    const int line = e == 0 ? 0 : last, inner = e == 0 ? 1 : last - 1;
-    if (!is_rigid_edge(line)) continue;
-    const EdgePose& pose = state_.edges[e];
-    const VectorXd& f = nodal_force_[line];
-    MatrixXd& J = edge_jacobian_[e];
-    J.setZero();
-    for (int j = 0; j < mesh_->nodes_per_line(); ++j)
-      for (int k = 0; k < 4; ++k) {
-        const int s = 4 * j + k;
-        Vector3d v = nodal_[line].row(s).transpose();
-        if (k == 0) v -= pose.position;
-        for (int c = 0; c < 3; ++c) {
-          const Vector3d row = v.cross(Vector3d::Unit(c));  // δr = ω × v
-          J.block<1, 3>(c * n + s, m + 3) = row.transpose();
-          if (k == 0) J(c * n + s, m + c) = 1;
-        }
-        for (int d = 0; d < per_node; ++d)
-          if (slopes[d].function == k)
-            for (int c = 0; c < 3; ++c)
-              J(c * n + s, per_node * j + d) = pose.axes(c, slopes[d].axis);
-      }
-    MatrixXd H = edge_curvature(e, f);
-    MatrixXd& D = edge_diagonal_[e];
-    D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
-    H.noalias() += J.transpose() * (D * J);
-    const VectorXd gJ = J.transpose() * f;
-    K_.diagonal[block(line)] = H.topLeftCorner(m, m);
-    g_.segment(block_offset(line), m) = gJ.head(m);
-    edge_force_.segment<6>(6 * e) = gJ.tail<6>();
-    edge_tangent_.block<6, 6>(6 * e, 6 * e) = H.bottomRightCorner<6, 6>();
-    // mixed terms stand below the diagonal only
-    coupling_.block(block_offset(line), 6 * e, m, 6) = H.bottomLeftCorner(6, m).transpose();
-    const MatrixXd& O = edge_below_[e];
-    if (e == 0) {
-      K_.below[0].noalias() = O * J.leftCols(m);
-      coupling_.block(block_offset(inner), 0, 3 * n, 6).noalias() = O * J.rightCols<6>();
-    } else {
-      K_.below[block(last - 1)].noalias() = J.leftCols(m).transpose() * O;
-      coupling_.block(block_offset(inner), 6, 3 * n, 6).noalias() =
-          O.transpose() * J.rightCols<6>();
+  for (const int line : {0, last})
+    if (is_rigid_edge(line)) add_edge(line);
+}
+
+// The block of a rigid edge: its nodal values N depend on slopes and pose, H = Jᵀ K J + f·N,uu.
+void PlateLeaf::add_edge(int line) {
+  const int e = edge_of(line), inner = e == 0 ? 1 : line - 1;
+  const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
+  const EdgePose& pose = state_.edges[e];
+  const VectorXd& f = nodal_force_[line];
+  MatrixXd& J = edge_jacobian_[e];
+  J.setZero();
+  for (int s = 0; s < n; ++s) {
+    Vector3d v = nodal_[line].row(s).transpose();
+    if (s % 4 == 0) v -= pose.position;
+    for (int c = 0; c < 3; ++c) {
+      J.block<1, 3>(c * n + s, m + 3) = v.cross(Vector3d::Unit(c)).transpose();  // δr = ω × v
+      if (s % 4 == 0) J(c * n + s, m + c) = 1;
+      mesh_->each_slope(s,
+                        [&](int axis, int unknown) { J(c * n + s, unknown) = pose.axes(c, axis); });
     }
+  }
+  MatrixXd H = edge_curvature(e, f);
+  MatrixXd& D = edge_diagonal_[e];
+  D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
+  H.noalias() += J.transpose() * (D * J);
+  const VectorXd gJ = J.transpose() * f;
+  K_.diagonal[block(line)] = H.topLeftCorner(m, m);
+  g_.segment(block_offset(line), m) = gJ.head(m);
+  edge_force_.segment<6>(6 * e) = gJ.tail<6>();
+  edge_tangent_.block<6, 6>(6 * e, 6 * e) = H.bottomRightCorner<6, 6>();
+  // mixed terms stand below the diagonal only
+  coupling_.block(block_offset(line), 6 * e, m, 6) = H.bottomLeftCorner(6, m).transpose();
+  const MatrixXd& O = edge_below_[e];
+  auto outer = coupling_.block(block_offset(inner), 6 * e, 3 * n, 6);
+  if (e == 0) {
+    K_.below[0].noalias() = O * J.leftCols(m);
+    outer.noalias() = O * J.rightCols<6>();
+  } else {
+    K_.below[block(inner)].noalias() = J.leftCols(m).transpose() * O;
+    outer.noalias() = O.transpose() * J.rightCols<6>();
   }
 }
 
@@ -324,8 +309,6 @@ void PlateLeaf::add_fold() {
 
 MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
   const int n = mesh_->functions_per_line(), m = mesh_->edge_unknowns();
-  const auto& slopes = mesh_->edge_slopes();
-  const int per_node = static_cast<int>(slopes.size());
   const EdgePose& pose = state_.edges[e];
   const MatrixXd& nodal = nodal_[e == 0 ? 0 : mesh_->lines() - 1];
   MatrixXd H = MatrixXd::Zero(m + 6, m + 6);
@@ -335,9 +318,9 @@ MatrixXd PlateLeaf::edge_curvature(int e, const VectorXd& f) const {
     if (s % 4 == 0) v -= pose.position;
     H.bottomRightCorner<3, 3>() +=
         0.5 * (fs * v.transpose() + v * fs.transpose()) - fs.dot(v) * Matrix3d::Identity();
-    for (int d = 0; d < per_node; ++d)
-      if (slopes[d].function == s % 4)
-        H.block<3, 1>(m + 3, per_node * (s / 4) + d) += pose.axes.col(slopes[d].axis).cross(fs);
+    mesh_->each_slope(s, [&](int axis, int unknown) {
+      H.block<3, 1>(m + 3, unknown) += pose.axes.col(axis).cross(fs);
+    });
   }
   return H;
 }

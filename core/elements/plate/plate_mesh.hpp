@@ -186,8 +186,22 @@ class PlateMesh {
   /// Weak bending stiffness of the whole section over D L; its harmonic mean where it varies.
   double bending_stiffness() const { return bending_stiffness_; }
 
+  /// Calls run<Side>() with Side = functions_per_side().
+  template <class Run>
+  void with_side(const Run& run) const {
+    functions_per_side() == 8 ? run.template operator()<8>() : run.template operator()<4>();
+  }
+
   /// The slopes that a rigid edge leaves free, for each of its nodes: core/elements/README.md (E3).
   const std::vector<EdgeSlope>& edge_slopes() const { return edge_slopes_; }
+  /// `take(axis, unknown)` for each of them in a function of an edge; `unknown`: among the edge's.
+  template <class Take>
+  void each_slope(int function, const Take& take) const {
+    const int per_node = static_cast<int>(edge_slopes_.size());
+    for (int d = 0; d < per_node; ++d)
+      if (edge_slopes_[d].function == function % 4)
+        take(edge_slopes_[d].axis, per_node * (function / 4) + d);
+  }
   int edge_unknowns() const { return static_cast<int>(edge_slopes_.size()) * nodes_per_line(); }
 
   /// ∫ N Nᵀ between the functions of line i (diagonal) and of line i + 1 with those of line i.

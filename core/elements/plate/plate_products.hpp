@@ -1,6 +1,6 @@
 #pragma once
 // Products of gradients and stresses at the membrane points of an element, for any scalar.
-#include "core/elements/plate/plate_mesh.hpp"
+#include "core/elements/plate/plate_mesh_rate.hpp"
 
 namespace flexopt::plate {
 
@@ -77,6 +77,30 @@ Stress<S> metric_stress(const PlateMesh& mesh, const PointArray& metric,
   Stress<S> e = Stress<S>::Zero();
   for (int g = 0; g < points; ++g) e(g, 0) = -0.5 * metric[g];
   return weighted(stress_of(mesh.membrane(), e), weight);
+}
+
+/// An undeflected element with its present strains and stresses.
+template <class S>
+struct DeflectedElement {
+  int index = 0;
+  const PlateMesh::Element& operators;
+  const Gradient<S>& a0;
+  const Stress<S>&strain, &stress;   ///< stress times weight
+  const Eigen::MatrixX<S>& natural;  ///< of a curved leaf
+};
+
+inline bool changes(const PlateMesh::Membrane& rate) {
+  return rate.A11 != 0 || rate.A12 != 0 || rate.A33 != 0;
+}
+
+// Change of the stress times weight at constant strains.
+template <class S>
+Stress<S> stress_rate(const PlateMesh& mesh, const PlateMeshRate::Shape& by,
+                      const DeflectedElement<S>& e, const Stress<S>& strain) {
+  Stress<S> n = Stress<S>::Zero();
+  if (changes(by.membrane)) n = weighted(stress_of(by.membrane, strain), e.operators.weight);
+  if (!by.weight.empty()) n += weighted(stress_of(mesh.membrane(), strain), by.weight[e.index]);
+  return n;
 }
 
 }  // namespace flexopt::plate

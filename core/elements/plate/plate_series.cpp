@@ -1,16 +1,15 @@
 #include "core/elements/plate/plate_series.hpp"
 
 #include "core/elements/plate/plate_curvature.hpp"
-#include "core/elements/plate/plate_fold.hpp"
+#include "core/elements/plate/plate_products.hpp"
 #include "core/math/small_product.hpp"
 
 namespace flexopt {
 namespace {
 
-constexpr int points = PlateMesh::points;
-using Gradient = Eigen::Matrix<double, 16, 3>;
-using PointArray = Eigen::Array<double, points, 1>;
-using Stress = Eigen::Array<double, points, 3>;
+using plate::stress_times;
+using Gradient = plate::Gradient<double>;
+using Stress = plate::Stress<double>;
 
 // Rows of both lines of element j, `side` functions each, among the nodal values of a component. A
 // beam fills the leading 8 of 16 (the others are zero, as are their operators).
@@ -33,8 +32,8 @@ void scatter(const Gradient& F, int n, int j, int side, Low&& low, High&& high) 
 
 // a b of gradients at the points: (a1 b1, a2 b2, a1 b2 + a2 b1).
 Stress strain_product(const Gradient& a, const Gradient& b) {
-  const auto a1 = a.topRows<points>(), a2 = a.bottomRows<points>();
-  const auto b1 = b.topRows<points>(), b2 = b.bottomRows<points>();
+  const auto a1 = a.topRows<plate::points>(), a2 = a.bottomRows<plate::points>(),
+             b1 = b.topRows<plate::points>(), b2 = b.bottomRows<plate::points>();
   Stress e;
   e.col(0) = a1.cwiseProduct(b1).rowwise().sum().array();
   e.col(1) = a2.cwiseProduct(b2).rowwise().sum().array();
@@ -51,15 +50,43 @@ Stress membrane_stress(const PlateMesh::Membrane& A, const Stress& e, const Plat
   return n;
 }
 
-// Σ n_ab r,b: the force conjugate to r,a.
-Gradient stress_times(const Stress& n, const Gradient& a) {
-  const auto a1 = a.topRows<points>().array(), a2 = a.bottomRows<points>().array();
-  Gradient s;
-  for (int c = 0; c < 3; ++c) {
-    s.col(c).head<points>() = n.col(0) * a1.col(c) + n.col(2) * a2.col(c);
-    s.col(c).tail<points>() = n.col(2) * a1.col(c) + n.col(1) * a2.col(c);
+// Rates of the nodal forces of an element for rates U of its nodal values, zero from the order
+// `moving` on.
+template <int orders, class Point>
+Series<Gradient> force_rates(const PlateMesh::Membrane& A, const PlateMesh::Element& element,
+                             const Point& point, const Series<Gradient>& U, int moving) {
+  const bool natural = element.curvature_weight.size() > 0;
+  Series<Gradient> da, F, ds;
+  Series<Stress> dn;
+  Series<MatrixXd> bent;
+  if (natural)
+    for (MatrixXd& b : bent) b = MatrixXd::Zero(element.curvature.rows(), 3);
+  for (int o = 0; o < orders; ++o) {
+    dn[o].setZero();
+    ds[o].setZero();
+    F[o].setZero();
+    if (o >= moving) continue;
+    assign_small_product(da[o], element.gradient, U[o]);
+    assign_small_product(F[o], element.bending, U[o]);
+    if (!natural) continue;
+    const MatrixXd field = plate::curvature_field(element.curvature, U[o]);
+    for (int b = 0; o + b < orders; ++b)
+      bent[o + b] += plate::curvature_product(element.curvature_weight, field, point.natural[b]);
   }
-  return s;
+  for (int a = 0; a < moving; ++a)
+    for (int b = 0; a + b < orders; ++b) dn[a + b] += strain_product(da[a], point.gradient[b]);
+  for (int o = 0; o < orders; ++o) dn[o] = membrane_stress(A, dn[o], element.weight);
+  for (int a = 0; a < orders; ++a)
+    for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(dn[a], point.gradient[b]);
+  for (int a = 0; a < moving; ++a)
+    for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(point.stress[b], da[a]);
+  for (int o = 0; o < orders; ++o) {
+    Gradient membrane;
+    assign_small_product(membrane, element.gradient.transpose(), ds[o]);
+    F[o] += membrane;
+    if (natural) F[o] += plate::curvature_force(element.curvature, 16, bent[o]);
+  }
+  return F;
 }
 
 }  // namespace
@@ -80,7 +107,6 @@ PlateSeries::PlateSeries(const PlateLeaf& plate)
 void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Series<VectorXd>& x,
                          const PointSeries& point) {
   const int n = mesh_->functions_per_line(), last = mesh_->lines() - 1;
-  const int slopes = static_cast<int>(mesh_->edge_slopes().size());
   x_ = x;
   point_ = point;
   for (int i = 0; i <= last; ++i)
@@ -99,131 +125,8 @@ void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Serie
     for (int o = 0; o < 3; ++o)
       for (int c = 0; c < 3; ++c)
         force_[o][w.line][c * n + w.function] -= w.weight * point.force[o][c];
-
-  // H of (S2): second derivatives of the edges' map times the nodal force
-  for (int e = 0; e < 2; ++e) {
-    const int line = e == 0 ? 0 : last;
-    if (!is_rigid_edge(line)) continue;
-    const int m = offset_[line + 1] - offset_[line];
-    for (int o = 0; o < 3; ++o) H_[e][o] = MatrixXd::Zero(m + 6, m + 6);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; i + j < 3; ++j) {
-        MatrixXd& H = H_[e][i + j];
-        for (int s = 0; s < n; ++s) {
-          const VectorXd& F = force_[i][line];
-          const Vector3d f(F[s], F[n + s], F[2 * n + s]), &v = arm_[e][j][s];
-          H.bottomRightCorner<3, 3>() +=
-              0.5 * (f * v.transpose() + v * f.transpose()) - f.dot(v) * Matrix3d::Identity();
-          for (int d = 0; d < slopes; ++d) {
-            if (mesh_->edge_slopes()[d].function != s % 4) continue;
-            const int local = slopes * (s / 4) + d;
-            const Vector3d row = axes_[e][j].col(mesh_->edge_slopes()[d].axis).cross(f);
-            H.block<3, 1>(m + 3, local) += row;
-            H.block<1, 3>(local, m + 3) += row.transpose();
-          }
-        }
-      }
-  }
-}
-
-void PlateSeries::expand_edge(int e, const EdgeBodySeries& body, const Series<VectorXd>& x) {
-  const int n = mesh_->functions_per_line(), line = e == 0 ? 0 : mesh_->lines() - 1;
-  const int m = offset_[line + 1] - offset_[line];
-  const int slopes = static_cast<int>(mesh_->edge_slopes().size());
-  const Series<Matrix3d>& R = axes_[e] = body.rotation;
-  for (int o = 0; o < 3; ++o) {
-    arm_[e][o].assign(n, Vector3d::Zero());
-    J_[e][o] = MatrixXd::Zero(3 * n, m + 6);
-  }
-  for (int s = 0; s < n; ++s) {
-    // the nodal vector in the axes of the edge: constants, and the free slopes
-    const int k = s % 4;
-    Series<Vector3d> w;
-    for (Vector3d& c : w) c.setZero();
-    w[0] = PlateLeaf::edge_reference(*mesh_, line, s / 4,
-                                     plate_->clamp(e))[static_cast<std::size_t>(k)];
-    if (k == 0) w[0] += body.arm;
-    for (int d = 0; d < slopes; ++d) {
-      const PlateMesh::EdgeSlope& slope = mesh_->edge_slopes()[d];
-      if (slope.function != k) continue;
-      const int local = slopes * (s / 4) + d;
-      for (int o = 0; o < 3; ++o) {
-        w[o][slope.axis] += x[o][offset_[line] + local];
-        for (int c = 0; c < 3; ++c) J_[e][o](c * n + s, local) = R[o](c, slope.axis);
-      }
-    }
-    Series<Vector3d> v;
-    for (Vector3d& c : v) c.setZero();
-    add_product(v, R, w, [](const Matrix3d& a, const Vector3d& b) { return Vector3d(a * b); });
-    for (int o = 0; o < 3; ++o) {
-      arm_[e][o][s] = v[o];
-      for (int c = 0; c < 3; ++c) {
-        J_[e][o].block<1, 3>(c * n + s, m + 3) = v[o].cross(Vector3d::Unit(c)).transpose();
-        if (k == 0 && o == 0) J_[e][0](c * n + s, m + c) = 1;
-        nodal_[o][line][c * n + s] = v[o][c] + (k == 0 ? body.position[o][c] : 0.0);
-      }
-    }
-  }
-}
-
-namespace {
-Eigen::VectorX<Jet> fold_block(const Series<VectorXd>& x, int first, int size) {
-  Series<VectorXd> part;
-  for (int o = 0; o < 3; ++o) part[o] = x[o].segment(first, size);
-  return jets(part);
-}
-}  // namespace
-
-void PlateSeries::expand_fold(const Series<VectorXd>& x) {
-  using Node = FoldNode<Jet>;
-  const int n = mesh_->functions_per_line(), line = mesh_->fold_line() + 1,
-            size = plate_->fold_unknowns();
-  const auto map = FoldMap<Jet>::of(mesh_->shape().fold->angle);
-  const Eigen::VectorX<Jet> block = fold_block(x, offset_[line], size);
-  for (int o = 0; o < 3; ++o) {
-    nodal_[o][line] = nodal_[o][line - 1];
-    J_[fold][o] = MatrixXd::Zero(3 * n, size);
-  }
-  for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-    const Node u = Node::state(block, n, j);
-    const auto values = map.value(u);
-    for (int c = 0; c < 3; ++c)
-      for (const int k : {0, 2}) J_[fold][0](c * n + 4 * j + k, c * n + 4 * j + k) = 1;
-    const auto put = [&](const FoldMap<Jet>::Pair& pair, const auto& to) {
-      for (int p = 0; p < 2; ++p)
-        for (int c = 0; c < 3; ++c)
-          for (int o = 0; o < 3; ++o) to(o, c * n + 4 * j + 1 + 2 * p) = pair[p][c].c[o];
-    };
-    put(values, [&](int o, int row) -> double& { return nodal_[o][line][row]; });
-    for (int k = 0; k < Node::unknowns; ++k)
-      put(map.first(u, Node::unit(k)),
-          [&](int o, int row) -> double& { return J_[fold][o](row, Node::row(k, n, j)); });
-  }
-}
-
-void PlateSeries::expand_fold_curvature(const Series<VectorXd>& x) {
-  using Node = FoldNode<Jet>;
-  const int n = mesh_->functions_per_line(), line = mesh_->fold_line() + 1,
-            size = plate_->fold_unknowns();
-  const auto map = FoldMap<Jet>::of(mesh_->shape().fold->angle);
-  const Eigen::VectorX<Jet> block = fold_block(x, offset_[line], size);
-  for (int o = 0; o < 3; ++o) H_[fold][o] = MatrixXd::Zero(size, size);
-  for (int j = 0; j < mesh_->nodes_per_line(); ++j) {
-    const Node u = Node::state(block, n, j);
-    for (int k = 0; k < Node::unknowns; ++k)
-      for (int l = 0; l <= k; ++l) {
-        const auto twice = map.second(u, Node::unit(k), Node::unit(l));
-        Jet sum;
-        for (int p = 0; p < 2; ++p)
-          for (int c = 0; c < 3; ++c) {
-            const int row = c * n + 4 * j + 1 + 2 * p;
-            sum +=
-                Jet(force_[0][line][row], force_[1][line][row], force_[2][line][row]) * twice[p][c];
-          }
-        const int a = Node::row(k, n, j), b = Node::row(l, n, j);
-        for (int o = 0; o < 3; ++o) H_[fold][o](a, b) = H_[fold][o](b, a) = sum.c[o];
-      }
-  }
+  for (const int line : {0, last})
+    if (is_rigid_edge(line)) expand_edge_curvature(edge_of(line));
 }
 
 void PlateSeries::expand_elements() {
@@ -252,7 +155,7 @@ void PlateSeries::expand_elements() {
         n_[o] = membrane_stress(mesh_->membrane(), e[o], element.weight);
         stress[o].setZero();
       }
-      add_product(stress, n_, point.gradient, stress_times);
+      add_product(stress, n_, point.gradient, stress_times<double, Gradient>);
       for (int o = 0; o < 3; ++o) {
         Gradient membrane;
         assign_small_product(membrane, element.gradient.transpose(), stress[o]);
@@ -359,45 +262,14 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
   for (int i = 0; i < nx; ++i) {
     const int moving = map_of(i) >= 0 || map_of(i + 1) >= 0 ? orders : 1;  // orders of dr
     for (int j = 0; j < ny; ++j) {
-      const PlateMesh::Element& element = mesh_->element(i, j);
-      const Point& point = points_[i * ny + j];
-      const bool natural = element.curvature_weight.size() > 0;
       for (int k = 0; k < columns; ++k) {
-        Series<Gradient> da, F, ds;
-        Series<Stress> dn;
-        Series<MatrixXd> bent;
-        if (natural)
-          for (MatrixXd& b : bent) b = MatrixXd::Zero(element.curvature.rows(), 3);
-        for (int o = 0; o < orders; ++o) {
-          dn[o].setZero();
-          ds[o].setZero();
-          F[o].setZero();
-          if (o >= moving) continue;
-          const Gradient U = gather(dr[o][i].col(k), dr[o][i + 1].col(k), n, j, side);
-          assign_small_product(da[o], element.gradient, U);
-          assign_small_product(F[o], element.bending, U);
-          if (!natural) continue;
-          const MatrixXd field = plate::curvature_field(element.curvature, U);
-          for (int b = 0; o + b < orders; ++b)
-            bent[o + b] +=
-                plate::curvature_product(element.curvature_weight, field, point.natural[b]);
-        }
-        for (int a = 0; a < moving; ++a)
-          for (int b = 0; a + b < orders; ++b)
-            dn[a + b] += strain_product(da[a], point.gradient[b]);
+        Series<Gradient> U;
+        for (int o = 0; o < moving; ++o)
+          U[o] = gather(dr[o][i].col(k), dr[o][i + 1].col(k), n, j, side);
+        const Series<Gradient> F = force_rates<orders>(mesh_->membrane(), mesh_->element(i, j),
+                                                       points_[i * ny + j], U, moving);
         for (int o = 0; o < orders; ++o)
-          dn[o] = membrane_stress(mesh_->membrane(), dn[o], element.weight);
-        for (int a = 0; a < orders; ++a)
-          for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(dn[a], point.gradient[b]);
-        for (int a = 0; a < moving; ++a)
-          for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(point.stress[b], da[a]);
-        for (int o = 0; o < orders; ++o) {
-          Gradient membrane;
-          assign_small_product(membrane, element.gradient.transpose(), ds[o]);
-          F[o] += membrane;
-          if (natural) F[o] += plate::curvature_force(element.curvature, 16, bent[o]);
           scatter(F[o], n, j, side, df[o][i].col(k), df[o][i + 1].col(k));
-        }
       }
     }
   }

@@ -42,6 +42,7 @@ class PlateSeries final : public LeafSeries {
   }
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void expand_edge(int edge, const EdgeBodySeries& body, const Series<VectorXd>& x);
+  void expand_edge_curvature(int edge);
   void expand_fold(const Series<VectorXd>& x);
   void expand_fold_curvature(const Series<VectorXd>& x);
   void expand_elements();

@@ -50,6 +50,16 @@ struct Store {
   std::vector<float> values, units;
   std::vector<std::int16_t> highest;
   std::vector<CompressedNumbers> dynamics, stations;  ///< of each ray
+
+  Store(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms) {
+    const auto [all_lower, all_highest] = term_counts(terms);
+    const std::size_t rays = settings.rays.size(),
+                      leaves = static_cast<std::size_t>(settings.shapes()) * settings.tables();
+    exponents.resize(2 * terms.size() * rays);
+    values.resize(TubeAtlas::stride(all_lower) * leaves);
+    highest.resize(TubeAtlas::stride(all_highest) * leaves);
+    units.resize(static_cast<std::size_t>(all_highest) * rays);
+  }
 };
 
 // Fills the table of one ray for all Poisson's ratios from its bent states, [ratio × shape].
@@ -291,21 +301,39 @@ AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
   return check;
 }
 
+// Logarithms of w/L and t/L of all shapes of the atlas, a row each.
+MatrixXd logarithms_of_shapes(const AtlasSettings& settings) {
+  const auto points = [](const std::array<double, 2>& range, int count) {
+    return chebyshev_points(std::log(range[0]), std::log(range[1]), count);
+  };
+  const std::vector<double> width = points(settings.width, settings.points[0]),
+                            thickness = points(settings.thickness, settings.points[1]);
+  MatrixXd log_shapes(settings.shapes(), 2);
+  for (int k = 0; k < settings.shapes(); ++k)
+    log_shapes.row(k) << width[k / settings.points[1]], thickness[k % settings.points[1]];
+  return log_shapes;
+}
+
+// What is missing of the bent states of a ray, [ratio × shape]; empty if nothing.
+std::string missing_states(const AtlasSettings& settings, const MatrixXd& log_shapes,
+                           const std::vector<BentStates>& states, double rho) {
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (states[i].nodes.size() < settings.sigmas.size()) {
+      const auto at = log_shapes.row(static_cast<Eigen::Index>(i) % log_shapes.rows());
+      return fmt::format(
+          "a leaf with w/L = {:.4g}, t/L = 1/{:.4g} has only {} of {} bent states on the ray "
+          "(1, {:.3g})",
+          std::exp(at[0]), std::exp(-at[1]), states[i].nodes.size(), settings.sigmas.size(), rho);
+    }
+  return {};
+}
+
 }  // namespace
 
 MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options) {
   const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size()),
             rays = static_cast<int>(settings.rays.size()), per_ray = ratios * shapes;
-  const std::vector<double> width =
-                                chebyshev_points(std::log(settings.width[0]),
-                                                 std::log(settings.width[1]), settings.points[0]),
-                            thickness = chebyshev_points(std::log(settings.thickness[0]),
-                                                         std::log(settings.thickness[1]),
-                                                         settings.points[1]);
-  MatrixXd log_shapes(shapes, 2);
-  for (int k = 0; k < shapes; ++k)
-    log_shapes.row(k) << width[k / settings.points[1]], thickness[k % settings.points[1]];
-
+  const MatrixXd log_shapes = logarithms_of_shapes(settings);
   const int checks =
       options.check_cells[0] * options.check_cells[1] * static_cast<int>(options.check_rays.size());
   const int total = rays * per_ray + checks;
@@ -315,14 +343,8 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
     if (options.progress) options.progress(so_far, total);
   };
 
-  auto store = std::make_shared<Store>();
   const std::vector<AtlasTerm> terms = atlas_terms(settings.sigmas);
-  const auto [lower, highest] = term_counts(terms);
-  const std::size_t leaves = static_cast<std::size_t>(shapes) * settings.tables();
-  store->exponents.resize(2 * terms.size() * rays);
-  store->values.resize(TubeAtlas::stride(lower) * leaves);
-  store->highest.resize(TubeAtlas::stride(highest) * leaves);
-  store->units.resize(static_cast<std::size_t>(highest) * rays);
+  auto store = std::make_shared<Store>(settings, terms);
   MadeAtlas made;
   const StressAtlasSettings of_stress = stress_settings(settings);
   std::optional<StressAtlasMaker> stress;
@@ -334,25 +356,17 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
     std::vector<BentStates> states(static_cast<std::size_t>(per_ray));
     options.loop(per_ray, [&](int i) {
       const int k = i % shapes;
-      states[static_cast<std::size_t>(i)] =
-          bent_states(settings,
-                      shape_at(settings, std::exp(log_shapes(k, 0)), std::exp(log_shapes(k, 1)),
-                               settings.poissons_ratios[static_cast<std::size_t>(i / shapes)]),
-                      rho, stressed);
-      std::vector<StateTable>& tables = states[static_cast<std::size_t>(i)].stress;
-      if (stressed && tables.size() == settings.sigmas.size()) stress->put(i, tables);
-      tables.clear();
+      BentStates& own = states[static_cast<std::size_t>(i)];
+      own = bent_states(settings,
+                        shape_at(settings, std::exp(log_shapes(k, 0)), std::exp(log_shapes(k, 1)),
+                                 settings.poissons_ratios[static_cast<std::size_t>(i / shapes)]),
+                        rho, stressed);
+      if (stressed && own.stress.size() == settings.sigmas.size()) stress->put(i, own.stress);
+      own.stress.clear();
       one_more();
     });
-    for (int i = 0; i < per_ray; ++i)
-      if (states[static_cast<std::size_t>(i)].nodes.size() < settings.sigmas.size()) {
-        made.problem = fmt::format(
-            "a leaf with w/L = {:.4g}, t/L = 1/{:.4g} has only {} of {} bent states on the ray "
-            "(1, {:.3g})",
-            std::exp(log_shapes(i % shapes, 0)), std::exp(-log_shapes(i % shapes, 1)),
-            states[static_cast<std::size_t>(i)].nodes.size(), settings.sigmas.size(), rho);
-        return made;
-      }
+    made.problem = missing_states(settings, log_shapes, states, rho);
+    if (!made.problem.empty()) return made;
     fill_ray(settings, terms, ray, log_shapes, states, *store);
     if (settings.dynamics) compress_dynamics(settings, states, *store);
     if (stressed) stress->end_ray();

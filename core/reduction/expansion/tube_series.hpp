@@ -139,33 +139,27 @@ class TubeSeries {
       const int line = e == 0 ? 0 : last;
       std::array<P, 3> moment{P::constant(0), P::constant(0), P::constant(0)};
       P pull = P::constant(0);
-      for (int j = 0; j < mesh_.nodes_per_line(); ++j) {
-        const auto& slopes = mesh_.edge_slopes();
-        const int o = leaf_.plate().block_offset(line) + static_cast<int>(slopes.size()) * j;
-        for (int k = 0; k < 4; ++k) {
-          const int s = 4 * j + k;
-          std::array<P, 3> g, r;
-          for (int c = 0; c < 3; ++c) {
-            g[c] = get(force[line], s, c);
-            r[c] = get(nodal_[line], s, c);
-          }
-          // lever arms count from the middle of the edge
-          if (k == 0 && e == 1) {
-            r[0] -= stiff_[0];
-            r[0][0] -= chord();
-          }
-          for (int c = 0; c < 3; ++c) {
-            const int a = (c + 1) % 3, b = (c + 2) % 3;
-            moment[c] += r[a] * g[b] - r[b] * g[a];
-          }
-          if (k == 0) pull += g[0];
-          for (std::size_t d = 0; d < slopes.size(); ++d)
-            if (slopes[d].function == k) {
-              P sum = P::constant(0);
-              for (int c = 0; c < 3; ++c) sum += edge_[e].axis[slopes[d].axis][c] * g[c];
-              copy_degree(sum, k0, k1, R, o + static_cast<int>(d));
-            }
+      for (int s = 0; s < n; ++s) {
+        std::array<P, 3> g, r;
+        for (int c = 0; c < 3; ++c) {
+          g[c] = get(force[line], s, c);
+          r[c] = get(nodal_[line], s, c);
         }
+        // lever arms count from the middle of the edge
+        if (s % 4 == 0 && e == 1) {
+          r[0] -= stiff_[0];
+          r[0][0] -= chord();
+        }
+        for (int c = 0; c < 3; ++c) {
+          const int a = (c + 1) % 3, b = (c + 2) % 3;
+          moment[c] += r[a] * g[b] - r[b] * g[a];
+        }
+        if (s % 4 == 0) pull += g[0];
+        mesh_.each_slope(s, [&](int axis, int unknown) {
+          P sum = P::constant(0);
+          for (int c = 0; c < 3; ++c) sum += edge_[e].axis[axis][c] * g[c];
+          copy_degree(sum, k0, k1, R, leaf_.plate().block_offset(line) + unknown);
+        });
       }
       const int u = leaf_.plate().unknowns();
       if (e == 1) copy_degree(pull - force_[0], k0, k1, R, u);

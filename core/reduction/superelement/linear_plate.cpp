@@ -209,80 +209,69 @@ Interfaces mesh_nodes(const PlateMesh& mesh, const std::vector<std::array<int, 2
   return c;
 }
 
-// Sides between four corners. Along a side (tangent s, normal n; length a): w the cubic of the
-// ends' values and slopes, the slope across it linear; the tangential displacement linear; the
-// normal one linear plus Allman's parabola of the ends' drilling rotations (R12)
-Interfaces corners(const PlateMesh& mesh, FreeDofs& free) {
+// A side between two of four corners, tangent s, normal n, length a: w is the cubic of the ends'
+// values and slopes, the slope across it linear; the tangential displacement is linear; the normal
+// one linear plus Allman's parabola of the ends' drilling rotations (R12).
+struct Side {
+  int along;                  ///< axis it runs along: 0 x, 1 y
+  int fixed;                  ///< mesh index across
+  std::array<int, 2> corner;  ///< its ends
+};
+void hold_side(const PlateMesh& mesh, const Side& side, MatrixXd& B, FreeDofs& free) {
   const Dofs dof(mesh);
-  const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  const double a = mesh.x().back() - mesh.x().front(), b = mesh.y().back() - mesh.y().front();
-  Interfaces c = no_interfaces(dof.count(), 4);
-  const std::array<std::array<int, 2>, 4> corner{{{0, 0}, {0, ny}, {nx, 0}, {nx, ny}}};
-  for (const auto& [i, j] : corner) c.nodes.emplace_back(mesh.x()[i], mesh.y()[j], 0);
-  MatrixXd& B = c.boundary;
-
-  struct Side {
-    int along;          ///< axis it runs along: 0 x, 1 y
-    int fixed;          ///< mesh index across
-    int first, second;  ///< corners
-  };
-  const Side sides[] = {{0, 0, 0, 2}, {0, ny, 1, 3}, {1, 0, 0, 1}, {1, nx, 2, 3}};
-  for (const Side& side : sides) {
-    const bool x = side.along == 0;
-    const auto& points = x ? mesh.x() : mesh.y();
-    const double length = x ? a : b;
-    const int last = x ? nx : ny, tangent = x ? u : v, normal = x ? v : u;
-    const int ds = x ? 1 : 2, dn = x ? 2 : 1;  // functions: slope along, slope across
-    // w,x = −θ2, w,y = θ1;  drilling: v,x = θ3, u,y = −θ3
-    const int slope_s = x ? 4 : 3, slope_n = x ? 3 : 4;
-    const double sign_s = x ? -1 : 1, sign_n = x ? 1 : -1, sign_drill = x ? 1 : -1;
-    for (int p = 0; p <= last; ++p) {
-      const double s = (points[p] - points.front()) / (points.back() - points.front());
-      const HermiteValues H = hermite(s, length);
-      const bool at_corner = p == 0 || p == last;
-      const auto row = [&](int component, int k) {
-        const int d = x ? dof(p, side.fixed, component, k) : dof(side.fixed, p, component, k);
-        free.hold(d);
-        return d;
-      };
-      const int first = 6 * side.first, second = 6 * side.second;
-      const auto linear = [&](int value, int slope, int coordinate, double sign) {
-        B(value, first + coordinate) = sign * (1 - s);
-        B(value, second + coordinate) = sign * s;
-        if (slope < 0) return;
-        B(slope, first + coordinate) = -sign / length;
-        B(slope, second + coordinate) = sign / length;
-      };
-      const int value = row(w, 0), slope = row(w, ds);
-      for (int end = 0; end < 2; ++end) {
-        const int o = end == 0 ? first : second;
-        B(value, o + 2) = H.value[2 * end];
-        B(value, o + slope_s) = sign_s * H.value[2 * end + 1];
-        B(slope, o + 2) = H.slope[2 * end];
-        B(slope, o + slope_s) = sign_s * H.slope[2 * end + 1];
-      }
-      // the two sides of a corner disagree about w,xy: their mean
-      linear(row(w, dn), -1, slope_n, sign_n);
-      const int twist = row(w, 3);
-      const double share = at_corner ? 0.5 : 1;
-      B(twist, first + slope_n) += -share * sign_n / length;
-      B(twist, second + slope_n) += share * sign_n / length;
-
-      linear(row(tangent, 0), row(tangent, ds), tangent, 1);
-      const int nvalue = row(normal, 0), nslope = row(normal, ds);
-      linear(nvalue, nslope, normal, 1);
-      for (int end = 0; end < 2; ++end) {
-        const int o = end == 0 ? first : second;
-        const double sign = (end == 0 ? -1 : 1) * sign_drill;
-        B(nvalue, o + 5) = (-sign * 0.5 * s * (1 - s)) * length;
-        B(nslope, o + 5) = -sign * 0.5 * (1 - 2 * s);
-      }
+  const bool x = side.along == 0;
+  const auto& points = x ? mesh.x() : mesh.y();
+  const double length = points.back() - points.front();
+  const int tangent = x ? u : v, normal = x ? v : u;
+  const int ds = x ? 1 : 2, dn = x ? 2 : 1;  // functions: slope along, slope across
+  // w,x = −θ2, w,y = θ1;  drilling: v,x = θ3, u,y = −θ3
+  const int slope_s = x ? 4 : 3, slope_n = x ? 3 : 4;
+  const double sign_s = x ? -1 : 1, sign_n = x ? 1 : -1, sign_drill = x ? 1 : -1;
+  const int last = static_cast<int>(points.size()) - 1;
+  for (int p = 0; p <= last; ++p) {
+    const double s = (points[p] - points.front()) / length;
+    const HermiteValues H = hermite(s, length);
+    const auto row = [&](int component, int k) {
+      const int d = x ? dof(p, side.fixed, component, k) : dof(side.fixed, p, component, k);
+      free.hold(d);
+      return d;
+    };
+    const int value = row(w, 0), slope = row(w, ds), across = row(w, dn), twist = row(w, 3),
+              along = row(tangent, 0), stretch = row(tangent, ds), beside = row(normal, 0),
+              turn = row(normal, ds);
+    // the two sides of a corner disagree about w,xy: their mean
+    const double share = p == 0 || p == last ? 0.5 : 1;
+    for (int end = 0; end < 2; ++end) {
+      const int o = 6 * side.corner[end];
+      const double linear = end == 0 ? 1 - s : s, rate = (end == 0 ? -1 : 1) / length,
+                   sign = (end == 0 ? -1 : 1) * sign_drill;
+      B(value, o + 2) = H.value[2 * end];
+      B(value, o + slope_s) = sign_s * H.value[2 * end + 1];
+      B(slope, o + 2) = H.slope[2 * end];
+      B(slope, o + slope_s) = sign_s * H.slope[2 * end + 1];
+      B(across, o + slope_n) = sign_n * linear;
+      B(twist, o + slope_n) += share * sign_n * rate;
+      B(along, o + tangent) = B(beside, o + normal) = linear;
+      B(stretch, o + tangent) = B(turn, o + normal) = rate;
+      B(beside, o + 5) = (-sign * 0.5 * s * (1 - s)) * length;
+      B(turn, o + 5) = -sign * 0.5 * (1 - 2 * s);
     }
   }
+}
+
+Interfaces corners(const PlateMesh& mesh, FreeDofs& free) {
+  const int nx = mesh.elements_along(), ny = mesh.elements_across();
+  const double a = mesh.x().back() - mesh.x().front(), b = mesh.y().back() - mesh.y().front();
+  Interfaces c = no_interfaces(Dofs(mesh).count(), 4);
+  const std::array<std::array<int, 2>, 4> corner{{{0, 0}, {0, ny}, {nx, 0}, {nx, ny}}};
+  for (const auto& [i, j] : corner) c.nodes.emplace_back(mesh.x()[i], mesh.y()[j], 0);
+  for (const Side& side :
+       {Side{0, 0, {0, 2}}, Side{0, ny, {1, 3}}, Side{1, 0, {0, 1}}, Side{1, nx, {2, 3}}})
+    hold_side(mesh, side, c.boundary, free);
 
   // Hughes and Brezzi's penalty on the difference of mean drilling rotation and mean continuum
   // rotation ½ ∮ (v nx − u ny) ds / ab: without it equal drilling rotations store no energy (R13)
-  std::array<double, 24> difference{};
+  Eigen::Matrix<double, 24, 1> difference = Eigen::Matrix<double, 24, 1>::Zero();
   for (int k = 0; k < 4; ++k) {
     difference[6 * k + 5] = 0.25;
     difference[6 * k + v] = (k >= 2 ? -0.25 : 0.25) / a;
@@ -292,14 +281,9 @@ Interfaces corners(const PlateMesh& mesh, FreeDofs& free) {
   const double area = a * b, stiff = shear * area;
   const double inertia =
       area * (a * a + b * b) / 12.0;  // makes M_CB regular; rigid motions feel none
-  c.penalty.resize(24, 24);
-  c.penalty_mass.resize(24, 24);
-  for (int k = 0; k < 24; ++k)
-    for (int l = 0; l < 24; ++l) {
-      const double square = difference[k] * difference[l];
-      c.penalty(k, l) = stiff * square;
-      c.penalty_mass(k, l) = inertia * square;
-    }
+  const MatrixXd square = difference * difference.transpose();
+  c.penalty = stiff * square;
+  c.penalty_mass = inertia * square;
   return c;
 }
 

@@ -4,50 +4,10 @@
 // core/reduction/superelement/README.md.
 #include <memory>
 
-#include "core/elements/leaf/chord_edges.hpp"
-#include "core/elements/leaf/chord_frame.hpp"
 #include "core/elements/plate/full_leaf.hpp"
-#include "core/mechanism/model_options.hpp"
-#include "core/reduction/expansion/tube_expansion.hpp"
+#include "core/reduction/superelement/modal_derivatives.hpp"
 
 namespace flexopt {
-
-/// The fields of all leaves of one shape. The unknowns x of the plate are the slopes σ of the edges
-/// and the interior lines y; b are the nodal values of the edges' lines, exactly where e and σ put
-/// them, and X_b the static shapes of the lines between:
-///
-///     σ = σ0 + X e + Ψ a,   y = y0 + X_b (b(e, σ) − b0) + Ψ′ a        (modal_derivatives)
-///     σ = σ0 + X e + ½ θij ei ej,   y = … + ½ θ′ij ei ej                (quadratic_manifold)
-class ModalModel {
- public:
-  ModalModel(std::shared_ptr<const PlateMesh> mesh, Reduction method, ModalDerivativeSet set);
-
-  const std::shared_ptr<const PlateMesh>& mesh() const { return mesh_; }
-  bool slaved() const { return slaved_; }
-  int amplitudes() const { return static_cast<int>(fields_.cols()); }  ///< none where slaved
-
-  /// Unknowns and linear rates about a state given by e and the amplitudes.
-  VectorXd unknowns(const Vector6d& e, const EdgePoses& edges, const VectorXd& amplitudes) const;
-  /// d(unknowns)/d(e, amplitudes), what the lines between follow of the edges still left out.
-  MatrixXd chart_rates(const Vector6d& e) const;
-  /// θ of the chart: Σ_ij ei ej θij / 2 is what `unknowns` adds; unknowns × 21 (pair_index).
-  const MatrixXd& derivatives() const { return theta_; }
-  const MatrixXd& line_shapes() const { return follow_; }  ///< X_b
-  int slopes() const { return slopes_; }                   ///< of one edge
-
- private:
-  VectorXd edge_nodal(const EdgePoses& edges, const VectorXd& x) const;
-  MatrixXd derivatives_times(const Vector6d& e) const;  ///< Σ_j ej θij, a column i
-
-  std::shared_ptr<const PlateMesh> mesh_;
-  bool slaved_;
-  int slopes_;
-  VectorXd rest_, edges_at_rest_;
-  MatrixXd follow_;  ///< X_b
-  MatrixXd modes_;   ///< X; zero in the interior
-  MatrixXd theta_;
-  MatrixXd fields_;  ///< Ψ, Ψ′; whole fields orthonormal in energy at rest
-};
 
 class ModalLeaf final : public LeafElement {
  public:
@@ -83,6 +43,8 @@ class ModalLeaf final : public LeafElement {
   MatrixXd station_motion(const MatrixXd& T) const;
   /// Puts the plate into the state of the present edges and amplitudes.
   bool place();
+  /// Sets V_, g_ and H_ there.
+  void linearise_chart();
 
   LeafSpring leaf_;
   int index_;

@@ -74,7 +74,7 @@ class SuperelementGrid {
 
  private:
   int kind(int row) const;
-  /// Of the strains, over L.
+  /// Places at which the strains are taken, over L.
   std::vector<double> strain_stations_along() const;
   std::vector<double> strain_stations_across() const;
   int along_, across_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -233,9 +232,9 @@ void SuperelementLeaf::restore(const LeafState& state) {
   linearised_.clear();
 }
 
+// Unknowns: the inner nodes, then the vibration modes of the superelements, which statics does not
+// move.
 LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
-  // Unknowns: the inner nodes, then the vibration modes of the superelements, which statics does
-  // not move.
   const int nodal = unknowns(), elements = grid_->elements(), m = 6 * grid_->nodes_per_element();
   const int own = static_cast<int>(grid_->model(0).mass.rows()) - m, n = nodal + own * elements;
   std::vector<MatrixXd> masses;
@@ -270,20 +269,18 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
     return result;
   };
   LowestPairs pairs;
-  const ModesWanted wanted{.count = request.modes,
-                           .negative = interior_.negative_pivots(),
-                           .massless = true};  // as coarse grids have them
-  if (request.modes > 0) pairs = lowest_modes(n, wanted, solve_all, mass_times);
-  const int modes = static_cast<int>(pairs.values.size());
+  if (request.modes > 0)  // massless: as coarse grids have them
+    pairs = lowest_modes(
+        n, {.count = request.modes, .negative = interior_.negative_pivots(), .massless = true},
+        solve_all, mass_times);
   // x = static shapes · (edges, point) + Ψ ξ
-  const int outer = boundary();
+  const int modes = static_cast<int>(pairs.values.size()), outer = boundary();
   MatrixXd T = MatrixXd::Zero(n + 12, outer + modes);
   T.topLeftCorner(nodal, outer) = static_shapes();
   T.bottomLeftCorner(12, 12).setIdentity();
   if (modes > 0) T.topRightCorner(n, modes) = pairs.vectors;
 
   LeafDynamics dynamics;
-  dynamics.mode_frequencies.resize(modes);
   dynamics.mass = MatrixXd::Zero(outer + modes, outer + modes);
   for (int e = 0; e < elements; ++e) {
     const MatrixXd R = rates(e, T);
@@ -292,12 +289,7 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
   MatrixXd of_nodes(nodal + 12, T.cols());
   of_nodes << T.topRows(nodal), T.bottomRows(12);
   if (request.shapes) dynamics.shape_motion = shape_motion(of_nodes);
-  dynamics.internal_stiffness = pairs.values.head(modes).asDiagonal();
-  for (int k = 0; k < modes; ++k)
-    dynamics.mode_frequencies[k] = std::sqrt(std::abs(pairs.values[k])) / (2 * std::numbers::pi);
-  // half: no shapes of the boundary's own inertia, so more modes are needed
-  const double top = modes > 0 ? pairs.values[modes - 1] : 0;
-  dynamics.highest_mode = top > 0 ? 0.5 * dynamics.mode_frequencies[modes - 1] : 0;
+  set_modes(dynamics, pairs.values);
   if (modes > 0 && modes < request.modes)  // there are no others
     dynamics.highest_mode = std::numeric_limits<double>::infinity();
   return dynamics;

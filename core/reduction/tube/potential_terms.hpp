@@ -62,29 +62,14 @@ constexpr int x_vectors() {
   return (static_cast<int>(x_monomials<Degree - 1>().size()) + lanes - 1) / lanes;
 }
 
-/// Calls f.operator()<degree, odd>().
-template <class F>
+/// Calls f.operator()<degree, odd>(), degrees from 3 to 7, odd ones from 4.
+template <int Degree = 3, class F>
 auto dispatch(int degree, bool odd, F&& f) {
-  switch (odd ? -degree : degree) {
-    case 3:
-      return f.template operator()<3, false>();
-    case 4:
-      return f.template operator()<4, false>();
-    case 5:
-      return f.template operator()<5, false>();
-    case 6:
-      return f.template operator()<6, false>();
-    case 7:
-      return f.template operator()<7, false>();
-    case -4:
-      return f.template operator()<4, true>();
-    case -5:
-      return f.template operator()<5, true>();
-    case -6:
-      return f.template operator()<6, true>();
-    default:
-      return f.template operator()<7, true>();
-  }
+  if constexpr (Degree < 7)
+    if (degree != Degree) return dispatch<Degree + 1>(degree, odd, f);
+  if constexpr (Degree > 3)
+    if (odd) return f.template operator()<Degree, true>();
+  return f.template operator()<Degree, false>();
 }
 
 }  // namespace flexopt::potential

@@ -15,8 +15,8 @@
 #include "core/reduction/tube/bent_states.hpp"
 
 namespace flexopt {
-
 namespace {
+
 /// Values of σ at the nodes of a curved leaf, ascending on both sides of zero: evenly spaced, and
 /// closer together about the straightened leaf, where a wide one changes from stiffened by its
 /// curvature across to flat.
@@ -37,9 +37,7 @@ std::vector<double> curved_nodes(const TubeRange& range, double angle, double sl
   std::sort(sigma.begin(), sigma.end());
   return sigma;
 }
-}  // namespace
 
-namespace {
 /// Values of σ at the nodes of a flat leaf.
 std::vector<double> flat_nodes(const TubeRange& range, double slenderness) {
   std::vector<double> sigma{0};
@@ -249,11 +247,11 @@ VectorXd TubeModel::fields(const Vector3d& s, const Vector3d& f) {
     for (int i = 1; i + 1 < mesh_->lines(); ++i)
       y.segment(leaf().plate().block_offset(i) + 2 * n, n) *= -1;
     // … and so do the slopes of the edges along it
-    const auto& slopes = mesh_->edge_slopes();
-    const int per_node = static_cast<int>(slopes.size());
     for (const int line : {0, mesh_->lines() - 1})
-      for (int k = 0; k < mesh_->edge_unknowns(); ++k)
-        if (slopes[k % per_node].axis == 2) y[leaf().plate().block_offset(line) + k] *= -1;
+      for (int s = 0; s < n; ++s)
+        mesh_->each_slope(s, [&](int axis, int unknown) {
+          if (axis == 2) y[leaf().plate().block_offset(line) + unknown] *= -1;
+        });
   }
   return y;
 }
@@ -274,11 +272,7 @@ TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int
 void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   follow(state_, scale_.scaled_increment(dq));
   edges_ = {scale_.scaled(edges[0]), scale_.scaled(edges[1])};
-  full_state_.reset();
-  state_number_ = 0;
-  stress_.reset();
-  internal_.reset();
-  rebuilt_gap_.clear();
+  forget_answers();
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
@@ -328,11 +322,7 @@ void TubeLeaf::restore(const LeafState& state) {
   const auto& copy = static_cast<const TubeLeafState&>(state);
   edges_ = copy.edges;
   state_ = copy.state;
-  full_state_.reset();
-  state_number_ = 0;
-  stress_.reset();
-  internal_.reset();
-  rebuilt_gap_.clear();
+  forget_answers();
 }
 
 PlateLeaf::State TubeLeaf::rebuilt() const {

@@ -328,6 +328,13 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was
   std::uint64_t state_number_ = 0;              ///< of the plate in the pool that stands there
+  void forget_answers() {
+    full_state_.reset();
+    state_number_ = 0;
+    stress_.reset();
+    internal_.reset();
+    rebuilt_gap_.clear();
+  }
 };
 
 }  // namespace flexopt

@@ -68,6 +68,52 @@ struct BernsteinBasis {
       }
     });
   }
+
+  struct Sums {
+    Lanes value, first, second;
+  };
+  /// Sums of the polynomials of degree 2q − 1 times the coefficients at C, which moves on.
+  template <int q>
+  [[gnu::always_inline]] Sums sums(const Lanes*& C) const {
+    Sums s = {};
+    for (int r = 0; r < 2 * q; ++r) {
+      const Lanes Cr = *C++;
+      s.value += value[q][r] * Cr;
+      s.first += first[q][r] * Cr;
+      s.second += second[q][r] * Cr;
+    }
+    return s;
+  }
+};
+
+/// p = (1, x, x², …).
+template <int count>
+[[gnu::always_inline]] inline void set_powers(double (&p)[count], double x) {
+  p[0] = 1;
+  for (int i = 1; i < count; ++i) p[i] = p[i - 1] * x;
+}
+
+/// τᵃ Nᵇ of every monomial in x, and its derivatives by τ, N, ττ, τN, NN.
+template <int Degree>
+struct XWeights {
+  static constexpr auto X = x_monomials<Degree - 1>();
+  static constexpr int vectors = x_vectors<Degree>();
+  alignas(64) double w[6][vectors * lanes] = {};
+
+  [[gnu::always_inline]] XWeights(double tau, double N) {
+    double tp[Degree], np[Degree];
+    set_powers(tp, tau);
+    set_powers(np, N);
+    unrolled<static_cast<int>(X.size())>([&](auto i) {
+      constexpr int a = X[i].tau, b = X[i].N;
+      w[0][i] = tp[a] * np[b];
+      if constexpr (a >= 1) w[1][i] = a * tp[a - 1] * np[b];
+      if constexpr (b >= 1) w[2][i] = b * tp[a] * np[b - 1];
+      if constexpr (a >= 2) w[3][i] = a * (a - 1) * tp[a - 2] * np[b];
+      if constexpr (a >= 1 && b >= 1) w[4][i] = a * b * tp[a - 1] * np[b - 1];
+      if constexpr (b >= 2) w[5][i] = b * (b - 1) * tp[a] * np[b - 2];
+    });
+  }
 };
 
 /// Derivatives of a function of (σ, τ, N) to second order: where each one stands.
@@ -98,57 +144,15 @@ inline void add_jet(Lanes (&J)[jets], const Lanes& c, const Lanes& c1, const Lan
   }
 }
 
-inline double sum(const Lanes& a) {
-  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
-}
-
-/// S y for S given by its lanes.
-inline Vector3d times(const Lanes& S, const double* y) {
-  return {S[0] * y[0] + S[1] * y[1] + S[2] * y[2], S[1] * y[0] + S[3] * y[1] + S[4] * y[2],
-          S[2] * y[0] + S[4] * y[1] + S[5] * y[2]};
-}
-
-}  // namespace
-
-template <int Degree, bool Odd>
-PotentialValue TubePotential::evaluate_interval(const Interval& interval, double sigma,
-                                                const double (&z)[5]) {
-  const double tau = z[0], N = z[2], y[3] = {z[1], z[3], z[4]};
-  const BernsteinBasis<Degree + 1> basis((sigma - interval.start) / interval.width, interval.width);
-  const Lanes* C = interval.coefficients.data();
-
-  double tp[Degree], np[Degree];
-  tp[0] = np[0] = 1;
-  for (int i = 1; i < Degree; ++i) {
-    tp[i] = tp[i - 1] * tau;
-    np[i] = np[i - 1] * N;
-  }
-  constexpr auto X = x_monomials<Degree - 1>();
-  constexpr int nx = static_cast<int>(X.size()), vectors = x_vectors<Degree>();
-  alignas(64) double w[6][vectors * lanes] = {};
-  unrolled<nx>([&](auto i) {
-    constexpr int a = X[i].tau, b = X[i].N;
-    w[0][i] = tp[a] * np[b];
-    if constexpr (a >= 1) w[1][i] = a * tp[a - 1] * np[b];
-    if constexpr (b >= 1) w[2][i] = b * tp[a] * np[b - 1];
-    if constexpr (a >= 2) w[3][i] = a * (a - 1) * tp[a - 2] * np[b];
-    if constexpr (a >= 1 && b >= 1) w[4][i] = a * b * tp[a - 1] * np[b - 1];
-    if constexpr (b >= 2) w[5][i] = b * (b - 1) * tp[a] * np[b - 2];
-  });
-
-  // k = 0: lanes are the monomials of x
-  Lanes J[jets] = {};
-  for (int v = 0; v < vectors; ++v) {
-    constexpr int q = Degree + 1;
-    Lanes c = {}, c1 = {}, c2 = {};
-    for (int r = 0; r < 2 * q; ++r) {
-      const Lanes Cr = *C++;
-      c += basis.value[q][r] * Cr;
-      c1 += basis.first[q][r] * Cr;
-      c2 += basis.second[q][r] * Cr;
-    }
+/// Adds the terms without y, k = 0; their lanes are the monomials of x.
+template <int Degree>
+[[gnu::always_inline]] inline void add_without_y(Lanes (&J)[jets],
+                                                 const BernsteinBasis<Degree + 1>& basis,
+                                                 const XWeights<Degree>& weights, const Lanes*& C) {
+  for (int v = 0; v < weights.vectors; ++v) {
+    const auto [c, c1, c2] = basis.template sums<Degree + 1>(C);
     const auto at = [&](int d) -> const Lanes& {
-      return *reinterpret_cast<const Lanes*>(&w[d][v * lanes]);
+      return *reinterpret_cast<const Lanes*>(&weights.w[d][v * lanes]);
     };
     J[v_] += c * at(0);
     J[t_] += c * at(1);
@@ -161,66 +165,25 @@ PotentialValue TubePotential::evaluate_interval(const Interval& interval, double
     J[sn_] += c1 * at(2);
     J[ss_] += c2 * at(0);
   }
+}
 
-  // k = 1: lanes are the entries of ∂p/∂y
-  Lanes G[jets] = {};
-  if constexpr (Odd)
-    unrolled<Degree - 1>([&](auto g) {
-      constexpr int q = Degree - g;
-      for (int i = g * (g + 1) / 2; i < (g + 1) * (g + 2) / 2; ++i) {
-        Lanes c = {}, c1 = {}, c2 = {};
-        for (int r = 0; r < 2 * q; ++r) {
-          const Lanes Cr = *C++;
-          c += basis.value[q][r] * Cr;
-          c1 += basis.first[q][r] * Cr;
-          c2 += basis.second[q][r] * Cr;
-        }
-        add_jet<g>(G, c, c1, c2, {w[0][i], w[1][i], w[2][i], w[3][i], w[4][i], w[5][i]});
-      }
-    });
+inline double sum(const Lanes& a) {
+  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+}
 
-  // k ≥ 2: lanes are the entries of S
-  Lanes S[jets] = {}, kS[4] = {}, kkS = {};  // Σ S; Σ k S of v, s, t, n; Σ k (k − 1) S of v
-  double yp[3][Degree];
-  for (int i = 0; i < 3; ++i) {
-    yp[i][0] = 1;
-    for (int e = 1; e < Degree; ++e) yp[i][e] = yp[i][e - 1] * y[i];
-  }
-  unrolled<y_blocks(Degree, Odd)>([&](auto block) {
-    constexpr int k = y_degree(block, Odd);
-    constexpr auto Y = y_monomials<k - 2>();
-    Lanes Sk[jets] = {};
-    unrolled<Degree - k>([&](auto g) {
-      constexpr int q = Degree + 1 - k - g;
-      for (int i = g * (g + 1) / 2; i < (g + 1) * (g + 2) / 2; ++i) {
-        Lanes c = {}, c1 = {}, c2 = {};
-        for (const Power3& m : Y) {
-          Lanes b = {}, b1 = {}, b2 = {};
-          for (int r = 0; r < 2 * q; ++r) {
-            const Lanes Cr = *C++;
-            b += basis.value[q][r] * Cr;
-            b1 += basis.first[q][r] * Cr;
-            b2 += basis.second[q][r] * Cr;
-          }
-          if constexpr (k == 2) {
-            c = b;
-            c1 = b1;
-            c2 = b2;
-          } else {
-            const double ym = yp[0][m.e[0]] * yp[1][m.e[1]] * yp[2][m.e[2]];
-            c += ym * b;
-            c1 += ym * b1;
-            c2 += ym * b2;
-          }
-        }
-        add_jet<g>(Sk, c, c1, c2, {w[0][i], w[1][i], w[2][i], w[3][i], w[4][i], w[5][i]});
-      }
-    });
-    for (int d = 0; d < jets; ++d) S[d] += Sk[d];
-    for (int d = 0; d < 4; ++d) kS[d] += static_cast<double>(k) * Sk[d];
-    kkS += static_cast<double>(k * (k - 1)) * Sk[v_];
-  });
+/// S y for S given by its lanes.
+inline Vector3d times(const Lanes& S, const double* y) {
+  return {S[0] * y[0] + S[1] * y[1] + S[2] * y[2], S[1] * y[0] + S[3] * y[1] + S[4] * y[2],
+          S[2] * y[0] + S[4] * y[1] + S[5] * y[2]};
+}
 
+/// Value and derivatives from the sums over all terms: J without y, G of y, S of two y, Σ k S and
+/// Σ k (k − 1) S.
+template <bool Odd>
+[[gnu::always_inline]] inline PotentialValue gathered(const Lanes (&J)[jets],
+                                                      const Lanes (&G)[jets],
+                                                      const Lanes (&S)[jets], const Lanes (&kS)[4],
+                                                      const Lanes& kkS, const double (&y)[3]) {
   const Lanes yy = {y[0] * y[0],
                     2 * y[0] * y[1],
                     2 * y[0] * y[2],
@@ -254,6 +217,66 @@ PotentialValue TubePotential::evaluate_interval(const Interval& interval, double
       sy[1], ty[1], kkS[1], ny[1], kkS[3], kkS[4],           //
       sy[2], ty[2], kkS[2], ny[2], kkS[4], kkS[5];
   return p;
+}
+
+}  // namespace
+
+template <int Degree, bool Odd>
+PotentialValue TubePotential::evaluate_interval(const Interval& interval, double sigma,
+                                                const double (&z)[5]) {
+  const double tau = z[0], N = z[2], y[3] = {z[1], z[3], z[4]};
+  const BernsteinBasis<Degree + 1> basis((sigma - interval.start) / interval.width, interval.width);
+  const Lanes* C = interval.coefficients.data();
+  const XWeights<Degree> weights(tau, N);
+  const auto& w = weights.w;
+
+  Lanes J[jets] = {};
+  add_without_y(J, basis, weights, C);
+
+  // k = 1: lanes are the entries of ∂p/∂y
+  Lanes G[jets] = {};
+  if constexpr (Odd)
+    unrolled<Degree - 1>([&](auto g) {
+      constexpr int q = Degree - g;
+      for (int i = g * (g + 1) / 2; i < (g + 1) * (g + 2) / 2; ++i) {
+        const auto [c, c1, c2] = basis.template sums<q>(C);
+        add_jet<g>(G, c, c1, c2, {w[0][i], w[1][i], w[2][i], w[3][i], w[4][i], w[5][i]});
+      }
+    });
+
+  // k ≥ 2: lanes are the entries of S
+  Lanes S[jets] = {}, kS[4] = {}, kkS = {};  // Σ S; Σ k S of v, s, t, n; Σ k (k − 1) S of v
+  double yp[3][Degree];
+  for (int i = 0; i < 3; ++i) set_powers(yp[i], y[i]);
+  unrolled<y_blocks(Degree, Odd)>([&](auto block) {
+    constexpr int k = y_degree(block, Odd);
+    constexpr auto Y = y_monomials<k - 2>();
+    Lanes Sk[jets] = {};
+    unrolled<Degree - k>([&](auto g) {
+      constexpr int q = Degree + 1 - k - g;
+      for (int i = g * (g + 1) / 2; i < (g + 1) * (g + 2) / 2; ++i) {
+        Lanes c = {}, c1 = {}, c2 = {};
+        for (const Power3& m : Y) {
+          const auto [b, b1, b2] = basis.template sums<q>(C);
+          if constexpr (k == 2) {
+            c = b;
+            c1 = b1;
+            c2 = b2;
+          } else {
+            const double ym = yp[0][m.e[0]] * yp[1][m.e[1]] * yp[2][m.e[2]];
+            c += ym * b;
+            c1 += ym * b1;
+            c2 += ym * b2;
+          }
+        }
+        add_jet<g>(Sk, c, c1, c2, {w[0][i], w[1][i], w[2][i], w[3][i], w[4][i], w[5][i]});
+      }
+    });
+    for (int d = 0; d < jets; ++d) S[d] += Sk[d];
+    for (int d = 0; d < 4; ++d) kS[d] += static_cast<double>(k) * Sk[d];
+    kkS += static_cast<double>(k * (k - 1)) * Sk[v_];
+  });
+  return gathered<Odd>(J, G, S, kS, kkS, y);
 }
 
 TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_scale, int degree,

@@ -106,6 +106,40 @@ struct EndWeights {
 // Derivatives in (σ, τ, φ, N, M1, M2): d of those off the ray and k in σ at orders · d + k.
 using Sums = std::array<Four, orders * derivatives>;
 
+// `coefficient`: those of an interval of this width, at its share t; z: (τ, φ, N, M1, M2).
+Sums sum_terms(const Four* coefficient, int degree, double t, double width,
+               const std::array<double, off_ray>& z) {
+  std::array<EndWeights, highest + 2> weights;
+  for (int q = 2; q <= degree + 1; ++q) weights[static_cast<std::size_t>(q)] = {q, t, width};
+  const MonomialTable& table = off_ray_table();
+  std::array<double, monomial_count(off_ray, highest - 1)> powers{};
+  powers[0] = 1;
+  for (int m = 0; m < table.count(degree - 2); ++m) {  // each from one of lower degree
+    const std::uint16_t* products = table.products(m);
+    for (int v = 0; v < off_ray; ++v)
+      powers[products[1 + v]] =
+          powers[static_cast<std::size_t>(m)] * z[static_cast<std::size_t>(v)];
+  }
+
+  Sums sums{};
+  for (const Term& term : terms()) {
+    if (term.degree > degree - 1) break;
+    const int q = degree + 1 - term.degree;
+    const EndWeights& weight = weights[static_cast<std::size_t>(q)];
+    std::array<Four, orders> c{};
+    for (int j = 0; j < 2 * q; ++j) {
+      const Four a = *coefficient++;
+      for (int k = 0; k < orders; ++k) c[k] += weight.of[k][static_cast<std::size_t>(j)] * a;
+    }
+    for (const Term::Derivative& d : term.derivatives) {
+      const double by = d.factor * powers[static_cast<std::size_t>(d.rest)];
+      for (int k = 0; k + d.order < orders; ++k)
+        sums[static_cast<std::size_t>(orders * d.at + k)] += by * c[k];
+    }
+  }
+  return sums;
+}
+
 // Index of the derivative by these variables, the first of which is σ.
 template <std::size_t n>
 int place_of(const std::array<int, n>& by) {
@@ -155,45 +189,15 @@ TubeRates::TubeRates(const TubePotential& potential, const TubeNodeRates& rates)
 
 auto TubeRates::evaluate(const Vector3d& s, const Vector3d& f) const -> Answer {
   static const Places places;
-  const int degree = potential_->degree();
   const TubeLocation where = potential_->locate(s);
   const double mirror = potential_->mirrored() && where.sigma < 0 ? -1 : 1;
   const auto interval = static_cast<std::size_t>(where.interval);
   const double start = potential_->nodes()[interval].sigma,
                width = potential_->nodes()[interval + 1].sigma - start,
                t = (mirror * where.sigma - start) / width;
-  std::array<EndWeights, highest + 2> weights;
-  for (int q = 2; q <= degree + 1; ++q) weights[static_cast<std::size_t>(q)] = {q, t, width};
-
   const Vector3d df = f - potential_->force_centre();
   const std::array<double, off_ray> z{mirror * where.tau, mirror * s[2], df[0], df[1], df[2]};
-  const MonomialTable& table = off_ray_table();
-  std::array<double, monomial_count(off_ray, highest - 1)> powers{};
-  powers[0] = 1;
-  for (int m = 0; m < table.count(degree - 2); ++m) {  // each from one of lower degree
-    const std::uint16_t* products = table.products(m);
-    for (int v = 0; v < off_ray; ++v)
-      powers[products[1 + v]] =
-          powers[static_cast<std::size_t>(m)] * z[static_cast<std::size_t>(v)];
-  }
-
-  Sums sums{};
-  const Four* coefficient = intervals_[interval].data();
-  for (const Term& term : terms()) {
-    if (term.degree > degree - 1) break;
-    const int q = degree + 1 - term.degree;
-    const EndWeights& weight = weights[static_cast<std::size_t>(q)];
-    std::array<Four, orders> c{};
-    for (int j = 0; j < 2 * q; ++j) {
-      const Four a = *coefficient++;
-      for (int k = 0; k < orders; ++k) c[k] += weight.of[k][static_cast<std::size_t>(j)] * a;
-    }
-    for (const Term::Derivative& d : term.derivatives) {
-      const double by = d.factor * powers[static_cast<std::size_t>(d.rest)];
-      for (int k = 0; k + d.order < orders; ++k)
-        sums[static_cast<std::size_t>(orders * d.at + k)] += by * c[k];
-    }
-  }
+  const Sums sums = sum_terms(intervals_[interval].data(), potential_->degree(), t, width, z);
 
   // (σ, τ, φ) of (θ1y, θ2y, φx) up to the mirror
   Matrix6d J = Matrix6d::Identity();
