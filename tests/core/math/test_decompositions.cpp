@@ -63,7 +63,7 @@ TEST_CASE("an LU factorisation solves and inverts, many columns at once") {
   CHECK((2 * A * lu.solve(B) - B).norm() < 1e-11 * B.norm());
 }
 
-TEST_CASE("Cholesky factors invert a positive definite matrix; others are told") {
+TEST_CASE("Cholesky factors invert a positive definite matrix, and others are told") {
   const MatrixXd R = MatrixXd::Random(10, 10);
   const MatrixXd A = R * R.transpose() + MatrixXd::Identity(10, 10);
   const Cholesky c(A);

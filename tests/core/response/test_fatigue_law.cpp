@@ -63,7 +63,7 @@ TEST_CASE("a cycle times its safety is on the line", "[fatigue]") {
       }
 }
 
-TEST_CASE("compression counts as no mean; a mean beyond its limit has no amplitude", "[fatigue]") {
+TEST_CASE("compression counts as no mean, and a mean beyond its limit has no amplitude", "[fatigue]") {
   const Material m = strong();
   for (const MeanStress mean : rules) {
     const FatigueLaw law(m, rule_of(mean));

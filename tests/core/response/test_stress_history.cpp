@@ -168,7 +168,7 @@ TEST_CASE("fatigue is smooth where one end of the stroke passes the undeflected 
   CHECK(at == Approx(after).epsilon(1e-3));
 }
 
-TEST_CASE("points between the ends do not change the worst cycle; their order does not matter",
+TEST_CASE("points between the ends do not change the worst cycle, and their order does not matter",
           "[fatigue]") {
   const ModelOptions model = models::coarse(Flexure::beam);
   const double few =

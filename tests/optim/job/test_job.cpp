@@ -302,7 +302,7 @@ TEST_CASE("mechanisms of wires alone are beams where the job does not say", "[op
   CHECK_THROWS_WITH(parse_job(document), Contains("a leaf of circular section is a beam"));
 }
 
-TEST_CASE("a beam may be of any E and G; a Poisson's ratio above a half is noted", "[optim][job]") {
+TEST_CASE("a beam may be of any E and G, and a Poisson's ratio above a half is noted", "[optim][job]") {
   json document = base_job("evaluate");
   document.merge_patch(json::parse(R"({"model": {"flexure": "beam", "warping": "free"},
       "design": {"material": {"youngs_modulus": "12 GPa", "shear_modulus": "0.8 GPa",

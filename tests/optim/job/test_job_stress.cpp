@@ -110,7 +110,7 @@ TEST_CASE("a life that is short is not one without end", "[job][stress]") {
   CHECK_THAT(refused.message, Contains("a mean stress breaks it"));
 }
 
-TEST_CASE("where there is no stress a safety is beyond every bound; without a factor it has none",
+TEST_CASE("where there is no stress a safety is beyond every bound, and without a factor it has none",
           "[job][stress]") {
   const Job job = parse_job(document());
   const std::vector<Goal> goals = make_goals(job);

@@ -51,7 +51,7 @@ TEST_CASE("the best neighbouring stock design is optimised in the other variable
   CHECK(o.verified->objective == Approx(1.01 * o.objective));
 }
 
-TEST_CASE("a step makes the sizes; a size that is hit has no neighbour", "[optim]") {
+TEST_CASE("a step makes the sizes, and a size that is hit has no neighbour", "[optim]") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][1]["step"] = "0.09 mm";
   const Optimum o = run(document);

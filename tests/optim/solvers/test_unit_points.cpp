@@ -36,7 +36,7 @@ TEST_CASE("64 Sobol points have one in every 64th of each coordinate, whatever t
   }
 }
 
-TEST_CASE("more Sobol points begin with the same ones; another seed gives others", "[optim]") {
+TEST_CASE("more Sobol points begin with the same ones, and another seed gives others", "[optim]") {
   const std::vector<VectorXd> many = sobol_points(3, 100, 5), few = sobol_points(3, 10, 5);
   for (std::size_t i = 0; i < few.size(); ++i) CHECK(few[i] == many[i]);
   CHECK(sobol_points(3, 1, 6)[0] != few[0]);

@@ -68,7 +68,7 @@ TEST_CASE("the script has the numbers of the models to the last bit", "[results]
   }
 }
 
-TEST_CASE("JSON has the models by rows; a run without models leaves no script", "[results]") {
+TEST_CASE("JSON has the models by rows, and a run without models leaves no script", "[results]") {
   const StrokeResponse response = modelled();
   const OrderedJson json = state_space_json(*response.path[1].state_space);
   CHECK(json["forces"][0][1] == -2.5e-300);

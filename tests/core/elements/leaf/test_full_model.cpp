@@ -274,7 +274,7 @@ TEST_CASE("a leaf without a linearised interior says so by its model's name",
   CHECK_FALSE(tube.leaf(0).interior_gap({}).empty());
 }
 
-TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
+TEST_CASE("every linearised leaf has a gradient, and only full ones have a series",
           "[elements][full_model]") {
   const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   for (const Case& c : cases()) {
