@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/edge_pose.hpp"
 #include "core/elements/leaf/leaf_results.hpp"
+#include "core/math/answer.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
@@ -122,7 +122,7 @@ class LeafElement {
   virtual std::unique_ptr<LeafElement> full_model(const std::string& reason) = 0;
   /// Linearisation about the present state with all interior unknowns; after evaluate(). The leaf
   /// must outlive it and keep its state. None unless the model has such unknowns.
-  virtual Answer<LeafLinear> linearise();
+  virtual Answer<std::unique_ptr<LeafLinear>> linearise();
   /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
   /// empty where it has one.
   virtual std::string interior_gap(InteriorUse use);

@@ -194,7 +194,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LimitedRange* limited_range() override { return this; }
   LimitedRange::Refinement refine(const Surroundings& surroundings) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
-  Answer<LeafLinear> linearise() override;
+  Answer<std::unique_ptr<LeafLinear>> linearise() override;
   std::string interior_gap(InteriorUse use) override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;

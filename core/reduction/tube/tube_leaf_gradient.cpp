@@ -94,14 +94,14 @@ std::optional<double> TubeLeafLinear::highest_mode() const {
   return std::sqrt(scale().energy / scale().mass * internal_->reach) / (2 * std::numbers::pi);
 }
 
-Answer<LeafGradient<double>> TubeLeafLinear::gradient(LeafRates& rates,
-                                                      const LeafRows& rows) const {
+Answer<std::unique_ptr<LeafGradient<double>>> TubeLeafLinear::gradient(LeafRates& rates,
+                                                                       const LeafRows& rows) const {
   const std::shared_ptr<TubeModel>& model = leaf_->model();
-  if (!model->differentiable()) return {nullptr, "its tube was built, not looked up"};
+  if (!model->differentiable()) return Because("its tube was built, not looked up");
   const auto of_model =
       rates.of<TubeRates>(model, [&] { return TubeRates(model->potential(), model->rates()); });
-  return {std::make_unique<TubeLeafGradient>(*leaf_, *of_model,
-                                             internal_ ? &model->dynamics_rates() : nullptr, rows)};
+  return std::make_unique<TubeLeafGradient>(*leaf_, *of_model,
+                                            internal_ ? &model->dynamics_rates() : nullptr, rows);
 }
 
 TubeLeafLinear::TubeLeafLinear(const TubeLeaf& leaf, const TubeDynamics::Answer* internal)
@@ -123,11 +123,11 @@ std::string TubeLeaf::interior_gap(InteriorUse use) {
   return {};
 }
 
-Answer<LeafLinear> TubeLeaf::linearise() {
-  if (!model_->differentiable()) return {nullptr, "its tube was built, not looked up"};
+Answer<std::unique_ptr<LeafLinear>> TubeLeaf::linearise() {
+  if (!model_->differentiable()) return Because("its tube was built, not looked up");
   const TubeDynamics::Answer* internal = nullptr;
-  if (model_->dynamics() && !(internal = tabulated())) return {nullptr, condensed_because_};
-  return {std::make_unique<TubeLeafLinear>(*this, internal)};
+  if (model_->dynamics() && !(internal = tabulated())) return Because(condensed_because_);
+  return std::make_unique<TubeLeafLinear>(*this, internal);
 }
 
 TubeLeafGradient::TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates,

@@ -278,12 +278,12 @@ struct AlongStrokes {
 std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const VectorXd& strokes,
                                           int count, const ExactDerivatives* exact, LowModes found,
                                           std::string& message) {
-  const Answer<MechanismSeries> made = MechanismSeries::of(factor);
-  if (!made.value) {
-    message = made.reason;
+  Answer<MechanismSeries> made = MechanismSeries::of(factor);
+  if (!made) {
+    message = made.error();
     return std::nullopt;
   }
-  MechanismSeries& series = *made.value;
+  MechanismSeries& series = *made;
   AlongStrokes result;
   series.expand_along_strokes(strokes);
   const auto path = mode_series(factor, series, unit_of(factor.system(), strokes), std::move(found),
@@ -346,18 +346,17 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
                                                  const FullModes* known) {
   if (factor.drives() == 0) return {.message = "nothing is driven"};
   const Answer<LowModes> low = low_modes(factor, count, exact != nullptr, known);
-  const LowModes* found = low.value.get();
-  if (!found) return {.message = low.reason};
+  if (!low) return {.message = low.error()};
   FrequencyDerivativesResult result;
-  if (found->kept < count)
+  if (low->kept < count)
     result.message = fmt::format(
         "frequency derivatives of the lowest {} alone: the next {} are too near each "
         "other to be told apart",
-        found->kept, found->lambda.size() - found->kept);
+        low->kept, low->lambda.size() - low->kept);
   std::vector<AlongStrokes> of_drives;
   for (int drive = 0; drive < factor.drives(); ++drive) {
     const VectorXd strokes = VectorXd::Unit(factor.drives(), drive);
-    auto along = along_strokes(factor, strokes, count, exact, *found, result.message);
+    auto along = along_strokes(factor, strokes, count, exact, *low, result.message);
     if (!along) return result;
     for (FrequencyDerivatives& d : along->modes) d.drive = drive;
     std::ranges::copy(along->modes, std::back_inserter(result.modes));
@@ -370,7 +369,7 @@ FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, 
       along = of_drives[*drive];
       rescale(way[*drive], *along);
     } else {
-      along = along_strokes(factor, way, count, exact, *found, result.message);
+      along = along_strokes(factor, way, count, exact, *low, result.message);
     }
     if (!along) return result;
     result.ways.push_back({way, std::move(along->modes)});
@@ -393,8 +392,8 @@ FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
     if (!loaded.converged) return {.message = loaded.message};
   }
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);
-  if (!factor.value) return {.message = factor.reason};
-  return frequency_derivatives(*factor.value, count, ways, exact);
+  if (!factor) return {.message = factor.error()};
+  return frequency_derivatives(*factor, count, ways, exact);
 }
 
 }  // namespace flexopt

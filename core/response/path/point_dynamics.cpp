@@ -161,17 +161,17 @@ bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullMode
   LeafRates& rates = differentiable_ ? differentiable_->rates : own;
   Answer<StateSpace> model =
       state_space(factor, *request_->state_space, request_->probes, free, rates);
-  if (model.value)
-    point.state_space = std::move(*model.value);
+  if (model)
+    point.state_space = std::move(*model);
   else
-    refuse(point, model.reason);
-  return model.value != nullptr;
+    refuse(point, model.error());
+  return model.has_value();
 }
 
 void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& point) {
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
-  if (!linear.value) return refuse(point, linear.reason);
-  const MechanismFactor& factor = *linear.value;
+  if (!linear) return refuse(point, linear.error());
+  const MechanismFactor& factor = *linear;
   if (request_->wants_dynamics())
     set_measures(dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), false),
                  point);
@@ -192,8 +192,8 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
     return std::string();
   };
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
-  if (!linear.value) return refused(linear.reason);
-  const MechanismFactor& factor = *linear.value;
+  if (!linear) return refused(linear.error());
+  const MechanismFactor& factor = *linear;
   DynamicsMeasures dynamics;
   if (request_->wants_dynamics()) {
     dynamics = dynamics_measures(factor, *request_->dynamics, request_->loads.driven(),
@@ -211,9 +211,9 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
     add_stress_peaks(system, request_->stress_peaks, point);
   if (!gradients) return {};
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
-  if (!leaves.value) return refused(leaves.reason);
-  *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
-                               *model_, *request_, point, modes, solids,
+  if (!leaves) return refused(leaves.error());
+  *gradients = point_gradients(factor, std::move(*leaves), differentiable_->directions, *model_,
+                               *request_, point, modes, solids,
                                request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_);
   return {};
 }

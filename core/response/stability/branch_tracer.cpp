@@ -77,8 +77,8 @@ double BranchTracer::product(const BranchDirection& a, const BranchDirection& b)
 BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   Look here;
   Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
-  assert(linear.value);  // full leaves have interiors
-  here.factor = std::move(linear.value);
+  assert(linear);  // full leaves have interiors
+  here.factor = std::make_unique<MechanismFactor>(std::move(*linear));
   const MechanismFactor& factor = *here.factor;
   MatrixXd forces = MatrixXd::Zero(factor.size(), 1);
   forces.topRows(factor.bodies()) = branch_->load();
@@ -365,8 +365,8 @@ VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& 
   mode = branch_->locked() ? factor.solve_locked(mode) : factor.solve(mode);
   mode /= mode.norm();
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
-  assert(leaves.value);
-  const DesignRates<double> rates(factor, std::move(*leaves.value), present_state(factor),
+  assert(leaves);
+  const DesignRates<double> rates(factor, std::move(*leaves), present_state(factor),
                                   *design.directions, *model_);
   MatrixXd residual = rates.residual();
   if (!branch_->locked())

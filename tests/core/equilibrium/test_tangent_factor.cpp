@@ -181,9 +181,9 @@ TEST_CASE("frequencies and balanced states of a sparse system are those of the d
 
   const auto of_dense = MechanismFactor::of(both.dense),
              of_sparse = MechanismFactor::of(both.sparse);
-  REQUIRE(of_dense.value);
-  REQUIRE(of_sparse.value);
-  const MechanismFactor &d = *of_dense.value, &s = *of_sparse.value;
+  REQUIRE(of_dense);
+  REQUIRE(of_sparse);
+  const MechanismFactor &d = *of_dense, &s = *of_sparse;
   MatrixXd B(d.size(), 2);
   for (int k = 0; k < d.size(); ++k) B.row(k) << std::sin(k), std::cos(3 * k);
   d.clear_held(B);

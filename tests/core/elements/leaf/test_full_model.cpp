@@ -264,13 +264,13 @@ TEST_CASE("a leaf without a linearised interior says so by its model's name",
   System system(m, std::move(bare));
   system.assemble();
   const Answer<MechanismFactor> none = MechanismFactor::of(system);
-  CHECK(!none.value);
-  CHECK(none.reason == "leaf 0: the model \"bare\" has no linearised interior");
+  REQUIRE(!none);
+  CHECK(none.error() == "leaf 0: the model \"bare\" has no linearised interior");
   CHECK_FALSE(system.leaf(0).interior_gap({}).empty());
 
   System tube(m, make_reduced_leaves(m, {}, 0.01));
   tube.assemble();
-  CHECK(MechanismFactor::of(tube).reason == "leaf 0: its tube was built, not looked up");
+  CHECK(MechanismFactor::of(tube).error() == "leaf 0: its tube was built, not looked up");
   CHECK_FALSE(tube.leaf(0).interior_gap({}).empty());
 }
 
@@ -283,24 +283,24 @@ TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
     System system(m, make_reduced_leaves(m, c.model, 0.01));
     system.assemble();
     const Answer<MechanismFactor> factor = MechanismFactor::of(system);
-    REQUIRE(factor.value);
+    REQUIRE(factor);
     CHECK(system.leaf(0).interior_gap({}).empty());
-    const MechanismFactor::Leaf& leaf = factor.value->leaves()[0];
+    const MechanismFactor::Leaf& leaf = factor->leaves()[0];
     CHECK(!leaf.full);
     LeafRates rates;
-    CHECK(leaf.linear->gradient(rates, leaf.rows).value);
-    CHECK(!leaf.linear->series().value);
-    const FrequencyDerivativesResult none = frequency_derivatives(*factor.value, 2);
+    CHECK(leaf.linear->gradient(rates, leaf.rows));
+    CHECK(!leaf.linear->series());
+    const FrequencyDerivativesResult none = frequency_derivatives(*factor, 2);
     CHECK(!none.ok);
     CHECK(none.message == "leaf 0: its model has no series along the stroke; full accuracy has");
   }
   System system(m, make_full_leaves(m, {}));
   system.assemble();
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);
-  REQUIRE(factor.value);
+  REQUIRE(factor);
   CHECK(system.leaf(0).interior_gap({}).empty());
-  CHECK(factor.value->leaves()[0].full);
-  CHECK(factor.value->leaves()[0].linear->series().value);
+  CHECK(factor->leaves()[0].full);
+  CHECK(factor->leaves()[0].linear->series());
 }
 
 TEST_CASE("what leaves share is made once for the same data and the same kind of rate",

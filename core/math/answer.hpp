@@ -1,0 +1,18 @@
+#pragma once
+// How a function says that it has no answer. Wrong input is a SpecError of core/spec instead.
+#include <string>
+#include <tl/expected.hpp>
+
+namespace flexopt {
+
+/// What was asked for, or the reason why there is none.
+template <class T>
+using Answer = tl::expected<T, std::string>;
+
+/// Nothing where all is well, or the rule that is broken.
+using Check = Answer<void>;
+
+/// What a function returns that has no answer.
+using Because = tl::unexpected<std::string>;
+
+}  // namespace flexopt
