@@ -15,4 +15,10 @@ using Check = Answer<void>;
 /// What a function returns that has no answer.
 using Because = tl::unexpected<std::string>;
 
+/// The reason; empty where there is an answer.
+template <class T>
+std::string why_not(const Answer<T>& answer) {
+  return answer ? std::string() : answer.error();
+}
+
 }  // namespace flexopt

@@ -46,7 +46,7 @@ GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseName
     values.try_emplace(p.name, p.default_value.value_or(std::clamp(0.1, p.min, p.max)));
   }
   for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
-    if (!without_number(family, job.design.choices, name)) {
+    if (has_number(family, job.design.choices, name)) {
       names.push_back({name, find_job_number(name)->unit});
       values[name] = value;
     }
@@ -159,8 +159,9 @@ Variable read_range(json& read, const GoalContext& context, const Pointer& at) {
     throw refuse(fmt::format(
         "it is given by the formula {}; a variable needs a number in /design/parameters",
         it->second));
-  if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
-    throw refuse(*why);
+  if (const Check has = has_number(context.family, context.design.choices, variable.parameter);
+      !has)
+    throw refuse(has.error());
   if (std::ranges::find(context.family.counts, variable.parameter) != context.family.counts.end())
     throw refuse("it says how many there are of something: no variable of an optimisation");
   const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));

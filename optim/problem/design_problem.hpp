@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/answer.hpp"
 #include "core/math/types.hpp"
 #include "core/response/response.hpp"
 #include "optim/job/job.hpp"
@@ -119,9 +120,9 @@ class DesignProblem {
 
   /// Values of one goal with a formula; nothing when it or the parameters make no sense there.
   std::optional<double> formula(std::size_t goal, const Variables& variables) const;
-  /// Why the mechanics need not be asked: a formula's constraint is missed by more than half its
-  /// bound, or has no value.
-  std::optional<std::string> ruled_out(const Variables& variables, const Scales& scales) const;
+  /// Whether the mechanics are worth asking: no formula's constraint is missed by more than half
+  /// its bound, or has no value.
+  Check near_formulas(const Variables& variables, const Scales& scales) const;
   /// Largest relative violation of the constraints that are formulas; nothing without value.
   std::optional<double> formula_violation(const Variables& variables, const Scales& scales) const;
 

@@ -104,7 +104,7 @@ class LeafElement {
   virtual void displace_point(const Vector3d& /*displacement*/, const Vector3d& /*du*/) {}
 
   /// From now on this load acts inside the leaf; at first no load does. Only full leaves support
-  /// it: acts_inside() of core/mechanism/load_case.hpp says which leaves have to.
+  /// it: is_reducible() of core/mechanism/load_case.hpp says which leaves have to.
   virtual void act(const LeafLoad& /*load*/) {}
 
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.

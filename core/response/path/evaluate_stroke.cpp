@@ -205,14 +205,14 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
     const VectorXd strokes = request.strokes_at(k, mechanism.drives.size());
     point.strokes.assign(strokes.begin(), strokes.end());
   }
-  auto rule = dependent_joints(mechanism);
-  if (!rule) rule = broken_rule(request.loads, mechanism);
-  if (!rule && mechanism.drives.empty() && request.loads.driven() &&
+  Check kept = check_joints(mechanism);
+  if (kept) kept = check_rules(request.loads, mechanism);
+  if (kept && mechanism.drives.empty() && request.loads.driven() &&
       std::ranges::any_of(request.points, [](double stroke) { return stroke != 0; }))
-    rule = "the mechanism has no drive that a stroke could prescribe";
-  if (rule) {
+    kept = Because("the mechanism has no drive that a stroke could prescribe");
+  if (!kept) {
     response.status = Status::no_equilibrium;
-    response.message = *rule;
+    response.message = kept.error();
     for (PathPoint& point : response.path) point.message = response.message;
     return response;
   }
@@ -242,11 +242,10 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   return response;
 }
 
-// Why there are no exact derivatives on such leaves, or nothing.
-std::optional<std::string> no_derivatives(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential)
-    return std::nullopt;
-  return "this method of reduction has no exact derivatives";
+// Whether there are exact derivatives on such leaves.
+Check has_derivatives(const ModelOptions& model) {
+  if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential) return {};
+  return Because("this method of reduction has no exact derivatives");
 }
 
 }  // namespace
@@ -255,7 +254,7 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
                                const StrokeRequest& request) {
   DifferentiablePath shared;
   const bool differentiable =
-      request.values == PathValues::differentiable && !no_derivatives(model);
+      request.values == PathValues::differentiable && has_derivatives(model);
   return evaluate(warmed(mechanism, request.loads), model, request,
                   differentiable ? &shared : nullptr);
 }
@@ -279,9 +278,9 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
   for (const MechanismDirection& d : directions)
     for (std::size_t k = 0; k < own.drives.size(); ++k)
       own.drives[k].axes_change |= !d.rate.drives[k].axes.isZero(0);
-  if (auto reason = no_derivatives(model)) {
+  if (Check has = has_derivatives(model); !has) {
     result.response = evaluate_stroke(own, model, request);
-    result.message = std::move(*reason);
+    result.message = std::move(has.error());
     return result;
   }
   DifferentiablePath shared;

@@ -199,7 +199,7 @@ TEST_CASE("loads act on any body at any place", "[optim][job]") {
   CHECK(loads[1].moment == Vector3d(0, 0, 3e-3));
   CHECK_FALSE(loads[2].body);
   CHECK_FALSE(loads[2].place);
-  CHECK_FALSE(broken_rule(job.request.loads, mechanism));
+  CHECK(check_rules(job.request.loads, mechanism));
   document = base_job("evaluate");
   document["loads"][0]["at"] = {0.1, "2 mm", 0};
   CHECK(parse_job(document).request.loads.constant[0].place == Vector3d(0.1, 2e-3, 0));
