@@ -314,8 +314,8 @@ std::vector<std::string> read_quantities(const json& read, const Job& job, Fault
                                        "/dynamics", "/fillet", "/fatigue", "/frequencies"},
                             [&](const char* section) { return faults.sound(section); });
     if (!sound) continue;  // what is missing may be what is wrong
-    if (const std::string missing = missing_for_comparison(name, job.request); !missing.empty())
-      faults.add(at, shown(read[i]), missing);
+    if (const Check has = check_comparison(name, job.request); !has)
+      faults.add(at, shown(read[i]), has.error());
   }
   return names;
 }

@@ -86,12 +86,12 @@ const Quantity& GoalContext::quantity(const std::string& name, const std::string
   if (found->row->needs.has(Output::load_capacity) && !is_answered(*found, request))
     throw refuse(fmt::format("it needs \"load_capacity\": {{\"directions\": [\"{}\"]}}",
                              found->row->components[static_cast<std::size_t>(found->component)]));
-  if (const char* missing = missing_for_stress(name, request);
-      *missing && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
-    throw refuse(missing);
-  if (const char* missing = missing_for_dynamics(name, request);
-      *missing && counts(load_case) && faults.sound("/design") && faults.sound("/dynamics"))
-    throw refuse(missing);
+  if (const Check has = check_stress(name, request);
+      !has && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
+    throw refuse(has.error());
+  if (const Check has = check_dynamics(name, request);
+      !has && counts(load_case) && faults.sound("/design") && faults.sound("/dynamics"))
+    throw refuse(has.error());
   return *found;
 }
 

@@ -150,9 +150,8 @@ ModelChoice read_model(const json& read, const JsonPointer& at, FaultList& fault
                                         "number, or \"method\": \"linear_craig_bampton\"",
                                         method));
   if (faults.sound(at.to_string()))
-    if (const std::string problem = find_atlas(model);
-        !problem.empty() && model.atlas_use == AtlasUse::required)
-      refuse("atlas", problem);
+    if (const Check found = find_atlas(model); !found && model.atlas_use == AtlasUse::required)
+      refuse("atlas", found.error());
   return choice;
 }
 

@@ -123,13 +123,11 @@ class LeafElement {
   /// Linearisation about the present state with all interior unknowns; after evaluate(). The leaf
   /// must outlive it and keep its state. None unless the model has such unknowns.
   virtual Answer<std::unique_ptr<LeafLinear>> linearise();
-  /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
-  /// empty where it has one.
-  virtual std::string interior_gap(InteriorUse use);
-  /// Why a reduced leaf is not to be believed beside the full one that it rebuilt at its present
-  /// state, for frequencies or stress, or that one is not; empty where both are, or none was
-  /// rebuilt.
-  virtual std::string rebuilt_gap() const { return {}; }
+  /// Whether linearise() has an answer for this use, with exact derivatives, at the present state.
+  virtual Check check_interior(InteriorUse use);
+  /// Whether a reduced leaf is to be believed beside the full one that it rebuilt at its present
+  /// state, for frequencies or stress, and that one is, if one was rebuilt.
+  virtual Check check_rebuilt() const { return {}; }
 
   /// Tells where the interior is and how it follows the edges; after evaluate(). It is empty for a
   /// leaf without unknowns of its own, and for one with a material point.

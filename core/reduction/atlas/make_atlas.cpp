@@ -293,7 +293,8 @@ AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
 
 }  // namespace
 
-MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options) {
+Answer<std::shared_ptr<const TubeAtlas>> make_atlas(const AtlasSettings& settings,
+                                                    const AtlasOptions& options) {
   const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size()),
             rays = static_cast<int>(settings.rays.size()), per_ray = ratios * shapes;
   const std::vector<double> width =
@@ -323,7 +324,6 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
   store->values.resize(TubeAtlas::stride(lower) * leaves);
   store->highest.resize(TubeAtlas::stride(highest) * leaves);
   store->units.resize(static_cast<std::size_t>(highest) * rays);
-  MadeAtlas made;
   const StressAtlasSettings of_stress = stress_settings(settings);
   std::optional<StressAtlasMaker> stress;
   if (settings.stress_patterns > 0) stress.emplace(of_stress);
@@ -345,14 +345,12 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
       one_more();
     });
     for (int i = 0; i < per_ray; ++i)
-      if (states[static_cast<std::size_t>(i)].nodes.size() < settings.sigmas.size()) {
-        made.problem = fmt::format(
+      if (states[static_cast<std::size_t>(i)].nodes.size() < settings.sigmas.size())
+        return Because(fmt::format(
             "a leaf with w/L = {:.4g}, t/L = 1/{:.4g} has only {} of {} bent states on the ray "
             "(1, {:.3g})",
             std::exp(log_shapes(i % shapes, 0)), std::exp(-log_shapes(i % shapes, 1)),
-            states[static_cast<std::size_t>(i)].nodes.size(), settings.sigmas.size(), rho);
-        return made;
-      }
+            states[static_cast<std::size_t>(i)].nodes.size(), settings.sigmas.size(), rho));
     fill_ray(settings, terms, ray, log_shapes, states, *store);
     if (settings.dynamics) compress_dynamics(settings, states, *store);
     if (stressed) stress->end_ray();
@@ -369,9 +367,7 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
   for (const CompressedNumbers& table : store->stations) numbers.stations.push_back(table.table());
   AtlasCheck check;
   if (checks > 0) check = checked(TubeAtlas(settings, numbers, {}, {}, tables), options, one_more);
-  made.atlas =
-      std::make_shared<TubeAtlas>(settings, numbers, std::move(check), std::string(), tables);
-  return made;
+  return std::make_shared<TubeAtlas>(settings, numbers, std::move(check), std::string(), tables);
 }
 
 }  // namespace flexopt

@@ -278,7 +278,7 @@ void TubeLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   state_number_ = 0;
   stress_.reset();
   internal_.reset();
-  rebuilt_gap_.clear();
+  rebuilt_believed_ = {};
 }
 
 EdgePoses TubeLeaf::chord_edges() const {
@@ -332,7 +332,7 @@ void TubeLeaf::restore(const LeafState& state) {
   state_number_ = 0;
   stress_.reset();
   internal_.reset();
-  rebuilt_gap_.clear();
+  rebuilt_believed_ = {};
 }
 
 PlateLeaf::State TubeLeaf::rebuilt() const {
@@ -395,11 +395,11 @@ PlateLeaf& TubeLeaf::condensed() {
   }
   // written so that what is no number is not believed either
   if (!(change <= good) || wrong_force())
-    rebuilt_gap_ =
+    rebuilt_believed_ = Because(
         fmt::format("its full state, rebuilt, moves by {:.1e} of its length, by {:.1e} at last",
-                    check_, change);
+                    check_, change));
   else if (is_assembled)
-    rebuilt_gap_ = gap_to_full(plate);
+    rebuilt_believed_ = check_beside_full(plate);
   full_state_ = plate.state();
   return plate;
 }

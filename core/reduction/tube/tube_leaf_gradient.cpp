@@ -113,13 +113,17 @@ TubeLeafLinear::TubeLeafLinear(const TubeLeaf& leaf, const TubeDynamics::Answer*
   assert(positive);
 }
 
-std::string TubeLeaf::interior_gap(InteriorUse use) {
-  if (!model_->differentiable()) return "its tube was built, not looked up";
-  if (use.places) return "places inside it are those of the full leaf";
-  if (use.stress && !model_->differentiable_stress()) return "it has no tables of its stress";
-  if (use.stress && !tabulated_strains()) return rebuilt_because_;
-  if (use.mass && !model_->differentiable_dynamics()) return "it has no tables of its dynamics";
-  if (use.mass && !tabulated()) return condensed_because_;
+Check TubeLeaf::check_interior(InteriorUse use) {
+  if (!model_->differentiable()) return Because("its tube was built, not looked up");
+  if (use.places) return Because("places inside it are those of the full leaf");
+  if (use.stress && !model_->differentiable_stress())
+    return Because("it has no tables of its stress");
+  if (use.stress && !tabulated_strains())
+    return rebuilt_because_.empty() ? Check() : Because(rebuilt_because_);
+  if (use.mass && !model_->differentiable_dynamics())
+    return Because("it has no tables of its dynamics");
+  if (use.mass && !tabulated())
+    return condensed_because_.empty() ? Check() : Because(condensed_because_);
   return {};
 }
 
@@ -269,7 +273,7 @@ class TubeFields final : public LeafFields {
   TubeFields(TubeModel& model, const TubeDynamics::Place& place, MatrixXd rates)
       : model_(&model), place_(place), rates_(std::move(rates)) {}
 
-  // interior_gap() says that there are none
+  // check_interior() says that there are none
   MatrixXd place_rates(double, double) const override {
     assert(false);
     return MatrixXd::Zero(3, rates_.cols());

@@ -87,7 +87,7 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
   // an atlas that ends within the margin will do: a tube grows where it has to
   if (const double last = model.atlas->settings().sigmas.back(); range.sigma_max <= margin * last)
     range.sigma_max = std::min(range.sigma_max, last);
-  if (!model.atlas->gap(shape, range).empty()) return nullptr;
+  if (!model.atlas->covers(shape, range)) return nullptr;
   if (nodes == 0) nodes = model.atlas->nodes_to(range.sigma_max);
   const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
   KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};

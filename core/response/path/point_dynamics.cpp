@@ -126,10 +126,10 @@ void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
   take(drawn->locked, point.modes_locked);
 }
 
-// Why modes of reduced leaves, which were found or not, are not believed; empty where they are.
+// Whether modes of reduced leaves, which were found or not, are believed.
 // Those up to the highest frequency are made of all modes of the leaves up to somewhat more.
-std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
-                                    bool found, const DynamicsMeasures& dynamics) const {
+Check PointOutputs::check_modes(const MechanismFactor& factor, const FullModeLists& lists,
+                                bool found, const DynamicsMeasures& dynamics) const {
   if (model_->leaf_modes == 0) return {};
   double highest = dynamics.transmissibility ? request_->dynamics->transmissibility->to : 0;
   for (const std::optional<DynamicsMeasure>& bandwidth : dynamics.bandwidths)
@@ -145,10 +145,10 @@ std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullMod
   for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
     const std::optional<double> top = factor.leaves()[i].linear->highest_mode();
     if (top && !all)
-      return fmt::format("leaf {}: its tables have fewer modes than are asked for", i);
+      return Because(fmt::format("leaf {}: its tables have fewer modes than are asked for", i));
     if (top && *top < cutoff)
-      return fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz", i,
-                         *top, cutoff);
+      return Because(fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz",
+                                 i, *top, cutoff));
   }
   return {};
 }
@@ -184,12 +184,11 @@ void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& po
 
 // What differentiable points have beside others; derivatives of everything, if asked for.
 // Frequencies by a constant mass have none.
-std::string PointOutputs::evaluate_differentiable(System& system, const Solids* solids,
-                                                  std::size_t index, PathPoint& point,
-                                                  PointGradients* gradients) {
+Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids, std::size_t index,
+                                            PathPoint& point, PointGradients* gradients) {
   const auto refused = [&](const std::string& reason) {
     refuse(point, reason);
-    return std::string();
+    return Check();
   };
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
   if (!linear) return refused(linear.error());
@@ -203,7 +202,7 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
   FullModeLists modes;
   if (model_->mass == LeafMass::consistent) {
     const bool found = add_full_frequencies(factor, index, modes, point);
-    if (std::string gap = modes_gap(factor, modes, found, dynamics); !gap.empty()) return gap;
+    if (Check believed = check_modes(factor, modes, found, dynamics); !believed) return believed;
     if (!found || !add_state_space(factor, modes.free, index, point)) return {};
     add_mode_shapes(system, point);
   }

@@ -138,14 +138,14 @@ StableBranch lead_to_stable_branch(System& system, const Push& push, const Model
   return found;
 }
 
-std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
-                         const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
-                         std::optional<Push>& push) {
+Check leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
+                   const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
+                   std::optional<Push>& push) {
   std::unique_ptr<System> whole;
   Equilibrium here = equilibrium;
   if (!system.all_full()) {
     whole = finish_on_full_leaves(system, model, request, point, {}, here);
-    if (!here.converged) return here.message;
+    if (!here.converged) return Because(here.message);
     // reduced leaves alone were unstable
     if (negative_pivots(*whole, request.loads.driven()) == 0) {
       away = std::move(whole);
@@ -154,7 +154,7 @@ std::string leave_branch(System& system, std::unique_ptr<System>& away, const Mo
     }
   }
   StableBranch found = find_stable_branch(whole ? *whole : system, model, request, point);
-  if (!found.system) return found.reason;
+  if (!found.system) return Because(found.reason);
   away = std::move(found.system);
   equilibrium = found.equilibrium;
   push = std::move(found.push);

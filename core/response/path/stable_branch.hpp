@@ -36,10 +36,9 @@ StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
 StableBranch lead_to_stable_branch(System& system, const Push& push, const ModelOptions& model,
                                    const StrokeRequest& request, std::size_t point);
 
-/// Onto the stable branch at a point that is unstable, of another system, `away`. Why not; empty
-/// where it is.
-std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
-                         const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
-                         std::optional<Push>& push);
+/// Onto the stable branch at a point that is unstable, of another system, `away`.
+Check leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
+                   const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
+                   std::optional<Push>& push);
 
 }  // namespace flexopt

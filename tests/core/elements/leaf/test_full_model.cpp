@@ -266,12 +266,12 @@ TEST_CASE("a leaf without a linearised interior says so by its model's name",
   const Answer<MechanismFactor> none = MechanismFactor::of(system);
   REQUIRE(!none);
   CHECK(none.error() == "leaf 0: the model \"bare\" has no linearised interior");
-  CHECK_FALSE(system.leaf(0).interior_gap({}).empty());
+  CHECK_FALSE(system.leaf(0).check_interior({}));
 
   System tube(m, make_reduced_leaves(m, {}, 0.01));
   tube.assemble();
   CHECK(MechanismFactor::of(tube).error() == "leaf 0: its tube was built, not looked up");
-  CHECK_FALSE(tube.leaf(0).interior_gap({}).empty());
+  CHECK_FALSE(tube.leaf(0).check_interior({}));
 }
 
 TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
@@ -284,7 +284,7 @@ TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
     system.assemble();
     const Answer<MechanismFactor> factor = MechanismFactor::of(system);
     REQUIRE(factor);
-    CHECK(system.leaf(0).interior_gap({}).empty());
+    CHECK(system.leaf(0).check_interior({}));
     const MechanismFactor::Leaf& leaf = factor->leaves()[0];
     CHECK(!leaf.full);
     LeafRates rates;
@@ -298,7 +298,7 @@ TEST_CASE("every linearised leaf has a gradient; only full ones have a series",
   system.assemble();
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);
   REQUIRE(factor);
-  CHECK(system.leaf(0).interior_gap({}).empty());
+  CHECK(system.leaf(0).check_interior({}));
   CHECK(factor->leaves()[0].full);
   CHECK(factor->leaves()[0].linear->series());
 }
