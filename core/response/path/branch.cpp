@@ -289,10 +289,10 @@ Equilibrium BranchWalk::reach(std::size_t k) {
   Equilibrium equilibrium = advance(k);
   if (!equilibrium.converged && !system().all_full()) equilibrium = go_again(k, no_equilibrium);
   if (!equilibrium.converged && other_branch_) {
-    StableBranch again = lead_to_stable_branch(system(), *other_branch_, model_, request_, k);
-    if (again.system) {
-      away_ = std::move(again.system);
-      equilibrium = again.equilibrium;
+    auto again = lead_to_stable_branch(system(), *other_branch_, model_, request_, k);
+    if (again) {
+      away_ = std::move(again->system);
+      equilibrium = again->equilibrium;
     }
   }
   if (request_.in_order) done_.push_back(k);

@@ -79,7 +79,7 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
   const auto start = std::chrono::steady_clock::now();
   std::optional<ExactDerivatives> exactly;
   if (differentiable) exactly = differentiable->exact_derivatives(model);
-  FrequencyDerivativesResult found =
+  Answer<FrequencyDerivativesResult> found =
       differentiable && differentiable->along_stroke
           ? std::move(*differentiable->along_stroke)
           : frequency_derivatives(mechanism, model, request.loads, request.newton,
@@ -91,18 +91,15 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
     response.seconds_derivatives += differentiable->seconds_along_stroke;
     response.seconds_path -= differentiable->seconds_along_stroke;
   }
-  if (!found.ok) {
-    miss_frequency_derivatives(found.message, response);
-    return;
-  }
-  if (!found.message.empty()) response.message = found.message;
-  response.frequency_derivatives = std::move(found.modes);
-  response.frequency_ways = std::move(found.ways);
+  if (!found) return miss_frequency_derivatives(found.error(), response);
+  if (!found->note.empty()) response.message = found->note;
+  response.frequency_derivatives = std::move(found->modes);
+  response.frequency_ways = std::move(found->ways);
   set_validity(response.frequency_derivatives, response.path);
   for (FrequencyWay& way : response.frequency_ways) set_validity(way, response.path);
   if (differentiable && !differentiable->directions.empty()) {
-    differentiable->gradients.frequency_derivatives = std::move(found.gradients);
-    differentiable->gradients.frequency_ways = std::move(found.way_gradients);
+    differentiable->gradients.frequency_derivatives = std::move(found->gradients);
+    differentiable->gradients.frequency_ways = std::move(found->way_gradients);
   }
   add_screening(request, differentiable, response);
 }

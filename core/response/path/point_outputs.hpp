@@ -24,7 +24,7 @@ struct DifferentiablePath {
   StrokeGradients gradients;
   LeafRates rates;
   /// Where the path has a point at rest: the modes along the stroke from it, and what they took.
-  std::optional<FrequencyDerivativesResult> along_stroke;
+  std::optional<Answer<FrequencyDerivativesResult>> along_stroke;
   double seconds_along_stroke = 0;
 
   ExactDerivatives exact_derivatives(const ModelOptions& model) {

@@ -15,7 +15,7 @@ bool unload_to_stable(LoadBranch& branch) {
   if (branch.negative_pivots() == 0) return true;
   double step = 0.25;
   while (branch.factor() > 0 && step > 1e-4) {
-    if (branch.advance_to(std::max(0.0, branch.factor() - step)).converged) {
+    if (branch.advance_to(std::max(0.0, branch.factor() - step))) {
       if (branch.negative_pivots() == 0) return true;
     } else {
       step /= 2;

@@ -40,16 +40,12 @@ class LoadBranch {
   /// Negative eigenvalues of the whole tangent, leaf interiors included.
   int negative_pivots() const;
 
-  struct Step {
-    bool converged = false;
-    std::string message;  ///< why not
-  };
   /// Goes on by `size` times the direction, then back onto the branch across the direction. Where
   /// that fails the state is the old one. Lengths in `along` count over the longest leaf, and all
   /// of its motions by `weight` beside the factor.
-  Step advance(const BranchDirection& along, double size, double weight);
+  Check advance(const BranchDirection& along, double size, double weight);
   /// To a factor, along which all else follows.
-  Step advance_to(double factor);
+  Check advance_to(double factor);
 
   using State = System::Snapshot;
   State save() const { return system_->save(); }
@@ -59,7 +55,7 @@ class LoadBranch {
   LoadBranch(System& system, LoadCase loads, double factor, DriveState drive,
              const NewtonOptions& options);
   void apply(double factor);
-  Step correct(const BranchDirection& across);
+  Check correct(const BranchDirection& across);
 
   std::unique_ptr<System> system_;
   DriveState drive_;
