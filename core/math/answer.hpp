@@ -6,14 +6,20 @@
 namespace flexopt {
 
 /// What was asked for, or the reason why there is none.
-template <class T>
-using Answer = tl::expected<T, std::string>;
+template <class T, class Reason = std::string>
+using Answer = tl::expected<T, Reason>;
 
 /// Nothing where all is well, or the rule that is broken.
 using Check = Answer<void>;
 
+/// A reason with the figures, and in a few words without them.
+struct Why {
+  std::string message, reason;
+};
+
 /// What a function returns that has no answer.
 using Because = tl::unexpected<std::string>;
+using BecauseOf = tl::unexpected<Why>;
 
 /// The reason; empty where there is an answer.
 template <class T>

@@ -1,7 +1,6 @@
 #pragma once
 // The numbers of a job beside its family's parameters: of the material and of the end-effector,
 // by the names that the directions of a mechanism have.
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>

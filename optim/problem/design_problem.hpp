@@ -154,14 +154,16 @@ class DesignProblem {
   GoalSlopes read_goals(const ParameterValues& parameters,
                         const std::vector<StrokeSensitivity>& found,
                         const std::vector<StrokeRequest>& requests,
-                        const WorstAssemblyGoals::Found* worst = nullptr) const;
+                        const Answer<WorstAssemblyGoals::Found, Why>* worst = nullptr) const;
   /// A goal that counts errors of assembly, without them: as many values as with them.
-  GoalReading read_assembled(std::size_t goal, const std::vector<StrokeSensitivity>& found,
-                             const std::vector<StrokeRequest>& requests) const;
+  Answer<GoalReading, Why> read_assembled(std::size_t goal,
+                                          const std::vector<StrokeSensitivity>& found,
+                                          const std::vector<StrokeRequest>& requests) const;
   /// Numbers of the job's goals that count assembly errors. `reduced`: whether some of their values
   /// come from reduced leaves, which are differentiated.
-  WorstAssemblyGoals::Found look_in_box(const ParameterValues& parameters, bool gradient,
-                                        const ModelOptions& model, bool& reduced) const;
+  Answer<WorstAssemblyGoals::Found, Why> look_in_box(const ParameterValues& parameters,
+                                                     bool gradient, const ModelOptions& model,
+                                                     bool& reduced) const;
   GoalSlopes look(const ParameterValues& parameters, bool gradient,
                   const ModelOptions& model) const;
   /// Derivatives with respect to the variables instead of the parameters.
