@@ -2,7 +2,6 @@
 // Drives: what a stroke measures and its derivatives. Rotations are varied as exp(hat δ) R, to
 // second order. Equations (Q4) and (Q5) of core/equilibrium/README.md.
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/mechanism/joint.hpp"

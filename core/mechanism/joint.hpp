@@ -2,7 +2,6 @@
 // Joints: the conditions Ψ = 0 between two bodies and their derivatives. Rotations are varied as
 // exp(hat δ) R, to second order.
 #include <array>
-#include <optional>
 #include <string>
 
 #include "core/math/jet.hpp"

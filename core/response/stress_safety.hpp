@@ -1,8 +1,6 @@
 #pragma once
 // Stress with the fillets at the clamps, and how far it is from yield and from fatigue: equations
 // (Y1) to (Y3) of README.md.
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "core/response/response.hpp"

@@ -1,7 +1,6 @@
 #pragma once
 // Making an atlas: every leaf of its grid is solved and expanded, in any order and on any threads.
 #include <functional>
-#include <string>
 
 #include "core/reduction/atlas/expanded_leaf.hpp"
 #include "core/reduction/atlas/tube_atlas.hpp"

@@ -3,7 +3,6 @@
 // the derivatives of all of them.
 #include <array>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/equilibrium/stroke_path.hpp"

@@ -2,7 +2,6 @@
 // Equilibria of a mechanism while one dead load grows or falls and all else is kept: the other
 // loads, and with the drives locked their strokes, with the drives free their loads.
 #include <memory>
-#include <string>
 
 #include "core/equilibrium/system.hpp"
 #include "core/mechanism/model_options.hpp"
