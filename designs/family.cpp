@@ -204,7 +204,8 @@ Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choic
   Mechanism mechanism = mechanism_of(flat, material, payload);
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
     check_thin(*this, values, flat.leaves[i], mechanism.leaves[i]);
-  if (const auto rule = broken_rule(mechanism)) throw broken(*this, values, flat, *rule);
+  if (const Check kept = check_rules(mechanism); !kept)
+    throw broken(*this, values, flat, kept.error());
   return mechanism;
 }
 

@@ -19,16 +19,16 @@ constexpr double as_good_as_none = 1e-12;
 // After a longer one [lengths / L] the tangent is assembled once more.
 constexpr double longest_last_step = 1e-5;
 
-// What is wrong where the joints' conditions, and the strokes' if they are held, depend on each
-// other at this state; empty if they do not.
-std::string dependence(const System& system, bool driven) {
+// Whether the joints' conditions, and the strokes' if they are held, do not depend on each other at
+// this state.
+Check check_conditions(const System& system, bool driven) {
   const int drives = static_cast<int>(system.drives().size());
   const int wanted = static_cast<int>(system.size() - system.held().size()) -
                      system.constraints().joints() - (driven ? drives : 0);
   const int free = FreeMotions(system, driven).count();
   if (free == wanted) return {};
-  return fmt::format("{} of the conditions of joints{} repeat others here (a dead point)",
-                     free - wanted, driven ? " and stroke" : "");
+  return Because(fmt::format("{} of the conditions of joints{} repeat others here (a dead point)",
+                             free - wanted, driven ? " and stroke" : ""));
 }
 
 // What tells early that Newton's method will not end at a state within reach. Strains of flexures
@@ -113,7 +113,7 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
   NewtonEquations equations(system, strokes.has_value());
   system.assemble();
   if (equations.conditions() > 0) {
-    result.message = dependence(system, strokes.has_value());
+    result.message = why_not(check_conditions(system, strokes.has_value()));
     if (!result.message.empty()) return result;
   }
   const auto advance = [&](const VectorXd& x) {

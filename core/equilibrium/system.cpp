@@ -79,7 +79,7 @@ void System::set_factors(LoadFactors factors) {
     if (share != 1 && leaf.tip != free_edge)
       fits_[i][1].move = (1 - share) * (leaf.growth - 1) * leaf.span();
     for (int e = 0; e < 2; ++e) fits_[i][e].move += share * growth_move(*mechanism_, i, e);
-    if (acts_inside(leaf, loads_)) leaves_[i]->act({share, share * loads_.gravity});
+    if (!is_reducible(leaf, loads_)) leaves_[i]->act({share, share * loads_.gravity});
   }
   for (const AssemblyError& error : loads_.assembly) {
     EdgeFit& fit = fits_[error.leaf][error.end];

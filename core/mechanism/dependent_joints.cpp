@@ -82,40 +82,41 @@ class FixedMotions {
 
 }  // namespace
 
-std::optional<std::string> dependent_joints(const Mechanism& mechanism) {
+Check check_joints(const Mechanism& mechanism) {
   const std::vector<Drive>& drives = mechanism.drives;
   const bool simple = drives.empty() || (drives.size() == 1 && coordinate_of(drives[0]));
-  if (mechanism.joints.empty() && simple) return std::nullopt;
+  if (mechanism.joints.empty() && simple) return {};
   const double length = longest_leaf(mechanism);
   if (6 * static_cast<int>(mechanism.bodies.size()) >= sparse_from &&
       independent(mechanism, length))
-    return std::nullopt;
+    return {};
   FixedMotions fixed(mechanism, length);
   for (const Joint& joint : mechanism.joints) {
     const JointConditions c = undeflected_conditions(mechanism, joint);
     int repeated = 0;
     for (int k = 0; k < c.value.size(); ++k) repeated += !fixed.add(condition_of(joint, c, k));
     if (repeated > 0 && is_held(joint.type))
-      return fmt::format(
+      return Because(fmt::format(
           "{}: joints and other held directions already hold its {} {}",
           mechanism.bodies[joint.body].name,
           joint.type == JointType::held_rotation ? "rotation about" : "displacement along",
-          described(joint.axis));
+          described(joint.axis)));
     if (repeated > 0)
-      return fmt::format(
+      return Because(fmt::format(
           "{}: {} of its {} conditions are already fixed by the joints before it; a joint that "
           "leaves more freedom will do",
-          joint.name, repeated, c.value.size());
+          joint.name, repeated, c.value.size()));
   }
   for (std::size_t k = 0; k < drives.size(); ++k) {
     const Drive& drive = drives[k];
     if (fixed.add(condition_of(mechanism, drive))) continue;
     if (k == 0 && drive.body == mechanism.end_effector && drive.other == ground)
-      return "the joints hold the end-effector in the direction of the drive";
+      return Because("the joints hold the end-effector in the direction of the drive");
     const std::string who = drive.name.empty() ? "the drive" : "drive " + drive.name;
-    return who + (k == 0 ? ": the joints hold it" : ": joints and other drives already hold it");
+    return Because(who +
+                   (k == 0 ? ": the joints hold it" : ": joints and other drives already hold it"));
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace flexopt

@@ -217,29 +217,30 @@ template DriveStroke<double> drive_stroke_rate(const StrokeState<double>&,
                                                const StrokeState<double>&);
 template DriveStroke<Jet> drive_stroke_rate(const StrokeState<Jet>&, const StrokeState<Jet>&);
 
-std::optional<std::string> broken_drive_rule(const Mechanism& mechanism) {
+Check check_drives(const Mechanism& mechanism) {
   const int bodies = static_cast<int>(mechanism.bodies.size());
-  if (mechanism.drives.size() > 6) return "there are more than six drives";
+  if (mechanism.drives.size() > 6) return Because("there are more than six drives");
   for (std::size_t k = 0; k < mechanism.drives.size(); ++k) {
     const Drive& drive = mechanism.drives[k];
     const std::string who = drive.name.empty() ? "the drive" : "drive " + drive.name;
     const auto known = [&](int body) { return body >= 0 && body < bodies; };
-    if (!known(drive.body)) return fmt::format("{}: there is no body {}", who, drive.body);
+    if (!known(drive.body)) return Because(fmt::format("{}: there is no body {}", who, drive.body));
     if (drive.other != ground && !known(drive.other))
-      return fmt::format("{}: there is no body {}", who, drive.other);
-    if (drive.body == drive.other) return who + ": it drives a body against itself";
+      return Because(fmt::format("{}: there is no body {}", who, drive.other));
+    if (drive.body == drive.other) return Because(who + ": it drives a body against itself");
     if (!((drive.axes.transpose() * drive.axes - Matrix3d::Identity()).norm() < 1e-9) ||
         drive.axes.determinant() < 0)
-      return who + ": its axes must be orthonormal and right-handed";
+      return Because(who + ": its axes must be orthonormal and right-handed");
     for (std::size_t j = 0; j < k; ++j)
       if (mechanism.drives.size() > 1 && mechanism.drives[j].name == drive.name)
-        return fmt::format("two drives have the name {}", drive.name);
+        return Because(fmt::format("two drives have the name {}", drive.name));
     if (is_along_coordinate(drive) && mechanism.bodies[drive.body].held[index(drive.direction)])
-      return drive.body == mechanism.end_effector
-                 ? "the end-effector cannot move in the direction of the drive"
-                 : mechanism.bodies[drive.body].name + " cannot move in the direction of the drive";
+      return Because(drive.body == mechanism.end_effector
+                         ? "the end-effector cannot move in the direction of the drive"
+                         : mechanism.bodies[drive.body].name +
+                               " cannot move in the direction of the drive");
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace flexopt

@@ -2,7 +2,6 @@
 // Drives: what a stroke measures and its derivatives. Rotations are varied as exp(hat δ) R, to
 // second order. Equations (Q4) and (Q5) of core/equilibrium/README.md.
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/mechanism/joint.hpp"
@@ -64,7 +63,7 @@ extern template DriveStroke<double> drive_stroke_rate(const StrokeState<double>&
 extern template DriveStroke<Jet> drive_stroke_rate(const StrokeState<Jet>&,
                                                    const StrokeState<Jet>&);
 
-/// The first broken rule of the drives by themselves: indices, names, axes, held directions.
-std::optional<std::string> broken_drive_rule(const Mechanism& mechanism);
+/// Rules of the drives by themselves: indices, names, axes, held directions.
+Check check_drives(const Mechanism& mechanism);
 
 }  // namespace flexopt

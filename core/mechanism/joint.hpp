@@ -2,7 +2,6 @@
 // Joints: the conditions Ψ = 0 between two bodies and their derivatives. Rotations are varied as
 // exp(hat δ) R, to second order.
 #include <array>
-#include <optional>
 #include <string>
 
 #include "core/math/jet.hpp"
@@ -78,9 +77,9 @@ extern template JointRates<Jet> joint_rates(const JointState<Jet>&, const JointS
 /// "x", or "(0.707, 0.707, 0)" where it is no global axis.
 std::string described(const Vector3d& axis);
 
-/// Why the undeflected joints and drives do not fit together: conditions that others already fix,
-/// or strokes that joints and the drives before them hold.
-std::optional<std::string> dependent_joints(const Mechanism& mechanism);
+/// Whether the undeflected joints and drives fit together: no conditions that others already fix,
+/// no strokes that joints and the drives before them hold.
+Check check_joints(const Mechanism& mechanism);
 
 /// For every body, the body that represents all bodies which rigid joints tie to it: the ground,
 /// the end-effector, or the first of them.

@@ -11,64 +11,66 @@
 namespace flexopt {
 namespace {
 
-std::optional<std::string> broken_load_rule(const LoadCase& loads, const Mechanism& mechanism) {
+Check check_loads(const LoadCase& loads, const Mechanism& mechanism) {
   const int bodies = static_cast<int>(mechanism.bodies.size());
   for (const std::vector<DeadLoad>* list : {&loads.constant, &loads.growing})
     for (const DeadLoad& load : *list) {
       const int body = load.body.value_or(mechanism.end_effector);
       if (body < 0 || body >= bodies)
-        return fmt::format("a load acts on body {}, but there are {} bodies", body, bodies);
+        return Because(
+            fmt::format("a load acts on body {}, but there are {} bodies", body, bodies));
       if (!load.force.allFinite() || !load.moment.allFinite() || !load.arm.allFinite() ||
           !load.place.value_or(load.arm).allFinite())
-        return fmt::format("a load on body {} is not finite", body);
+        return Because(fmt::format("a load on body {} is not finite", body));
     }
-  if (!loads.gravity.allFinite()) return "gravity is not finite";
-  return std::nullopt;
+  if (!loads.gravity.allFinite()) return Because("gravity is not finite");
+  return {};
 }
 
-std::optional<std::string> broken_assembly_rule(const LoadCase& loads, const Mechanism& mechanism) {
+Check check_assembly(const LoadCase& loads, const Mechanism& mechanism) {
   const int leaves = static_cast<int>(mechanism.leaves.size());
   std::set<std::pair<int, int>> edges;
   for (const AssemblyError& error : loads.assembly) {
     if (error.leaf < 0 || error.leaf >= leaves)
-      return fmt::format("an assembly error is of leaf {}, but there are {} leaves", error.leaf,
-                         leaves);
+      return Because(fmt::format("an assembly error is of leaf {}, but there are {} leaves",
+                                 error.leaf, leaves));
     const LeafSpring& leaf = mechanism.leaves[error.leaf];
     if (error.end < 0 || error.end > 1 || (error.end == 1 && leaf.tip == free_edge))
-      return fmt::format("an assembly error of leaf {} is not of a clamped edge", error.leaf);
+      return Because(
+          fmt::format("an assembly error of leaf {} is not of a clamped edge", error.leaf));
     if (!error.move.allFinite() || !error.turn.allFinite())
-      return fmt::format("an assembly error of leaf {} is not finite", error.leaf);
+      return Because(fmt::format("an assembly error of leaf {} is not finite", error.leaf));
     if (!edges.insert({error.leaf, error.end}).second)
-      return fmt::format("two assembly errors are of one edge of leaf {}", error.leaf);
+      return Because(fmt::format("two assembly errors are of one edge of leaf {}", error.leaf));
   }
-  return std::nullopt;
+  return {};
 }
 
-std::optional<std::string> broken_temperature_rule(const LoadCase& loads,
-                                                   const Mechanism& mechanism) {
-  if (loads.temperature.empty()) return std::nullopt;
+Check check_temperatures(const LoadCase& loads, const Mechanism& mechanism) {
+  if (loads.temperature.empty()) return {};
   if (loads.temperature.size() != mechanism.leaves.size())
-    return fmt::format("there are {} temperatures, but {} leaves", loads.temperature.size(),
-                       mechanism.leaves.size());
+    return Because(fmt::format("there are {} temperatures, but {} leaves", loads.temperature.size(),
+                               mechanism.leaves.size()));
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const double change = loads.temperature[i];
     const Material& material = mechanism.leaves[i].material;
     if (change != 0 && !material.thermal_expansion)
-      return fmt::format("leaf {} is warmed, but its material has no thermal expansion", i);
+      return Because(
+          fmt::format("leaf {} is warmed, but its material has no thermal expansion", i));
     const double strain = material.thermal_expansion.value_or(0) * change;
     if (!(strain > -largest_expansion && strain < largest_expansion))
-      return fmt::format("leaf {} expands by {:.3g}; expected at most {:g}", i, strain,
-                         largest_expansion);
+      return Because(fmt::format("leaf {} expands by {:.3g}; expected at most {:g}", i, strain,
+                                 largest_expansion));
   }
-  return std::nullopt;
+  return {};
 }
 
 // A displacement that the ground holds away from the origin, along which it grows.
-std::optional<std::string> held_by_the_ground(const Mechanism& mechanism) {
+Check check_ground(const Mechanism& mechanism) {
   const auto apart = [](const std::string& body, std::string_view direction, double place) {
-    return fmt::format(
+    return Because(fmt::format(
         "the ground holds {} of {} at {:.4g} m from the origin: such a ground does not expand",
-        direction, body, place);
+        direction, body, place));
   };
   const double length = longest_leaf(mechanism);
   for (const RigidBody& body : mechanism.bodies)
@@ -81,38 +83,37 @@ std::optional<std::string> held_by_the_ground(const Mechanism& mechanism) {
     if (const double place = joint.axis.dot(body.reference); std::abs(place) > 1e-9 * length)
       return apart(body.name, "a displacement", place);
   }
-  return std::nullopt;
+  return {};
 }
 
 // Joints and springs that a body holds would have to grow with it.
-std::optional<std::string> broken_expansion_rule(const LoadCase& loads,
-                                                 const Mechanism& mechanism) {
-  if (loads.body_expansion.empty()) return std::nullopt;
+Check check_expansions(const LoadCase& loads, const Mechanism& mechanism) {
+  if (loads.body_expansion.empty()) return {};
   if (loads.body_expansion.size() != mechanism.bodies.size() + 1)
-    return fmt::format("there are {} expansions, but {} bodies and the ground",
-                       loads.body_expansion.size(), mechanism.bodies.size());
+    return Because(fmt::format("there are {} expansions, but {} bodies and the ground",
+                               loads.body_expansion.size(), mechanism.bodies.size()));
   for (std::size_t k = 0; k < loads.body_expansion.size(); ++k) {
     const double strain = loads.body_expansion[k];
     const bool is_ground = k == mechanism.bodies.size();
     const std::string name = is_ground ? "the ground" : mechanism.bodies[k].name;
     if (!(strain > -largest_expansion && strain < largest_expansion))
-      return fmt::format("{} expands by {:.3g}; expected at most {:g}", name, strain,
-                         largest_expansion);
+      return Because(fmt::format("{} expands by {:.3g}; expected at most {:g}", name, strain,
+                                 largest_expansion));
     if (strain == 0) continue;
     const int b = is_ground ? ground : static_cast<int>(k);
     const auto holds = [b](const auto& part) { return part.body == b || part.other == b; };
     if (std::ranges::any_of(mechanism.joints,
                             [&](const Joint& j) { return !is_held(j.type) && holds(j); }))
-      return name + " has a joint: such a body does not expand";
+      return Because(name + " has a joint: such a body does not expand");
     if (std::ranges::any_of(mechanism.springs, holds))
-      return name + " has a spring: such a body does not expand";
+      return Because(name + " has a spring: such a body does not expand");
     if (is_ground)
-      if (auto rule = held_by_the_ground(mechanism)) return rule;
+      if (Check kept = check_ground(mechanism); !kept) return kept;
     if (std::ranges::any_of(mechanism.leaves,
                             [b](const LeafSpring& l) { return l.point && l.point->body == b; }))
-      return name + " is a point of a leaf: it does not expand";
+      return Because(name + " is a point of a leaf: it does not expand");
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
@@ -141,18 +142,19 @@ Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads) {
   return warm;
 }
 
-std::optional<std::string> acts_inside(const LeafSpring& leaf, const LoadCase& loads) {
-  if (leaf.growth != 1) return "it is warmer than its clamps";
-  if (leaf.clamp_growth != std::array<double, 2>{1, 1}) return "its clamps are warm";
-  if (!loads.gravity.isZero(0) && leaf.material.density > 0) return "its weight acts on it";
-  return std::nullopt;
+Check is_reducible(const LeafSpring& leaf, const LoadCase& loads) {
+  if (leaf.growth != 1) return Because("it is warmer than its clamps");
+  if (leaf.clamp_growth != std::array<double, 2>{1, 1}) return Because("its clamps are warm");
+  if (!loads.gravity.isZero(0) && leaf.material.density > 0)
+    return Because("its weight acts on it");
+  return {};
 }
 
-std::optional<std::string> broken_rule(const LoadCase& loads, const Mechanism& mechanism) {
-  if (auto rule = broken_load_rule(loads, mechanism)) return rule;
-  if (auto rule = broken_assembly_rule(loads, mechanism)) return rule;
-  if (auto rule = broken_temperature_rule(loads, mechanism)) return rule;
-  return broken_expansion_rule(loads, mechanism);
+Check check_rules(const LoadCase& loads, const Mechanism& mechanism) {
+  if (Check kept = check_loads(loads, mechanism); !kept) return kept;
+  if (Check kept = check_assembly(loads, mechanism); !kept) return kept;
+  if (Check kept = check_temperatures(loads, mechanism); !kept) return kept;
+  return check_expansions(loads, mechanism);
 }
 
 }  // namespace flexopt

@@ -76,12 +76,12 @@ Vector3d growth_move(const Mechanism& warm, int leaf, int end);
 /// works on.
 Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads);
 
-/// Why this leaf of a warmed mechanism is not reduced under these loads, or nothing: what acts
-/// inside a leaf is known to the full one alone.
-std::optional<std::string> acts_inside(const LeafSpring& leaf, const LoadCase& loads);
+/// Whether this leaf of a warmed mechanism may be reduced under these loads: what acts inside a
+/// leaf is known to the full one alone.
+Check is_reducible(const LeafSpring& leaf, const LoadCase& loads);
 
-/// The first broken rule of the loads of a mechanism (bodies, leaves and edges that exist, finite
-/// numbers, expansions that are known), or nothing.
-std::optional<std::string> broken_rule(const LoadCase& loads, const Mechanism& mechanism);
+/// Rules of the loads of a mechanism: bodies, leaves and edges that exist, finite numbers,
+/// expansions that are known.
+Check check_rules(const LoadCase& loads, const Mechanism& mechanism);
 
 }  // namespace flexopt

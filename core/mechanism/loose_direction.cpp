@@ -147,15 +147,15 @@ std::optional<int> loosest(const BlockMatrix& sum, double least) {
 
 }  // namespace
 
-std::optional<std::string> loose_direction(const Mechanism& mechanism) {
+Check check_directions(const Mechanism& mechanism) {
   const Resistance resistance(mechanism);
   const double least = nothing * resistance.sum().diagonal().maxCoeff();
   const std::optional<int> most = resistance.sum().size() < sparse_from
                                       ? loosest(resistance.sum().dense(), least)
                                       : loosest(resistance.sum(), least);
-  if (!most) return std::nullopt;
-  return fmt::format("{}: nothing gives it stiffness in {}", mechanism.bodies[*most / 6].name,
-                     direction_names[*most % 6]);
+  if (!most) return {};
+  return Because(fmt::format("{}: nothing gives it stiffness in {}",
+                             mechanism.bodies[*most / 6].name, direction_names[*most % 6]));
 }
 
 }  // namespace flexopt

@@ -120,118 +120,121 @@ bool intersect(const LeafSpring& a, const LeafSpring& b) {
   return false;
 }
 
-std::optional<std::string> broken_rule(const Material& m, const std::string& where) {
+Check check_rules(const Material& m, const std::string& where) {
   const bool stiff = std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0;
-  if (!stiff) return where + ": Young's modulus must be positive";
+  if (!stiff) return Because(where + ": Young's modulus must be positive");
   if (!(std::isfinite(m.poissons_ratio) && m.poissons_ratio > -1))
-    return where + ": Poisson's ratio must satisfy -1 < nu (<= 0.5 for plates)";
-  if (!(std::isfinite(m.density) && m.density > 0)) return where + ": density must be positive";
-  return std::nullopt;
+    return Because(where + ": Poisson's ratio must satisfy -1 < nu (<= 0.5 for plates)");
+  if (!(std::isfinite(m.density) && m.density > 0))
+    return Because(where + ": density must be positive");
+  return {};
 }
 
-std::optional<std::string> broken_profile(const LeafSpring& leaf) {
+Check check_profile(const LeafSpring& leaf) {
   for (const auto& [profile, of] :
        {std::pair{&leaf.width_profile, "width"}, std::pair{&leaf.thickness_profile, "thickness"}}) {
     if (!is_profile_size(profile->size()))
-      return fmt::format("{}: the profile of its {} has {} numbers; it takes none, 2 or {}",
-                         leaf.name, of, profile->size(), profile_stations().size());
+      return Because(fmt::format("{}: the profile of its {} has {} numbers; it takes none, 2 or {}",
+                                 leaf.name, of, profile->size(), profile_stations().size()));
     const ProfileRange range = profile_range(*profile);
     // an end at zero is a rounding above it
     if (!(range.smallest > 1e-6 * range.largest) || !std::isfinite(range.largest))
-      return fmt::format("{}: its {} must be positive all along", leaf.name, of);
+      return Because(fmt::format("{}: its {} must be positive all along", leaf.name, of));
   }
   const double thinnest = leaf.thickness * profile_range(leaf.thickness_profile).smallest,
                widest = leaf.width * profile_range(leaf.width_profile).largest;
-  if (!(thinnest < leaf.length)) return leaf.name + ": it must be thinner than long";
+  if (!(thinnest < leaf.length)) return Because(leaf.name + ": it must be thinner than long");
   if (leaf.section == Section::rectangular && !(thinnest <= widest))
-    return leaf.name + ": it must not be thicker than wide";
-  return std::nullopt;
+    return Because(leaf.name + ": it must not be thicker than wide");
+  return {};
 }
 
-std::optional<std::string> broken_rule(const LeafSpring& leaf, int bodies) {
+Check check_rules(const LeafSpring& leaf, int bodies) {
   const std::string& name = leaf.name;
   const auto known = [&](int body) { return body >= 0 && body < bodies; };
   if (leaf.base != ground && !known(leaf.base))
-    return fmt::format("{}: there is no body {}", name, leaf.base);
+    return Because(fmt::format("{}: there is no body {}", name, leaf.base));
   if (leaf.tip != ground && leaf.tip != free_edge && !known(leaf.tip))
-    return fmt::format("{}: there is no body {}", name, leaf.tip);
+    return Because(fmt::format("{}: there is no body {}", name, leaf.tip));
   if (leaf.point) {
     if (!known(leaf.point->body))
-      return fmt::format("{}: there is no body {}", name, leaf.point->body);
+      return Because(fmt::format("{}: there is no body {}", name, leaf.point->body));
     for (const double place : {leaf.point->along, leaf.point->across})
-      if (!(place >= 0 && place <= 1)) return name + ": its material point lies outside";
+      if (!(place >= 0 && place <= 1)) return Because(name + ": its material point lies outside");
     if (leaf.point->spread_over_tip
             ? leaf.tip != free_edge
             : leaf.point->along <= 0 || (leaf.tip != free_edge && leaf.point->along >= 1))
-      return name + ": its material point lies on a held edge";
+      return Because(name + ": its material point lies on a held edge");
   } else {
-    if (leaf.base == leaf.tip) return name + ": both edges are held by the same body";
-    if (leaf.tip == free_edge) return name + ": its tip is free, yet nothing follows it";
+    if (leaf.base == leaf.tip) return Because(name + ": both edges are held by the same body");
+    if (leaf.tip == free_edge) return Because(name + ": its tip is free, yet nothing follows it");
   }
-  if (!leaf.origin.allFinite() || !leaf.axes.allFinite()) return name + ": its place is not finite";
+  if (!leaf.origin.allFinite() || !leaf.axes.allFinite())
+    return Because(name + ": its place is not finite");
   for (const double size : {leaf.length, leaf.width, leaf.thickness})
     if (!(std::isfinite(size) && size > 0))
-      return name + ": length, width and thickness must be positive";
+      return Because(name + ": length, width and thickness must be positive");
   if (leaf.section == Section::circular &&
       (std::abs(leaf.width - leaf.thickness) > 1e-9 * leaf.thickness ||
        leaf.width_profile != leaf.thickness_profile))
-    return name + ": the width of a circular section must be its thickness, the diameter";
+    return Because(name + ": the width of a circular section must be its thickness, the diameter");
   if (leaf.curve && !(std::abs(*leaf.curve) <= std::numbers::pi))
-    return name + ": its arc must not subtend more than half a turn";
+    return Because(name + ": its arc must not subtend more than half a turn");
   if (leaf.fold) {
     const LeafFold& fold = *leaf.fold;
-    if (!(fold.place > 0 && fold.place < 1)) return name + ": its fold line lies outside";
+    if (!(fold.place > 0 && fold.place < 1)) return Because(name + ": its fold line lies outside");
     if (!(std::abs(fold.angle) <= largest_fold))
-      return name + ": its legs must not lie on each other";
+      return Because(name + ": its legs must not lie on each other");
     if (leaf.curve || leaf.has_profile() || leaf.point || leaf.section == Section::circular ||
         leaf.tip == free_edge)
-      return name + ": a folded leaf is a flat one of one width and thickness, held at both edges";
+      return Because(
+          name + ": a folded leaf is a flat one of one width and thickness, held at both edges");
     if (!(leaf.thickness < leaf.length * std::min(fold.place, 1 - fold.place)))
-      return name + ": each of its legs must be thinner than long";
+      return Because(name + ": each of its legs must be thinner than long");
     if (!(std::isfinite(fold.radius) && fold.radius >= 0))
-      return name + ": the radius of its fold must not be negative";
+      return Because(name + ": the radius of its fold must not be negative");
     if (!(2 * leaf.length * corner_reach(fold.angle, fold.radius, leaf.thickness / leaf.length) <
           leaf.length * std::min(fold.place, 1 - fold.place)))
-      return name + ": the corner of its fold must take less than half of each leg";
+      return Because(name + ": the corner of its fold must take less than half of each leg");
   }
-  if (auto rule = broken_profile(leaf)) return rule;
+  if (Check kept = check_profile(leaf); !kept) return kept;
   if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||
       leaf.axes.determinant() < 0)
-    return name + ": its axes must be orthonormal and right-handed";
-  return broken_rule(leaf.material, name);
+    return Because(name + ": its axes must be orthonormal and right-handed");
+  return check_rules(leaf.material, name);
 }
 
-std::optional<std::string> broken_rule(const RigidBody& body) {
+Check check_rules(const RigidBody& body) {
   if (!body.reference.allFinite() || !body.center_of_mass.allFinite())
-    return body.name + ": its place is not finite";
+    return Because(body.name + ": its place is not finite");
   if (!(std::isfinite(body.mass) && body.mass >= 0))
-    return body.name + ": mass must not be negative";
+    return Because(body.name + ": mass must not be negative");
   if (!body.inertia.allFinite() ||
       (body.inertia - body.inertia.transpose()).norm() > 1e-9 * body.inertia.norm())
-    return body.name + ": inertia must be finite and symmetric";
-  return std::nullopt;
+    return Because(body.name + ": inertia must be finite and symmetric");
+  return {};
 }
 
 /// What joints and springs have in common: two bodies and a place.
 template <class Tie>
-std::optional<std::string> broken_tie(const Tie& tie, int bodies) {
+Check check_tie(const Tie& tie, int bodies) {
   const auto known = [&](int body) { return body == ground || (body >= 0 && body < bodies); };
   for (const int body : {tie.body, tie.other})
-    if (!known(body)) return fmt::format("{}: there is no body {}", tie.name, body);
-  if (tie.body == tie.other) return tie.name + ": it ties a body to itself";
-  if (!tie.place.allFinite()) return tie.name + ": its place is not finite";
-  return std::nullopt;
+    if (!known(body)) return Because(fmt::format("{}: there is no body {}", tie.name, body));
+  if (tie.body == tie.other) return Because(tie.name + ": it ties a body to itself");
+  if (!tie.place.allFinite()) return Because(tie.name + ": its place is not finite");
+  return {};
 }
 
-std::optional<std::string> broken_rule(const Joint& joint, int bodies) {
-  if (auto rule = broken_tie(joint, bodies)) return rule;
+Check check_rules(const Joint& joint, int bodies) {
+  if (Check kept = check_tie(joint, bodies); !kept) return kept;
   const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic ||
                         is_held(joint.type);
   if (is_held(joint.type) && (joint.body < 0 || joint.other != ground))
-    return joint.name + ": a body is held against the ground";
+    return Because(joint.name + ": a body is held against the ground");
   if (has_axis && !(std::abs(joint.axis.norm() - 1) < 1e-9))
-    return joint.name + ": its axis must have the length one";
-  return std::nullopt;
+    return Because(joint.name + ": its axis must have the length one");
+  return {};
 }
 
 /// The first two leaves that intersect: those before it are tried against each leaf in turn. Only
@@ -271,7 +274,7 @@ std::optional<std::pair<std::size_t, std::size_t>> intersecting(
 }
 
 /// Bodies that no chain of leaves, joints and springs ties to the ground.
-std::optional<std::string> loose_body(const Mechanism& mechanism) {
+Check check_bodies(const Mechanism& mechanism) {
   const std::size_t bodies = mechanism.bodies.size();
   // what a body that is held holds; the ground is the last of the lists
   std::vector<std::vector<int>> holds(bodies + 1);
@@ -307,10 +310,10 @@ std::optional<std::string> loose_body(const Mechanism& mechanism) {
   }
   for (std::size_t i = 0; i < held.size(); ++i)
     if (!held[i])
-      return fmt::format("{}: no leaf{}{} ties it to the ground", mechanism.bodies[i].name,
-                         mechanism.joints.empty() ? "" : " and no joint",
-                         mechanism.springs.empty() ? "" : " and no spring");
-  return std::nullopt;
+      return Because(fmt::format("{}: no leaf{}{} ties it to the ground", mechanism.bodies[i].name,
+                                 mechanism.joints.empty() ? "" : " and no joint",
+                                 mechanism.springs.empty() ? "" : " and no spring"));
+  return {};
 }
 
 }  // namespace
@@ -321,56 +324,59 @@ double longest_leaf(const Mechanism& mechanism) {
   return length;
 }
 
-std::optional<std::string> broken_rule(const Spring& spring, int bodies) {
+Check check_rules(const Spring& spring, int bodies) {
   const std::string& name = spring.name;
-  if (auto rule = broken_tie(spring, bodies)) return rule;
+  if (Check kept = check_tie(spring, bodies); !kept) return kept;
   if (spring.matrix) {
     const Matrix6d& K = *spring.matrix;
     if (!K.allFinite() || (K - K.transpose()).norm() > 1e-9 * K.norm())
-      return name + ": its matrix must be finite and symmetric";
+      return Because(name + ": its matrix must be finite and symmetric");
     // unit diagonal: translations and rotations differ by many orders of magnitude
-    if ((K.diagonal().array() < 0).any()) return name + ": its matrix must not be negative";
+    if ((K.diagonal().array() < 0).any())
+      return Because(name + ": its matrix must not be negative");
     const double none = 1e-12 * K.diagonal().maxCoeff();
     VectorXd s(6);
     for (int i = 0; i < 6; ++i) {
       s[i] = K(i, i) > 0 ? 1 / std::sqrt(K(i, i)) : 0;
       if (K(i, i) == 0 && K.row(i).cwiseAbs().maxCoeff() > none)
-        return name + ": its matrix must be positive semidefinite";
+        return Because(name + ": its matrix must be positive semidefinite");
     }
     if (symmetric_eigenvalues(s.asDiagonal() * K * s.asDiagonal()).minCoeff() < -1e-9)
-      return name + ": its matrix must be positive semidefinite";
-    return std::nullopt;
+      return Because(name + ": its matrix must be positive semidefinite");
+    return {};
   }
-  if (!spring.other_place.allFinite()) return name + ": its place is not finite";
+  if (!spring.other_place.allFinite()) return Because(name + ": its place is not finite");
   if (!(built_length(spring) > 1e-9 * (spring.place.norm() + spring.other_place.norm())))
-    return name + ": its two ends coincide";
+    return Because(name + ": its two ends coincide");
   if (!(std::isfinite(spring.stiffness) && spring.stiffness >= 0))
-    return name + ": its stiffness must not be negative";
+    return Because(name + ": its stiffness must not be negative");
   if (!(std::isfinite(spring.free_length) && spring.free_length >= 0))
-    return name + ": its free length must not be negative";
-  return std::nullopt;
+    return Because(name + ": its free length must not be negative");
+  return {};
 }
 
-std::optional<std::string> broken_rule(const Mechanism& mechanism) {
+Check check_rules(const Mechanism& mechanism) {
   const int bodies = static_cast<int>(mechanism.bodies.size());
   if (mechanism.end_effector < 0 || mechanism.end_effector >= bodies)
-    return fmt::format("there is no body {} to be the end-effector", mechanism.end_effector);
-  if (auto rule = broken_drive_rule(mechanism)) return rule;
-  if (mechanism.leaves.empty()) return "there are no leaves";
+    return Because(
+        fmt::format("there is no body {} to be the end-effector", mechanism.end_effector));
+  if (Check kept = check_drives(mechanism); !kept) return kept;
+  if (mechanism.leaves.empty()) return Because("there are no leaves");
   for (const RigidBody& body : mechanism.bodies)
-    if (auto rule = broken_rule(body)) return rule;
+    if (Check kept = check_rules(body); !kept) return kept;
   for (const LeafSpring& leaf : mechanism.leaves)
-    if (auto rule = broken_rule(leaf, bodies)) return rule;
+    if (Check kept = check_rules(leaf, bodies); !kept) return kept;
   for (const Joint& joint : mechanism.joints)
-    if (auto rule = broken_rule(joint, bodies)) return rule;
+    if (Check kept = check_rules(joint, bodies); !kept) return kept;
   for (const Spring& spring : mechanism.springs)
-    if (auto rule = broken_rule(spring, bodies)) return rule;
-  if (auto rule = loose_body(mechanism)) return rule;
-  if (auto rule = dependent_joints(mechanism)) return rule;
+    if (Check kept = check_rules(spring, bodies); !kept) return kept;
+  if (Check kept = check_bodies(mechanism); !kept) return kept;
+  if (Check kept = check_joints(mechanism); !kept) return kept;
   if (const auto pair = intersecting(mechanism.leaves))
-    return fmt::format("{} and {} intersect when undeflected", mechanism.leaves[pair->second].name,
-                       mechanism.leaves[pair->first].name);
-  return loose_direction(mechanism);
+    return Because(fmt::format("{} and {} intersect when undeflected",
+                               mechanism.leaves[pair->second].name,
+                               mechanism.leaves[pair->first].name));
+  return check_directions(mechanism);
 }
 
 }  // namespace flexopt

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/math/answer.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/arc.hpp"
 #include "core/mechanism/s_n_curve.hpp"
@@ -254,12 +255,12 @@ using Spring = SpringT<double>;
 using Drive = DriveT<double>;
 using Mechanism = MechanismT<double>;
 
-/// The first broken rule of a mechanism (indices, positive sizes, unit axes, leaves meeting their
-/// bodies, joints that repeat each other or stand against the drive, leaves that intersect when
-/// undeflected, a direction of a body without stiffness), or nothing.
-std::optional<std::string> broken_rule(const Mechanism& mechanism);
-/// The first broken rule of a spring of a mechanism with so many bodies, or nothing.
-std::optional<std::string> broken_rule(const Spring& spring, int bodies);
+/// Rules of a mechanism: indices, positive sizes, unit axes, leaves meeting their bodies, joints
+/// that repeat each other or stand against the drive, leaves that intersect when undeflected, a
+/// direction of a body without stiffness.
+Check check_rules(const Mechanism& mechanism);
+/// Rules of a spring of a mechanism with so many bodies.
+Check check_rules(const Spring& spring, int bodies);
 
 /// Length of the longest leaf [m].
 double longest_leaf(const Mechanism& mechanism);

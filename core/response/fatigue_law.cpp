@@ -20,24 +20,25 @@ std::optional<double> mean_limit(const Material& material, MeanStress rule) {
 }
 
 // What a mean stress needs.
-std::string missing_for_mean(const Material& material, const FatigueRule& rule) {
+Check suffices_for_mean(const Material& material, const FatigueRule& rule) {
   if (rule.stress_ratio == -1.0 || mean_limit(material, rule.mean_stress)) return {};
-  return rule.mean_stress == MeanStress::soderberg ? "yield_strength" : "ultimate_strength";
+  return Because(rule.mean_stress == MeanStress::soderberg ? "yield_strength"
+                                                           : "ultimate_strength");
 }
 
 }  // namespace
 
-std::string missing_for_fatigue(const Material& material, const FatigueRule& rule) {
+Check suffices_for_fatigue(const Material& material, const FatigueRule& rule) {
   if (!endured(material, rule)) {
-    if (!rule.cycles) return "endurance_limit, or s_n_curve with a knee";
-    if (!material.s_n_curve) return "s_n_curve";
-    return fmt::format("s_n_curve that tells of {:g} cycles", *rule.cycles);
+    if (!rule.cycles) return Because("endurance_limit, or s_n_curve with a knee");
+    if (!material.s_n_curve) return Because("s_n_curve");
+    return Because(fmt::format("s_n_curve that tells of {:g} cycles", *rule.cycles));
   }
-  return missing_for_mean(material, rule);
+  return suffices_for_mean(material, rule);
 }
 
-std::string missing_for_life(const Material& material, const FatigueRule& rule) {
-  return material.s_n_curve ? missing_for_mean(material, rule) : "s_n_curve";
+Check suffices_for_life(const Material& material, const FatigueRule& rule) {
+  return material.s_n_curve ? suffices_for_mean(material, rule) : Because("s_n_curve");
 }
 
 FatigueLaw::FatigueLaw(const Material& material, const FatigueRule& rule)

@@ -1,16 +1,15 @@
 #pragma once
 // What a cycle of stress does to a material: equations (Y5) to (Y7) of README.md.
 #include <optional>
-#include <string>
 
 #include "core/mechanism/mechanism.hpp"
 #include "core/response/request.hpp"
 
 namespace flexopt {
 
-/// What the material lacks for a safety against fatigue, for a life; empty where it lacks nothing.
-std::string missing_for_fatigue(const Material& material, const FatigueRule& rule);
-std::string missing_for_life(const Material& material, const FatigueRule& rule);
+/// Whether the material has what a safety against fatigue, or a life, needs; else what it lacks.
+Check suffices_for_fatigue(const Material& material, const FatigueRule& rule);
+Check suffices_for_life(const Material& material, const FatigueRule& rule);
 
 /// Fatigue law for cycles with an effective amplitude ≥ 0 and an effective mean stress [Pa]. A
 /// negative (compressive) mean counts as zero.

@@ -240,16 +240,17 @@ class Points {
   Least by_safety_, by_life_;
 };
 
-// Why the path has no cycle; empty where it has.
-std::string fault_of(const StrokeResponse& response) {
+// Whether the path has a cycle.
+Check check_cycle(const StrokeResponse& response) {
   if (response.path.size() < 2)
-    return "a path of one point has no cycle: give it more points, or fatigue a stress_ratio";
+    return Because(
+        "a path of one point has no cycle: give it more points, or fatigue a stress_ratio");
   for (const PathPoint& point : response.path)
-    if (!point.fillet_fault.empty()) return point.fillet_fault;
+    if (!point.fillet_fault.empty()) return Because(point.fillet_fault);
   if (!std::ranges::all_of(response.path, [](const PathPoint& point) {
         return point.status == PointStatus::converged && !point.sections.empty();
       }))
-    return "a point of the path has no equilibrium: its cycle is not known";
+    return Because("a point of the path has no equilibrium: its cycle is not known");
   return {};
 }
 
@@ -265,17 +266,17 @@ void add_fatigue(const Mechanism& mechanism, const StressRules& rules,
                  const std::vector<Mechanism>* directions, StrokeResponse& response,
                  StrokeGradients* gradients) {
   assert(rules.need_history() && (directions == nullptr) == (gradients == nullptr));
-  std::string fault = fault_of(response);
-  if (fault.empty()) {
+  Check known = check_cycle(response);
+  if (known) {
     const History history(mechanism, rules, response);
     Points points(history, directions, response, gradients);
     for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
       const FatigueLaw law(mechanism.leaves[i].material, rules.fatigue_rule);
       const WorstOfLeaf worst = worst_of_leaf(history, i, law, rules, response.path.size());
       if (worst.broken > 0)
-        fault = fmt::format(
+        known = Because(fmt::format(
             "the mean stress of {:.4g} Pa in {} alone is beyond what the material bears, {:.4g} Pa",
-            worst.broken, mechanism.leaves[i].name, law.limit());
+            worst.broken, mechanism.leaves[i].name, law.limit()));
       for (std::size_t k = 0; k < response.path.size(); ++k) {
         if (rules.fatigue) points.add_safety(worst.use[k], k, law);
         if (rules.life && worst.broken == 0) points.add_life(worst.reversed[k], k, law);
@@ -284,8 +285,8 @@ void add_fatigue(const Mechanism& mechanism, const StressRules& rules,
     points.add_stress();
   }
   for (PathPoint& point : response.path) {
-    if (!fault.empty()) {
-      point.fatigue_fault = fault;
+    if (!known) {
+      point.fatigue_fault = known.error();
       point.fatigue_life.reset();
     }
     point.sections.clear();
@@ -293,7 +294,7 @@ void add_fatigue(const Mechanism& mechanism, const StressRules& rules,
   response.stress_places.clear();
   if (!gradients) return;
   for (PointGradients& of : gradients->path) {
-    if (!fault.empty()) of.fatigue_life.reset();
+    if (!known) of.fatigue_life.reset();
     of.section_rates.clear();
   }
 }

@@ -91,13 +91,13 @@ bool knows_yield(const Mechanism& mechanism) {
 
 bool knows_fatigue(const Mechanism& mechanism, const FatigueRule& rule) {
   return std::ranges::all_of(mechanism.leaves, [&](const LeafSpring& leaf) {
-    return missing_for_fatigue(leaf.material, rule).empty();
+    return suffices_for_fatigue(leaf.material, rule).has_value();
   });
 }
 
 bool knows_life(const Mechanism& mechanism, const FatigueRule& rule) {
   return std::ranges::all_of(mechanism.leaves, [&](const LeafSpring& leaf) {
-    return missing_for_life(leaf.material, rule).empty();
+    return suffices_for_life(leaf.material, rule).has_value();
   });
 }
 
@@ -117,20 +117,20 @@ NotchFactors clamp_factor_rates(const LeafSpring& leaf, const LeafSpring& rate, 
   return {by * slopes.membrane, by * slopes.bending};
 }
 
-std::string fillet_fault(const Mechanism& mechanism, double radius) {
+Check check_fillet(const Mechanism& mechanism, double radius) {
   for (const LeafSpring& leaf : mechanism.leaves)
     for (const int end : {0, 1}) {
       if (body_at(leaf, end) == free_edge) continue;
       const char* edge = end == 0 ? "base" : "tip";
       if (leaf.section == Section::circular)
-        return fmt::format("the {} of {} is that of a wire; the factors are those of flat bars",
-                           edge, leaf.name);
+        return Because(fmt::format(
+            "the {} of {} is that of a wire; the factors are those of flat bars", edge, leaf.name));
       const double t = thickness_at(leaf, end), ratio = radius / t;
       if (ratio < least_fillet || ratio > largest_fillet)
-        return fmt::format(
+        return Because(fmt::format(
             "at the {} of {} the radius is {:.3g} times the thickness of {:.6g} m; the factors are "
             "known for {:g} to {:g} times",
-            edge, leaf.name, ratio, t, least_fillet, largest_fillet);
+            edge, leaf.name, ratio, t, least_fillet, largest_fillet));
     }
   return {};
 }

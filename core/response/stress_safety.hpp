@@ -1,8 +1,6 @@
 #pragma once
 // Stress with the fillets at the clamps, and how far it is from yield and from fatigue: equations
 // (Y1) to (Y3) of README.md.
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "core/response/response.hpp"
@@ -17,9 +15,8 @@ bool knows_yield(const Mechanism& mechanism);
 bool knows_fatigue(const Mechanism& mechanism, const FatigueRule& rule);
 bool knows_life(const Mechanism& mechanism, const FatigueRule& rule);
 
-/// Why a fillet of this radius [m] has no tabulated factor at some clamped edge; empty where all
-/// have one.
-std::string fillet_fault(const Mechanism& mechanism, double radius);
+/// Whether a fillet of this radius [m] has a tabulated factor at every clamped edge.
+Check check_fillet(const Mechanism& mechanism, double radius);
 
 /// clamp_factors(): notch factors of the edges of a leaf that bodies hold. clamp_factor_rates():
 /// their derivatives for one edge, along a direction in which the leaf changes by `rate`.

@@ -92,20 +92,20 @@ Outputs needs_of(const std::vector<ComparedQuantity>& quantities) {
   return needs;
 }
 
-std::string missing_for_comparison(const std::string& name, const StrokeRequest& request) {
+Check check_comparison(const std::string& name, const StrokeRequest& request) {
   const std::vector<const QuantityRow*> rows = rows_of(name);
   assert(!rows.empty());
   const Outputs& needs = rows.front()->needs;
   if (needs.need_frequencies() && request.frequencies == 0)
-    return "it needs \"frequencies\" of at least 1";
+    return Because("it needs \"frequencies\" of at least 1");
   if (needs.has(Output::frequency_derivatives) && !request.loads.driven())
-    return "nothing is driven along a load_path: expected a stroke";
+    return Because("nothing is driven along a load_path: expected a stroke");
   if (needs.has(Output::buckling) && request.buckling_load.empty())
-    return "it needs \"buckling\": {\"load\": …}, which says which load grows";
+    return Because("it needs \"buckling\": {\"load\": …}, which says which load grows");
   if (needs.has(Output::load_capacity) && !request.capacity.any())
-    return "it needs \"load_capacity\": {\"directions\": […]}";
-  if (const char* missing = missing_for_stress(name, request); *missing) return missing;
-  return missing_for_dynamics(name, request);
+    return Because("it needs \"load_capacity\": {\"directions\": […]}");
+  if (Check answered = check_stress(name, request); !answered) return answered;
+  return check_dynamics(name, request);
 }
 
 }  // namespace flexopt

@@ -36,7 +36,7 @@ std::vector<ComparedQuantity> compared_quantities(const Job& job);
 /// Outputs that an evaluation needs for these quantities.
 Outputs needs_of(const std::vector<ComparedQuantity>& quantities);
 
-/// Why an evaluation by the request has no such quantity; empty if it has.
-std::string missing_for_comparison(const std::string& name, const StrokeRequest& request);
+/// Whether an evaluation by the request has such a quantity.
+Check check_comparison(const std::string& name, const StrokeRequest& request);
 
 }  // namespace flexopt

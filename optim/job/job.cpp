@@ -41,11 +41,12 @@ std::vector<Expectation> read_expectations(const json& read, FaultList& faults) 
 void check_superelements(const Mechanism& mechanism, const ModelOptions& model, const json& read) {
   if (model.method == Reduction::mixed_potential || model.accuracy == Accuracy::full) return;
   for (const LeafSpring& leaf : mechanism.leaves)
-    if (const auto rule = broken_rule(leaf, model)) {
+    if (const Check kept = check_rules(leaf, model); !kept) {
       if (leaf.has_profile() || leaf.curve || leaf.fold)
-        throw SpecError("/model/method", read["method"].dump(), leaf.name + ": " + *rule);
+        throw SpecError("/model/method", read["method"].dump(), leaf.name + ": " + kept.error());
       throw SpecError("/model/superelements",
-                      read.contains("superelements") ? read["superelements"].dump() : "1", *rule);
+                      read.contains("superelements") ? read["superelements"].dump() : "1",
+                      kept.error());
     }
 }
 

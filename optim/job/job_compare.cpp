@@ -120,8 +120,8 @@ void SamplesReader::read_entry(json& read, const Pointer& at) {
     throw SpecError((at / key).to_string(), '"' + name + '"',
                     "a symbol is a name of its own (letters, digits, _) that no parameter has");
   check_name(name, at / key);
-  if (const auto why = without_number(family_, design_.choices, name))
-    throw SpecError((at / key).to_string(), '"' + name + '"', *why);
+  if (const Check has = has_number(family_, design_.choices, name); !has)
+    throw SpecError((at / key).to_string(), '"' + name + '"', has.error());
   if (!read.contains("expression")) {
     if (symbol || find_job_number(name)) symbols_.push_back(name);
     if (spec_.method == SampleMethod::list)
@@ -192,8 +192,8 @@ void SamplesReader::read_designs(json& read) {
     ParameterValues values;
     for (const auto& [name, value] : read["designs"][i].items()) {
       const std::string here = (at_ / "designs" / i / name).to_string();
-      if (const auto why = without_number(family_, design_.choices, name))
-        faults_.add(here, shown(value), *why);
+      if (const Check has = has_number(family_, design_.choices, name); !has)
+        faults_.add(here, shown(value), has.error());
       for (const SampleFormula& f : spec_.formulas)
         if (f.parameter == name) faults_.add(here, shown(value), "it is given by " + f.pointer);
       if (design_.expressions.contains(name))
@@ -314,8 +314,8 @@ std::vector<std::string> read_quantities(const json& read, const Job& job, Fault
                                        "/dynamics", "/fillet", "/fatigue", "/frequencies"},
                             [&](const char* section) { return faults.sound(section); });
     if (!sound) continue;  // what is missing may be what is wrong
-    if (const std::string missing = missing_for_comparison(name, job.request); !missing.empty())
-      faults.add(at, shown(read[i]), missing);
+    if (const Check has = check_comparison(name, job.request); !has)
+      faults.add(at, shown(read[i]), has.error());
   }
   return names;
 }

@@ -168,16 +168,17 @@ void read_dynamics(const json& read, const Mechanism& mechanism, const ModelOpti
   }
 }
 
-const char* missing_for_dynamics(const std::string& quantity, const StrokeRequest& request) {
+Check check_dynamics(const std::string& quantity, const StrokeRequest& request) {
   const bool bandwidth = quantity == "bandwidth" || quantity.starts_with("bandwidth.");
   if (bandwidth && !request.dynamics)
-    return "it needs \"dynamics\": {}, which says how it is damped";
+    return Because("it needs \"dynamics\": {}, which says how it is damped");
   if (bandwidth && !request.loads.driven())
-    return "nothing is driven along a load_path: expected a stroke";
+    return Because("nothing is driven along a load_path: expected a stroke");
   if (quantity == "transmissibility" && !(request.dynamics && request.dynamics->transmissibility))
-    return "it needs \"dynamics\": {\"transmissibility\": {…}}, which says along what and at which "
-           "frequencies";
-  return "";
+    return Because(
+        "it needs \"dynamics\": {\"transmissibility\": {…}}, which says along what and at which "
+        "frequencies");
+  return {};
 }
 
 }  // namespace flexopt

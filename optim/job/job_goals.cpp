@@ -46,7 +46,7 @@ GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseName
     values.try_emplace(p.name, p.default_value.value_or(std::clamp(0.1, p.min, p.max)));
   }
   for (const auto& [name, value] : numbers_of(job.design.material, job.end_effector))
-    if (!without_number(family, job.design.choices, name)) {
+    if (has_number(family, job.design.choices, name)) {
       names.push_back({name, find_job_number(name)->unit});
       values[name] = value;
     }
@@ -86,12 +86,12 @@ const Quantity& GoalContext::quantity(const std::string& name, const std::string
   if (found->row->needs.has(Output::load_capacity) && !is_answered(*found, request))
     throw refuse(fmt::format("it needs \"load_capacity\": {{\"directions\": [\"{}\"]}}",
                              found->row->components[static_cast<std::size_t>(found->component)]));
-  if (const char* missing = missing_for_stress(name, request);
-      *missing && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
-    throw refuse(missing);
-  if (const char* missing = missing_for_dynamics(name, request);
-      *missing && counts(load_case) && faults.sound("/design") && faults.sound("/dynamics"))
-    throw refuse(missing);
+  if (const Check has = check_stress(name, request);
+      !has && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
+    throw refuse(has.error());
+  if (const Check has = check_dynamics(name, request);
+      !has && counts(load_case) && faults.sound("/design") && faults.sound("/dynamics"))
+    throw refuse(has.error());
   return *found;
 }
 
@@ -159,8 +159,9 @@ Variable read_range(json& read, const GoalContext& context, const Pointer& at) {
     throw refuse(fmt::format(
         "it is given by the formula {}; a variable needs a number in /design/parameters",
         it->second));
-  if (const auto why = without_number(context.family, context.design.choices, variable.parameter))
-    throw refuse(*why);
+  if (const Check has = has_number(context.family, context.design.choices, variable.parameter);
+      !has)
+    throw refuse(has.error());
   if (std::ranges::find(context.family.counts, variable.parameter) != context.family.counts.end())
     throw refuse("it says how many there are of something: no variable of an optimisation");
   const Shape shape = parameter_shape(*find_parameter(context.family, variable.parameter));

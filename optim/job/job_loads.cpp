@@ -92,7 +92,8 @@ void add_expansion(std::size_t body, double strain, const Mechanism& mechanism,
   LoadCase alone;
   alone.body_expansion.assign(strains.size(), 0.0);
   alone.body_expansion[body] = strains[body] = strain;
-  if (const auto rule = broken_rule(alone, mechanism)) faults.add(pointer, value, *rule);
+  if (const Check kept = check_rules(alone, mechanism); !kept)
+    faults.add(pointer, value, kept.error());
 }
 
 void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& faults,
@@ -307,7 +308,7 @@ void read_surroundings(const json& read, const Mechanism& mechanism, const Model
   const Mechanism warm = warmed(mechanism, loads);
   std::string full;
   for (const LeafSpring& leaf : warm.leaves)
-    if (acts_inside(leaf, loads)) full += (full.empty() ? "" : ", ") + leaf.name;
+    if (!is_reducible(leaf, loads)) full += (full.empty() ? "" : ", ") + leaf.name;
   if (!full.empty())
     notes.push_back(
         fmt::format("What acts inside a leaf (its weight, its warmth, that of its clamps) needs "

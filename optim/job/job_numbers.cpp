@@ -98,10 +98,9 @@ std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters)
   return names;
 }
 
-std::optional<std::string> without_number(const Family& family, const FamilyChoices& choices,
-                                          const std::string& name) {
-  if (!name.starts_with("end_effector.") || family.has_end_effector(choices)) return std::nullopt;
-  return "O is a material point of a leaf here: it has no end-effector";
+Check has_number(const Family& family, const FamilyChoices& choices, const std::string& name) {
+  if (!name.starts_with("end_effector.") || family.has_end_effector(choices)) return {};
+  return Because("O is a material point of a leaf here: it has no end-effector");
 }
 
 ParameterValues numbers_of(const Material& material, const EndEffector& end_effector) {

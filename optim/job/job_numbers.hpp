@@ -1,11 +1,11 @@
 #pragma once
 // The numbers of a job beside its family's parameters: of the material and of the end-effector,
 // by the names that the directions of a mechanism have.
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/math/answer.hpp"
 #include "optim/job/job.hpp"
 
 namespace flexopt {
@@ -25,9 +25,8 @@ std::vector<Parameter> parameters_of(const Job& job);
 /// Names and units of parameters, as formulas want them.
 std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters);
 
-/// Why a design has no such number: nothing rigid hangs on it.
-std::optional<std::string> without_number(const Family& family, const FamilyChoices& choices,
-                                          const std::string& name);
+/// Whether a design has such a number: none of an end-effector where nothing rigid hangs on it.
+Check has_number(const Family& family, const FamilyChoices& choices, const std::string& name);
 
 /// All numbers with their present values.
 ParameterValues numbers_of(const Material& material, const EndEffector& end_effector);

@@ -217,8 +217,8 @@ std::vector<Field> stress_fields();
 void read_stress_rules(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
                        StrokeRequest& request);
 
-/// Why the request does not answer a quantity made of stress; empty if it does.
-const char* missing_for_stress(const std::string& quantity, const StrokeRequest& request);
+/// Whether the request answers a quantity made of stress.
+Check check_stress(const std::string& quantity, const StrokeRequest& request);
 
 // Harmonic motion and linear models: the keys "dynamics" and "export" of a job.
 
@@ -229,8 +229,8 @@ std::vector<Field> dynamics_fields();
 void read_dynamics(const nlohmann::json& read, const Mechanism& mechanism,
                    const ModelOptions& model, FaultList& faults, StrokeRequest& request);
 
-/// Why the request does not answer a quantity of the dynamics; empty if it does.
-const char* missing_for_dynamics(const std::string& quantity, const StrokeRequest& request);
+/// Whether the request answers a quantity of the dynamics.
+Check check_dynamics(const std::string& quantity, const StrokeRequest& request);
 
 // A box of errors of assembly, of which the worst is looked for: the key "assembly_tolerances".
 
@@ -295,9 +295,9 @@ void settle_search(nlohmann::json& read, OptimiseSpec& spec, FaultList& faults);
 
 // The atlas that a job's leaves are looked up in.
 
-/// Opens the atlas of a model that wants one, unless it has it. Returns why there is none; empty if
-/// there is, or if the model wants none or is of full accuracy.
-std::string find_atlas(ModelOptions& model);
+/// Opens the atlas of a model that wants one, unless it has it. All is well too
+/// if the model wants none or is of full accuracy.
+Check find_atlas(ModelOptions& model);
 
 /// What is odd about the atlas of a model, for the user's eyes; empty if nothing is.
 std::string note_on_atlas(ModelOptions model);

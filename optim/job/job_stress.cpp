@@ -46,10 +46,10 @@ void check_fatigue(const json& read, const Mechanism& mechanism, const StrokeReq
   if (!rule.stress_ratio && request.points.size() < 2)
     faults.add("/fatigue", shown(read), one_point);
   for (const LeafSpring& leaf : mechanism.leaves) {
-    const std::string missing = missing_for_fatigue(leaf.material, rule);
-    if (!missing.empty() && (rule.cycles || !missing_for_life(leaf.material, rule).empty()))
+    const Check suffices = suffices_for_fatigue(leaf.material, rule);
+    if (!suffices && (rule.cycles || !suffices_for_life(leaf.material, rule)))
       faults.add("/fatigue", shown(read),
-                 fmt::format("the material of {} has no {}", leaf.name, missing));
+                 fmt::format("the material of {} has no {}", leaf.name, suffices.error()));
   }
 }
 
@@ -71,11 +71,10 @@ void read_stress_rules(const json& read, const Mechanism& mechanism, FaultList& 
   StressRules& rules = request.stress;
   if (read.contains("fillet") && faults.sound("/fillet")) {
     const double radius = read["fillet"];
-    const std::string fault = fillet_fault(mechanism, radius);
-    if (fault.empty())
+    if (const Check known = check_fillet(mechanism, radius))
       rules.fillet = radius;
     else
-      faults.add("/fillet", fmt::format("{:g} m", radius), fault);
+      faults.add("/fillet", fmt::format("{:g} m", radius), known.error());
   }
   rules.yield = knows_yield(mechanism);
   if (read.contains("fatigue") && faults.sound("/fatigue")) {
@@ -91,22 +90,25 @@ void read_stress_rules(const json& read, const Mechanism& mechanism, FaultList& 
   rules.life = cycles && knows_life(mechanism, rules.fatigue_rule);
 }
 
-const char* missing_for_stress(const std::string& quantity, const StrokeRequest& request) {
+Check check_stress(const std::string& quantity, const StrokeRequest& request) {
   if (quantity == "notch_stress" && !request.stress.fillet)
-    return "it needs \"fillet\", the radius where leaves meet bodies";
+    return Because("it needs \"fillet\", the radius where leaves meet bodies");
   if (quantity == "yield_safety" && !request.stress.yield)
-    return "the material of every leaf must have a yield_strength";
+    return Because("the material of every leaf must have a yield_strength");
   const bool safety = quantity == "fatigue_safety", life = quantity == "fatigue_life";
   if ((safety && !request.stress.fatigue) || (life && !request.stress.life)) {
-    if (!request.stress.fatigue_rule.stress_ratio && request.points.size() < 2) return one_point;
+    if (!request.stress.fatigue_rule.stress_ratio && request.points.size() < 2)
+      return Because(one_point);
     if (life)
-      return "the material of every leaf must have an s_n_curve, and an ultimate_strength "
-             "(soderberg: a yield_strength) unless the stress_ratio is -1";
-    return "the material of every leaf must have an endurance_limit, or an s_n_curve that tells of "
-           "the cycles, and an ultimate_strength (soderberg: a yield_strength) unless the "
-           "stress_ratio is -1";
+      return Because(
+          "the material of every leaf must have an s_n_curve, and an ultimate_strength "
+          "(soderberg: a yield_strength) unless the stress_ratio is -1");
+    return Because(
+        "the material of every leaf must have an endurance_limit, or an s_n_curve that tells of "
+        "the cycles, and an ultimate_strength (soderberg: a yield_strength) unless the "
+        "stress_ratio is -1");
   }
-  return "";
+  return {};
 }
 
 }  // namespace flexopt

@@ -88,8 +88,8 @@ void EntryReader::check_parameter(const std::string& name, const Pointer& at) co
                         known_names(name, known) +
                         "; an entry of another name says under \"parameters\" which ones deviate");
   }
-  if (const auto why = without_number(family_, job_.design.choices, name))
-    throw SpecError(place, shown(name), *why);
+  if (const Check has = has_number(family_, job_.design.choices, name); !has)
+    throw SpecError(place, shown(name), has.error());
   if (std::ranges::find(family_.counts, name) != family_.counts.end())
     throw SpecError(place, shown(name), "it says how many there are of something: it is exact");
 }

@@ -133,8 +133,8 @@ ModelChoice read_model(const json& read, const JsonPointer& at, FaultList& fault
   };
   if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
   if (!faults.sound((at / "method").to_string())) return choice;
-  if (const auto reason = no_estimates(model); reason && choice.accuracy.wants_estimates())
-    refuse(choice.accuracy.automatic ? "accuracy" : "estimate", *reason);
+  if (const Check has = has_estimates(model); !has && choice.accuracy.wants_estimates())
+    refuse(choice.accuracy.automatic ? "accuracy" : "estimate", has.error());
   if (model.method != Reduction::modal_derivatives &&
       model.modal_derivatives != ModalDerivativeSet::all)
     refuse("modal_derivatives", fmt::format("\"method\": \"{}\" has no choice of them; expected "
@@ -150,9 +150,8 @@ ModelChoice read_model(const json& read, const JsonPointer& at, FaultList& fault
                                         "number, or \"method\": \"linear_craig_bampton\"",
                                         method));
   if (faults.sound(at.to_string()))
-    if (const std::string problem = find_atlas(model);
-        !problem.empty() && model.atlas_use == AtlasUse::required)
-      refuse("atlas", problem);
+    if (const Check found = find_atlas(model); !found && model.atlas_use == AtlasUse::required)
+      refuse("atlas", found.error());
   return choice;
 }
 

@@ -13,8 +13,8 @@ namespace {
 GradientReport check_case(const Job& job, std::size_t load_case, double tolerance, int threads) {
   GradientReport report;
   GradientChecker checker(job, load_case, tolerance);
-  if (auto reason = checker.prepare()) {
-    report.message = std::move(*reason);
+  if (Check prepared = checker.prepare(); !prepared) {
+    report.message = std::move(prepared.error());
     return report;
   }
   const std::size_t parameters = checker.parameters().size();

@@ -184,9 +184,10 @@ StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOpt
   return evaluators_.values(mechanism(variables), model, request);
 }
 
-WorstAssemblyGoals::Found DesignProblem::look_in_box(const ParameterValues& parameters,
-                                                     bool gradient, const ModelOptions& model,
-                                                     bool& reduced) const {
+Answer<WorstAssemblyGoals::Found, Why> DesignProblem::look_in_box(const ParameterValues& parameters,
+                                                                  bool gradient,
+                                                                  const ModelOptions& model,
+                                                                  bool& reduced) const {
   const Mechanism mechanism = make_mechanism(job_, parameters);
   const bool exact = evaluators_.gradients != nullptr &&
                      box_requests_.front().values == PathValues::differentiable;
@@ -212,7 +213,7 @@ GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
     else
       found[k].response = evaluators_.values(make_mechanism(job_, parameters), model, requests_[k]);
   }
-  std::optional<WorstAssemblyGoals::Found> worst;
+  std::optional<Answer<WorstAssemblyGoals::Found, Why>> worst;
   bool reduced = false;
   if (worst_assembly_) worst = look_in_box(parameters, gradient, model, reduced);
   GoalSlopes slopes = read_goals(parameters, found, requests_, worst ? &*worst : nullptr);

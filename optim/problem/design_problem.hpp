@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/answer.hpp"
 #include "core/math/types.hpp"
 #include "core/response/response.hpp"
 #include "optim/job/job.hpp"
@@ -119,9 +120,9 @@ class DesignProblem {
 
   /// Values of one goal with a formula; nothing when it or the parameters make no sense there.
   std::optional<double> formula(std::size_t goal, const Variables& variables) const;
-  /// Why the mechanics need not be asked: a formula's constraint is missed by more than half its
-  /// bound, or has no value.
-  std::optional<std::string> ruled_out(const Variables& variables, const Scales& scales) const;
+  /// Whether the mechanics are worth asking: no formula's constraint is missed by more than half
+  /// its bound, or has no value.
+  Check near_formulas(const Variables& variables, const Scales& scales) const;
   /// Largest relative violation of the constraints that are formulas; nothing without value.
   std::optional<double> formula_violation(const Variables& variables, const Scales& scales) const;
 
@@ -153,14 +154,16 @@ class DesignProblem {
   GoalSlopes read_goals(const ParameterValues& parameters,
                         const std::vector<StrokeSensitivity>& found,
                         const std::vector<StrokeRequest>& requests,
-                        const WorstAssemblyGoals::Found* worst = nullptr) const;
+                        const Answer<WorstAssemblyGoals::Found, Why>* worst = nullptr) const;
   /// A goal that counts errors of assembly, without them: as many values as with them.
-  GoalReading read_assembled(std::size_t goal, const std::vector<StrokeSensitivity>& found,
-                             const std::vector<StrokeRequest>& requests) const;
+  Answer<GoalReading, Why> read_assembled(std::size_t goal,
+                                          const std::vector<StrokeSensitivity>& found,
+                                          const std::vector<StrokeRequest>& requests) const;
   /// Numbers of the job's goals that count assembly errors. `reduced`: whether some of their values
   /// come from reduced leaves, which are differentiated.
-  WorstAssemblyGoals::Found look_in_box(const ParameterValues& parameters, bool gradient,
-                                        const ModelOptions& model, bool& reduced) const;
+  Answer<WorstAssemblyGoals::Found, Why> look_in_box(const ParameterValues& parameters,
+                                                     bool gradient, const ModelOptions& model,
+                                                     bool& reduced) const;
   GoalSlopes look(const ParameterValues& parameters, bool gradient,
                   const ModelOptions& model) const;
   /// Derivatives with respect to the variables instead of the parameters.

@@ -147,8 +147,8 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
     if (std::ranges::find(fresh, v) != fresh.end()) continue;
     if (const auto it = known.find(v); it != known.end())
       if (!how.gradient || it->second.gradient_asked || !it->second.values.ok) continue;
-    if (auto why = problem_.ruled_out(v, scales_)) {
-      known[v] = {{.message = *why}, true};
+    if (const Check near = problem_.near_formulas(v, scales_); !near) {
+      known[v] = {{.message = near.error()}, true};
       continue;
     }
     fresh.push_back(v);

@@ -53,20 +53,19 @@ std::optional<double> DesignProblem::formula_violation(const Variables& variable
   return most;
 }
 
-std::optional<std::string> DesignProblem::ruled_out(const Variables& variables,
-                                                    const Scales& scales) const {
+Check DesignProblem::near_formulas(const Variables& variables, const Scales& scales) const {
   constexpr double far = 0.5;  // nearer than that the mechanics still tell where to go
   for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
     if (!goals_[i + 1].expression) continue;
     const Constraint& c = spec().constraints[i];
     const std::optional<double> value = formula(i + 1, variables);
-    if (!value) return fmt::format("not evaluated: {} has no value", c.label);
+    if (!value) return Because(fmt::format("not evaluated: {} has no value", c.label));
     const double by = excess(*value, c.min, c.max, scales.constraints[i]);
     if (by > far)
-      return fmt::format("not evaluated: {} = {:.6g} misses its bound by {:.0f} %", c.label, *value,
-                         100 * by);
+      return Because(fmt::format("not evaluated: {} = {:.6g} misses its bound by {:.0f} %", c.label,
+                                 *value, 100 * by));
   }
-  return std::nullopt;
+  return {};
 }
 
 double DesignProblem::reach(std::size_t goal, const DesignValues& values) const {

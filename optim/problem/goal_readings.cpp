@@ -13,21 +13,21 @@ void append_rows(MatrixXd& all, const MatrixXd& more) {
   all.bottomRows(more.rows()) = more;
 }
 
-GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
-                       const std::vector<StrokeRequest>& requests,
-                       const std::vector<JobCase>& named) {
-  GoalReading whole{.ok = true};
+Answer<GoalReading, Why> read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+                                    const std::vector<StrokeRequest>& requests,
+                                    const std::vector<JobCase>& named) {
+  GoalReading whole;
   bool differentiated = true;
   for (const GoalPart& part : goal.parts) {
     const StrokeSensitivity& of = found[part.load_case];
-    GoalReading reading = read_goal(goal, of.response, requests[part.load_case],
-                                    of.gradients ? &*of.gradients : nullptr);
-    if (!reading.ok && !named.empty())
-      reading.message += fmt::format(" (load case {})", named[part.load_case].name);
-    if (!reading.ok) return reading;
-    differentiated = differentiated && reading.differentiated();
-    whole.values.insert(whole.values.end(), reading.values.begin(), reading.values.end());
-    if (differentiated) append_rows(whole.gradient, reading.gradient);
+    auto reading = read_goal(goal, of.response, requests[part.load_case],
+                             of.gradients ? &*of.gradients : nullptr);
+    if (!reading && !named.empty())
+      reading.error().message += fmt::format(" (load case {})", named[part.load_case].name);
+    if (!reading) return reading;
+    differentiated = differentiated && reading->differentiated();
+    whole.values.insert(whole.values.end(), reading->values.begin(), reading->values.end());
+    if (differentiated) append_rows(whole.gradient, reading->gradient);
   }
   if (!differentiated) whole.gradient.resize(0, 0);
   return whole;
@@ -69,36 +69,36 @@ MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
 
 }  // namespace
 
-GoalReading DesignProblem::read_assembled(std::size_t goal,
-                                          const std::vector<StrokeSensitivity>& found,
-                                          const std::vector<StrokeRequest>& requests) const {
+Answer<GoalReading, Why> DesignProblem::read_assembled(
+    std::size_t goal, const std::vector<StrokeSensitivity>& found,
+    const std::vector<StrokeRequest>& requests) const {
   const Goal& plain = worst_assembly_->plain(goal);
-  GoalReading reading = read_parts(plain, found, requests, job_.cases);
+  auto reading = read_parts(plain, found, requests, job_.cases);
   const auto own = static_cast<std::size_t>(plain.branches),
              wanted = static_cast<std::size_t>(goals_[goal].branches);
-  if (!reading.ok || own == wanted) return reading;
-  GoalReading repeated{.ok = true};
-  for (std::size_t k = 0; k < reading.values.size(); k += own)
+  if (!reading || own == wanted) return reading;
+  GoalReading repeated;
+  for (std::size_t k = 0; k < reading->values.size(); k += own)
     for (std::size_t b = 0; b < wanted; ++b)
-      repeated.values.push_back(reading.values[k + std::min(b, own - 1)]);
+      repeated.values.push_back(reading->values[k + std::min(b, own - 1)]);
   return repeated;
 }
 
 GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
                                      const std::vector<StrokeSensitivity>& found,
                                      const std::vector<StrokeRequest>& requests,
-                                     const WorstAssemblyGoals::Found* worst) const {
+                                     const Answer<WorstAssemblyGoals::Found, Why>* worst) const {
   GoalSlopes slopes;
   std::string& why = slopes.no_gradient;
-  if (worst && !worst->ok) return {.message = worst->message, .reason = worst->reason};
+  if (worst && !*worst) return {.message = worst->error().message, .reason = worst->error().reason};
   for (std::size_t g = 0; g < goals_.size(); ++g) {
     const Goal& goal = goals_[g];
-    GoalReading reading = goal.expression        ? read_goal(goal, parameters)
-                          : !goal.worst_assembly ? read_parts(goal, found, requests, job_.cases)
-                          : worst                ? worst->goals[g]
-                                                 : read_assembled(g, found, requests);
-    if (!reading.ok)
-      return {.message = std::move(reading.message), .reason = std::move(reading.reason)};
+    auto read = goal.expression        ? read_goal(goal, parameters)
+                : !goal.worst_assembly ? read_parts(goal, found, requests, job_.cases)
+                : worst                ? Answer<GoalReading, Why>((*worst)->goals[g])
+                                       : read_assembled(g, found, requests);
+    if (!read) return {.message = read.error().message, .reason = read.error().reason};
+    GoalReading& reading = *read;
     const std::string name = goal.label.find(goal.quantity) != std::string::npos
                                  ? goal.label
                                  : fmt::format("{} ({})", goal.label, goal.quantity);
@@ -108,7 +108,7 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
       const std::vector<std::string> along =
           goal.expression ? goal.expression->names()
           : worst && goal.worst_assembly
-              ? worst->parameters
+              ? (*worst)->parameters
               : found[goal.parts.front().load_case].gradients->parameters;
       MatrixXd& all = slopes.by_parameter;
       const Eigen::Index count = reading.gradient.rows();

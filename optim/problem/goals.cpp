@@ -178,29 +178,25 @@ bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t ind
   return whole;
 }
 
-/// Whether a point has no equilibrium whose numbers count; says why in the reading.
-bool why_not_taken(const PathPoint& point, const StrokeResponse& response,
-                   const StrokeRequest& request, GoalReading& reading) {
+/// Whether a point has an equilibrium whose numbers count.
+Answer<void, Why> check_point(const PathPoint& point, const StrokeResponse& response,
+                              const StrokeRequest& request) {
   const bool path = request.outputs.need_path();
   if (path && point.status != PointStatus::converged) {
     const std::string& why = point.message.empty() ? response.message : point.message;
-    if (response.status == Status::limit_reached) {
-      reading.reason = "limit reached";
-      reading.message = fmt::format("limit reached: {}", why);
-      return true;
-    }
-    reading.reason = "no equilibrium";
-    reading.message = fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
-                                  why.empty() ? "" : ": ", why);
-    return true;
+    if (response.status == Status::limit_reached)
+      return BecauseOf({fmt::format("limit reached: {}", why), "limit reached"});
+    return BecauseOf({fmt::format("no equilibrium at stroke {:.6g}{}{}", point.stroke,
+                                  why.empty() ? "" : ": ", why),
+                      "no equilibrium"});
   }
   const bool unstable = path && !point.stable;
   if (!unstable && !(point.bifurcation_passed && request.branch == BranchChoice::primary))
-    return false;
-  reading.reason = unstable ? "unstable equilibrium" : "beyond a bifurcation";
-  reading.message = fmt::format("the equilibrium at stroke {:.6g} is {}", point.stroke,
-                                unstable ? "unstable" : reading.reason);
-  return true;
+    return {};
+  const char* const beyond = "beyond a bifurcation";
+  return BecauseOf({fmt::format("the equilibrium at stroke {:.6g} is {}", point.stroke,
+                                unstable ? "unstable" : beyond),
+                    unstable ? "unstable equilibrium" : beyond});
 }
 
 /// What the point tells of a missing value: ": the reason", or nothing.
@@ -282,13 +278,14 @@ std::size_t Goal::points() const {
   return count;
 }
 
-GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
-                      const StrokeRequest& request, const StrokeGradients* gradients) {
+Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& response,
+                                   const StrokeRequest& request, const StrokeGradients* gradients) {
   GoalReading reading;
   bool differentiated = gradients && gradients->path.size() == response.path.size();
   for (std::size_t i = 0; i < response.path.size(); ++i) {
     const PathPoint& point = response.path[i];
-    if (why_not_taken(point, response, request, reading)) return reading;
+    if (auto counts = check_point(point, response, request); !counts)
+      return BecauseOf(counts.error());
     std::optional<double> value = value_of(point, goal.quantity);
     const std::optional<double> nothing =
         value.value_or(-1) < 0 ? value_of_nothing(point, goal.quantity) : std::nullopt;
@@ -301,38 +298,33 @@ GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
       continue;
     }
     if (!value || !std::isfinite(*value)) {
-      reading.reason = fmt::format("{} has no value", goal.quantity);
-      reading.message = fmt::format("{} at stroke {:.6g}{}", reading.reason, point.stroke,
-                                    why_no_value(point, goal.quantity));
-      return reading;
+      const std::string reason = fmt::format("{} has no value", goal.quantity);
+      return BecauseOf({fmt::format("{} at stroke {:.6g}{}", reason, point.stroke,
+                                    why_no_value(point, goal.quantity)),
+                        reason});
     }
     if (!add_point(goal, response, i, *value, request, differentiated ? gradients : nullptr,
                    reading))
       differentiated = false;
   }
   if (!differentiated) reading.gradient.resize(0, 0);
-  if (response.path.size() != request.points.size() || response.path.empty()) {
-    reading.reason = "no equilibrium";
-    reading.message = fmt::format("{} of {} stroke points came back: {}", response.path.size(),
-                                  request.points.size(), response.message);
-    return reading;
-  }
-  reading.ok = true;
+  if (response.path.size() != request.points.size() || response.path.empty())
+    return BecauseOf({fmt::format("{} of {} stroke points came back: {}", response.path.size(),
+                                  request.points.size(), response.message),
+                      "no equilibrium"});
   return reading;
 }
 
-GoalReading read_goal(const Goal& goal, const ParameterValues& parameters) {
+Answer<GoalReading, Why> read_goal(const Goal& goal, const ParameterValues& parameters) {
   assert(goal.expression);
-  GoalReading reading;
   const std::optional<double> value = goal.expression->value(parameters);
-  reading.ok = value.has_value();
-  if (value) {
-    reading.values = {*value};
-    if (const auto gradient = goal.expression->gradient(parameters))
-      reading.gradient = gradient->transpose();
-  } else {
-    reading.reason = reading.message = fmt::format("{} is not finite", goal.expression->text());
+  if (!value) {
+    const std::string reason = fmt::format("{} is not finite", goal.expression->text());
+    return BecauseOf({reason, reason});
   }
+  GoalReading reading{{*value}, {}};
+  if (const auto gradient = goal.expression->gradient(parameters))
+    reading.gradient = gradient->transpose();
   return reading;
 }
 

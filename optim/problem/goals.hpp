@@ -58,9 +58,6 @@ StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals,
 using GoalValues = std::vector<double>;
 
 struct GoalReading {
-  bool ok = false;
-  std::string message;  ///< why not, with the figures
-  std::string reason;   ///< why not, in a few words without figures
   GoalValues values;
   MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
 
@@ -74,15 +71,16 @@ struct GoalReading {
 void append_rows(MatrixXd& all, const MatrixXd& more);
 
 /// Reads a goal with a quantity for one load case, with derivatives where gradients are given.
-GoalReading read_goal(const Goal& goal, const StrokeResponse& response,
-                      const StrokeRequest& request, const StrokeGradients* gradients = nullptr);
+Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& response,
+                                   const StrokeRequest& request,
+                                   const StrokeGradients* gradients = nullptr);
 /// Reads a goal with a quantity for all its load cases, part by part. `named`: load cases whose
 /// names messages tell, or none.
-GoalReading read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
-                       const std::vector<StrokeRequest>& requests,
-                       const std::vector<JobCase>& named = {});
+Answer<GoalReading, Why> read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+                                    const std::vector<StrokeRequest>& requests,
+                                    const std::vector<JobCase>& named = {});
 /// Reads a goal with a formula, whose derivatives follow from the formula itself.
-GoalReading read_goal(const Goal& goal, const ParameterValues& parameters);
+Answer<GoalReading, Why> read_goal(const Goal& goal, const ParameterValues& parameters);
 
 /// Which of the goal's values is the one over the stroke, and with which sign it enters (−1 for a
 /// negative value under max_abs).

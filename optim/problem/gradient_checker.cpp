@@ -141,11 +141,11 @@ GradientChecker::GradientChecker(const Job& job, std::size_t load_case, double t
   turns_ = is_rotation(drives.first());
 }
 
-std::optional<std::string> GradientChecker::prepare() {
+Check GradientChecker::prepare() {
   exact_ = stroke_sensitivity(job_, complete_parameters(job_.design, job_.design.parameters),
                               columns_.all, job_.model, request_);
   if (exact_.response.status != Status::ok || !exact_.gradients)
-    return exact_.gradients ? exact_.response.message : exact_.message;
+    return Because(exact_.gradients ? exact_.response.message : exact_.message);
   screened_ = screening_modes(exact_.response, request_);
   here_ = values(exact_.response);
   const std::string& first = parameters().front();
@@ -153,7 +153,7 @@ std::optional<std::string> GradientChecker::prepare() {
     noise_ =
         rounding_of([&](double by) { return values_at(first, present(job_, first) * (1 + by)); });
   } catch (const SpecError& error) {
-    return fmt::format("no differences: {}", error.what());
+    return Because(fmt::format("no differences: {}", error.what()));
   }
   for (const PathPoint& point : exact_.response.path)
     stroke_ = std::max(stroke_, request_.loads.driven()
@@ -173,7 +173,7 @@ std::optional<std::string> GradientChecker::prepare() {
     double& largest = largest_[i % names_.size()];
     largest = std::max(largest, std::abs(here_[i].value_or(0)));
   }
-  return std::nullopt;
+  return {};
 }
 
 std::vector<std::string> GradientChecker::without_exact() const {

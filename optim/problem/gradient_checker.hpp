@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/answer.hpp"
 #include "core/math/ridders.hpp"
 #include "core/response/quantities.hpp"
 #include "optim/job/job.hpp"
@@ -54,8 +55,8 @@ class GradientChecker {
 
   const std::vector<std::string>& parameters() const { return columns_.parameters; }
 
-  /// Why nothing can be compared, if so.
-  std::optional<std::string> prepare();
+  /// Whether anything can be compared.
+  Check prepare();
   /// Quantities that have values but no exact derivatives.
   std::vector<std::string> without_exact() const;
   /// Checks along a parameter: the worst error of each quantity over the points; no name where

@@ -73,9 +73,10 @@ std::vector<StrokeSensitivity> WorstAssemblyGoals::paths_at(
   return found;
 }
 
-BoxLook WorstAssemblyGoals::values_at(const std::vector<StrokeSensitivity>& found,
-                                      const Design& design, const std::vector<Number>& numbers,
-                                      const VectorXd& z) const {
+Answer<BoxLook, Why> WorstAssemblyGoals::values_at(const std::vector<StrokeSensitivity>& found,
+                                                   const Design& design,
+                                                   const std::vector<Number>& numbers,
+                                                   const VectorXd& z) const {
   BoxLook look;
   look.values.resize(static_cast<Eigen::Index>(numbers.size()));
   bool differentiated = true;
@@ -83,7 +84,7 @@ BoxLook WorstAssemblyGoals::values_at(const std::vector<StrokeSensitivity>& foun
     differentiated = differentiated && found[number.load_case].gradients.has_value();
   if (differentiated) look.rates.resize(look.values.size(), z.size());
   std::pair last{plain_.size(), std::size_t{0}};
-  GoalReading reading;
+  Answer<GoalReading, Why> reading;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     const auto& [g, load_case, point] = numbers[k];
     if (std::pair now{g, load_case}; now != last) {
@@ -94,60 +95,56 @@ BoxLook WorstAssemblyGoals::values_at(const std::vector<StrokeSensitivity>& foun
                           differentiated ? &*of.gradients : nullptr);
       last = now;
     }
-    if (!reading.ok) {
-      look.reason = reading.reason;
+    if (!reading) {
       std::vector<std::string> where;
       for (const double x : z) where.push_back(fmt::format("{:.3g}", x));
-      look.message = said(fmt::format("{} (errors of assembly at {} of their box)", reading.message,
-                                      fmt::join(where, ", ")),
-                          load_case);
-      return look;
+      return BecauseOf({said(fmt::format("{} (errors of assembly at {} of their box)",
+                                         reading.error().message, fmt::join(where, ", ")),
+                             load_case),
+                        reading.error().reason});
     }
-    const double value = reading.values[point], side = side_of(plain_[g], value);
+    const double value = reading->values[point], side = side_of(plain_[g], value);
     const auto row = static_cast<Eigen::Index>(k);
     look.values[row] = side * value;
-    differentiated = differentiated && reading.differentiated();
+    differentiated = differentiated && reading->differentiated();
     if (differentiated)
-      look.rates.row(row) = side * reading.gradient.row(static_cast<Eigen::Index>(point));
+      look.rates.row(row) = side * reading->gradient.row(static_cast<Eigen::Index>(point));
   }
-  look.ok = true;
   if (!differentiated) look.rates.resize(0, 0);
   return look;
 }
 
-BoxLook WorstAssemblyGoals::look(const Design& design, const Evaluate& evaluate,
-                                 const std::vector<Number>& numbers, const VectorXd& z) const {
+Answer<BoxLook, Why> WorstAssemblyGoals::look(const Design& design, const Evaluate& evaluate,
+                                              const std::vector<Number>& numbers,
+                                              const VectorXd& z) const {
   const auto plain_look = [&](const VectorXd& at) {
     const auto plain = [&](const StrokeRequest& request) { return evaluate(request, false); };
     return values_at(paths_at(design, at, plain), design, numbers, at);
   };
-  BoxLook here;
+  Answer<BoxLook, Why> here;
   if (design.exact) {
     const std::vector<MechanismDirection> along = box_.directions(design.mechanism);
     const auto differentiated = [&](const StrokeRequest& request) {
       return evaluate_stroke_gradients(design.mechanism, along, design.model, request);
     };
     here = values_at(paths_at(design, z, differentiated), design, numbers, z);
-    if (!here.ok || here.rates.rows() > 0) return here;
+    if (!here || here->rates.rows() > 0) return here;
   } else {
     here = plain_look(z);
-    if (!here.ok) return here;
+    if (!here) return here;
   }
   const auto values = [&](const std::vector<VectorXd>& x) {
     std::vector<std::optional<VectorXd>> answers;
     for (const VectorXd& one : x) {
-      const BoxLook beside = plain_look((2 * one.array() - 1).matrix());
-      answers.push_back(beside.ok ? std::optional(beside.values) : std::nullopt);
+      const auto beside = plain_look((2 * one.array() - 1).matrix());
+      answers.push_back(beside ? std::optional(beside->values) : std::nullopt);
     }
     return answers;
   };
-  const auto rates = central_differences(values, (0.5 * (z.array() + 1)).matrix(), here.values);
-  if (rates) {
-    here.rates = 0.5 * *rates;
-  } else {
-    here.ok = false;
-    here.reason = here.message = "no value beside errors of assembly in their box";
-  }
+  const auto rates = central_differences(values, (0.5 * (z.array() + 1)).matrix(), here->values);
+  const char* const none = "no value beside errors of assembly in their box";
+  if (!rates) return BecauseOf({none, none});
+  here->rates = 0.5 * *rates;
   return here;
 }
 
@@ -178,14 +175,15 @@ void WorstAssemblyGoals::add_candidates(std::size_t goal,
   }
 }
 
-WorstAssemblyGoals::Found WorstAssemblyGoals::read(const Design& design, const Evaluate& evaluate,
-                                                   bool gradient) const {
+Answer<WorstAssemblyGoals::Found, Why> WorstAssemblyGoals::read(const Design& design,
+                                                                const Evaluate& evaluate,
+                                                                bool gradient) const {
   const std::vector<Number> asked = numbers();
   std::vector<std::size_t> kinds;
   for (const Number& number : asked) kinds.push_back(number.goal);
-  const WorstPlaces worst = worst_places(
+  const auto worst = worst_places(
       search_, kinds, [&](const VectorXd& z) { return look(design, evaluate, asked, z); });
-  if (!worst.ok) return {.message = worst.message, .reason = worst.reason};
+  if (!worst) return BecauseOf(worst.error());
   // the paths at these places, each once in each load case
   std::vector<std::pair<VectorXd, std::size_t>> places;
   std::vector<StrokeSensitivity> paths;
@@ -199,24 +197,23 @@ WorstAssemblyGoals::Found WorstAssemblyGoals::read(const Design& design, const E
   };
   std::vector<std::vector<std::size_t>> at(asked.size());
   for (std::size_t k = 0; k < asked.size(); ++k)
-    for (const VectorXd& z : worst.places[k]) at[k].push_back(path_at(z, asked[k].load_case));
+    for (const VectorXd& z : worst->places[k]) at[k].push_back(path_at(z, asked[k].load_case));
 
-  Found found{.ok = true, .goals = std::vector<GoalReading>(plain_.size())};
+  Found found{.goals = std::vector<GoalReading>(plain_.size())};
   for (const StrokeSensitivity& path : paths)
     if (path.gradients) found.parameters = path.gradients->parameters;
   std::size_t first = 0;
   for (const std::size_t g : which_) {
     GoalReading& whole = found.goals[g];
-    whole.ok = true;
     for (const GoalPart& part : plain_[g].parts) {
       std::vector<GoalReading> readings(paths.size());
       for (std::size_t p = 0; p < paths.size(); ++p) {
         if (places[p].second != part.load_case) continue;
-        readings[p] = read_goal(plain_[g], paths[p].response, design.requests[part.load_case],
-                                paths[p].gradients ? &*paths[p].gradients : nullptr);
-        if (!readings[p].ok)
-          return {.message = said(readings[p].message, part.load_case),
-                  .reason = readings[p].reason};
+        auto reading = read_goal(plain_[g], paths[p].response, design.requests[part.load_case],
+                                 paths[p].gradients ? &*paths[p].gradients : nullptr);
+        if (!reading)
+          return BecauseOf({said(reading.error().message, part.load_case), reading.error().reason});
+        readings[p] = std::move(*reading);
       }
       const std::size_t count = points_of(plain_[g], part.points).size();
       for (std::size_t point = 0; point < part.points; ++point) {

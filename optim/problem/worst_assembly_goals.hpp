@@ -38,13 +38,10 @@ class AssemblyBox {
 
 /// The numbers at one place z of the box.
 struct BoxLook {
-  bool ok = false;
-  std::string message;  ///< why not, with the figures
-  std::string reason;   ///< why not, in a few words without figures
   VectorXd values;
   MatrixXd rates;  ///< numbers × n
 };
-using LookInBox = std::function<BoxLook(const VectorXd& z)>;
+using LookInBox = std::function<Answer<BoxLook, Why>(const VectorXd& z)>;
 
 struct BoxSearch {
   int size = 0;    ///< n
@@ -54,8 +51,6 @@ struct BoxSearch {
 };
 
 struct WorstPlaces {
-  bool ok = false;
-  std::string message, reason;  ///< why the first place without numbers has none
   /// For each number, the place where it is largest, then other local maxima that were found, in
   /// descending order; at least one, at most `BoxSearch::places`.
   std::vector<std::vector<VectorXd>> places;
@@ -67,9 +62,9 @@ struct WorstPlaces {
 /// SLSQP from there, from its end with single sides at their bounds if that is worse, and Newton
 /// steps where it ends inside. The maxima are local; the global one is not guaranteed. `kinds`: of
 /// each number; numbers of one kind are compared with the largest of them to decide whether a slope
-/// counts as zero.
-WorstPlaces worst_places(const BoxSearch& search, const std::vector<std::size_t>& kinds,
-                         const LookInBox& look);
+/// counts as zero. None where a place has no numbers.
+Answer<WorstPlaces, Why> worst_places(const BoxSearch& search,
+                                      const std::vector<std::size_t>& kinds, const LookInBox& look);
 
 // Goals that count at the worst errors of assembly in a box. Each value, at every point of the
 // stroke and in every load case, is that at its own worst place z*(p) in the box:
@@ -98,12 +93,10 @@ class WorstAssemblyGoals {
     bool exact = false;
   };
   struct Found {
-    bool ok = false;
-    std::string message, reason;
     std::vector<GoalReading> goals;       ///< as all goals; empty of others
     std::vector<std::string> parameters;  ///< names that the gradients are by
   };
-  Found read(const Design& design, const Evaluate& evaluate, bool gradient) const;
+  Answer<Found, Why> read(const Design& design, const Evaluate& evaluate, bool gradient) const;
 
  private:
   /// One number of a goal: its value at a point of the stroke of a load case.
@@ -116,10 +109,10 @@ class WorstAssemblyGoals {
   std::vector<StrokeSensitivity> paths_at(
       const Design& design, const VectorXd& z,
       const std::function<StrokeSensitivity(const StrokeRequest&)>& evaluate) const;
-  BoxLook look(const Design& design, const Evaluate& evaluate, const std::vector<Number>& numbers,
-               const VectorXd& z) const;
-  BoxLook values_at(const std::vector<StrokeSensitivity>& found, const Design& design,
-                    const std::vector<Number>& numbers, const VectorXd& z) const;
+  Answer<BoxLook, Why> look(const Design& design, const Evaluate& evaluate,
+                            const std::vector<Number>& numbers, const VectorXd& z) const;
+  Answer<BoxLook, Why> values_at(const std::vector<StrokeSensitivity>& found, const Design& design,
+                                 const std::vector<Number>& numbers, const VectorXd& z) const;
   /// Why a goal has no value, with the load case where there are several.
   std::string said(const std::string& message, std::size_t load_case) const;
   /// Adds the candidates of a point, the worst first.

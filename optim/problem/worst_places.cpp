@@ -26,7 +26,7 @@ class Places {
   Places(const BoxSearch& search, const std::vector<std::size_t>& kinds, const LookInBox& look)
       : search_(search), kinds_(kinds), look_(look) {}
 
-  WorstPlaces find();
+  Answer<WorstPlaces, Why> find();
 
  private:
   struct Seen {
@@ -51,7 +51,7 @@ class Places {
   const LookInBox& look_;
   std::vector<Seen> seen_;
   std::map<Eigen::Index, std::size_t> chosen_;  ///< the best place of a number, known better
-  std::optional<BoxLook> failed_;
+  std::optional<Why> failed_;
   int looks_ = 0;
 };
 
@@ -60,12 +60,12 @@ const Places::Seen* Places::at(const VectorXd& z) {
   const auto known = std::ranges::find_if(seen_, [&](const Seen& s) { return s.z == z; });
   if (known != seen_.end()) return &*known;
   ++looks_;
-  BoxLook look = look_(z);
-  if (!look.ok) {
-    failed_ = std::move(look);
+  Answer<BoxLook, Why> look = look_(z);
+  if (!look) {
+    failed_ = std::move(look.error());
     return nullptr;
   }
-  return &seen_.emplace_back(Seen{z, std::move(look)});
+  return &seen_.emplace_back(Seen{z, std::move(*look)});
 }
 
 bool Places::look_around() {
@@ -175,10 +175,10 @@ bool Places::finish_inside(Eigen::Index number) {
       VectorXd up = z, down = z;
       up[free[static_cast<std::size_t>(j)]] += h;
       down[free[static_cast<std::size_t>(j)]] -= h;
-      const BoxLook above = look_(up), below = look_(down);
+      const auto above = look_(up), below = look_(down);
       looks_ += 2;
-      if (!above.ok || !below.ok) return true;
-      H.col(j) = (above.rates.row(number) - below.rates.row(number)).transpose()(free) / (2 * h);
+      if (!above || !below) return true;
+      H.col(j) = (above->rates.row(number) - below->rates.row(number)).transpose()(free) / (2 * h);
     }
     // Steps only along directions with a maximum; directions that are flat but for rounding have
     // none.
@@ -220,7 +220,7 @@ std::vector<VectorXd> Places::ends(Eigen::Index number) const {
   return places;
 }
 
-WorstPlaces Places::find() {
+Answer<WorstPlaces, Why> Places::find() {
   WorstPlaces found;
   bool whole = look_around();
   const auto count = static_cast<Eigen::Index>(kinds_.size());
@@ -232,20 +232,16 @@ WorstPlaces Places::find() {
     }
   for (Eigen::Index k = 0; k < count && whole; ++k) whole = finish_inside(k);
   found.looks = looks_;
-  if (!whole) {
-    found.message = failed_->message;
-    found.reason = failed_->reason;
-    return found;
-  }
-  found.ok = true;
+  if (!whole) return BecauseOf(*failed_);
   for (Eigen::Index k = 0; k < count; ++k) found.places.push_back(ends(k));
   return found;
 }
 
 }  // namespace
 
-WorstPlaces worst_places(const BoxSearch& search, const std::vector<std::size_t>& kinds,
-                         const LookInBox& look) {
+Answer<WorstPlaces, Why> worst_places(const BoxSearch& search,
+                                      const std::vector<std::size_t>& kinds,
+                                      const LookInBox& look) {
   assert(search.size > 0 && search.places > 0);
   return Places(search, kinds, look).find();
 }

@@ -128,7 +128,7 @@ Screened Screen::evaluate(int number, const Scales& scales) const {
   Screened screened;
   screened.known = true;
   const Variables variables = problem_.variables(point(number));
-  if (problem_.ruled_out(variables, scales)) {
+  if (!problem_.near_formulas(variables, scales)) {
     screened.reason = missed_formulas;
     return screened;
   }

@@ -75,14 +75,14 @@ class Study {
               ToleranceReport& report) const;
   SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
   /// Values and their slopes, part by part; no rows where one is missing.
-  GoalReading read(const Goal& goal, const ParameterValues& parameters,
-                   const std::vector<StrokeSensitivity>& found) const;
+  Answer<GoalReading, Why> read(const Goal& goal, const ParameterValues& parameters,
+                                const std::vector<StrokeSensitivity>& found) const;
   /// ToleranceSlopes in rows, from derivatives along the named parameters in rows.
   MatrixXd slopes(const std::vector<std::string>& names, const MatrixXd& gradients) const {
     return gradients * tolerance_changes(spec_.entries, names, parameters_);
   }
   ParameterValues deviated(const VectorXd& unit_point) const;
-  std::string refusal(const ParameterValues& values) const;
+  Check check_values(const ParameterValues& values) const;
 
   Job job_;
   const TolerancesSpec& spec_;
@@ -119,15 +119,14 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
   }
 }
 
-GoalReading Study::read(const Goal& goal, const ParameterValues& parameters,
-                        const std::vector<StrokeSensitivity>& found) const {
-  GoalReading reading =
-      goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests_);
-  if (reading.gradient.rows() > 0)
-    reading.gradient =
+Answer<GoalReading, Why> Study::read(const Goal& goal, const ParameterValues& parameters,
+                                     const std::vector<StrokeSensitivity>& found) const {
+  auto reading = goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests_);
+  if (reading && reading->gradient.rows() > 0)
+    reading->gradient =
         slopes(goal.expression ? goal.expression->names()
                                : found[goal.parts.front().load_case].gradients->parameters,
-               reading.gradient);
+               reading->gradient);
   return reading;
 }
 
@@ -141,21 +140,21 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     of.quantity = goal.quantity;
     if (goal.expression) of.expression = goal.expression->text();
     if (g > 0) of.min = spec.constraints[g - 1].min, of.max = spec.constraints[g - 1].max;
-    const GoalReading reading = read(goal, parameters_, found);
-    if (!reading.ok) {
-      report.message +=
-          fmt::format("{}{}: {}", report.message.empty() ? "" : "; ", goal.label, reading.message);
+    const auto reading = read(goal, parameters_, found);
+    if (!reading) {
+      report.message += fmt::format("{}{}: {}", report.message.empty() ? "" : "; ", goal.label,
+                                    reading.error().message);
       continue;
     }
-    const Extreme e = extreme(goal, reading.values);
-    of.number.value = e.sign * reading.values[e.entry];
+    const Extreme e = extreme(goal, reading->values);
+    of.number.value = e.sign * reading->values[e.entry];
     if (!goal.expression) of.decisive = place_of(goal, e.entry);
-    if (reading.gradient.rows() == 0) continue;
-    const LinearGoal linear = linear_goal(goal, reading.values, reading.gradient);
+    if (reading->gradient.rows() == 0) continue;
+    const LinearGoal linear = linear_goal(goal, reading->values, reading->gradient);
     of.number.slopes = linear.slopes;
     of.low = linear.low, of.high = linear.high;
     if (g == 0) continue;
-    of.room = room_of(goal, reading.values, reading.gradient, of.min, of.max);
+    of.room = room_of(goal, reading->values, reading->gradient, of.min, of.max);
     if (of.room && (!report.room || *of.room < *report.room))
       report.room = of.room, report.room_of = of.label;
   }
@@ -210,23 +209,23 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
   return values;
 }
 
-/// Why there is no design with these values; empty where there is one.
-std::string Study::refusal(const ParameterValues& values) const {
+/// Whether there is a design with these values.
+Check Study::check_values(const ParameterValues& values) const {
   for (const std::string& name : names_) {
     const Parameter& p = *find_parameter(resolve(job_.design)->family(), name);
     const double v = values.at(name);
     if (p.open_min ? v <= p.min : v < p.min)
-      return fmt::format("{} = {:g} {} is too small", name, v, p.unit);
+      return Because(fmt::format("{} = {:g} {} is too small", name, v, p.unit));
     if (p.open_max ? v >= p.max : v > p.max)
-      return fmt::format("{} = {:g} {} is too large", name, v, p.unit);
+      return Because(fmt::format("{} = {:g} {} is too large", name, v, p.unit));
   }
-  return "";
+  return {};
 }
 
 SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport& report) const {
   SampledDesign sample;
   const ParameterValues values = deviated(unit_point);
-  sample.failure = refusal(values);
+  sample.failure = why_not(check_values(values));
   if (!sample.failure.empty()) return sample;
   std::vector<StrokeSensitivity> found(requests_.size());
   try {
@@ -244,13 +243,13 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
   for (const ToleratedQuantity& q : report.quantities)
     sample.quantities.push_back(value_of(found[q.load_case].response.path[q.point], q.name));
   for (const Goal& goal : goals_) {
-    const GoalReading reading = read(goal, values, found);
-    if (!reading.ok) {
+    const auto reading = read(goal, values, found);
+    if (!reading) {
       sample.goals.clear();
-      if (sample.failure.empty()) sample.failure = reading.message;
+      if (sample.failure.empty()) sample.failure = reading.error().message;
       break;
     }
-    sample.goals.push_back(aggregate(goal, reading.values));
+    sample.goals.push_back(aggregate(goal, reading->values));
   }
   return sample;
 }

@@ -64,19 +64,20 @@ void print_check(const AtlasCheck& check) {
 }
 
 int show_atlas(const std::filesystem::path& file) {
-  const OpenedAtlas opened = open_atlas(file);
-  if (!opened.atlas) {
-    put(stderr, fmt::format("flexopt: {}: {}\n", file.string(), opened.problem));
+  const auto opened = open_atlas(file);
+  if (!opened) {
+    put(stderr, fmt::format("flexopt: {}: {}\n", file.string(), opened.error()));
     return exit_not_usable;
   }
-  const AtlasSettings& s = opened.atlas->settings();
+  const TubeAtlas& atlas = **opened;
+  const AtlasSettings& s = atlas.settings();
   fmt::print(
       "{}\n  {} x {} elements, w/L {:g} to {:g}, t/L 1/{:.0f} to 1/{:.0f}, Poisson's ratio "
       "{:g} to {:g}, to {:g} rad; contents {}\n",
       file.string(), s.mesh[0], s.mesh[1], s.width[0], s.width[1], 1 / s.thickness[0],
       1 / s.thickness[1], s.poissons_ratios.front(), s.poissons_ratios.back(), s.sigmas.back(),
-      opened.atlas->fingerprint());
-  if (!opened.atlas->check().rays.empty()) print_check(opened.atlas->check());
+      atlas.fingerprint());
+  if (!atlas.check().rays.empty()) print_check(atlas.check());
   return exit_usable;
 }
 
@@ -88,8 +89,8 @@ int make_atlas_file(const CommandLine& line) {
   const std::filesystem::path file =
       line.file.empty() ? default_atlas_file(settings.mesh) : std::filesystem::path(line.file);
   if (line.show) return show_atlas(file);
-  if (const std::string problem = obstacle(file); !problem.empty())
-    throw SpecError("--out", file.string(), problem);
+  if (const Check writable = can_be_written(file); !writable)
+    throw SpecError("--out", file.string(), writable.error());
   const auto begin = std::chrono::steady_clock::now();
   ProgressDisplay progress(stderr, progress_style(stderr, line.quiet));
   std::mutex mutex;
@@ -107,14 +108,14 @@ int make_atlas_file(const CommandLine& line) {
                    .what = "leaves",
                    .text = fmt::format("{} of {} leaves", done, total)});
   };
-  const MadeAtlas made = make_atlas(settings, options);
-  if (!made.atlas) {
-    put(stderr, fmt::format("flexopt: no atlas: {}\n", made.problem));
+  const auto made = make_atlas(settings, options);
+  if (!made) {
+    put(stderr, fmt::format("flexopt: no atlas: {}\n", made.error()));
     return exit_not_usable;
   }
-  if (const std::string problem = write_atlas(*made.atlas, file); !problem.empty())
-    throw SpecError("--out", file.string(), problem);
-  print_check(made.atlas->check());
+  if (const Check written = write_atlas(**made, file); !written)
+    throw SpecError("--out", file.string(), written.error());
+  print_check((*made)->check());
   fmt::print("atlas: {} ({:.1f} MB, {} leaves, {:.0f} s)\n", file.string(),
              1e-6 * static_cast<double>(std::filesystem::file_size(file)),
              settings.shapes() * settings.tables(), seconds_since(begin));

@@ -99,12 +99,12 @@ std::string cycles_text(const StressRules& rules) {
 
 /// What a material lacks, of the first leaf that lacks something.
 std::string lacking_text(const RunRecord& record,
-                         std::string (*missing)(const Material&, const FatigueRule&)) {
+                         Check (*suffices)(const Material&, const FatigueRule&)) {
   const StrokeRequest& request = record.job.request;
   const FatigueRule& rule = request.stress.fatigue_rule;
   for (const LeafSpring& leaf : record.mechanism.leaves)
-    if (const std::string lacks = missing(leaf.material, rule); !lacks.empty())
-      return fmt::format("the material of {} has no {}", leaf.name, lacks);
+    if (const Check enough = suffices(leaf.material, rule); !enough)
+      return fmt::format("the material of {} has no {}", leaf.name, enough.error());
   return "a stroke of one point has no cycle, and no stress_ratio is given";
 }
 
@@ -269,9 +269,9 @@ Json stress_checks_json(const RunRecord& record) {
                                                                        "curve",
                                                                        *required)
                                                          : "cycles without end"))
-                      : check(false, lacking_text(record, missing_for_fatigue))},
+                      : check(false, lacking_text(record, suffices_for_fatigue))},
       {"life", rules.life ? check(true, cycles_text(rules) + "; cycles by the S-N curve")
-                          : check(false, lacking_text(record, missing_for_life))},
+                          : check(false, lacking_text(record, suffices_for_life))},
       {"fillets",
        rules.fillet
            ? check(true, fmt::format("radius {:g} m at every edge that a body holds; elastic "

@@ -161,16 +161,13 @@ Json extremes_json(const RunRecord& record) {
 }
 
 /// The number at the pointer, or why there is none.
-std::optional<double> number_at(const OrderedJson& result, const std::string& pointer,
-                                std::string& why) try {
+Answer<double> number_at(const OrderedJson& result, const std::string& pointer) try {
   const OrderedJson& found = result.at(OrderedJson::json_pointer(pointer));
   if (found.is_number()) return found.get<double>();
-  why =
-      fmt::format("{} is {}, not a number", pointer, found.is_null() ? "null" : found.type_name());
-  return std::nullopt;
+  return Because(
+      fmt::format("{} is {}, not a number", pointer, found.is_null() ? "null" : found.type_name()));
 } catch (const OrderedJson::exception&) {
-  why = fmt::format("{} is not in the result", pointer);
-  return std::nullopt;
+  return Because(fmt::format("{} is not in the result", pointer));
 }
 
 }  // namespace
@@ -253,17 +250,17 @@ std::vector<std::string> check_expectations(const std::vector<Expectation>& expe
   OrderedJson list = OrderedJson::array();
   std::vector<std::string> failures;
   for (const Expectation& expected : expectations) {
-    std::string why;
-    const auto value = number_at(result, expected.pointer, why);
+    const Answer<double> value = number_at(result, expected.pointer);
     const bool ok = value && std::abs(*value - expected.value) <= expected.tolerance;
-    if (value && !ok)
-      why = fmt::format("{} = {}, expected {} ± {} ({})", expected.pointer, *value, expected.value,
-                        expected.tolerance, expected.source);
-    if (!ok) failures.push_back(why);
+    if (!ok)
+      failures.push_back(value ? fmt::format("{} = {}, expected {} ± {} ({})", expected.pointer,
+                                             *value, expected.value, expected.tolerance,
+                                             expected.source)
+                               : value.error());
     list.push_back({{"pointer", expected.pointer},
                     {"expected", expected.value},
                     {"tolerance", expected.tolerance},
-                    {"value", optional_json(value)},
+                    {"value", value ? Json(*value) : Json()},
                     {"ok", ok},
                     {"source", expected.source}});
   }

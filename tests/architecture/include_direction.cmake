@@ -11,6 +11,7 @@ set(wrapped
   "libqhull_r/.*" "results/export/convex_hull\\.cpp"
   "(BRep|Geom|STEPC|gp_|TopoDS|TopExp|TColgp|Interface_)[A-Za-z_]*\\.hxx" "results/export/step_writer\\.cpp"
   "httplib\\.h" "results/server/local_server\\.cpp"
+  "tl/expected\\.hpp" "core/math/answer\\.hpp"
   "mpi\\.h" "results/run/mpi_workers\\.cpp"
 )
 

@@ -148,12 +148,8 @@ void hinges(const std::shared_ptr<const TubeAtlas>& atlas) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::shared_ptr<const TubeAtlas> atlas;
-  if (argc > 1)
-    atlas = open_atlas(argv[1]).atlas;
-  else
-    atlas = make_atlas({}, {.loop = on_two_cores}).atlas;
+  const auto atlas = argc > 1 ? open_atlas(argv[1]) : make_atlas({}, {.loop = on_two_cores});
   if (!atlas) return 1;
-  errors(atlas->check());
-  hinges(atlas);
+  errors((*atlas)->check());
+  hinges(*atlas);
 }

@@ -58,10 +58,10 @@ double largest_difference(const Subject& of, const StrokeSensitivity& a,
 
 // The atlas that FLEXOPT_ATLAS names, or one of the hinge's rays alone.
 std::shared_ptr<const TubeAtlas> atlas_of_hinge() {
-  if (const char* file = std::getenv("FLEXOPT_ATLAS")) return open_atlas(file).atlas;
+  if (const char* file = std::getenv("FLEXOPT_ATLAS")) return open_atlas(file).value();
   AtlasSettings settings;
   settings.rays = {-1, 1};
-  return make_atlas(settings, {.check_cells = {0, 0}, .check_rays = {}}).atlas;
+  return make_atlas(settings, {.check_cells = {0, 0}, .check_rays = {}}).value();
 }
 
 // Leaves that are looked up: costs, and the derivatives against those of full leaves.

@@ -241,10 +241,10 @@ TEST_CASE("constraints name held directions that are held elsewhere too", "[held
 
 TEST_CASE("held directions that cannot be are refused", "[held]") {
   const auto refused = [](const json& held, const char* rule) {
-    std::optional<std::string> broken;
+    Check kept;
     const std::string complaint =
-        test::complaint_of([&] { broken = broken_rule(make(guide(turns, held))); });
-    CHECK_THAT(broken.value_or(complaint), Catch::Contains(rule));
+        test::complaint_of([&] { kept = check_rules(make(guide(turns, held))); });
+    CHECK_THAT(kept ? complaint : kept.error(), Catch::Contains(rule));
   };
   refused({"uz", {{"displacement", {0, 0, 1}}}}, "already hold its displacement along");
   refused({{{"rotation", {0, 0, 0}}}}, "/bodies/0/held/0/rotation");

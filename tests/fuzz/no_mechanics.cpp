@@ -8,7 +8,9 @@
 namespace flexopt {
 
 std::filesystem::path default_atlas_file(const std::array<int, 2>&) { return "/dev/null/none"; }
-OpenedAtlas open_atlas(const std::filesystem::path&) { return {nullptr, "there is none"}; }
+Answer<std::shared_ptr<const TubeAtlas>> open_atlas(const std::filesystem::path&) {
+  return Because("there is none");
+}
 
 StrokeResponse evaluate_stroke(const Mechanism&, const ModelOptions&, const StrokeRequest&) {
   std::abort();

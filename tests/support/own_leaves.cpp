@@ -146,7 +146,7 @@ OwnLeaves own_leaves(unsigned seed) {
   Draw draw(seed);
   for (;;) {
     OwnLeaves own = draw_one(draw);
-    if (!broken_rule(own.mechanism)) return own;
+    if (check_rules(own.mechanism)) return own;
   }
 }
 

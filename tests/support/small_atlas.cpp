@@ -48,17 +48,17 @@ std::shared_ptr<const TubeAtlas> kept_atlas(const std::string& name, const Atlas
   const fs::path file = program.string() + "." + name + ".atlas";
   // a changed program, or library in it, may make another atlas
   if (fs::exists(file) && fs::last_write_time(file) > fs::last_write_time(program)) {
-    const OpenedAtlas kept = open_atlas(file);
-    if (kept.atlas && kept.atlas->settings() == settings) return kept.atlas;
+    const auto kept = open_atlas(file);
+    if (kept && (*kept)->settings() == settings) return *kept;
   }
-  const MadeAtlas made = make_atlas(settings, options);
-  INFO(made.problem);
-  REQUIRE(made.atlas);
-  REQUIRE(write_atlas(*made.atlas, file).empty());
-  OpenedAtlas opened = open_atlas(file);
-  INFO(opened.problem);
-  REQUIRE(opened.atlas);
-  return opened.atlas;
+  const auto made = make_atlas(settings, options);
+  INFO(why_not(made));
+  REQUIRE(made);
+  REQUIRE(write_atlas(**made, file));
+  const auto opened = open_atlas(file);
+  INFO(why_not(opened));
+  REQUIRE(opened);
+  return *opened;
 }
 
 std::shared_ptr<const TubeAtlas> small_atlas() {

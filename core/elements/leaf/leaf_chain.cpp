@@ -293,9 +293,9 @@ std::unique_ptr<LeafElement> LeafChain::full_model(const std::string& reason) {
   return full_model_(*this, {lines_.front(), lines_.back()}, reason);
 }
 
-std::string LeafChain::rebuilt_gap() const {
+Check LeafChain::check_rebuilt() const {
   for (const auto& segment : segments_)
-    if (std::string gap = segment->rebuilt_gap(); !gap.empty()) return gap;
+    if (Check believed = segment->check_rebuilt(); !believed) return believed;
   return {};
 }
 

@@ -42,7 +42,7 @@ class LeafChain final : public LeafElement {
   Vector3d material_point(double along, double across) override;
   LeafReport report() const override { return segments_.front()->report(); }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
-  std::string rebuilt_gap() const override;
+  Check check_rebuilt() const override;
 
  private:
   int segments() const { return static_cast<int>(segments_.size()); }

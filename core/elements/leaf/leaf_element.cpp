@@ -19,11 +19,13 @@ void set_modes(LeafDynamics& dynamics, const VectorXd& omega2) {
   dynamics.highest_mode = stable ? 0.5 * dynamics.mode_frequencies[modes - 1] : 0;
 }
 
-Answer<LeafLinear> LeafElement::linearise() {
-  return {nullptr, "the model \"" + report().model + "\" has no linearised interior"};
+Answer<std::unique_ptr<LeafLinear>> LeafElement::linearise() {
+  return Because("the model \"" + report().model + "\" has no linearised interior");
 }
 
-std::string LeafElement::interior_gap(InteriorUse /*use*/) { return linearise().reason; }
+Check LeafElement::check_interior(InteriorUse /*use*/) {
+  return linearise().map([](const auto&) {});
+}
 
 std::vector<Vector3d> LeafElement::material_points(
     const std::vector<std::array<double, 2>>& places) {
@@ -33,12 +35,13 @@ std::vector<Vector3d> LeafElement::material_points(
   return points;
 }
 
-Answer<LeafGradient<double>> LeafLinear::gradient(LeafRates&, const LeafRows&) const {
-  return {nullptr, "its model has no exact derivatives"};
+Answer<std::unique_ptr<LeafGradient<double>>> LeafLinear::gradient(LeafRates&,
+                                                                   const LeafRows&) const {
+  return Because("its model has no exact derivatives");
 }
 
-Answer<LeafSeries> LeafLinear::series() const {
-  return {nullptr, "its model has no series along the stroke; full accuracy has"};
+Answer<std::unique_ptr<LeafSeries>> LeafLinear::series() const {
+  return Because("its model has no series along the stroke; full accuracy has");
 }
 
 }  // namespace flexopt

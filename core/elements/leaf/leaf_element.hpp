@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/edge_pose.hpp"
 #include "core/elements/leaf/leaf_results.hpp"
+#include "core/math/answer.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
@@ -109,7 +109,7 @@ class LeafElement {
   virtual void displace_point(const Vector3d& /*displacement*/, const Vector3d& /*du*/) {}
 
   /// From now on this load acts inside the leaf; at first no load does. Only full leaves support
-  /// it: acts_inside() of core/mechanism/load_case.hpp says which leaves have to.
+  /// it: is_reducible() of core/mechanism/load_case.hpp says which leaves have to.
   virtual void act(const LeafLoad& /*load*/) {}
 
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
@@ -127,14 +127,12 @@ class LeafElement {
   virtual std::unique_ptr<LeafElement> full_model(const std::string& reason) = 0;
   /// Linearisation about the present state with all interior unknowns; after evaluate(). The leaf
   /// must outlive it and keep its state. None unless the model has such unknowns.
-  virtual Answer<LeafLinear> linearise();
-  /// Why linearise() has no answer for this use, with exact derivatives, at the present state;
-  /// empty where it has one.
-  virtual std::string interior_gap(InteriorUse use);
-  /// Why a reduced leaf is not to be believed beside the full one that it rebuilt at its present
-  /// state, for frequencies or stress, or that one is not; empty where both are, or none was
-  /// rebuilt.
-  virtual std::string rebuilt_gap() const { return {}; }
+  virtual Answer<std::unique_ptr<LeafLinear>> linearise();
+  /// Whether linearise() has an answer for this use, with exact derivatives, at the present state.
+  virtual Check check_interior(InteriorUse use);
+  /// Whether a reduced leaf is to be believed beside the full one that it rebuilt at its present
+  /// state, for frequencies or stress, and that one is, if one was rebuilt.
+  virtual Check check_rebuilt() const { return {}; }
 
   /// Tells where the interior is and how it follows the edges; after evaluate(). It is empty for a
   /// leaf without unknowns of its own, and for one with a material point.

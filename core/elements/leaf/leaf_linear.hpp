@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/elements/leaf/leaf_rates.hpp"
 #include "core/elements/leaf/leaf_rows.hpp"
 #include "core/elements/leaf/leaf_scale.hpp"
+#include "core/math/answer.hpp"
 
 namespace flexopt {
 
@@ -46,9 +46,10 @@ class LeafLinear {
 
   /// The share in exact gradients at the present state. `rows.unknowns` must be unknowns(). This
   /// must outlive it. None unless the model has one.
-  virtual Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const;
+  virtual Answer<std::unique_ptr<LeafGradient<double>>> gradient(LeafRates& rates,
+                                                                 const LeafRows& rows) const;
   /// The leaf along a path that starts at the present state. None unless the model has one.
-  virtual Answer<LeafSeries> series() const;
+  virtual Answer<std::unique_ptr<LeafSeries>> series() const;
 };
 
 }  // namespace flexopt

@@ -49,8 +49,8 @@ class FullLeaf final : public LeafElement {
   }
   bool is_full() const override { return true; }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
-  Answer<LeafLinear> linearise() override;
-  std::string interior_gap(InteriorUse) override { return {}; }
+  Answer<std::unique_ptr<LeafLinear>> linearise() override;
+  Check check_interior(InteriorUse) override { return {}; }
 
   /// The plate for changes: from now on it is not shared with other leaves.
   PlateLeaf& plate();

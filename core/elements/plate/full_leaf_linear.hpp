@@ -22,8 +22,9 @@ class FullLeafLinear final : public LeafLinear {
   MatrixXd station_motion(const MatrixXd& V) const override {
     return leaf_station_motion(leaf_->plate(), leaf_->scale(), V);
   }
-  Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const override;
-  Answer<LeafSeries> series() const override;
+  Answer<std::unique_ptr<LeafGradient<double>>> gradient(LeafRates& rates,
+                                                         const LeafRows& rows) const override;
+  Answer<std::unique_ptr<LeafSeries>> series() const override;
 
  private:
   const FullLeaf* leaf_;

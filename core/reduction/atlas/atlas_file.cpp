@@ -200,27 +200,27 @@ struct Mapping {
   }
 };
 
-std::string map_file(const fs::path& file, Mapping& mapping) {
+Check map_file(const fs::path& file, Mapping& mapping) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return std::strerror(errno);
+  if (descriptor < 0) return Because(std::strerror(errno));
   struct stat status {};
-  std::string problem;
+  Check mapped;
   if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
-    problem = "it is no file";
+    mapped = Because("it is no file");
   } else if (static_cast<std::uint64_t>(status.st_size) < sizeof(Head)) {
-    problem = "it is no atlas, or not whole";
+    mapped = Because("it is no atlas, or not whole");
   } else {
     void* data = ::mmap(nullptr, static_cast<std::size_t>(status.st_size), PROT_READ, MAP_SHARED,
                         descriptor, 0);
     if (data == MAP_FAILED) {
-      problem = std::strerror(errno);
+      mapped = Because(std::strerror(errno));
     } else {
       mapping.data = static_cast<const char*>(data);
       mapping.size = static_cast<std::uint64_t>(status.st_size);
     }
   }
   ::close(descriptor);
-  return problem;
+  return mapped;
 }
 
 bool sound(const AtlasSettings& s) {
@@ -247,16 +247,17 @@ fs::path default_atlas_file(const std::array<int, 2>& mesh) {
   return cache / "flexopt" / fmt::format("tubes-{}x{}.atlas", mesh[0], mesh[1]);
 }
 
-std::string obstacle(const fs::path& file) {
+Check can_be_written(const fs::path& file) {
   std::error_code failed;
-  if (fs::is_directory(file, failed)) return "it is a folder";
+  if (fs::is_directory(file, failed)) return Because("it is a folder");
   if (file.has_parent_path()) fs::create_directories(file.parent_path(), failed);
-  if (failed) return failed.message();
-  const int error = try_writing(file);
-  return error ? fmt::format("it cannot be written: {}", std::strerror(error)) : std::string();
+  if (failed) return Because(failed.message());
+  if (const int error = try_writing(file))
+    return Because(fmt::format("it cannot be written: {}", std::strerror(error)));
+  return {};
 }
 
-std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
+Check write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   const AtlasSettings& s = atlas.settings();
   const std::string text = json{
       {"settings", settings_json(s)},
@@ -290,24 +291,24 @@ std::string write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   head.contents = hash(contents.data() + head.text, head.size - head.text);
   std::memcpy(contents.data(), &head, sizeof head);
 
-  if (std::string problem = obstacle(file); !problem.empty()) return problem;
-  const int error = write_whole(file, contents);
-  return error ? fmt::format("{} cannot be written: {}", file.string(), std::strerror(error))
-               : std::string();
+  if (Check writable = can_be_written(file); !writable) return writable;
+  if (const int error = write_whole(file, contents))
+    return Because(fmt::format("{} cannot be written: {}", file.string(), std::strerror(error)));
+  return {};
 }
 
-OpenedAtlas open_atlas(const fs::path& file) {
+Answer<std::shared_ptr<const TubeAtlas>> open_atlas(const fs::path& file) {
   auto mapping = std::make_shared<Mapping>();
-  if (std::string problem = map_file(file, *mapping); !problem.empty()) return {nullptr, problem};
+  if (Check mapped = map_file(file, *mapping); !mapped) return Because(mapped.error());
   Head head;
   std::memcpy(&head, mapping->data, sizeof head);
-  if (std::memcmp(head.magic, magic, sizeof magic - 2) != 0) return {nullptr, "it is no atlas"};
+  if (std::memcmp(head.magic, magic, sizeof magic - 2) != 0) return Because("it is no atlas");
   if (std::memcmp(head.magic, magic, sizeof magic) != 0 || head.byte_order != byte_order)
-    return {nullptr, "it is an atlas of another format"};
-  if (head.size != mapping->size) return {nullptr, "it is not whole"};
+    return Because("it is an atlas of another format");
+  if (head.size != mapping->size) return Because("it is not whole");
   if (head.text != padded(sizeof head) ||
       head.contents != hash(mapping->data + head.text, head.size - head.text))
-    return {nullptr, "its contents are damaged"};
+    return Because("its contents are damaged");
   const json text = json::parse(mapping->data + head.text,
                                 mapping->data + head.text + head.text_size, nullptr, false);
   try {
@@ -315,9 +316,9 @@ OpenedAtlas open_atlas(const fs::path& file) {
     if (!sound(settings) || text.at("settings").at("degree") != atlas_degree ||
         head.potentials > head.tables || head.tables > head.stress ||
         head.stress + head.stress_size > head.size)
-      return {nullptr, "it is an atlas of another format"};
+      return Because("it is an atlas of another format");
     if (!same_mechanics(text.at("probe")))
-      return {nullptr, "it was made with other mechanics: this program expands leaves otherwise"};
+      return Because("it was made with other mechanics: this program expands leaves otherwise");
     TubeAtlas::Numbers numbers{.owner = mapping};
     PartReader potentials{mapping->data, head.tables, head.potentials};
     PartReader tables{mapping->data, head.stress, head.tables};
@@ -326,18 +327,17 @@ OpenedAtlas open_atlas(const fs::path& file) {
         !read_tables(text.at("stations"), tables, numbers.stations) ||
         (settings.dynamics && (numbers.dynamics.size() != settings.rays.size() ||
                                numbers.stations.size() != settings.rays.size())))
-      return {nullptr, "it is an atlas of another format"};
+      return Because("it is an atlas of another format");
     std::shared_ptr<const StressAtlas> stress;
     if (settings.stress_patterns > 0) {
       stress = StressAtlas::unpack(stress_settings(settings), mapping->data + head.stress,
                                    head.stress_size, mapping);
-      if (!stress) return {nullptr, "it is an atlas of another format"};
+      if (!stress) return Because("it is an atlas of another format");
     }
-    return {std::make_shared<TubeAtlas>(settings, numbers, check_of(text.at("check")),
-                                        fmt::format("{:016x}", head.contents), std::move(stress)),
-            {}};
+    return std::make_shared<TubeAtlas>(settings, numbers, check_of(text.at("check")),
+                                       fmt::format("{:016x}", head.contents), std::move(stress));
   } catch (const json::exception&) {
-    return {nullptr, "it is an atlas of another format"};
+    return Because("it is an atlas of another format");
   }
 }
 

@@ -314,23 +314,24 @@ MatrixXd logarithms_of_shapes(const AtlasSettings& settings) {
   return log_shapes;
 }
 
-// What is missing of the bent states of a ray, [ratio × shape]; empty if nothing.
-std::string missing_states(const AtlasSettings& settings, const MatrixXd& log_shapes,
-                           const std::vector<BentStates>& states, double rho) {
+// Whether a ray has all bent states, [ratio × shape].
+Check check_states(const AtlasSettings& settings, const MatrixXd& log_shapes,
+                   const std::vector<BentStates>& states, double rho) {
   for (std::size_t i = 0; i < states.size(); ++i)
     if (states[i].nodes.size() < settings.sigmas.size()) {
       const auto at = log_shapes.row(static_cast<Eigen::Index>(i) % log_shapes.rows());
-      return fmt::format(
+      return Because(fmt::format(
           "a leaf with w/L = {:.4g}, t/L = 1/{:.4g} has only {} of {} bent states on the ray "
           "(1, {:.3g})",
-          std::exp(at[0]), std::exp(-at[1]), states[i].nodes.size(), settings.sigmas.size(), rho);
+          std::exp(at[0]), std::exp(-at[1]), states[i].nodes.size(), settings.sigmas.size(), rho));
     }
   return {};
 }
 
 }  // namespace
 
-MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options) {
+Answer<std::shared_ptr<const TubeAtlas>> make_atlas(const AtlasSettings& settings,
+                                                    const AtlasOptions& options) {
   const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size()),
             rays = static_cast<int>(settings.rays.size()), per_ray = ratios * shapes;
   const MatrixXd log_shapes = logarithms_of_shapes(settings);
@@ -345,7 +346,6 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
 
   const std::vector<AtlasTerm> terms = atlas_terms(settings.sigmas);
   auto store = std::make_shared<Store>(settings, terms);
-  MadeAtlas made;
   const StressAtlasSettings of_stress = stress_settings(settings);
   std::optional<StressAtlasMaker> stress;
   if (settings.stress_patterns > 0) stress.emplace(of_stress);
@@ -365,8 +365,8 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
       own.stress.clear();
       one_more();
     });
-    made.problem = missing_states(settings, log_shapes, states, rho);
-    if (!made.problem.empty()) return made;
+    if (Check complete = check_states(settings, log_shapes, states, rho); !complete)
+      return Because(std::move(complete.error()));
     fill_ray(settings, terms, ray, log_shapes, states, *store);
     if (settings.dynamics) compress_dynamics(settings, states, *store);
     if (stressed) stress->end_ray();
@@ -383,9 +383,7 @@ MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options)
   for (const CompressedNumbers& table : store->stations) numbers.stations.push_back(table.table());
   AtlasCheck check;
   if (checks > 0) check = checked(TubeAtlas(settings, numbers, {}, {}, tables), options, one_more);
-  made.atlas =
-      std::make_shared<TubeAtlas>(settings, numbers, std::move(check), std::string(), tables);
-  return made;
+  return std::make_shared<TubeAtlas>(settings, numbers, std::move(check), std::string(), tables);
 }
 
 }  // namespace flexopt

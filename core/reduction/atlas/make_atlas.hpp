@@ -1,7 +1,6 @@
 #pragma once
 // Making an atlas: every leaf of its grid is solved and expanded, in any order and on any threads.
 #include <functional>
-#include <string>
 
 #include "core/reduction/atlas/expanded_leaf.hpp"
 #include "core/reduction/atlas/tube_atlas.hpp"
@@ -22,11 +21,9 @@ struct AtlasOptions {
   std::vector<double> check_rays{1, -1, 0.84, 0.2, -0.57};
 };
 
-struct MadeAtlas {
-  std::shared_ptr<const TubeAtlas> atlas;  ///< none where a leaf of the grid has no bent states
-  std::string problem;                     ///< then why
-};
-MadeAtlas make_atlas(const AtlasSettings& settings, const AtlasOptions& options = {});
+/// None where a leaf of the grid has no bent states.
+Answer<std::shared_ptr<const TubeAtlas>> make_atlas(const AtlasSettings& settings,
+                                                    const AtlasOptions& options = {});
 
 /// Errors of a potential against another one of the same leaf, `truth`.
 AtlasCheck::Errors difference(const TubePotential& found, const TubePotential& truth,

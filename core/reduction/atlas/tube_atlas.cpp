@@ -126,32 +126,33 @@ TubeAtlas::TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check,
   assert(settings_.sigmas.size() >= 2 && settings_.sigmas.front() == 0);
 }
 
-std::string TubeAtlas::gap(const PlateShape& shape, const TubeRange& range) const {
+Check TubeAtlas::covers(const PlateShape& shape, const TubeRange& range) const {
   const AtlasSettings& s = settings_;
   const auto outside = [](double x, double low, double high) {
     return x < low * (1 - rounding) || x > high * (1 + rounding);
   };
-  if (shape.is_beam()) return "it is a beam";
-  if (shape.curve) return "it is curved";
-  if (shape.fold) return "it is folded";
-  if (shape.has_profile()) return "its width or thickness varies";
+  if (shape.is_beam()) return Because("it is a beam");
+  if (shape.curve) return Because("it is curved");
+  if (shape.fold) return Because("it is folded");
+  if (shape.has_profile()) return Because("its width or thickness varies");
   if (shape.mesh != s.mesh || shape.free_edge_torsion != s.free_edge_torsion)
-    return "it has another mesh";
-  if (!shape.transverse_shear) return "it has no transverse shear";
-  if (range.order != 2) return "it has another degree";
-  if (range.force_centre != 0) return "it is centred on a load";
+    return Because("it has another mesh");
+  if (!shape.transverse_shear) return Because("it has no transverse shear");
+  if (range.order != 2) return Because("it has another degree");
+  if (range.force_centre != 0) return Because("it is centred on a load");
   if (outside(shape.width, s.width[0], s.width[1]))
-    return fmt::format("its width is {:.3g} of its length, not {:.3g} to {:.3g}", shape.width,
-                       s.width[0], s.width[1]);
+    return Because(fmt::format("its width is {:.3g} of its length, not {:.3g} to {:.3g}",
+                               shape.width, s.width[0], s.width[1]));
   if (outside(shape.thickness, s.thickness[0], s.thickness[1]))
-    return fmt::format("its thickness is 1/{:.4g} of its length, not 1/{:.4g} to 1/{:.4g}",
-                       1 / shape.thickness, 1 / s.thickness[0], 1 / s.thickness[1]);
+    return Because(fmt::format("its thickness is 1/{:.4g} of its length, not 1/{:.4g} to 1/{:.4g}",
+                               1 / shape.thickness, 1 / s.thickness[0], 1 / s.thickness[1]));
   const double nu = shape.poissons_ratio;
   if (nu < s.poissons_ratios.front() - rounding || nu > s.poissons_ratios.back() + rounding)
-    return fmt::format("its Poisson's ratio is {:.3g}, not {:.3g} to {:.3g}", nu,
-                       s.poissons_ratios.front(), s.poissons_ratios.back());
+    return Because(fmt::format("its Poisson's ratio is {:.3g}, not {:.3g} to {:.3g}", nu,
+                               s.poissons_ratios.front(), s.poissons_ratios.back()));
   if (range.sigma_max > s.sigmas.back())
-    return fmt::format("it bends to {:.3g} rad, beyond {:.3g}", range.sigma_max, s.sigmas.back());
+    return Because(
+        fmt::format("it bends to {:.3g} rad, beyond {:.3g}", range.sigma_max, s.sigmas.back()));
   return {};
 }
 

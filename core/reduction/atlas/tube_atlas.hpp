@@ -109,8 +109,8 @@ class TubeAtlas {
   /// Number of terms, padded so that every shape starts on a cache line.
   static int stride(int terms) { return (terms + 15) / 16 * 16; }
 
-  /// Why there are no coefficients for leaves of this shape that bend so; empty where there are.
-  std::string gap(const PlateShape& shape, const TubeRange& range) const;
+  /// Whether there are coefficients for leaves of this shape that bend so.
+  Check covers(const PlateShape& shape, const TubeRange& range) const;
 
   /// Number of bent states, from the first on, that reach sigma; at least two.
   int nodes_to(double sigma) const;

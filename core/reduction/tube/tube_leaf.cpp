@@ -381,11 +381,11 @@ PlateLeaf& TubeLeaf::condensed() {
   }
   // written so that what is no number is not believed either
   if (!(change <= good) || wrong_force())
-    rebuilt_gap_ =
+    rebuilt_believed_ = Because(
         fmt::format("its full state, rebuilt, moves by {:.1e} of its length, by {:.1e} at last",
-                    check_, change);
+                    check_, change));
   else if (is_beside)
-    rebuilt_gap_ = gap_to_full(plate);
+    rebuilt_believed_ = check_beside_full(plate);
   full_state_ = plate.state();
   return plate;
 }

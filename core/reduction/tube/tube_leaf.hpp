@@ -194,13 +194,13 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LimitedRange* limited_range() override { return this; }
   LimitedRange::Refinement refine(const Surroundings& surroundings) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
-  Answer<LeafLinear> linearise() override;
-  std::string interior_gap(InteriorUse use) override;
+  Answer<std::unique_ptr<LeafLinear>> linearise() override;
+  Check check_interior(InteriorUse use) override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   void expect_dynamics(int states) override { model_->expect_dynamics(states); }
   LeafDynamics dynamics(DynamicsRequest request) override;
-  std::string rebuilt_gap() const override { return rebuilt_gap_; }
+  Check check_rebuilt() const override { return rebuilt_believed_; }
   StressPeak max_stress() override;
   std::vector<StressPeak> stress_peaks() override;
   std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
@@ -258,7 +258,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   PlateLeaf::State rebuilt() const;
   /// The full leaf at that state, moved on by one Newton step with the edges held, or by several;
   /// assembled there where its membrane force was off or there were several. Where it is not to be
-  /// believed rebuilt_gap() says so.
+  /// believed check_rebuilt() says so.
   PlateLeaf& condensed();
   /// Dynamics of the condensed leaf, or taken from a leaf in the same deformation.
   LeafDynamics condensed_dynamics(DynamicsRequest request);
@@ -290,10 +290,10 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
     bool better_potential_helps = true;  ///< else the full leaf has to take over
   };
   Doubt doubt(const Surroundings& surroundings);
-  /// Why the leaf is not believed beside the full one, in equilibrium between the same edges.
-  std::string gap_to_full(const PlateLeaf& plate) const;
-  /// Why a leaf that is indefinite alone is not believed, by the full leaf rebuilt at its state.
-  std::string doubt_beside_full(const EdgeSurroundings& about);
+  /// Whether the leaf is believed beside the full one, in equilibrium between the same edges.
+  Check check_beside_full(const PlateLeaf& plate) const;
+  /// Whether a leaf that is indefinite alone is believed, by the full leaf rebuilt at its state.
+  Check check_unsound(const EdgeSurroundings& about);
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Strains from the tables of stress. Null without tables, and where they do not hold;
@@ -323,7 +323,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   std::shared_ptr<const TubeStress::Answer> stress_;  ///< at this state, where it was asked for
   /// Dynamics at this state, where they were asked for; `reason` tells what is doubted.
   std::shared_ptr<const TubeDynamics::Answer> internal_;
-  std::string rebuilt_gap_;        ///< of condensed() at this state
+  Check rebuilt_believed_;         ///< of condensed() at this state
   std::string rebuilt_because_;    ///< why the last stress was not from tables that exist
   std::string condensed_because_;  ///< why the last dynamics() was not from tables that exist
   std::optional<PlateLeaf::State> full_state_;  ///< rebuilt(), or as condensed() where it was
@@ -333,7 +333,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
     state_number_ = 0;
     stress_.reset();
     internal_.reset();
-    rebuilt_gap_.clear();
+    rebuilt_believed_ = {};
   }
 };
 

@@ -218,7 +218,7 @@ LeafDynamics TubeLeaf::condensed_dynamics(DynamicsRequest request) {
     }
   PlateLeaf& plate = condensed();
   LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, request);
-  if (others > 0 && rebuilt_gap_.empty())
+  if (others > 0 && rebuilt_believed_)
     states.keep(here, request, {full_state_->x, check_, dynamics},
                 static_cast<std::size_t>(std::min(others, most_kept)));
   return dynamics;

@@ -94,14 +94,14 @@ std::optional<double> TubeLeafLinear::highest_mode() const {
   return std::sqrt(scale().energy / scale().mass * internal_->reach) / (2 * std::numbers::pi);
 }
 
-Answer<LeafGradient<double>> TubeLeafLinear::gradient(LeafRates& rates,
-                                                      const LeafRows& rows) const {
+Answer<std::unique_ptr<LeafGradient<double>>> TubeLeafLinear::gradient(LeafRates& rates,
+                                                                       const LeafRows& rows) const {
   const std::shared_ptr<TubeModel>& model = leaf_->model();
-  if (!model->differentiable()) return {nullptr, "its tube was built, not looked up"};
+  if (!model->differentiable()) return Because("its tube was built, not looked up");
   const auto of_model =
       rates.of<TubeRates>(model, [&] { return TubeRates(model->potential(), model->rates()); });
-  return {std::make_unique<TubeLeafGradient>(*leaf_, *of_model,
-                                             internal_ ? &model->dynamics_rates() : nullptr, rows)};
+  return std::make_unique<TubeLeafGradient>(*leaf_, *of_model,
+                                            internal_ ? &model->dynamics_rates() : nullptr, rows);
 }
 
 TubeLeafLinear::TubeLeafLinear(const TubeLeaf& leaf, const TubeDynamics::Answer* internal)
@@ -113,21 +113,25 @@ TubeLeafLinear::TubeLeafLinear(const TubeLeaf& leaf, const TubeDynamics::Answer*
   assert(positive);
 }
 
-std::string TubeLeaf::interior_gap(InteriorUse use) {
-  if (!model_->differentiable()) return "its tube was built, not looked up";
-  if (use.places) return "places inside it are those of the full leaf";
-  if (use.stress && !model_->differentiable_stress()) return "it has no tables of its stress";
-  if (use.stress && !tabulated_strains()) return rebuilt_because_;
-  if (use.mass && !model_->differentiable_dynamics()) return "it has no tables of its dynamics";
-  if (use.mass && !tabulated()) return condensed_because_;
+Check TubeLeaf::check_interior(InteriorUse use) {
+  if (!model_->differentiable()) return Because("its tube was built, not looked up");
+  if (use.places) return Because("places inside it are those of the full leaf");
+  if (use.stress && !model_->differentiable_stress())
+    return Because("it has no tables of its stress");
+  if (use.stress && !tabulated_strains())
+    return rebuilt_because_.empty() ? Check() : Because(rebuilt_because_);
+  if (use.mass && !model_->differentiable_dynamics())
+    return Because("it has no tables of its dynamics");
+  if (use.mass && !tabulated())
+    return condensed_because_.empty() ? Check() : Because(condensed_because_);
   return {};
 }
 
-Answer<LeafLinear> TubeLeaf::linearise() {
-  if (!model_->differentiable()) return {nullptr, "its tube was built, not looked up"};
+Answer<std::unique_ptr<LeafLinear>> TubeLeaf::linearise() {
+  if (!model_->differentiable()) return Because("its tube was built, not looked up");
   const TubeDynamics::Answer* internal = nullptr;
-  if (model_->dynamics() && !(internal = tabulated())) return {nullptr, condensed_because_};
-  return {std::make_unique<TubeLeafLinear>(*this, internal)};
+  if (model_->dynamics() && !(internal = tabulated())) return Because(condensed_because_);
+  return std::make_unique<TubeLeafLinear>(*this, internal);
 }
 
 TubeLeafGradient::TubeLeafGradient(const TubeLeaf& leaf, const TubeRates& rates,
@@ -269,7 +273,7 @@ class TubeFields final : public LeafFields {
   TubeFields(TubeModel& model, const TubeDynamics::Place& place, MatrixXd rates)
       : model_(&model), place_(place), rates_(std::move(rates)) {}
 
-  // interior_gap() says that there are none
+  // check_interior() says that there are none
   MatrixXd place_rates(double, double) const override {
     assert(false);
     return MatrixXd::Zero(3, rates_.cols());

@@ -32,7 +32,8 @@ class TubeLeafLinear final : public LeafLinear {
   std::optional<InternalMotions> internal_motions() const override;
   std::optional<double> highest_mode() const override;
   MatrixXd station_motion(const MatrixXd& V) const override;
-  Answer<LeafGradient<double>> gradient(LeafRates& rates, const LeafRows& rows) const override;
+  Answer<std::unique_ptr<LeafGradient<double>>> gradient(LeafRates& rates,
+                                                         const LeafRows& rows) const override;
 
  private:
   const TubeLeaf* leaf_;

@@ -200,7 +200,7 @@ double TubeLeaf::change_along_ray(const HighestDegree& highest) const {
   return std::abs(ray.dot(change * ray)) / (shape.mean_width() * ray.dot(bending * ray));
 }
 
-std::string TubeLeaf::gap_to_full(const PlateLeaf& plate) const {
+Check TubeLeaf::check_beside_full(const PlateLeaf& plate) const {
   // g' = (B Bᵀ)⁻¹ B q', so that forces and stiffness over q give those over g
   const Rows6x12& B = response_.frame.B;
   const Rows6x12 P = Lu(B * B.transpose()).solve(B);
@@ -211,29 +211,31 @@ std::string TubeLeaf::gap_to_full(const PlateLeaf& plate) const {
                                            response_.mixed.hessian)
                                .value_or(0);  // indefinite: forces tell alone
   if (!(forces <= largest_force_gap))
-    return fmt::format("the full leaf between the same edges has other forces by {:.2g} > {:.2g}",
-                       forces, largest_force_gap);
+    return Because(
+        fmt::format("the full leaf between the same edges has other forces by {:.2g} > {:.2g}",
+                    forces, largest_force_gap));
   if (!(stiffness <= largest_stiffness_gap))
-    return fmt::format(
-        "the full leaf between the same edges has another stiffness by {:.2g} > {:.2g}", stiffness,
-        largest_stiffness_gap);
+    return Because(
+        fmt::format("the full leaf between the same edges has another stiffness by {:.2g} > {:.2g}",
+                    stiffness, largest_stiffness_gap));
   return {};
 }
 
 // A leaf that comes near to buckling between its edges has an indefinite stiffness on its own. Its
 // series has a pole at that load, which its last degree need not show: the full leaf is asked.
-std::string TubeLeaf::doubt_beside_full(const EdgeSurroundings& about) {
+Check TubeLeaf::check_unsound(const EdgeSurroundings& about) {
   const PlateLeaf& plate = condensed();
-  if (plate.negative_pivots() > 0) return "as a reduced leaf it would buckle between its edges";
-  if (!rebuilt_gap_.empty()) return rebuilt_gap_;
+  if (plate.negative_pivots() > 0)
+    return Because("as a reduced leaf it would buckle between its edges");
+  if (!rebuilt_believed_) return rebuilt_believed_;
   const Matrix12d change = scale_.global_tangent(plate.tangent()) - evaluation_.tangent;
   const double held = relative_change(change, about.compliance),
                free = relative_change(change, compliance_with_free_drives(about));
   if (std::max(held, free) <= largest_change_of_unsound) return {};
-  return fmt::format(
+  return Because(fmt::format(
       "the full leaf at its state changes the stiffness of the mechanism by {:.2g}, drives free by "
       "{:.2g}",
-      held, free);
+      held, free));
 }
 
 TubeLeaf::Doubt TubeLeaf::doubt(const Surroundings& surroundings) {
@@ -279,7 +281,7 @@ TubeLeaf::Doubt TubeLeaf::doubt(const Surroundings& surroundings) {
         "its potential has not converged: degree {} changes a drive load by {:.2g} > {:.2g}",
         degree, changes.load, largest_load_change)};
   if (alone) return {};
-  return {.reason = doubt_beside_full(*about), .better_potential_helps = false};
+  return {.reason = why_not(check_unsound(*about)), .better_potential_helps = false};
 }
 
 LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {

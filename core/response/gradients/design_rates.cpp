@@ -62,13 +62,13 @@ MechanismState<double> present_state(const MechanismFactor& factor) {
 }
 
 Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates) {
-  auto gradients = std::make_unique<LeafGradients<double>>();
+  LeafGradients<double> gradients;
   for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
-    Answer<LeafGradient<double>> own = leaf.linear->gradient(rates, leaf.rows);
-    if (!own.value) return {nullptr, fmt::format("leaf {}: {}", gradients->size(), own.reason)};
-    gradients->push_back(std::move(own.value));
+    auto own = leaf.linear->gradient(rates, leaf.rows);
+    if (!own) return Because(fmt::format("leaf {}: {}", gradients.size(), own.error()));
+    gradients.push_back(std::move(*own));
   }
-  return {std::move(gradients)};
+  return gradients;
 }
 
 template <class S>

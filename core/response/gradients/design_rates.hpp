@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/leaf/leaf_rates.hpp"
+#include "core/math/answer.hpp"
 #include "core/mechanism/model_options.hpp"
 #include "core/response/gradients/mechanism_state.hpp"
 

@@ -87,7 +87,7 @@ std::shared_ptr<TubeModel> known_tube(const PlateShape& shape, TubeRange range,
   // an atlas that ends within the margin will do: a tube grows where it has to
   if (const double last = model.atlas->settings().sigmas.back(); range.sigma_max <= margin * last)
     range.sigma_max = std::min(range.sigma_max, last);
-  if (!model.atlas->gap(shape, range).empty()) return nullptr;
+  if (!model.atlas->covers(shape, range)) return nullptr;
   if (nodes == 0) nodes = model.atlas->nodes_to(range.sigma_max);
   const TubeAtlas::Tube tube = model.atlas->look_up(shape, range.ray, nodes);
   KnownTube known{tube.directions, tube.nodes, {}, TubeAtlas::view(range.ray), {}};
@@ -228,10 +228,10 @@ std::vector<std::unique_ptr<LeafElement>> linear_leaves(const std::vector<LeafSp
   std::vector<std::shared_ptr<const SuperelementGrid>> grids;  // shared by equal leaves
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
-    auto rule = broken_rule(leaf, model);
-    if (!rule) rule = acts_inside(leaf, loads);
-    if (rule) {
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, meshes.mesh(leaf, model), i, *rule));
+    Check kept = check_rules(leaf, model);
+    if (kept) kept = is_reducible(leaf, loads);
+    if (!kept) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, meshes.mesh(leaf, model), i, kept.error()));
       continue;
     }
     std::shared_ptr<const SuperelementGrid> grid;
@@ -253,11 +253,11 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
   for (int i = 0; i < static_cast<int>(springs.size()); ++i) {
     const LeafSpring& leaf = springs[i];
     const bool held = !leaf.point && leaf.tip != free_edge;
-    auto rule = broken_rule(leaf, model);
-    if (!rule) rule = acts_inside(leaf, loads);
-    if (rule || !held) {
-      leaves.push_back(std::make_unique<FullLeaf>(leaf, meshes.mesh(leaf, model), i,
-                                                  rule.value_or("it has no two rigid edges")));
+    Check kept = check_rules(leaf, model);
+    if (kept) kept = is_reducible(leaf, loads);
+    if (kept && !held) kept = Because("it has no two rigid edges");
+    if (!kept) {
+      leaves.push_back(std::make_unique<FullLeaf>(leaf, meshes.mesh(leaf, model), i, kept.error()));
       continue;
     }
     const auto mesh = meshes.mesh(n == 1 ? leaf : leaf_segment(leaf, 0, n), own);
@@ -354,8 +354,8 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
       full(leaf.fold ? "it is folded" : "it has no two rigid edges");
       continue;
     }
-    if (const auto rule = acts_inside(leaf, loads)) {
-      full(*rule);
+    if (const Check reducible = is_reducible(leaf, loads); !reducible) {
+      full(reducible.error());
       continue;
     }
     const PlateShape& shape = meshes.shape(leaf, model);

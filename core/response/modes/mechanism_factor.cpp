@@ -11,11 +11,11 @@ namespace flexopt {
 Answer<MechanismFactor> MechanismFactor::of(System& system) {
   std::vector<std::shared_ptr<const LeafLinear>> leaves;
   for (int i = 0; i < system.leaves(); ++i) {
-    Answer<LeafLinear> leaf = system.leaf(i).linearise();
-    if (!leaf.value) return {nullptr, fmt::format("leaf {}: {}", i, leaf.reason)};
-    leaves.push_back(std::move(leaf.value));
+    auto leaf = system.leaf(i).linearise();
+    if (!leaf) return Because(fmt::format("leaf {}: {}", i, leaf.error()));
+    leaves.push_back(std::move(*leaf));
   }
-  return {std::unique_ptr<MechanismFactor>(new MechanismFactor(system, std::move(leaves)))};
+  return MechanismFactor(system, std::move(leaves));
 }
 
 MechanismFactor::MechanismFactor(System& system,

@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_rows.hpp"
 #include "core/equilibrium/tangent_factor.hpp"
+#include "core/math/answer.hpp"
 
 namespace flexopt {
 

@@ -57,16 +57,15 @@ MatrixXd forces_of(const MechanismFactor& factor) {
 Answer<MatrixXd> probe_motion(const MechanismFactor& factor, const Probe& probe, const MatrixXd& X,
                               LeafRates& rates) {
   const MechanismFactor::Leaf& leaf = factor.leaves()[probe.leaf];
-  const Answer<LeafGradient<double>> gradient = leaf.linear->gradient(rates, leaf.rows);
-  if (!gradient.value) return {nullptr, gradient.reason};
+  const auto gradient = leaf.linear->gradient(rates, leaf.rows);
+  if (!gradient) return Because(gradient.error());
   LeafVariation<double> none;  // a leaf as it is: only its state moves
   none.shape = VectorXd::Zero(ShapeParameter::sizes);
-  const auto fields = gradient.value->fields(
+  const auto fields = (*gradient)->fields(
       factor.leaf_rows(leaf, X),
       std::vector<LeafVariation<double>>(static_cast<std::size_t>(X.cols()), none));
   const LeafScale& scale = leaf.linear->scale();
-  return {std::make_unique<MatrixXd>(scale.length * scale.axes *
-                                     fields->place_rates(probe.along, probe.across))};
+  return scale.length * scale.axes * fields->place_rates(probe.along, probe.across);
 }
 
 // Values of all outputs for motions X of all unknowns.
@@ -74,16 +73,16 @@ Answer<MatrixXd> outputs_for(const MechanismFactor& factor, const std::vector<Pr
                              const MatrixXd& X, LeafRates& rates) {
   const MatrixXd strokes = factor.system().drive_forces().transpose();
   const auto of_probes = static_cast<Eigen::Index>(probes.size());
-  auto Y = std::make_unique<MatrixXd>(6 + strokes.rows() + 3 * of_probes, X.cols());
-  Y->topRows(6) = X.middleRows<6>(6 * factor.system().mechanism().end_effector);
-  Y->middleRows(6, strokes.rows()) = strokes * X.topRows(factor.bodies());
+  MatrixXd Y(6 + strokes.rows() + 3 * of_probes, X.cols());
+  Y.topRows(6) = X.middleRows<6>(6 * factor.system().mechanism().end_effector);
+  Y.middleRows(6, strokes.rows()) = strokes * X.topRows(factor.bodies());
   for (Eigen::Index k = 0; k < of_probes; ++k) {
     const Probe& probe = probes[k];
     const Answer<MatrixXd> motion = probe_motion(factor, probe, X, rates);
-    if (!motion.value) return {nullptr, fmt::format("probe {}: {}", probe.name, motion.reason)};
-    Y->middleRows(6 + strokes.rows() + 3 * k, 3) = *motion.value;
+    if (!motion) return Because(fmt::format("probe {}: {}", probe.name, motion.error()));
+    Y.middleRows(6 + strokes.rows() + 3 * k, 3) = *motion;
   }
-  return {std::move(Y)};
+  return Y;
 }
 
 }  // namespace
@@ -93,23 +92,23 @@ Answer<StateSpace> state_space(const MechanismFactor& factor, const StateSpaceRe
                                LeafRates& rates) {
   const std::vector<Probe> probes = request.probes ? all_probes : std::vector<Probe>();
   const int modes = std::min(request.modes, free.converged);
-  auto model = std::make_unique<StateSpace>();
-  model->inputs = inputs_of(factor);
-  model->outputs = outputs_of(factor, probes);
-  model->omega2 = free.lambda.head(modes);
-  model->damping.resize(modes);
+  StateSpace model;
+  model.inputs = inputs_of(factor);
+  model.outputs = outputs_of(factor, probes);
+  model.omega2 = free.lambda.head(modes);
+  model.damping.resize(modes);
   for (int k = 0; k < modes; ++k)
-    model->damping[k] = request.damping.size() == 1 ? request.damping.front() : request.damping[k];
+    model.damping[k] = request.damping.size() == 1 ? request.damping.front() : request.damping[k];
   const MatrixXd forces = forces_of(factor), phi = free.phi.leftCols(modes);
   MatrixXd X(factor.size(), modes + forces.cols());
   X << phi, factor.solve(forces);
   const Answer<MatrixXd> Y = outputs_for(factor, probes, X, rates);
-  if (!Y.value) return {nullptr, Y.reason};
-  model->forces = phi.transpose() * forces;
-  model->motions = Y.value->leftCols(modes);
-  model->residual = Y.value->rightCols(forces.cols()) -
-                    model->motions * model->omega2.cwiseInverse().asDiagonal() * model->forces;
-  return {std::move(model)};
+  if (!Y) return Because(Y.error());
+  model.forces = phi.transpose() * forces;
+  model.motions = Y->leftCols(modes);
+  model.residual = Y->rightCols(forces.cols()) -
+                   model.motions * model.omega2.cwiseInverse().asDiagonal() * model.forces;
+  return model;
 }
 
 }  // namespace flexopt

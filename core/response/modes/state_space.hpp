@@ -1,8 +1,8 @@
 #pragma once
 // The linear model of a mechanism about an equilibrium, by modes and what they leave of the static
 // answers: equations (H1) to (H3) of README.md.
-#include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/leaf_rates.hpp"
+#include "core/math/answer.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "core/response/request.hpp"
 

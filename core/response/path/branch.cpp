@@ -74,7 +74,7 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
   const int dynamics = points_with_dynamics(model, request, points, differentiable);
   // derivatives of leaves that have none of their own are those of full ones
   const auto wants_tables = [&](LeafElement& leaf) {
-    return !differentiable || leaf.interior_gap({}).empty();
+    return !differentiable || leaf.check_interior({});
   };
   if (dynamics > 0 && std::ranges::all_of(leaves, [&](const auto& l) { return wants_tables(*l); }))
     for (const auto& leaf : leaves) leaf->expect_dynamics(dynamics);
@@ -101,12 +101,12 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
                                        Equilibrium& equilibrium, PathPoint& point,
                                        PointGradients* gradients) {
   const PathPoint before = point;
-  std::string gap = differentiable ? interior_gap(system, request, k) : std::string();
-  if (gap.empty()) gap = outputs.evaluate(system, equilibrium, k, point, gradients);
-  if (gap.empty()) gap = why_not_believed(system, point);
-  if (gap.empty()) return nullptr;
+  Check good = differentiable ? check_interior(system, request, k) : Check();
+  if (good) good = outputs.evaluate(system, equilibrium, k, point, gradients);
+  if (good) good = check_reduced(system, point);
+  if (good) return nullptr;
   point = before;
-  auto full = finish_on_full_leaves(system, model, request, k, gap, equilibrium);
+  auto full = finish_on_full_leaves(system, model, request, k, good.error(), equilibrium);
   if (equilibrium.converged) outputs.evaluate(*full, equilibrium, k, point, gradients);
   return full;
 }
@@ -289,10 +289,10 @@ Equilibrium BranchWalk::reach(std::size_t k) {
   Equilibrium equilibrium = advance(k);
   if (!equilibrium.converged && !system().all_full()) equilibrium = go_again(k, no_equilibrium);
   if (!equilibrium.converged && other_branch_) {
-    StableBranch again = lead_to_stable_branch(system(), *other_branch_, model_, request_, k);
-    if (again.system) {
-      away_ = std::move(again.system);
-      equilibrium = again.equilibrium;
+    auto again = lead_to_stable_branch(system(), *other_branch_, model_, request_, k);
+    if (again) {
+      away_ = std::move(again->system);
+      equilibrium = again->equilibrium;
     }
   }
   if (request_.in_order) done_.push_back(k);
@@ -315,10 +315,10 @@ void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::si
 void BranchWalk::visit(std::size_t k) {
   PathPoint& point = response_.path[k];
   Equilibrium equilibrium = reach(k);
-  std::string lost_stability;  // why the path stays on an unstable branch
+  Check left;  // an unstable branch, if the path was on one
   if (equilibrium.converged && request_.branch == BranchChoice::stable &&
       negative_pivots(system(), request_.loads.driven()) > 0)
-    lost_stability = leave_branch(system(), away_, model_, request_, k, equilibrium, other_branch_);
+    left = leave_branch(system(), away_, model_, request_, k, equilibrium, other_branch_);
   const bool gradients = differentiable_ && !differentiable_->directions.empty();
   PointGradients* own = gradients ? &differentiable_->gradients.path[k] : nullptr;
   std::unique_ptr<System> full;
@@ -336,13 +336,13 @@ void BranchWalk::visit(std::size_t k) {
     // reduced leaves that know no interior leave the dynamics to full ones
     std::unique_ptr<System> whole;
     Equilibrium there = equilibrium;
-    if (const std::string gap = interior_gap(system(), request_, k); !gap.empty())
-      whole = finish_on_full_leaves(system(), model_, request_, k, gap, there);
+    if (const Check has = check_interior(system(), request_, k); !has)
+      whole = finish_on_full_leaves(system(), model_, request_, k, has.error(), there);
     if (there.converged) outputs_.add_dynamics(whole ? *whole : system(), k, point);
   }
   point.other_branch = other_branch_.has_value();
-  if (!lost_stability.empty() && point.status == PointStatus::converged)
-    point.message = "the stable branch was not found: " + lost_stability;
+  if (!left && point.status == PointStatus::converged)
+    point.message = "the stable branch was not found: " + left.error();
   if (point.message.empty())
     point.message = equilibrium.crossings.empty() ? under_loads_ : equilibrium.crossings;
   // where full leaves have taken over at the point itself no step has seen it

@@ -240,10 +240,9 @@ std::array<int, 2> more_across(const std::array<int, 2>& mesh) {
   return {mesh[0], static_cast<int>(std::lround(mesh[1] * std::numbers::sqrt2))};
 }
 
-std::optional<std::string> no_estimates(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential)
-    return std::nullopt;
-  return "errors are estimated of full leaves and of \"method\": \"mixed_potential\"";
+Check has_estimates(const ModelOptions& model) {
+  if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential) return {};
+  return Because("errors are estimated of full leaves and of \"method\": \"mixed_potential\"");
 }
 
 const EstimatedError* StrokeErrors::find(std::size_t point, const std::string& name) const {

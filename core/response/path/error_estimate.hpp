@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/answer.hpp"
 #include "core/response/estimated_error.hpp"
 #include "core/response/path/profile_error.hpp"
 #include "core/response/response.hpp"
@@ -17,7 +18,7 @@ std::array<int, 2> more_along(const std::array<int, 2>& mesh);
 std::array<int, 2> more_across(const std::array<int, 2>& mesh);
 
 /// Why a model has no estimates; nothing where it has.
-std::optional<std::string> no_estimates(const ModelOptions& model);
+Check has_estimates(const ModelOptions& model);
 
 /// The numbers of a converged point that have estimates, with values alone.
 std::vector<EstimatedError> estimated_numbers(const PathPoint& point);

@@ -79,7 +79,7 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
   const auto start = std::chrono::steady_clock::now();
   std::optional<ExactDerivatives> exactly;
   if (differentiable) exactly = differentiable->exact_derivatives(model);
-  FrequencyDerivativesResult found =
+  Answer<FrequencyDerivativesResult> found =
       differentiable && differentiable->along_stroke
           ? std::move(*differentiable->along_stroke)
           : frequency_derivatives(mechanism, model, request.loads, request.newton,
@@ -91,18 +91,15 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
     response.seconds_derivatives += differentiable->seconds_along_stroke;
     response.seconds_path -= differentiable->seconds_along_stroke;
   }
-  if (!found.ok) {
-    miss_frequency_derivatives(found.message, response);
-    return;
-  }
-  if (!found.message.empty()) response.message = found.message;
-  response.frequency_derivatives = std::move(found.modes);
-  response.frequency_ways = std::move(found.ways);
+  if (!found) return miss_frequency_derivatives(found.error(), response);
+  if (!found->note.empty()) response.message = found->note;
+  response.frequency_derivatives = std::move(found->modes);
+  response.frequency_ways = std::move(found->ways);
   set_validity(response.frequency_derivatives, response.path);
   for (FrequencyWay& way : response.frequency_ways) set_validity(way, response.path);
   if (differentiable && !differentiable->directions.empty()) {
-    differentiable->gradients.frequency_derivatives = std::move(found.gradients);
-    differentiable->gradients.frequency_ways = std::move(found.way_gradients);
+    differentiable->gradients.frequency_derivatives = std::move(found->gradients);
+    differentiable->gradients.frequency_ways = std::move(found->way_gradients);
   }
   add_screening(request, differentiable, response);
 }
@@ -205,14 +202,14 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
     const VectorXd strokes = request.strokes_at(k, mechanism.drives.size());
     point.strokes.assign(strokes.begin(), strokes.end());
   }
-  auto rule = dependent_joints(mechanism);
-  if (!rule) rule = broken_rule(request.loads, mechanism);
-  if (!rule && mechanism.drives.empty() && request.loads.driven() &&
+  Check kept = check_joints(mechanism);
+  if (kept) kept = check_rules(request.loads, mechanism);
+  if (kept && mechanism.drives.empty() && request.loads.driven() &&
       std::ranges::any_of(request.points, [](double stroke) { return stroke != 0; }))
-    rule = "the mechanism has no drive that a stroke could prescribe";
-  if (rule) {
+    kept = Because("the mechanism has no drive that a stroke could prescribe");
+  if (!kept) {
     response.status = Status::no_equilibrium;
-    response.message = *rule;
+    response.message = kept.error();
     for (PathPoint& point : response.path) point.message = response.message;
     return response;
   }
@@ -242,11 +239,10 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   return response;
 }
 
-// Why there are no exact derivatives on such leaves, or nothing.
-std::optional<std::string> no_derivatives(const ModelOptions& model) {
-  if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential)
-    return std::nullopt;
-  return "this method of reduction has no exact derivatives";
+// Whether there are exact derivatives on such leaves.
+Check has_derivatives(const ModelOptions& model) {
+  if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential) return {};
+  return Because("this method of reduction has no exact derivatives");
 }
 
 }  // namespace
@@ -255,7 +251,7 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
                                const StrokeRequest& request) {
   DifferentiablePath shared;
   const bool differentiable =
-      request.values == PathValues::differentiable && !no_derivatives(model);
+      request.values == PathValues::differentiable && has_derivatives(model);
   return evaluate(warmed(mechanism, request.loads), model, request,
                   differentiable ? &shared : nullptr);
 }
@@ -279,9 +275,9 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
   for (const MechanismDirection& d : directions)
     for (std::size_t k = 0; k < own.drives.size(); ++k)
       own.drives[k].axes_change |= !d.rate.drives[k].axes.isZero(0);
-  if (auto reason = no_derivatives(model)) {
+  if (Check has = has_derivatives(model); !has) {
     result.response = evaluate_stroke(own, model, request);
-    result.message = std::move(*reason);
+    result.message = std::move(has.error());
     return result;
   }
   DifferentiablePath shared;

@@ -166,9 +166,8 @@ std::vector<Range> set_first(double unit, bool for_gradients, ModeSeries& path) 
 }
 
 // (S3), (S4)
-std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
-                                      double unit, LowModes found, bool for_gradients,
-                                      std::string& message) {
+Answer<ModeSeries> mode_series(const MechanismFactor& factor, const MechanismSeries& series,
+                               double unit, LowModes found, bool for_gradients) {
   ModeSeries result{std::move(found), {}, {}, {}, {}, {}, {}};
   const LowModes& modes = result.modes;
   const int p = modes.kept;
@@ -186,10 +185,7 @@ std::optional<ModeSeries> mode_series(const MechanismFactor& factor, const Mecha
       for_gradients ? solve_shifted_exactly(factor, series, modes, result.cluster_of, B)
                     : solve_shifted(factor, modes, result.cluster_of, B,
                                     1e-6 / (unit * unit) * modes.lambda.head(p).cwiseAbs(), 1e-20);
-  if (!modal) {
-    message = "the modal derivatives of the modes were not found in 200 iterations";
-    return std::nullopt;
-  }
+  if (!modal) return Because("the modal derivatives of the modes were not found in 200 iterations");
   result.rate = std::move(*modal);
   // (S4), family by family: a small difference of large terms
   const MatrixXd B2 = K[2] - M[2] * lambda - M[1] * result.first.asDiagonal(),
@@ -273,22 +269,17 @@ struct AlongStrokes {
   std::vector<FrequencyDerivativeGradients> gradients;
 };
 
-// Derivatives along strokes that grow in proportion, from rest to `strokes` at 1. Nothing where
-// they were not found; `message` then says why.
-std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const VectorXd& strokes,
-                                          int count, const ExactDerivatives* exact, LowModes found,
-                                          std::string& message) {
-  const Answer<MechanismSeries> made = MechanismSeries::of(factor);
-  if (!made.value) {
-    message = made.reason;
-    return std::nullopt;
-  }
-  MechanismSeries& series = *made.value;
+// Derivatives along strokes that grow in proportion, from rest to `strokes` at 1.
+Answer<AlongStrokes> along_strokes(const MechanismFactor& factor, const VectorXd& strokes,
+                                   int count, const ExactDerivatives* exact, LowModes found) {
+  Answer<MechanismSeries> made = MechanismSeries::of(factor);
+  if (!made) return Because(made.error());
+  MechanismSeries& series = *made;
   AlongStrokes result;
   series.expand_along_strokes(strokes);
   const auto path = mode_series(factor, series, unit_of(factor.system(), strokes), std::move(found),
-                                exact != nullptr, message);
-  if (!path) return std::nullopt;
+                                exact != nullptr);
+  if (!path) return Because(path.error());
   const int listed = std::min(count, path->modes.kept);
   std::vector<Mode> classified =
       classified_modes(factor, false, path->modes.lambda.head(listed),
@@ -307,10 +298,8 @@ std::optional<AlongStrokes> along_strokes(const MechanismFactor& factor, const V
   }
   if (exact && !exact->directions->empty()) {
     auto gradients = gradients_of(factor, series, *path, *exact, listed);
-    if (!gradients) {
-      message = "the second derivatives of the modes were not found in 200 iterations";
-      return std::nullopt;
-    }
+    if (!gradients)
+      return Because("the second derivatives of the modes were not found in 200 iterations");
     result.gradients = std::move(*gradients);
   }
   return result;
@@ -340,61 +329,60 @@ void rescale(double unit, AlongStrokes& along) {
 
 }  // namespace
 
-FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
-                                                 const std::vector<VectorXd>& ways,
-                                                 const ExactDerivatives* exact,
-                                                 const FullModes* known) {
-  if (factor.drives() == 0) return {.message = "nothing is driven"};
+Answer<FrequencyDerivativesResult> frequency_derivatives(const MechanismFactor& factor, int count,
+                                                         const std::vector<VectorXd>& ways,
+                                                         const ExactDerivatives* exact,
+                                                         const FullModes* known) {
+  if (factor.drives() == 0) return Because("nothing is driven");
   const Answer<LowModes> low = low_modes(factor, count, exact != nullptr, known);
-  const LowModes* found = low.value.get();
-  if (!found) return {.message = low.reason};
+  if (!low) return Because(low.error());
   FrequencyDerivativesResult result;
-  if (found->kept < count)
-    result.message = fmt::format(
+  if (low->kept < count)
+    result.note = fmt::format(
         "frequency derivatives of the lowest {} alone: the next {} are too near each "
         "other to be told apart",
-        found->kept, found->lambda.size() - found->kept);
+        low->kept, low->lambda.size() - low->kept);
   std::vector<AlongStrokes> of_drives;
   for (int drive = 0; drive < factor.drives(); ++drive) {
     const VectorXd strokes = VectorXd::Unit(factor.drives(), drive);
-    auto along = along_strokes(factor, strokes, count, exact, *found, result.message);
-    if (!along) return result;
+    auto along = along_strokes(factor, strokes, count, exact, *low);
+    if (!along) return Because(along.error());
     for (FrequencyDerivatives& d : along->modes) d.drive = drive;
     std::ranges::copy(along->modes, std::back_inserter(result.modes));
     std::ranges::copy(along->gradients, std::back_inserter(result.gradients));
     of_drives.push_back(std::move(*along));
   }
   for (const VectorXd& way : ways) {
-    std::optional<AlongStrokes> along;
+    Answer<AlongStrokes> along;
     if (const auto drive = only_drive(way)) {
       along = of_drives[*drive];
       rescale(way[*drive], *along);
     } else {
-      along = along_strokes(factor, way, count, exact, *found, result.message);
+      along = along_strokes(factor, way, count, exact, *low);
     }
-    if (!along) return result;
+    if (!along) return Because(along.error());
     result.ways.push_back({way, std::move(along->modes)});
     if (exact && !exact->directions->empty())
       result.way_gradients.push_back(std::move(along->gradients));
   }
-  result.ok = true;
   return result;
 }
 
-FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
-                                                 const ModelOptions& model, const LoadCase& loads,
-                                                 const NewtonOptions& newton, int count,
-                                                 const std::vector<VectorXd>& ways,
-                                                 const ExactDerivatives* exact) {
+Answer<FrequencyDerivativesResult> frequency_derivatives(const Mechanism& mechanism,
+                                                         const ModelOptions& model,
+                                                         const LoadCase& loads,
+                                                         const NewtonOptions& newton, int count,
+                                                         const std::vector<VectorXd>& ways,
+                                                         const ExactDerivatives* exact) {
   System system(mechanism, make_full_leaves(mechanism, model), loads);
   system.assemble();
   if (system.loaded_at_rest()) {
     const Equilibrium loaded = step_load(system, {.constant = 1}, newton);
-    if (!loaded.converged) return {.message = loaded.message};
+    if (!loaded.converged) return Because(loaded.message);
   }
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);
-  if (!factor.value) return {.message = factor.reason};
-  return frequency_derivatives(*factor.value, count, ways, exact);
+  if (!factor) return Because(factor.error());
+  return frequency_derivatives(*factor, count, ways, exact);
 }
 
 }  // namespace flexopt

@@ -21,10 +21,8 @@ struct ExactDerivatives {
 };
 
 struct FrequencyDerivativesResult {
-  bool ok = false;
-  /// Why there are no derivatives, with the figures, or why there are fewer modes than asked for.
-  std::string message;
-  std::vector<FrequencyDerivatives> modes;              ///< drive by drive, ascending; no valid_to
+  std::string note;                         ///< why there are fewer modes than asked for, if so
+  std::vector<FrequencyDerivatives> modes;  ///< drive by drive, ascending; no valid_to
   std::vector<FrequencyDerivativeGradients> gradients;  ///< mode by mode, if asked for
   std::vector<FrequencyWay> ways;                       ///< as asked for; no valid_to
   std::vector<std::vector<FrequencyDerivativeGradients>> way_gradients;
@@ -33,18 +31,19 @@ struct FrequencyDerivativesResult {
 /// Derivatives of the lowest `count` frequencies, drives free, along each stroke and along `ways`
 /// of all strokes, at the equilibrium at which the factor stands. Leaves must have a series, as
 /// full leaves do. `known`: modes of the factor with the drive free, if there are some.
-FrequencyDerivativesResult frequency_derivatives(const MechanismFactor& factor, int count,
-                                                 const std::vector<VectorXd>& ways = {},
-                                                 const ExactDerivatives* exact = nullptr,
-                                                 const FullModes* known = nullptr);
+Answer<FrequencyDerivativesResult> frequency_derivatives(const MechanismFactor& factor, int count,
+                                                         const std::vector<VectorXd>& ways = {},
+                                                         const ExactDerivatives* exact = nullptr,
+                                                         const FullModes* known = nullptr);
 
 /// Frequency derivatives at stroke zero with the dead load applied, on full leaves whatever the
 /// accuracy of the model.
-FrequencyDerivativesResult frequency_derivatives(const Mechanism& mechanism,
-                                                 const ModelOptions& model, const LoadCase& loads,
-                                                 const NewtonOptions& newton, int count,
-                                                 const std::vector<VectorXd>& ways = {},
-                                                 const ExactDerivatives* exact = nullptr);
+Answer<FrequencyDerivativesResult> frequency_derivatives(const Mechanism& mechanism,
+                                                         const ModelOptions& model,
+                                                         const LoadCase& loads,
+                                                         const NewtonOptions& newton, int count,
+                                                         const std::vector<VectorXd>& ways = {},
+                                                         const ExactDerivatives* exact = nullptr);
 
 /// Error of a parabola that `valid_to` allows.
 inline constexpr double parabola_tolerance = 0.02;

@@ -48,7 +48,7 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
   return full;
 }
 
-std::string interior_gap(System& system, const StrokeRequest& request, std::size_t k) {
+Check check_interior(System& system, const StrokeRequest& request, std::size_t k) {
   InteriorUse use;
   use.mass =
       request.wants_frequencies() || request.wants_dynamics() || request.wants_state_space(k);
@@ -57,22 +57,22 @@ std::string interior_gap(System& system, const StrokeRequest& request, std::size
   use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||
                (request.wants_state_space(k) && !request.probes.empty());
   for (int i = 0; i < system.leaves(); ++i)
-    if (const std::string gap = system.leaf(i).interior_gap(use); !gap.empty())
-      return fmt::format("leaf {}: {}", i, gap);
+    if (const Check has = system.leaf(i).check_interior(use); !has)
+      return Because(fmt::format("leaf {}: {}", i, has.error()));
   return {};
 }
 
-std::string why_not_believed(const System& system, const PathPoint& point) {
+Check check_reduced(const System& system, const PathPoint& point) {
   for (int i = 0; i < system.leaves(); ++i)
-    if (const std::string gap = system.leaf(i).rebuilt_gap(); !gap.empty())
-      return fmt::format("leaf {}: {}", i, gap);
+    if (const Check believed = system.leaf(i).check_rebuilt(); !believed)
+      return Because(fmt::format("leaf {}: {}", i, believed.error()));
   constexpr double rounding = 1e-6;
   const std::vector<double>& f = point.frequencies_locked;
   const bool contradicts_itself = point.status == PointStatus::converged && point.stable &&
                                   !f.empty() && f.front() < -rounding * std::abs(f.back());
-  return contradicts_itself && !system.all_full()
-             ? "reduced leaves are stable with a negative frequency"
-             : "";
+  if (contradicts_itself && !system.all_full())
+    return Because("reduced leaves are stable with a negative frequency");
+  return {};
 }
 
 }  // namespace flexopt

@@ -22,13 +22,12 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
                                               const StrokeRequest& request, std::size_t point,
                                               const std::string& reason, Equilibrium& equilibrium);
 
-/// Why a leaf cannot give the exact modes and derivatives that a point is asked for; empty where
-/// all can.
-std::string interior_gap(System& system, const StrokeRequest& request, std::size_t point);
+/// Whether all leaves can give the exact modes and derivatives that a point is asked for.
+Check check_interior(System& system, const StrokeRequest& request, std::size_t point);
 
-/// Why reduced leaves are not believed beside what they rebuilt, or where their frequencies and
+/// Whether reduced leaves are believed: beside what they rebuilt, and unless their frequencies and
 /// equilibrium contradict each other (then they are expanded about a state that is none of the full
-/// leaves'); empty where they are.
-std::string why_not_believed(const System& system, const PathPoint& point);
+/// leaves').
+Check check_reduced(const System& system, const PathPoint& point);
 
 }  // namespace flexopt

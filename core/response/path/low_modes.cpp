@@ -54,8 +54,6 @@ std::optional<LowModes> exact_modes(const MechanismFactor& factor, int wanted,
   return modes;
 }
 
-Answer<LowModes> answer(LowModes modes) { return {std::make_unique<LowModes>(std::move(modes))}; }
-
 }  // namespace
 
 Answer<LowModes> low_modes(const MechanismFactor& factor, int count, bool exact,
@@ -71,7 +69,7 @@ Answer<LowModes> low_modes(const MechanismFactor& factor, int count, bool exact,
     std::optional<LowModes> modes;
     if (!exact) modes = modes_of_krylov(factor, wanted);
     if (!modes) modes = exact_modes(factor, wanted, known);
-    if (!modes) return {nullptr, none};
+    if (!modes) return Because(none);
     last = std::move(modes);
     // the pairs are those of least size: unstable ones may be beyond. Of leaves whose stiffness
     // spans more than numbers have digits the count is rounding, and there may be none.
@@ -80,13 +78,13 @@ Answer<LowModes> low_modes(const MechanismFactor& factor, int count, bool exact,
     last->kept = count;
     while (last->kept < l.size() && !ends_cluster(l, last->kept)) ++last->kept;
     if (last->kept + 2 <= l.size() && l[l.size() - 1] > 1.05 * l[last->kept - 1])
-      return answer(std::move(*last));
+      return std::move(*last);
   }
   const VectorXd& l = last->lambda;
   int& kept = last->kept = std::min(count, static_cast<int>(l.size()) - 1);
   while (kept > 0 && (!ends_cluster(l, kept) || l[l.size() - 1] <= 1.05 * l[kept - 1])) --kept;
-  if (kept == 0) return {nullptr, none};
-  return answer(std::move(*last));
+  if (kept == 0) return Because(none);
+  return std::move(*last);
 }
 
 }  // namespace flexopt

@@ -1,6 +1,6 @@
 #pragma once
 // The modes that series along the stroke begin with, as many and as good as these need them.
-#include "core/elements/leaf/answer.hpp"
+#include "core/math/answer.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 

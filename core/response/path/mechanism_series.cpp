@@ -28,11 +28,11 @@ void add_blocks(const std::array<int, 2>& sides, int order, const Series<Block>&
 Answer<MechanismSeries> MechanismSeries::of(const MechanismFactor& factor) {
   std::vector<std::unique_ptr<LeafSeries>> leaves;
   for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
-    Answer<LeafSeries> own = leaf.linear->series();
-    if (!own.value) return {nullptr, fmt::format("leaf {}: {}", leaves.size(), own.reason)};
-    leaves.push_back(std::move(own.value));
+    auto own = leaf.linear->series();
+    if (!own) return Because(fmt::format("leaf {}: {}", leaves.size(), own.error()));
+    leaves.push_back(std::move(*own));
   }
-  return {std::unique_ptr<MechanismSeries>(new MechanismSeries(factor, std::move(leaves)))};
+  return MechanismSeries(factor, std::move(leaves));
 }
 
 MechanismSeries::MechanismSeries(const MechanismFactor& factor,

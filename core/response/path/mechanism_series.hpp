@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/elements/leaf/answer.hpp"
 #include "core/elements/leaf/leaf_series.hpp"
+#include "core/math/answer.hpp"
 #include "core/response/gradients/design_rates.hpp"
 #include "core/response/gradients/mechanism_state.hpp"
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -142,12 +141,11 @@ int enough(int elements, double error, double wanted) {
   return static_cast<int>(std::ceil(elements * std::clamp(std::sqrt(error / wanted), 1.2, 2.0)));
 }
 
-/// The mesh that is expected to be fine enough, or else one of √2 times the elements; `why` neither
-/// may be tried.
-std::optional<std::array<int, 2>> next_mesh(const Paths& paths, Accuracy accuracy,
-                                            const std::array<int, 2>& mesh,
-                                            const LargestError& error, double tolerance,
-                                            std::string& why) {
+/// The mesh that is expected to be fine enough, or else one of √2 times the elements, or why
+/// neither may be tried.
+Answer<std::array<int, 2>> next_mesh(const Paths& paths, Accuracy accuracy,
+                                     const std::array<int, 2>& mesh, const LargestError& error,
+                                     double tolerance) {
   const double wanted = 0.5 * tolerance;  // what is left for each of two directions
   std::array<int, 2> expected = mesh, next = mesh;
   if (error.along > wanted || error.along >= error.across) {
@@ -166,13 +164,11 @@ std::optional<std::array<int, 2>> next_mesh(const Paths& paths, Accuracy accurac
   };
   for (const std::array<int, 2>& of : {expected, next})
     if (fits(of) && affordable(of)) return of;
-  why = fits(next)
-            ? fmt::format(
-                  "with the next one the choice would cost more than {:g} "
-                  "evaluations of full leaves on the job's mesh",
-                  largest_cost)
-            : fmt::format("the largest has {} x {} elements", largest_mesh[0], largest_mesh[1]);
-  return std::nullopt;
+  return Because(fits(next) ? fmt::format("with the next one the choice would cost more than {:g} "
+                                          "evaluations of full leaves on the job's mesh",
+                                          largest_cost)
+                            : fmt::format("the largest has {} x {} elements", largest_mesh[0],
+                                          largest_mesh[1]));
 }
 
 std::string message_of(const ChosenModel& chosen, const std::vector<StrokeErrors>& errors,
@@ -252,8 +248,8 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
       why = "more elements do not lessen these errors";
       break;
     }
-    const std::optional<std::array<int, 2>> next =
-        next_mesh(paths, accuracy, mesh, error, tolerance, why);
+    const auto next = next_mesh(paths, accuracy, mesh, error, tolerance);
+    why = why_not(next);
     if (!next) break;
     coarser = std::move(errors);
     coarser_mesh = mesh;

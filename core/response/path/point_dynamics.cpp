@@ -126,10 +126,10 @@ void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
   take(drawn->locked, point.modes_locked);
 }
 
-// Why modes of reduced leaves, which were found or not, are not believed; empty where they are.
+// Whether modes of reduced leaves, which were found or not, are believed.
 // Those up to the highest frequency are made of all modes of the leaves up to somewhat more.
-std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullModeLists& lists,
-                                    bool found, const DynamicsMeasures& dynamics) const {
+Check PointOutputs::check_modes(const MechanismFactor& factor, const FullModeLists& lists,
+                                bool found, const DynamicsMeasures& dynamics) const {
   if (model_->leaf_modes == 0) return {};
   double highest = dynamics.transmissibility ? request_->dynamics->transmissibility->to : 0;
   for (const std::optional<DynamicsMeasure>& bandwidth : dynamics.bandwidths)
@@ -145,10 +145,10 @@ std::string PointOutputs::modes_gap(const MechanismFactor& factor, const FullMod
   for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
     const std::optional<double> top = factor.leaves()[i].linear->highest_mode();
     if (top && !all)
-      return fmt::format("leaf {}: its tables have fewer modes than are asked for", i);
+      return Because(fmt::format("leaf {}: its tables have fewer modes than are asked for", i));
     if (top && *top < cutoff)
-      return fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz", i,
-                         *top, cutoff);
+      return Because(fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz",
+                                 i, *top, cutoff));
   }
   return {};
 }
@@ -161,17 +161,17 @@ bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullMode
   LeafRates& rates = differentiable_ ? differentiable_->rates : own;
   Answer<StateSpace> model =
       state_space(factor, *request_->state_space, request_->probes, free, rates);
-  if (model.value)
-    point.state_space = std::move(*model.value);
+  if (model)
+    point.state_space = std::move(*model);
   else
-    refuse(point, model.reason);
-  return model.value != nullptr;
+    refuse(point, model.error());
+  return model.has_value();
 }
 
 void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& point) {
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
-  if (!linear.value) return refuse(point, linear.reason);
-  const MechanismFactor& factor = *linear.value;
+  if (!linear) return refuse(point, linear.error());
+  const MechanismFactor& factor = *linear;
   if (request_->wants_dynamics())
     set_measures(dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), false),
                  point);
@@ -184,16 +184,15 @@ void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& po
 
 // What differentiable points have beside others; derivatives of everything, if asked for.
 // Frequencies by a constant mass have none.
-std::string PointOutputs::evaluate_differentiable(System& system, const Solids* solids,
-                                                  std::size_t index, PathPoint& point,
-                                                  PointGradients* gradients) {
+Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids, std::size_t index,
+                                            PathPoint& point, PointGradients* gradients) {
   const auto refused = [&](const std::string& reason) {
     refuse(point, reason);
-    return std::string();
+    return Check();
   };
   const Answer<MechanismFactor> linear = MechanismFactor::of(system);
-  if (!linear.value) return refused(linear.reason);
-  const MechanismFactor& factor = *linear.value;
+  if (!linear) return refused(linear.error());
+  const MechanismFactor& factor = *linear;
   DynamicsMeasures dynamics;
   if (request_->wants_dynamics()) {
     dynamics = dynamics_measures(factor, *request_->dynamics, request_->loads.driven(),
@@ -203,7 +202,7 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
   FullModeLists modes;
   if (model_->mass == LeafMass::consistent) {
     const bool found = add_full_frequencies(factor, index, modes, point);
-    if (std::string gap = modes_gap(factor, modes, found, dynamics); !gap.empty()) return gap;
+    if (Check believed = check_modes(factor, modes, found, dynamics); !believed) return believed;
     if (!found || !add_state_space(factor, modes.free, index, point)) return {};
     add_mode_shapes(system, point);
   }
@@ -211,9 +210,9 @@ std::string PointOutputs::evaluate_differentiable(System& system, const Solids* 
     add_stress_peaks(system, request_->stress_peaks, point);
   if (!gradients) return {};
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
-  if (!leaves.value) return refused(leaves.reason);
-  *gradients = point_gradients(factor, std::move(*leaves.value), differentiable_->directions,
-                               *model_, *request_, point, modes, solids,
+  if (!leaves) return refused(leaves.error());
+  *gradients = point_gradients(factor, std::move(*leaves), differentiable_->directions, *model_,
+                               *request_, point, modes, solids,
                                request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_);
   return {};
 }

@@ -71,7 +71,7 @@ void add_safety(System& system, const StressRules& rules, std::vector<StressPeak
                 PathPoint& point) {
   if (!rules.fillet && !rules.yield && !rules.fatigue && !rules.life) return;
   const Mechanism& mechanism = system.mechanism();
-  if (rules.fillet) point.fillet_fault = fillet_fault(mechanism, *rules.fillet);
+  if (rules.fillet) point.fillet_fault = why_not(check_fillet(mechanism, *rules.fillet));
   if (!point.fillet_fault.empty()) return;
   if (rules.fillet)
     for (int i = 0; i < system.leaves(); ++i) {
@@ -178,8 +178,8 @@ void PointOutputs::add_load_capacity(System& system, std::size_t index, PathPoin
   }
 }
 
-std::string PointOutputs::evaluate(System& system, const Equilibrium& equilibrium,
-                                   std::size_t index, PathPoint& point, PointGradients* gradients) {
+Check PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, std::size_t index,
+                             PathPoint& point, PointGradients* gradients) {
   point.status = PointStatus::converged;
   point.newton_iterations = equilibrium.iterations;
   point.sub_steps = equilibrium.sub_steps;

@@ -3,7 +3,6 @@
 // the derivatives of all of them.
 #include <array>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/equilibrium/stroke_path.hpp"
@@ -24,7 +23,7 @@ struct DifferentiablePath {
   StrokeGradients gradients;
   LeafRates rates;
   /// Where the path has a point at rest: the modes along the stroke from it, and what they took.
-  std::optional<FrequencyDerivativesResult> along_stroke;
+  std::optional<Answer<FrequencyDerivativesResult>> along_stroke;
   double seconds_along_stroke = 0;
 
   ExactDerivatives exact_derivatives(const ModelOptions& model) {
@@ -42,10 +41,9 @@ class PointOutputs {
                DifferentiablePath* differentiable);
 
   /// The system must stand assembled at the equilibrium of the point `index`. `gradients`: null
-  /// where none are wanted. Why the point is to be evaluated on full leaves instead; empty where it
-  /// is not.
-  std::string evaluate(System& system, const Equilibrium& equilibrium, std::size_t index,
-                       PathPoint& point, PointGradients* gradients);
+  /// where none are wanted. Where it fails the point is to be evaluated on full leaves instead.
+  Check evaluate(System& system, const Equilibrium& equilibrium, std::size_t index,
+                 PathPoint& point, PointGradients* gradients);
   /// Bandwidth, transmissibility and the linear model of a point as it is modelled, from leaves
   /// that know their interiors.
   void add_dynamics(System& system, std::size_t index, PathPoint& point);
@@ -64,12 +62,12 @@ class PointOutputs {
   bool add_full_frequencies(const MechanismFactor& factor, std::size_t index, FullModeLists& lists,
                             PathPoint& point);
   void add_mode_shapes(System& system, PathPoint& point);
-  std::string modes_gap(const MechanismFactor& factor, const FullModeLists& lists, bool found,
-                        const DynamicsMeasures& dynamics) const;
+  Check check_modes(const MechanismFactor& factor, const FullModeLists& lists, bool found,
+                    const DynamicsMeasures& dynamics) const;
   bool add_state_space(const MechanismFactor& factor, const FullModes& free, std::size_t index,
                        PathPoint& point);
-  std::string evaluate_differentiable(System& system, const Solids* solids, std::size_t index,
-                                      PathPoint& point, PointGradients* gradients);
+  Check evaluate_differentiable(System& system, const Solids* solids, std::size_t index,
+                                PathPoint& point, PointGradients* gradients);
 
   const ModelOptions* model_;
   const StrokeRequest* request_;

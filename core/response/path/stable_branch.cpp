@@ -78,8 +78,8 @@ constexpr const char* why = "the stable branch";
 
 // From rest with extra loads, which are then taken away. `stiffness`: of the mechanism at rest
 // against the motion of the push.
-StableBranch around(System& unstable, const Push& push, double stiffness, double first,
-                    const ModelOptions& model, StrokeRequest request, std::size_t point) {
+Answer<StableBranch> around(System& unstable, const Push& push, double stiffness, double first,
+                            const ModelOptions& model, StrokeRequest request, std::size_t point) {
   StableBranch found;
   request.newton.max_halvings += more_halvings;
   const Mechanism& mechanism = unstable.mechanism();
@@ -101,51 +101,46 @@ StableBranch around(System& unstable, const Push& push, double stiffness, double
     const bool stable = found.equilibrium.converged && negative_pivots(*found.system, driven) == 0;
     if (stable && amplitude == 0) return found;
     if (stable) continue;
-    found.reason = found.equilibrium.converged ? "beside it the mechanism is unstable, too"
-                                               : found.equilibrium.message;
-    found.system.reset();
-    return found;
+    return Because(found.equilibrium.converged ? "beside it the mechanism is unstable, too"
+                                               : found.equilibrium.message);
   }
 }
 
 }  // namespace
 
-StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
-                                const StrokeRequest& request, std::size_t point) {
-  StableBranch found;
-  if (unstable.analyses()) {
-    found.reason = "a mechanism of so many bodies is not led to its stable branch";
-    return found;
-  }
+Answer<StableBranch> find_stable_branch(System& unstable, const ModelOptions& model,
+                                        const StrokeRequest& request, std::size_t point) {
+  if (unstable.analyses())
+    return Because("a mechanism of so many bodies is not led to its stable branch");
   std::optional<Push> push = push_of_bodies(unstable, request.loads.driven());
   if (!push) push = push_of_leaves(unstable);
   if (push) return lead_to_stable_branch(unstable, *push, model, request, point);
-  found.reason = "what is unstable lies inside leaves without mass and moves no body";
-  return found;
+  return Because("what is unstable lies inside leaves without mass and moves no body");
 }
 
-StableBranch lead_to_stable_branch(System& system, const Push& push, const ModelOptions& model,
-                                   const StrokeRequest& request, std::size_t point) {
+Answer<StableBranch> lead_to_stable_branch(System& system, const Push& push,
+                                           const ModelOptions& model, const StrokeRequest& request,
+                                           std::size_t point) {
   System at_rest(system.mechanism(), make_full_leaves(system.mechanism(), model, why), {});
   at_rest.assemble();
   const double stiffness = push.motion.dot(VectorXd(at_rest.tangent() * push.motion));
-  StableBranch found;
+  Answer<StableBranch> found;
   for (const double first : first_amplitudes) {
     found = around(system, push, stiffness, first, model, request, point);
-    if (found.system) break;
+    if (found) break;
   }
-  found.push = push;
+  if (found) found->push = push;
   return found;
 }
 
-std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
-                         const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
-                         std::optional<Push>& push) {
+Check leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
+                   const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
+                   std::optional<Push>& push) {
   std::unique_ptr<System> whole;
   Equilibrium here = equilibrium;
   if (!system.all_full()) {
     whole = finish_on_full_leaves(system, model, request, point, {}, here);
-    if (!here.converged) return here.message;
+    if (!here.converged) return Because(here.message);
     // reduced leaves alone were unstable
     if (negative_pivots(*whole, request.loads.driven()) == 0) {
       away = std::move(whole);
@@ -153,11 +148,11 @@ std::string leave_branch(System& system, std::unique_ptr<System>& away, const Mo
       return {};
     }
   }
-  StableBranch found = find_stable_branch(whole ? *whole : system, model, request, point);
-  if (!found.system) return found.reason;
-  away = std::move(found.system);
-  equilibrium = found.equilibrium;
-  push = std::move(found.push);
+  Answer<StableBranch> found = find_stable_branch(whole ? *whole : system, model, request, point);
+  if (!found) return Because(found.error());
+  away = std::move(found->system);
+  equilibrium = found->equilibrium;
+  push = std::move(found->push);
   return {};
 }
 

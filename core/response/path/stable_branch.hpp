@@ -3,7 +3,6 @@
 // README.md of core/equilibrium.
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/response/request.hpp"
@@ -20,26 +19,25 @@ struct Push {
 };
 
 struct StableBranch {
-  std::unique_ptr<System> system;  ///< of full leaves, assembled at the stable equilibrium; or null
+  std::unique_ptr<System> system;  ///< of full leaves, assembled at the stable equilibrium
   Equilibrium equilibrium;
-  Push push;           ///< that leads there
-  std::string reason;  ///< why there is none
+  Push push;  ///< that leads there
 };
 
 /// `unstable`: assembled at the unstable equilibrium of a point of the path, its leaves full. The
 /// bodies are led to the side on which the largest motion of the mode is positive, a leaf that
 /// buckles between its edges to the side of its normal.
-StableBranch find_stable_branch(System& unstable, const ModelOptions& model,
-                                const StrokeRequest& request, std::size_t point);
+Answer<StableBranch> find_stable_branch(System& unstable, const ModelOptions& model,
+                                        const StrokeRequest& request, std::size_t point);
 /// Leads to the stable branch at another point by a push that led there before. `system`: with the
 /// loads.
-StableBranch lead_to_stable_branch(System& system, const Push& push, const ModelOptions& model,
-                                   const StrokeRequest& request, std::size_t point);
+Answer<StableBranch> lead_to_stable_branch(System& system, const Push& push,
+                                           const ModelOptions& model, const StrokeRequest& request,
+                                           std::size_t point);
 
-/// Onto the stable branch at a point that is unstable, of another system, `away`. Why not; empty
-/// where it is.
-std::string leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
-                         const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
-                         std::optional<Push>& push);
+/// Onto the stable branch at a point that is unstable, of another system, `away`.
+Check leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
+                   const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
+                   std::optional<Push>& push);
 
 }  // namespace flexopt

@@ -77,8 +77,8 @@ double BranchTracer::product(const BranchDirection& a, const BranchDirection& b)
 BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   Look here;
   Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
-  assert(linear.value);  // full leaves have interiors
-  here.factor = std::move(linear.value);
+  assert(linear);  // full leaves have interiors
+  here.factor = std::make_unique<MechanismFactor>(std::move(*linear));
   const MechanismFactor& factor = *here.factor;
   MatrixXd forces = MatrixXd::Zero(factor.size(), 1);
   forces.topRows(factor.bodies()) = branch_->load();
@@ -119,7 +119,7 @@ bool BranchTracer::crosses(const Look& at) {
   const double size = std::max(1.0, std::abs(branch_->factor()));
   bool found = false;
   for (const double far : {beyond, 10 * beyond}) {
-    if (!branch_->advance(at.along, far * size, weight_).converged) continue;
+    if (!branch_->advance(at.along, far * size, weight_)) continue;
     found = branch_->negative_pivots() > 0;
     branch_->restore(kept);
     if (found) break;
@@ -139,9 +139,8 @@ bool BranchTracer::proves(Nearest& nearest) {
     const double far = share * beyond * size;
     branch_->restore(nearest.state);
     const double from = branch_->factor();
-    crossed =
-        branch_->advance(nearest.along, far / std::abs(nearest.along.factor), weight_).converged &&
-        std::abs(branch_->factor() - from) > 0.9 * far && branch_->negative_pivots() > 0;
+    crossed = branch_->advance(nearest.along, far / std::abs(nearest.along.factor), weight_) &&
+              std::abs(branch_->factor() - from) > 0.9 * far && branch_->negative_pivots() > 0;
     if (crossed) break;
   }
   branch_->restore(kept);
@@ -188,8 +187,8 @@ CriticalLoad BranchTracer::critical_beside(int side, Nearest nearest) {
 
 BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double step) {
   const LoadBranch::State kept = branch_->save();
-  const LoadBranch::Step went = branch_->advance(along, step, weight_);
-  if (!went.converged) return {.obstacle = went.message};
+  const Check went = branch_->advance(along, step, weight_);
+  if (!went) return {.obstacle = went.error()};
   const double strain = branch_->system().strain();
   if (strain <= largest_strain && branch_->negative_pivots() == 0) return {.taken = true};
   branch_->restore(kept);
@@ -240,7 +239,7 @@ bool BranchTracer::close_in(const LoadBranch::State& from, const BranchDirection
   for (int round = 0; round < most_rounds; ++round) {
     const double middle = (low * above - high * below) / (above - below);
     branch_->restore(from);
-    if (!branch_->advance(along, middle, weight_).converged) return false;
+    if (!branch_->advance(along, middle, weight_)) return false;
     const double here = limit_->beyond(branch_->system());
     if (std::abs(here) < at_the_limit || high - low < 1e-14 * step) return true;
     const int side = here > 0 ? 1 : -1;
@@ -365,8 +364,8 @@ VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& 
   mode = branch_->locked() ? factor.solve_locked(mode) : factor.solve(mode);
   mode /= mode.norm();
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
-  assert(leaves.value);
-  const DesignRates<double> rates(factor, std::move(*leaves.value), present_state(factor),
+  assert(leaves);
+  const DesignRates<double> rates(factor, std::move(*leaves), present_state(factor),
                                   *design.directions, *model_);
   MatrixXd residual = rates.residual();
   if (!branch_->locked())

@@ -13,13 +13,13 @@ namespace {
 // Largest stress of a leaf, with the notch factors of its fillets where it has some.
 StressPeak peak_of(System& system, int i, const StressRules& rules) {
   const StressPeak largest = system.leaf(i).max_stress();
-  if (!rules.fillet || !fillet_fault(system.mechanism(), *rules.fillet).empty()) return largest;
+  if (!rules.fillet || !check_fillet(system.mechanism(), *rules.fillet)) return largest;
   return with_fillets(largest, system.leaf(i), system.mechanism(), *rules.fillet);
 }
 
 // Derivatives along the directions and the load, with the state that moves along each.
 struct Rates {
-  Answer<MechanismFactor> linear;
+  std::unique_ptr<MechanismFactor> factor;
   std::unique_ptr<DesignRates<double>> design;
   MatrixXd state;
 };
@@ -28,12 +28,12 @@ struct Rates {
 Rates rates_of(System& system, CapacityDirections& directions, const ModelOptions& model,
                const VectorXd* load) {
   Rates rates;
-  rates.linear = MechanismFactor::of(system);
-  const MechanismFactor& factor = *rates.linear.value;
+  rates.factor = std::make_unique<MechanismFactor>(MechanismFactor::of(system).value());
+  const MechanismFactor& factor = *rates.factor;
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, directions.rates);
-  assert(leaves.value);  // full leaves have them
+  assert(leaves);  // full leaves have them
   rates.design = std::make_unique<DesignRates<double>>(
-      factor, std::move(*leaves.value), present_state(factor), directions.with_load, model);
+      factor, std::move(*leaves), present_state(factor), directions.with_load, model);
   MatrixXd forces = -rates.design->residual();
   if (load) forces.col(forces.cols() - 1).head(factor.bodies()) += *load;
   const MatrixXd still = MatrixXd::Zero(factor.drives(), forces.cols());
@@ -43,7 +43,7 @@ Rates rates_of(System& system, CapacityDirections& directions, const ModelOption
 
 // k = 1/c, c = yᵀK y of the answer y to a unit load.
 VectorXd stiffness_rates(const Rates& rates, int support, const BodyLoad* load) {
-  const MechanismFactor& factor = *rates.linear.value;
+  const MechanismFactor& factor = *rates.factor;
   const Eigen::Index at =
       6 * static_cast<Eigen::Index>(factor.system().mechanism().end_effector) + support;
   MatrixXd force = MatrixXd::Zero(factor.size(), 1);
@@ -60,7 +60,7 @@ VectorXd stiffness_rates(const Rates& rates, int support, const BodyLoad* load) 
 
 VectorXd peak_rates(const Rates& rates, const StressPeak& peak, const Mechanism& mechanism,
                     const CapacityDirections& directions, const StressRules& rules) {
-  const MechanismFactor& factor = *rates.linear.value;
+  const MechanismFactor& factor = *rates.factor;
   const auto leaf = static_cast<std::size_t>(peak.leaf);
   const auto fields = rates.design->leaf(peak.leaf).fields(
       factor.leaf_rows(factor.leaves()[leaf], rates.state), rates.design->variations(peak.leaf));

@@ -15,7 +15,7 @@ bool unload_to_stable(LoadBranch& branch) {
   if (branch.negative_pivots() == 0) return true;
   double step = 0.25;
   while (branch.factor() > 0 && step > 1e-4) {
-    if (branch.advance_to(std::max(0.0, branch.factor() - step)).converged) {
+    if (branch.advance_to(std::max(0.0, branch.factor() - step))) {
       if (branch.negative_pivots() == 0) return true;
     } else {
       step /= 2;
@@ -28,11 +28,11 @@ bool unload_to_stable(LoadBranch& branch) {
 MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model,
                           const DesignDirections& design) {
   const Answer<MechanismFactor> linear = MechanismFactor::of(branch.system());
-  const MechanismFactor& factor = *linear.value;
+  const MechanismFactor& factor = *linear;
   const auto count = static_cast<Eigen::Index>(design.directions->size());
   if (!design.driven || factor.drives() == 0) return MatrixXd::Zero(factor.drives(), count);
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
-  const DesignRates<double> rates(factor, std::move(*leaves.value), present_state(factor),
+  const DesignRates<double> rates(factor, std::move(*leaves), present_state(factor),
                                   *design.directions, model);
   return factor.balance(-rates.residual(), MatrixXd::Zero(factor.drives(), count))
       .bottomRows(factor.drives());

@@ -88,7 +88,7 @@ void LoadBranch::apply(double factor) {
   system_->apply(factors);
 }
 
-LoadBranch::Step LoadBranch::advance(const BranchDirection& along, double size, double weight) {
+Check LoadBranch::advance(const BranchDirection& along, double size, double weight) {
   const State kept = save();
   system_->move(size * along.bodies);
   apply(factor() + size * along.factor);
@@ -97,18 +97,18 @@ LoadBranch::Step LoadBranch::advance(const BranchDirection& along, double size, 
   const double L = system_->length();
   for (int b = 0; b < system_->size(); b += 6) across.bodies.segment<3>(b) /= L * L;
   across.bodies *= weight * weight;
-  Step step = correct(across);
-  if (!step.converged) restore(kept);
-  return step;
+  Check met = correct(across);
+  if (!met) restore(kept);
+  return met;
 }
 
-LoadBranch::Step LoadBranch::advance_to(double factor) {
+Check LoadBranch::advance_to(double factor) {
   return advance({VectorXd::Zero(system_->size()), 1}, factor - this->factor(), 0);
 }
 
 // The equations of Newton's method with the factor λ of the load P as one unknown more and the
 // direction across which the branch is met as one row more: [… −P; c 0 0 c_λ].
-LoadBranch::Step LoadBranch::correct(const BranchDirection& across) {
+Check LoadBranch::correct(const BranchDirection& across) {
   System& system = *system_;
   const int n = system.size();
   NewtonEquations equations(system, locked(), 1);
@@ -138,12 +138,12 @@ LoadBranch::Step LoadBranch::correct(const BranchDirection& across) {
                  of_factor = std::abs(x[last] * unit) / std::max(1.0, std::abs(factor()));
     const double size =
         std::max({step, system.correction(), of_factor, 1e4 * equations.violation()});
-    if (!std::isfinite(size)) return {false, "Newton met a singular tangent"};
+    if (!std::isfinite(size)) return Because("Newton met a singular tangent");
     const bool stalled = it > 1 && size < 1e-6 && size > 0.3 * previous;
-    if (it > 0 && (size < options_.tolerance || stalled)) return {true, {}};
+    if (it > 0 && (size < options_.tolerance || stalled)) return {};
     if (step > 2 || it == options_.max_iterations)
-      return {false, fmt::format("Newton stopped after {} iterations: step {:.1e} > {:.1e}", it,
-                                 size, options_.tolerance)};
+      return Because(fmt::format("Newton stopped after {} iterations: step {:.1e} > {:.1e}", it,
+                                 size, options_.tolerance));
     previous = size;
     system.move(equations.motion(x));
     if (equations.conditions() > 0) system.add_to_multipliers(equations.multipliers(x));

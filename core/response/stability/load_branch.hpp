@@ -2,7 +2,6 @@
 // Equilibria of a mechanism while one dead load grows or falls and all else is kept: the other
 // loads, and with the drives locked their strokes, with the drives free their loads.
 #include <memory>
-#include <string>
 
 #include "core/equilibrium/system.hpp"
 #include "core/mechanism/model_options.hpp"
@@ -40,16 +39,12 @@ class LoadBranch {
   /// Negative eigenvalues of the whole tangent, leaf interiors included.
   int negative_pivots() const;
 
-  struct Step {
-    bool converged = false;
-    std::string message;  ///< why not
-  };
   /// Goes on by `size` times the direction, then back onto the branch across the direction. Where
   /// that fails the state is the old one. Lengths in `along` count over the longest leaf, and all
   /// of its motions by `weight` beside the factor.
-  Step advance(const BranchDirection& along, double size, double weight);
+  Check advance(const BranchDirection& along, double size, double weight);
   /// To a factor, along which all else follows.
-  Step advance_to(double factor);
+  Check advance_to(double factor);
 
   using State = System::Snapshot;
   State save() const { return system_->save(); }
@@ -59,7 +54,7 @@ class LoadBranch {
   LoadBranch(System& system, LoadCase loads, double factor, DriveState drive,
              const NewtonOptions& options);
   void apply(double factor);
-  Step correct(const BranchDirection& across);
+  Check correct(const BranchDirection& across);
 
   std::unique_ptr<System> system_;
   DriveState drive_;

@@ -46,7 +46,7 @@ BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double 
     const LoadBranch::State kept = branch_->save();
     const bool ends = std::abs(below - trial.stable_to) <= std::abs(step);
     const double next = ends ? below : trial.stable_to + step;
-    if (branch_->advance_to(next).converged && stands_within()) {
+    if (branch_->advance_to(next) && stands_within()) {
       trial.stable_to = next;
       if (std::abs(step) < std::abs(longest)) step *= 2;
       continue;
@@ -64,14 +64,14 @@ BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double 
   // another branch beyond a singular state is farther away than a step on this one
   const LoadBranch::State under = branch_->save();
   const VectorXd here = places(branch_->system());
-  if (!branch_->advance_to(below - 2 * margin).converged) {
+  if (!branch_->advance_to(below - 2 * margin)) {
     branch_->restore(under);
     return trial;
   }
   const double usual = (here - places(branch_->system())).norm();
   branch_->restore(under);
   const double above = factor + margin;
-  if (branch_->advance_to(above).converged && stands_within() &&
+  if (branch_->advance_to(above) && stands_within() &&
       (places(branch_->system()) - here).norm() < most_jump * usual) {
     trial.stable_to = above;
     trial.doubt = fmt::format("the branch was followed to {}, but it goes on, stable, to {}",

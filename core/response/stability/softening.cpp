@@ -35,9 +35,9 @@ StiffnessRate::StiffnessRate(const MechanismFactor& factor, Shared& shared,
                              const ModelOptions& model, const BodyLoad& named)
     : factor_(&factor), named_(named) {
   Answer<LeafGradients<double>> leaves = leaf_gradients(factor, shared.rates);
-  assert(leaves.value);  // full leaves have them
-  design_ = std::make_unique<DesignRates<double>>(factor, std::move(*leaves.value),
-                                                  present_state(factor), shared.still, model);
+  assert(leaves);  // full leaves have them
+  design_ = std::make_unique<DesignRates<double>>(factor, std::move(*leaves), present_state(factor),
+                                                  shared.still, model);
 }
 
 // Derivative by the state of yᵀK y of the leaves, column by column.

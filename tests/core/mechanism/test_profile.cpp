@@ -88,7 +88,7 @@ TEST_CASE("each rule of a profile is named when broken", "[profile]") {
   const auto broken = [](auto change) {
     Mechanism m = models::single_leaf(0.1, 0.03, 0.5e-3);
     change(m.leaves[0]);
-    return broken_rule(m).value_or("");
+    return why_not(check_rules(m));
   };
   CHECK(broken([](LeafSpring& l) { l.width_profile = {1, 0.5}; }).empty());
   CHECK_THAT(broken([](LeafSpring& l) {

@@ -63,7 +63,8 @@ TEST_CASE("a cycle times its safety is on the line", "[fatigue]") {
       }
 }
 
-TEST_CASE("compression counts as no mean, and a mean beyond its limit has no amplitude", "[fatigue]") {
+TEST_CASE("compression counts as no mean, and a mean beyond its limit has no amplitude",
+          "[fatigue]") {
   const Material m = strong();
   for (const MeanStress mean : rules) {
     const FatigueLaw law(m, rule_of(mean));
@@ -113,25 +114,25 @@ TEST_CASE("what a cycle of a stress ratio may reach is that of Goodman and Gerbe
 
 TEST_CASE("what a material lacks is said", "[fatigue]") {
   Material m = strong();
-  CHECK(missing_for_fatigue(m, {}).empty());
-  CHECK(missing_for_life(m, {}) == "s_n_curve");
+  CHECK(suffices_for_fatigue(m, {}));
+  CHECK(why_not(suffices_for_life(m, {})) == "s_n_curve");
   m.ultimate_strength.reset();
-  CHECK(missing_for_fatigue(m, {}) == "ultimate_strength");
-  CHECK(missing_for_fatigue(m, {-1}).empty());
-  CHECK(missing_for_fatigue(m, {0}) == "ultimate_strength");
-  CHECK(missing_for_fatigue(m, rule_of(MeanStress::soderberg)).empty());
+  CHECK(why_not(suffices_for_fatigue(m, {})) == "ultimate_strength");
+  CHECK(suffices_for_fatigue(m, {-1}));
+  CHECK(why_not(suffices_for_fatigue(m, {0})) == "ultimate_strength");
+  CHECK(suffices_for_fatigue(m, rule_of(MeanStress::soderberg)));
   m = strong();
   FatigueRule cycles;
   cycles.cycles = 1e8;
-  CHECK(missing_for_fatigue(m, cycles) == "s_n_curve");
+  CHECK(why_not(suffices_for_fatigue(m, cycles)) == "s_n_curve");
   m.s_n_curve.emplace().points = {{1e4, 800e6}, {1e7, 450e6}};
-  CHECK(missing_for_fatigue(m, cycles) == "s_n_curve that tells of 1e+08 cycles");
+  CHECK(why_not(suffices_for_fatigue(m, cycles)) == "s_n_curve that tells of 1e+08 cycles");
   m.s_n_curve->knee = 1e7;
-  CHECK(missing_for_fatigue(m, cycles).empty());
+  CHECK(suffices_for_fatigue(m, cycles));
   CHECK(FatigueLaw(m, cycles).use(450e6, 0).value == Approx(1));
   m.endurance_limit.reset();
   CHECK(FatigueLaw(m, {}).use(450e6, 0).value == Approx(1));
   m.s_n_curve->knee.reset();
-  CHECK(missing_for_fatigue(m, {}) == "endurance_limit, or s_n_curve with a knee");
-  CHECK(missing_for_life(m, {}).empty());
+  CHECK(why_not(suffices_for_fatigue(m, {})) == "endurance_limit, or s_n_curve with a knee");
+  CHECK(suffices_for_life(m, {}));
 }

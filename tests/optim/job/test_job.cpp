@@ -199,7 +199,7 @@ TEST_CASE("loads act on any body at any place", "[optim][job]") {
   CHECK(loads[1].moment == Vector3d(0, 0, 3e-3));
   CHECK_FALSE(loads[2].body);
   CHECK_FALSE(loads[2].place);
-  CHECK_FALSE(broken_rule(job.request.loads, mechanism));
+  CHECK(check_rules(job.request.loads, mechanism));
   document = base_job("evaluate");
   document["loads"][0]["at"] = {0.1, "2 mm", 0};
   CHECK(parse_job(document).request.loads.constant[0].place == Vector3d(0.1, 2e-3, 0));
@@ -302,7 +302,8 @@ TEST_CASE("mechanisms of wires alone are beams where the job does not say", "[op
   CHECK_THROWS_WITH(parse_job(document), Contains("a leaf of circular section is a beam"));
 }
 
-TEST_CASE("a beam may be of any E and G, and a Poisson's ratio above a half is noted", "[optim][job]") {
+TEST_CASE("a beam may be of any E and G, and a Poisson's ratio above a half is noted",
+          "[optim][job]") {
   json document = base_job("evaluate");
   document.merge_patch(json::parse(R"({"model": {"flexure": "beam", "warping": "free"},
       "design": {"material": {"youngs_modulus": "12 GPa", "shear_modulus": "0.8 GPa",

@@ -34,7 +34,7 @@ json hinges() {
   })");
 }
 
-std::string fault_of(const json& document) {
+std::string check_cycle(const json& document) {
   const SpecError error = test::refusal_of([&] { (void)parse_job(document); });
   return error.pointer() + ": " + error.what();
 }
@@ -85,16 +85,16 @@ TEST_CASE("the job as read lists every design with all its numbers, and reads ba
 TEST_CASE("what is wrong with a listed design stands where the job has it", "[job]") {
   json document = hinges();
   document["designs"][2]["parameters"]["length"] = "5 N";
-  CHECK(fault_of(document).starts_with("/designs/2/parameters/length: "));
+  CHECK(check_cycle(document).starts_with("/designs/2/parameters/length: "));
   document = hinges();
   document["designs"][1]["variables"][0]["parameter"] = "gap";
-  CHECK(fault_of(document).starts_with("/designs/1/variables/0/parameter: "));
+  CHECK(check_cycle(document).starts_with("/designs/1/variables/0/parameter: "));
   document = hinges();
   document["material"]["density"] = "3 m";
-  CHECK(fault_of(document).starts_with("/material/density: "));
+  CHECK(check_cycle(document).starts_with("/material/density: "));
   document = hinges();
   document["stroke"]["to"] = "5 N";
-  const std::string stroke = fault_of(document);
+  const std::string stroke = check_cycle(document);
   CHECK(stroke.starts_with("/stroke/to: "));
   CHECK(stroke.find("so says") == std::string::npos);  // they all do
 }
@@ -106,7 +106,7 @@ TEST_CASE("a requirement that only some designs can name says which cannot", "[j
       {"family", "parallel_guide"},
       {"parameters", {{"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}, {"spacing", 0.05}}},
       {"variables", {{{"parameter", "length"}, {"min", 0.05}, {"max", 0.1}}}}};
-  const std::string fault = fault_of(document);
+  const std::string fault = check_cycle(document);
   CHECK(fault.starts_with("/stroke/to: "));
   CHECK(fault.find("so says the design \"guide\"") != std::string::npos);
 }

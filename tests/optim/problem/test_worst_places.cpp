@@ -13,7 +13,6 @@ using Function = std::function<double(const VectorXd&)>;
 LookInBox looking(const std::vector<Function>& functions) {
   return [=](const VectorXd& z) {
     BoxLook look;
-    look.ok = true;
     const auto count = static_cast<Eigen::Index>(functions.size());
     look.values.resize(count);
     look.rates.resize(count, z.size());
@@ -40,11 +39,11 @@ LookInBox looking(const std::vector<Function>& functions) {
 TEST_CASE("a number that is linear in many errors is worst in the corner of its slopes",
           "[assembly]") {
   const VectorXd slopes = VectorXd{{3, -1, 0.5, 2, -4, 1}};
-  const WorstPlaces found =
+  const auto found =
       worst_places({6, 2, 1, 1}, {0}, looking({[&](const VectorXd& z) { return z.dot(slopes); }}));
-  REQUIRE(found.ok);
-  CHECK(found.places[0][0] == VectorXd(slopes.cwiseSign()));
-  CHECK(found.looks < 10);
+  REQUIRE(found);
+  CHECK(found->places[0][0] == VectorXd(slopes.cwiseSign()));
+  CHECK(found->looks < 10);
 }
 
 TEST_CASE("a place inside the box is found to rounding, and the other sides are at their bounds",
@@ -55,10 +54,10 @@ TEST_CASE("a place inside the box is found to rounding, and the other sides are 
     return 5 - 2 * d[0] * d[0] - d[1] * d[1] - d[0] * d[1] -
            0.3 * d.squaredNorm() * d.squaredNorm() + 0.2 * z[2];
   };
-  const WorstPlaces found = worst_places({3, 3, 1, 1}, {0}, looking({hill}));
-  REQUIRE(found.ok);
-  CHECK((found.places[0][0].head(2) - top).norm() < 1e-8);
-  CHECK(found.places[0][0][2] == 1);
+  const auto found = worst_places({3, 3, 1, 1}, {0}, looking({hill}));
+  REQUIRE(found);
+  CHECK((found->places[0][0].head(2) - top).norm() < 1e-8);
+  CHECK(found->places[0][0][2] == 1);
 }
 
 TEST_CASE("a side along which a number is hardly bent is not left where the number is least",
@@ -67,10 +66,10 @@ TEST_CASE("a side along which a number is hardly bent is not left where the numb
     const double x = z[0] - 0.02, y = z[1] - 0.15;
     return 2 + 1e-4 * x * x - 0.05 * y * y;
   };
-  const WorstPlaces found = worst_places({2, 2, 1, 1}, {0}, looking({saddle}));
-  REQUIRE(found.ok);
-  CHECK(found.places[0][0][0] == -1);
-  CHECK(found.places[0][0][1] == Approx(0.15).epsilon(1e-8));
+  const auto found = worst_places({2, 2, 1, 1}, {0}, looking({saddle}));
+  REQUIRE(found);
+  CHECK(found->places[0][0][0] == -1);
+  CHECK(found->places[0][0][1] == Approx(0.15).epsilon(1e-8));
 }
 
 TEST_CASE("several numbers share what is looked at, and have their own places", "[assembly]") {
@@ -81,32 +80,31 @@ TEST_CASE("several numbers share what is looked at, and have their own places", 
     ++looks;
     return both(z);
   };
-  const WorstPlaces found = worst_places({2, 2, 1, 1}, {0, 1}, counted);
-  REQUIRE(found.ok);
-  CHECK(found.places[0][0] == VectorXd{{1, 1}});
-  CHECK(found.places[1][0] == VectorXd{{-1, 1}});
+  const auto found = worst_places({2, 2, 1, 1}, {0, 1}, counted);
+  REQUIRE(found);
+  CHECK(found->places[0][0] == VectorXd{{1, 1}});
+  CHECK(found->places[1][0] == VectorXd{{-1, 1}});
   CHECK(looks == 6);  // the middle, a start and four corners
-  CHECK(found.looks == looks);
+  CHECK(found->looks == looks);
 }
 
 TEST_CASE("places that are as bad, or nearly so, come after the worst", "[assembly]") {
   const auto bowl = [](const VectorXd& z) { return z[0] * z[0] + 0.01 * z[0] + 0.2 * z[1]; };
-  const WorstPlaces found = worst_places({2, 2, 1, 3}, {0}, looking({bowl}));
-  REQUIRE(found.ok);
-  REQUIRE(found.places[0].size() == 2);
-  CHECK(found.places[0][0] == VectorXd{{1, 1}});
-  CHECK(found.places[0][1] == VectorXd{{-1, 1}});
+  const auto found = worst_places({2, 2, 1, 3}, {0}, looking({bowl}));
+  REQUIRE(found);
+  REQUIRE(found->places[0].size() == 2);
+  CHECK(found->places[0][0] == VectorXd{{1, 1}});
+  CHECK(found->places[0][1] == VectorXd{{-1, 1}});
 }
 
 TEST_CASE("a box with a place that has no numbers says so", "[assembly]") {
   const LookInBox look = looking({[](const VectorXd& z) { return z[0]; }});
-  const auto broken = [&](const VectorXd& z) {
-    BoxLook here = look(z);
-    if (z[0] < 1) return here;
-    return BoxLook{.ok = false, .message = "unstable at 1", .reason = "unstable"};
+  const auto broken = [&](const VectorXd& z) -> Answer<BoxLook, Why> {
+    if (z[0] < 1) return look(z);
+    return BecauseOf({"unstable at 1", "unstable"});
   };
-  const WorstPlaces found = worst_places({1, 2, 1, 1}, {0}, broken);
-  CHECK_FALSE(found.ok);
-  CHECK(found.message == "unstable at 1");
-  CHECK(found.reason == "unstable");
+  const auto found = worst_places({1, 2, 1, 1}, {0}, broken);
+  REQUIRE_FALSE(found);
+  CHECK(found.error().message == "unstable at 1");
+  CHECK(found.error().reason == "unstable");
 }

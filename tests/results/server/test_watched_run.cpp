@@ -107,8 +107,9 @@ TEST_CASE("A finished run is shown whole", "[results][server]") {
   CHECK_FALSE(state["scene"]["designs"].empty());
 }
 
-TEST_CASE("Where there is nothing yet, that is said, and where there is no folder, it is wrong input",
-          "[results][server]") {
+TEST_CASE(
+    "Where there is nothing yet, that is said, and where there is no folder, it is wrong input",
+    "[results][server]") {
   const test::TemporaryFolder folder;
   CHECK_THROWS_AS(WatchedRun(folder.path() / "missing"), SpecError);
   WatchedRun run(folder.path());

@@ -102,7 +102,7 @@ TEST_CASE("modes of looked-up leaves are those of the linearised mechanism",
   for (int i = 0; i < system.leaves(); ++i) system.leaf(i).expect_dynamics(2);
   for (const double stroke : {0.0, 0.15}) {
     REQUIRE(step_to(system, stroke, {}).converged);
-    const auto factor = MechanismFactor::of(system).value;
+    const auto factor = MechanismFactor::of(system);
     REQUIRE(factor);
     const auto both = full_modes(*factor, 6, 5), locked = full_modes(*factor, 0, 5);
     REQUIRE((both && locked));

@@ -20,8 +20,8 @@ inline BentMechanism bent(const Mechanism& mechanism, double stroke, const Model
   result.system = std::make_unique<System>(mechanism, make_full_leaves(mechanism, model));
   REQUIRE(step_to(*result.system, stroke, {}).converged);
   auto linear = MechanismFactor::of(*result.system);
-  REQUIRE(linear.value);
-  result.factor = std::move(linear.value);
+  REQUIRE(linear);
+  result.factor = std::make_unique<MechanismFactor>(std::move(*linear));
   return result;
 }
 

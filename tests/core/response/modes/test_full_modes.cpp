@@ -44,7 +44,7 @@ TEST_CASE("both lists of modes are those of the dense matrices, bent far too") {
     System system = system_of(m, 6);
     for (const double stroke : {0.0, 0.02}) {
       REQUIRE(step_to(system, stroke, {}).converged);
-      const auto linear = MechanismFactor::of(system).value;
+      const auto linear = MechanismFactor::of(system);
       REQUIRE(linear);
       const MechanismFactor& factor = *linear;
       const auto found = full_modes(factor, 7, 5);
@@ -83,7 +83,7 @@ TEST_CASE("a coarse mesh has no more modes than unknowns") {
   const Mechanism m = models::single_leaf(0.08, 0.02, 3e-4);
   System system = system_of(m, 2);
   system.assemble();
-  const auto linear = MechanismFactor::of(system).value;
+  const auto linear = MechanismFactor::of(system);
   REQUIRE(linear);
   const MechanismFactor& factor = *linear;
   const auto found = full_modes(factor, factor.size() + 20, factor.size() + 20);
@@ -107,7 +107,7 @@ TEST_CASE(
     LoadCase loads{.constant = {{.force = force * Vector3d(0.2, -0.8, 1)}}};
     System system(m, make_full_leaves(m, model), loads);
     REQUIRE(step_load(system, {.constant = 1}, {}).converged);
-    const auto linear = MechanismFactor::of(system).value;
+    const auto linear = MechanismFactor::of(system);
     REQUIRE(linear);
     const auto full = full_modes(*linear, 0, 4);
     REQUIRE(full);

@@ -136,8 +136,8 @@ TEST_CASE("answers are those of the pencil solved at the frequency") {
     REQUIRE(lists);
     const Answer<StateSpace> built =
         state_space(factor, {.modes = modes, .damping = {0.0}}, {}, lists->free, rates);
-    REQUIRE(built.value);
-    const StateSpace& model = *built.value;
+    REQUIRE(built);
+    const StateSpace& model = *built;
     REQUIRE(model.omega2.size() == modes);
     double worst = 0;
     for (const double f : {1.0, 0.37 * std::sqrt(model.omega2[3]) / (2 * pi),

@@ -51,7 +51,7 @@ Mechanism cross_hinge(double angle) {
 
 StrokeResponse evaluated(const Mechanism& m, const ModelOptions& model,
                          std::vector<double> points) {
-  REQUIRE_FALSE(broken_rule(m));
+  REQUIRE(check_rules(m));
   return test::evaluated(m, model, {.points = std::move(points), .frequencies = 4});
 }
 

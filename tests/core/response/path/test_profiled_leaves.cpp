@@ -35,7 +35,7 @@ ModelOptions model_of(Accuracy accuracy, Flexure flexure) {
 
 StrokeResponse evaluated(const Mechanism& m, const ModelOptions& model, std::vector<double> points,
                          int frequencies = 0) {
-  REQUIRE_FALSE(broken_rule(m));
+  REQUIRE(check_rules(m));
   return test::evaluated(m, model, {.points = std::move(points), .frequencies = frequencies});
 }
 

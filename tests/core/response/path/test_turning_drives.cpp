@@ -204,7 +204,7 @@ struct RandomMechanism {
       d.direction = static_cast<Direction>(choice(3) == 0 ? choice(3) : 3 + choice(3));
       if (choice(2) == 0) d.axes = rotation_exp(vector(2));
       m.drives.push_back(d);
-      if (broken_rule(m)) m.drives.pop_back();
+      if (!check_rules(m)) m.drives.pop_back();
     }
   }
 
