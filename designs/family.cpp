@@ -9,6 +9,7 @@
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/names.hpp"
+#include "designs/describe.hpp"
 #include "designs/design_reader.hpp"
 #include "designs/flat_design.hpp"
 

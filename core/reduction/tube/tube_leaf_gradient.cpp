@@ -118,12 +118,10 @@ Check TubeLeaf::check_interior(InteriorUse use) {
   if (use.places) return Because("places inside it are those of the full leaf");
   if (use.stress && !model_->differentiable_stress())
     return Because("it has no tables of its stress");
-  if (use.stress && !tabulated_strains())
-    return rebuilt_because_.empty() ? Check() : Because(rebuilt_because_);
+  if (use.stress && !tabulated_strains()) return Because(rebuilt_because_);
   if (use.mass && !model_->differentiable_dynamics())
     return Because("it has no tables of its dynamics");
-  if (use.mass && !tabulated())
-    return condensed_because_.empty() ? Check() : Because(condensed_because_);
+  if (use.mass && !tabulated()) return Because(condensed_because_);
   return {};
 }
 

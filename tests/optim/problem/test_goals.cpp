@@ -93,7 +93,7 @@ TEST_CASE("a point without equilibrium or value is a reading with a reason", "[o
 }
 
 TEST_CASE(
-    "a point that no multiple of the load makes unstable is beyond every bound; an unstable "
+    "a point that no multiple of the load makes unstable is beyond every bound, an unstable "
     "one has no value",
     "[optim]") {
   nlohmann::json document = guide::stiff_guide();
