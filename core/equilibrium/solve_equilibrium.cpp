@@ -33,8 +33,8 @@ Check check_conditions(const System& system, bool driven) {
 
 // What tells early that Newton's method will not end at a state within reach. Strains of flexures
 // at work are below largest_strain, those of first iterates up to 0.5 times the square of the step.
-// Where reduced leaves are thrown too far, shorter steps may lead to states that are none of the
-// full leaves': of those a first iterate says nothing.
+// Reduced leaves that are thrown too far may reach, by shorter steps, states that full leaves do
+// not have: a first iterate says nothing about those.
 class Prospect {
  public:
   enum class Says { go_on, too_far, stretched, no_progress };

@@ -186,7 +186,8 @@ class PlateLeaf {
   MatrixXd add_element_force(int i, int j);
   template <int Side>
   void add_element_tangent(int i, int j, const MatrixXd& field);
-  /// Where the elements beside a line add up, and those between it and the next.
+  /// Block of the stiffness to which the elements beside line i add, and that to which those
+  /// between it and the next line add.
   MatrixXd& line_diagonal(int i);
   MatrixXd& line_below(int i);
   void hold_point();

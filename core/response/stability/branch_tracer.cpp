@@ -196,7 +196,8 @@ BranchTracer::Stride BranchTracer::stride(const BranchDirection& along, double s
   return {.crossed = true, .obstacle = "the tangent becomes indefinite all at once"};
 }
 
-// What is linear after a step from `last`, and what the step tells of its estimate.
+// The look linearises about the state after a step from `last`, and judges the estimate of `last`
+// by what the step met.
 BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double step,
                                          Heading& heading) {
   const std::optional<SoftMode> foretold = std::move(last.ahead);
