@@ -7,7 +7,8 @@ import {designs, left_out} from "./scene_data.js";
 import {set} from "./state.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
 
-const design_color = (entry) => palette[entry.design % palette.length];
+// Four colours that are told apart at once, then the same ones dashed.
+const design_color = (entry) => palette[entry.design % 4], second_round = (entry) => entry.design % 8 >= 4;
 const own_path = (entry) => (entry.result?.path ?? []).filter((p) => p.status === "converged" && typeof p.stroke === "number");
 
 /// Best feasible objective after each evaluation, all starts one after the other.
@@ -40,7 +41,7 @@ function side_by_side(q) {
   const factor = shown_factor(q.unit), values = listed.flatMap((e) => own_path(e).map((p) => value_at(q, p))).filter((v) => v !== null);
   const log = /^N( m)?\/(m|rad)$/.test(q.unit) && min(values) > 0 && max(values) > 20 * min(values);
   return line_chart({title: heading(q.label), x: stroke_label, y: `${q.label}${shown_unit(q.unit) ? ` [${shown_unit(q.unit)}]` : " [1]"}`, log, linked: true,
-    lines: listed.map((entry) => ({name: entry.name, color: design_color(entry), points: own_path(entry).map((p) => {
+    lines: listed.map((entry) => ({name: entry.name, color: design_color(entry), dashed: second_round(entry), points: own_path(entry).map((p) => {
       const y = value_at(q, p);
       return {x: shown_stroke(p.stroke), y: y === null ? NaN : y * factor};
     }).sort((a, b) => a.x - b.x)}))});
@@ -81,10 +82,12 @@ function size_table() {
     ...listed.map((entry, i) => ({name: entry.name, text: (row) => quantity_text(row.of[i], row.unit)}))]);
 }
 
-function ranking() {
-  const goal = listed.find((e) => e.result?.optimum)?.result.optimum.goal ?? {unit: "SI"};
-  const worst = (e) => e.worst_constraint, unit = goal_unit(goal), factor = goal_factor(goal);
-  const table = table_of(listed, [
+const ranked_goal = () => listed.find((e) => e.result?.optimum)?.result.optimum.goal ?? {unit: "SI"};
+
+/// Who is best: a row a design.
+export function ranking_table() {
+  const goal = ranked_goal(), worst = (e) => e.worst_constraint, unit = goal_unit(goal), factor = goal_factor(goal);
+  return table_of(listed, [
     {name: "Rank", text: (e) => String(e.rank)},
     {name: "Design", left: true, text: link_of},
     {name: "Objective", unit, text: (e) => e.objective === null ? "–" : number_text(e.objective * factor, 4), tone: (e) => e.feasible ? "" : "bad"},
@@ -94,12 +97,16 @@ function ranking() {
     {name: "Evaluations", text: (e) => String(e.evaluations)},
     {name: "Optimum", left: true, text: (e) => element("div", {class: "wide"}, (e.result?.optimum?.variables ?? []).map((v) => `${readable(v.parameter)} ${quantity_text(v.optimum, v.unit, 4)}${v.at_bound ? ` (${v.at_bound})` : ""}`).join(", "))}],
   (e) => e.rank === 1 && e.feasible, show_design);
-  const best = listed.map((entry) => ({name: entry.name, color: design_color(entry), dots: false, curve: "step-after",
+}
+
+function ranking() {
+  const goal = ranked_goal(), unit = goal_unit(goal), factor = goal_factor(goal);
+  const best = listed.map((entry) => ({name: entry.name, color: design_color(entry), dashed: second_round(entry), dots: false, curve: "step-after",
     points: best_so_far(entry).map(({x, y}) => ({x, y: y * factor}))}));
-  const missed = listed.map((entry) => ({name: entry.name, color: design_color(entry), dots: false, curve: "step-after", points: least_violation(entry)}));
-  return ["Ranking", [
+  const missed = listed.map((entry) => ({name: entry.name, color: design_color(entry), dashed: second_round(entry), dots: false, curve: "step-after", points: least_violation(entry)}));
+  return ["How the designs were found", [
     element("p", {class: "soft"}, `Every design under the same requirement${goal.quantity || goal.expression ? `; the objective is ${goal_name(goal)}` : ""}. Feasible ones by their objective, then the others by how much they miss a bound. Each name leads to the report of its own; a click on a row shows the mechanism beside the best.`),
-    table, element("div", {class: "figures"},
+    element("div", {class: "figures"},
       line_chart({title: "Best feasible design so far", note: "all starts of a design one after the other", x: "evaluation", y: `objective [${unit}]`, zero: false, lines: best}),
       line_chart({title: "Least violation so far", note: "relative to the bound; feasible designs are drawn at 10⁻⁸", x: "evaluation", y: "violation [1]", log: true, lines: missed}))]];
 }

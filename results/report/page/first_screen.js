@@ -3,7 +3,8 @@ import {least, max, min} from "d3";
 import {case_chooser} from "./cases.js";
 import {stroke_text} from "./comparison.js";
 import {allowable, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, optimum, parameter_text, path, quantities, rest_point, result, stroke_unit, supports, undeflected} from "./result.js";
-import {element, number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
+import {ranking_table} from "./designs.js";
+import {element, number_text, quantity_parts, quantity_text, readable} from "./text.js";
 
 const stress_share = () => {
   const hottest = least_at((p) => typeof p.max_stress === "number" ? -p.max_stress : null);
@@ -23,7 +24,7 @@ export function verdict() {
   if (optimum) {
     const share = stress_share();
     const local = optimum.status === "local";
-    return {tone: local ? "warn" : "good", word: local ? "local optimum" : readable(optimum.status), text: `${optimum.goal.sense === "maximise" ? "Largest" : "Smallest"} ${goal_name(optimum.goal)}: ${goal_text(optimum.goal, optimum.objective, 3)}, all requirements met.`
+    return {tone: local ? "warn" : "good", word: local ? "local optimum" : readable(optimum.status), text: `${heading(goal_name(optimum.goal))}, ${optimum.goal.sense}d: ${goal_text(optimum.goal, optimum.objective, 3)}; all requirements are met.`
       + (local ? " There may be a better one: try more starts." : "")
       + (share && share.share > 1.0005 ? ` But the stress is ${number_text(100 * share.share)} % of what the material allows.` : "")};
   }
@@ -40,7 +41,7 @@ function five_numbers() {
   const add = (name, value, unit, where) => {
     if (typeof value !== "number" || tiles.length >= 5) return;
     tiles.push(element("div", {class: "tile"}, element("div", {class: "name"}, name),
-      element("div", {class: "number"}, number_text(value * shown_factor(unit)), shown_unit(unit) ? element("small", {}, shown_unit(unit) === "°" ? "°" : ` ${shown_unit(unit)}`) : null),
+      element("div", {class: "number"}, quantity_parts(value, unit)[0], element("small", {}, quantity_parts(value, unit)[1])),
       element("div", {class: "where"}, where)));
   };
   if (optimum && typeof optimum.objective === "number" && optimum.goal.quantity !== "parasitic_frequency" && optimum.goal.unit !== "SI")
@@ -95,7 +96,7 @@ function limits() {
   if (optimum) {
     for (const c of (optimum.constraints ?? []).filter((k) => k.active || k.margin < 0)) {
       const price = price_text(c);
-      said.push(`${heading(readable(c.label))} is ${c.active ? "at its bound" : "violated"}: ${goal_text(c, c.value, 3)}${price ? `. ${price}.` : "."}`);
+      said.push(`${heading(goal_name(c))} is ${c.active ? "at its bound" : "violated"}: ${goal_text(c, c.value, 3)}${price ? `. ${price}.` : "."}`);
     }
     for (const v of (optimum.variables ?? []).filter((k) => k.at_bound)) said.push(`${heading(readable(v.parameter))} is at its ${v.at_bound}imum, ${quantity_text(v.optimum, v.unit)}.`);
     if (said.length === 0) said.push("No constraint is active: the optimum lies inside all of them.");
@@ -118,10 +119,24 @@ function limits() {
   }
   const shortest = least_at((p) => p.fatigue_life), life = shortest?.fatigue_life_place;
   if (life && life.on_curve !== "endurance") said.push(`Life is ${life.cycles === null ? `${life.on_curve}, log10 of the cycles ${number_text(shortest.fatigue_life)}` : `${number_text(life.cycles)} cycles`}, ${at_stroke(shortest)} in ${life.leaf}.`);
-  const over = result.constraints?.overconstraints ?? 0;
-  if (over > 0) said.push(`${over === 1 ? "One direction is" : `${over} directions are`} held more than once: ${(result.constraints.redundant ?? []).slice(0, 2).map((r) => r.text.replace(/`/g, "")).join("; ")}${over > 2 ? "; and others" : ""}. Errors of assembly cause stress there.`);
-  for (const note of result.notes ?? []) said.push(note);
   return said.slice(0, 6);
+}
+
+/// What else is to be known of the mechanism and its model, folded.
+function notes() {
+  const over = result.constraints?.overconstraints ?? 0, said = [...result.notes ?? []];
+  if (over > 0) said.push(`${over === 1 ? "One direction is" : `${over} directions are`} held more than once: ${(result.constraints.redundant ?? []).slice(0, 2).map((r) => r.text.replace(/`/g, "")).join("; ")}${over > 2 ? "; and others" : ""}. Errors of assembly cause stress there.`);
+  return said.length === 0 ? null : element("details", {class: "notes"}, element("summary", {}, said.length === 1 ? "One note" : `${said.length} notes`), element("ul", {}, ...said.map((line) => element("li", {}, line))));
+}
+
+/// The dimensions that were found, each in its range.
+function found_dimensions() {
+  const variables = optimum?.variables ?? [];
+  if (variables.length === 0) return null;
+  const share = (v) => Math.min(1, Math.max(0, (v.optimum - v.min) / (v.max - v.min)));
+  return element("table", {class: "found"}, element("thead", {}, element("tr", {}, ...["Found", "", "Least", "", "Most"].map((name) => element("th", {scope: "col"}, name)))),
+    element("tbody", {}, ...variables.map((v) => element("tr", {}, element("th", {scope: "row"}, readable(v.parameter)), element("td", {class: `value ${v.at_bound ? "warn" : ""}`}, quantity_text(v.optimum, v.unit, 4)),
+      element("td", {}, quantity_text(v.min, v.unit)), element("td", {}, element("meter", {min: 0, max: 1, value: share(v), "aria-label": `${number_text(100 * share(v), 2)} % of the range`})), element("td", {}, quantity_text(v.max, v.unit))))));
 }
 
 export function first_screen(picture) {
@@ -130,10 +145,11 @@ export function first_screen(picture) {
     element("header", {}, element("div", {class: "kicker"}, `flexopt · ${job.job ?? "run"} · ${listed.length ? `${listed.length} designs` : job.design?.family ?? job.design?.file ?? "mechanism"}`),
       element("h1", {}, job.name ?? "flexopt report"),
       element("p", {class: "lead"}, element("span", {class: `pill ${tone}`}, word), text), case_chooser()),
+    result.ranking ? ranking_table() : null,
     element("div", {class: comparison ? "" : "stage"}, comparison ? null : picture, element("div", {class: "beside", id: "first"},
-      ...(comparison ? comparison_numbers() : [element("div", {class: "tiles"}, ...five_numbers())]),
-      said.length ? element("div", {class: "limits"}, element("h3", {}, "What limits it"), element("ul", {}, ...said.map((line) => element("li", {}, line)))) : null)),
-  ];
+      ...(comparison ? comparison_numbers() : [element("div", {class: "tiles"}, ...five_numbers()), found_dimensions()]),
+      said.length ? element("div", {class: "limits"}, element("h3", {}, "What limits it"), element("ul", {}, ...said.map((line) => element("li", {}, line)))) : null, notes())),
+  ].filter(Boolean);
 }
 
 /// What was computed, of what.

@@ -4,7 +4,7 @@ import {line_chart} from "./charts.js";
 import {allowable, converged, result, shown_stroke, stroke_label} from "./result.js";
 import {designs} from "./scene_data.js";
 import {listen, state} from "./state.js";
-import {element, quantity_text} from "./text.js";
+import {element, quantity_text, readable} from "./text.js";
 
 function along_chart(design, leaf) {
   design.pose(state.stroke, null, 0);
@@ -33,7 +33,7 @@ export function leaf_panel() {
     if (!leaf) { place.replaceChildren(); return; }
     const own = (result.leaves ?? []).find((l) => l.name === leaf.name);
     facts.textContent = `${quantity_text(leaf.length, "m")} long, ${leaf.round ? `diameter ${quantity_text(leaf.thickness, "m")}` : `${quantity_text(leaf.width, "m")} wide, ${quantity_text(leaf.thickness, "m")} thick`}`
-      + (own?.validity?.needed ? `; needs the theory of a ${own.validity.needed}` : "") + (allowable ? `; allowed ${quantity_text(allowable, "Pa")}` : "") + ".";
+      + (own?.validity?.needed ? `; needs the theory of a ${readable(own.validity.needed)}` : "") + (allowable ? `; allowed ${quantity_text(allowable, "Pa")}` : "") + ".";
     stroke.replaceChildren(stroke_chart(design, leaf));
     redraw();
     place.replaceChildren(element("h3", {}, `Chosen: ${leaf.name}`), facts, along, stroke);

@@ -4,6 +4,7 @@ import {extent, range} from "d3";
 import * as Plot from "@observablehq/plot";
 import {narrow} from "./charts.js";
 import {goal_factor, goal_unit, optimum, result} from "./result.js";
+import {listen} from "./state.js";
 import {element, heading, number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
 
 /// One parameter as an axis: its values as shown, and the half step beyond them.
@@ -28,6 +29,7 @@ function color_of(values) {
 }
 
 function marks_of(map, x, y) {
+  if (map.of_strokes) return [];
   const places = [{x: x.held, y: y.held, symbol: optimum ? "star" : "circle", name: optimum ? "optimum" : "this design"}];
   if (optimum && (x.start !== x.held || y.start !== y.held)) places.push({x: x.start, y: y.start, symbol: "circle", name: "start"});
   const inside = places.filter((p) => Math.abs(2 * p.x - x.shown[0] - x.shown.at(-1)) <= x.shown.at(-1) - x.shown[0] + 1e-9 * Math.abs(p.x) && Math.abs(2 * p.y - y.shown[0] - y.shown.at(-1)) <= y.shown.at(-1) - y.shown[0] + 1e-9 * Math.abs(p.y));
@@ -72,12 +74,15 @@ function verdict(map, i, j) {
   return margin >= 0 ? ", feasible" : `, misses a bound by ${number_text(-100 * margin, 2)} %`;
 }
 
-/// The maps of one pair of parameters.
-function panel(map) {
+/// The maps of one pair of parameters. Where they are the strokes of two drives (`of_strokes`), the place
+/// is the stroke that the page shows: `map.show(i, j)` sets it, `map.shown()` gives it.
+export function panel(map) {
   const [x, y] = map.parameters.map(axis_of), shown = [];
   const nearest = (axis, value) => Math.max(0, Math.min(axis.shown.length - 1, Math.round((value - axis.shown[0]) / (2 * axis.half))));
   const place = {i: nearest(x, x.held), j: nearest(y, y.held)};
-  const update = () => {
+  if (map.of_strokes) listen(["stroke"], () => { Object.assign(place, map.shown()); tell(); });
+  const update = () => map.of_strokes ? map.show(place.i, place.j) : tell();
+  const tell = () => {
     for (const {quantity, dot, chart, output} of shown) {
       const value = quantity.values[place.i][place.j], {i, j} = place;
       dot.setAttribute("cx", chart.scale("x").apply(x.shown[i]));
@@ -113,7 +118,8 @@ function panel(map) {
     return element("figure", {class: "figure map", "data-title": quantity.label}, element("figcaption", {}, heading(readable(quantity.label))), legend, output, chart);
   };
   const figures = map.quantities.map(figure_of);
-  update();
+  if (map.of_strokes) Object.assign(place, map.shown());
+  tell();
   return element("div", {class: "figures maps"}, ...figures);
 }
 

@@ -1,7 +1,7 @@
 // The optimum: what limits it, its variables, what each dimension does, and how far to trust it.
 import {group, least} from "d3";
 import {bar_chart} from "./charts.js";
-import {converged, goal_factor, goal_name, goal_text, goal_unit, heading, largest_of, optimum, path, place_text, quantities} from "./result.js";
+import {all_leaves_full, converged, goal_factor, goal_name, goal_text, goal_unit, heading, largest_of, optimum, path, place_text, quantities} from "./result.js";
 import {designs} from "./scene_data.js";
 import {price_text} from "./first_screen.js";
 import {set} from "./state.js";
@@ -10,14 +10,14 @@ import {element, number_text, percent_text, quantity_text, readable, shown_facto
 export function optimum_tables() {
   const {goal, constraints = [], verified} = optimum;
   const worst = least(constraints.filter((c) => c.bound), (c) => c.margin / Math.abs(c.bound));
-  const active = constraints.filter((c) => c.active).map((c) => readable(c.label));
+  const active = constraints.filter((c) => c.active).map(goal_name);
   const bounds = (optimum.variables ?? []).filter((v) => v.at_bound).map((v) => `${readable(v.parameter)} at its ${v.at_bound}imum`);
   const said = [
-    `${goal.sense === "maximise" ? "Largest" : "Smallest"} ${goal_name(goal)} found: ${goal_text(goal, optimum.objective)}.`,
-    worst && `Tightest constraint: ${readable(worst.label)}, ${worst.active ? "at its bound" : (worst.margin < 0 ? "violated by " : "margin ") + number_text(100 * Math.abs(worst.margin / worst.bound)) + " %"}.`,
+    `${heading(goal_name(goal))}, ${goal.sense}d: ${goal_text(goal, optimum.objective)}.`,
+    worst && `Tightest constraint: ${goal_name(worst)}, ${worst.active ? "at its bound" : (worst.margin < 0 ? "violated by " : "margin ") + number_text(100 * Math.abs(worst.margin / worst.bound)) + " %"}.`,
     `Active: ${[...active, ...bounds].join(", ") || "none"}.`,
     (optimum.starts ?? []).length > 1 && `${optimum.agreeing_starts ?? 0} of ${optimum.starts.length} starts agree within 0.1 %.`,
-    verified && verified.objective !== null && `At full accuracy: ${goal_text(goal, verified.objective)} (reduced/full − 1 = ${percent_text(verified.objective_difference)}).`,
+    verified && verified.objective !== null && !all_leaves_full() && `At full accuracy: ${goal_text(goal, verified.objective)} (reduced/full − 1 = ${percent_text(verified.objective_difference)}).`,
     optimum.accuracy === "full" && verified?.loop && "Values and constraints are those of full accuracy.",
   ].filter(Boolean).join(" ");
   const start = designs.findIndex((d) => d.kind === "start");
@@ -31,7 +31,7 @@ export function optimum_tables() {
       {name: "Range", text: (v) => `${quantity_text(v.min, v.unit)} … ${quantity_text(v.max, v.unit)}`},
       {name: "", left: true, text: (v) => v.at_bound ? `at ${v.at_bound}` : "", tone: () => "warn"}]),
     constraints.length ? table_of(constraints, [
-      {name: "Constraint", left: true, text: (c) => readable(c.label)},
+      {name: "Constraint", left: true, text: goal_name},
       {name: "Value", text: (c) => goal_text(c, c.value)},
       {name: "Bound", text: (c) => c.bound === null ? "–" : `${c.bound === c.max ? "≤" : "≥"} ${goal_text(c, c.bound)}`},
       {name: "Margin", text: (c) => c.bound ? percent_text(c.margin / Math.abs(c.bound)).replace("+", "") : number_text(c.margin), tone: (c) => c.active ? "warn" : c.margin < 0 ? "bad" : ""},
@@ -60,8 +60,9 @@ export function sensitivity_charts() {
   return charts;
 }
 
-/// Reduced against full at the ends and the middle of the stroke.
+/// Reduced against full at the ends and the middle of the stroke, where some leaf is reduced.
 export function accuracy_table() {
+  if (all_leaves_full()) return [];
   const pairs = path.map((reduced, i) => ({reduced, full: optimum.verified?.path?.[i]}))
     .filter((pair) => pair.reduced.status === "converged" && pair.full?.status === "converged");
   if (pairs.length === 0) return [];

@@ -82,6 +82,7 @@ export const place_text = (point) => drive_units ? strokes_text(point.strokes)
 export const at_stroke = (point) => `at ${place_text(point)}`;
 /// The converged point of least value.
 export const least_at = (value) => least(converged.filter((p) => typeof value(p) === "number"), value);
+export const all_leaves_full = () => converged.every((p) => (p.leaves ?? [{}]).every((leaf) => leaf.model === "full"));
 export const rest_point = () => least(converged, (p) => drive_units
   ? max(Object.values(p.strokes), Math.abs) : Math.abs(p.stroke));
 
@@ -91,5 +92,14 @@ export const parameter_text = (name, value, digits = 4) => quantity_text(value, 
 export const goal_text = (goal, value, digits = 4) => goal.unit === "SI" ? number_text(value, digits) : quantity_text(value, goal.unit, digits);
 export const goal_factor = (goal) => goal.unit === "SI" ? 1 : shown_factor(goal.unit);
 export const goal_unit = (goal) => goal.unit === "SI" ? "SI" : shown_unit(goal.unit);
-export const goal_name = (goal) => `${goal.expression ?? `${(goal.quantity ?? "").replace(/_/g, " ")}, ${(goal.over_stroke ?? "").replace(/_/g, " ")} over the stroke`}${goal.as ? `, ${goal.under === "assembly_tolerances" ? "worst assembly" : goal.as === "worst" ? "worst within tolerances" : goal.as}` : ""}`;
+/// "lowest parasitic frequency over the stroke": an objective or a constraint in words.
+export const goal_name = (goal) => `${goal.expression ?? extreme_name(goal)}${goal.as ? `, ${goal.under === "assembly_tolerances" ? "worst assembly" : goal.as === "worst" ? "worst within tolerances" : goal.as}` : ""}`;
 export {heading};
+
+function extreme_name({quantity = "", over_stroke}) {
+  const name = (quantities.find((q) => q.name === quantity)?.label ?? quantity.replace(/_/g, " ")).replace(/^(largest|max) /, "");
+  if (/^(envelope|leaf_mass)/.test(quantity)) return name;  // the same at every point
+  const words = {min: `lowest ${name} over the stroke`, max: `largest ${name} over the stroke`,
+    max_abs: `largest size of the ${name} over the stroke`, first: `${name} at the first point`, last: `${name} at the last point`};
+  return words[over_stroke] ?? name;
+}

@@ -124,17 +124,17 @@ export class Design {
     return cubic_weights(this.strokes, stroke).map(([i, w]) => [this.order[i].k, w]);
   }
 
-  /// Fills positions, shown_stress and bodies_now for a stroke, and adds `amount` (a length) of a
-  /// mode.
-  pose(stroke, mode, amount) {
+  /// Fills positions, shown_stress and bodies_now for a stroke, its motion `magnified`, and adds
+  /// `amount` (a length) of a mode.
+  pose(stroke, mode, amount, magnified = 1) {
     this.positions.set(this.rest);
     this.shown_stress.fill(0);
     this.bodies_now.fill(0);
     const add = (to, from, offset, w) => { for (let i = 0; i < to.length; ++i) to[i] += w * from[offset + i]; };
     for (const [k, w] of this.frame_weights(stroke)) {
-      add(this.positions, this.displacement, 3 * this.points * k, w);
+      add(this.positions, this.displacement, 3 * this.points * k, w * magnified);
       add(this.shown_stress, this.stress, this.points * k, w);
-      add(this.bodies_now, this.motion, 6 * this.bodies.length * k, w);
+      add(this.bodies_now, this.motion, 6 * this.bodies.length * k, w * magnified);
     }
     const row = this.mode_row(stroke, mode);
     if (row === null) return;
@@ -151,6 +151,9 @@ export class Design {
     this.mode_strokes.forEach((s, k) => { if (Math.abs(s - stroke) < Math.abs(this.mode_strokes[near] - stroke)) near = k; });
     return near * (locked + free) + (mode.drive === "locked" ? 0 : locked) + mode.index;
   }
+
+  /// Largest displacement component of a leaf's point in all frames [m].
+  largest_motion() { return this.displacement.reduce((largest, x) => Math.max(largest, Math.abs(x)), 0); }
 
   /// Largest stress of all frames, of one leaf or of all [Pa].
   largest_stress(leaf = null, frame = null) {

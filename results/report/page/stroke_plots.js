@@ -4,6 +4,7 @@ import * as Plot from "@observablehq/plot";
 import {group, max, min, range} from "d3";
 import {direction_colors, kind_colors, palette} from "./colors.js";
 import {line_chart} from "./charts.js";
+import {drive_charts} from "./drive_plots.js";
 import {allowable, converged, drive, drive_units, error_at, heading, job, load_path, optimum, path, place_text, quantities, rest_point, result, shown_stroke, stroke_label, stroke_unit, supports} from "./result.js";
 import {designs} from "./scene_data.js";
 import {number_text, quantity_text, readable, shown_factor, shown_unit} from "./text.js";
@@ -193,6 +194,7 @@ function signed_stress_chart() {
 /// All charts over the stroke, the most asked for first.
 export function stroke_charts() {
   if (converged.length === 0) return [];
+  if (drive_units) return drive_charts();
   const done = new Set(["support_stiffness", "principal_stiffness", "max_stress", "drive_load", "displacement", "rotation", "frequencies"]);
   const of = (key, extra) => {
     const some = quantities.filter((q) => q.at[0] === key);

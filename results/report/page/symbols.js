@@ -141,20 +141,17 @@ export function reference_point(design, size) {
 /// Names of leaves (nearer to the base, since leaves often cross in the middle), bodies, joints and springs.
 export function name_words(design, solids, bodies, size) {
   const group = new THREE.Group();
-  const taken = [vector(design.bodies[design.end_effector].reference).add(new THREE.Vector3(0, 0.03 * size, 0))];  // O
-  const collides = (a, b) => Math.hypot(a.x - b.x, a.z - b.z) < 0.12 * size && Math.abs(a.y - b.y) < 0.038 * size;
   const add = (text, color, where) => {
     if (!text) return;
-    const at = where(), shift = new THREE.Vector3();
-    while (taken.some((other) => collides(at, other))) { at.y += 0.04 * size; shift.y += 0.04 * size; }  // above the other
-    taken.push(at);
-    const place = () => where().add(shift);
     const mark = word(text, page_color(color), 0.034 * size, page_color("--panel"));
-    mark.userData = {kind: "name", name: text, update: () => mark.position.copy(place())};
+    mark.userData = {kind: "name", name: text, update: () => mark.position.copy(where())};
     group.add(mark);
   };
+  // Of a reinforced leaf and its parts one name is enough.
+  const reinforced = new Set(solids.map(({leaf}) => /^(.*)\/reinforcement$/.exec(leaf.name)?.[1]).filter(Boolean));
+  const whole = (name) => { const [, stem, part] = /^(.*)\/(.*)$/.exec(name ?? "") ?? []; return !reinforced.has(stem) ? name : part === "reinforcement" ? stem : ""; };
   for (const solid of solids)
-    add(solid.leaf.name, "--ink", () => solid.point(Math.floor(solid.ny / 2) * solid.nx + Math.round(0.3 * (solid.nx - 1)), new THREE.Vector3()));
+    add(whole(solid.leaf.name), "--ink", () => solid.point(Math.floor(solid.ny / 2) * solid.nx + Math.round(0.3 * (solid.nx - 1)), new THREE.Vector3()));
   design.bodies.forEach((body, b) => {
     let place = vector(body.center_of_mass);
     if (bodies[b]) {  // above what is drawn of it
@@ -162,7 +159,7 @@ export function name_words(design, solids, bodies, size) {
       const {min, max} = bodies[b].geometry.boundingBox;
       place = min.clone().add(max).multiplyScalar(0.5).setY(max.y + 0.03 * size).add(vector(body.reference));
     }
-    add(body.name, "--accent", () => moved(design, b, place.toArray()));
+    add(whole(body.name), "--accent", () => moved(design, b, place.toArray()));
   });
   for (const tie of [...design.joints, ...design.springs])
     add(tie.name, "--soft", () => moved(design, tie.body, tie.place).add(new THREE.Vector3(0, 0.03 * size, 0)));

@@ -51,8 +51,7 @@ export function checks() {
     rows.length ? table_of(rows, [
       {name: "Leaf", left: true, text: (l) => l.name},
       {name: "Length", text: (l) => quantity_text(l.length, "m")}, {name: "Width", text: (l) => quantity_text(l.width, "m")}, {name: "Thickness", text: (l) => quantity_text(l.thickness, "m")},
-      {name: "Length/width", text: (l) => number_text(l.length / l.width)},
-      {name: "Beam theory", left: true, text: (l) => l.length / l.width < 2 ? "not enough, plate needed" : l.length / l.width < 4 ? "only with warping restraint" : "would do"},
+      {name: "Needs", left: true, text: (l) => l.validity?.needed ? `theory of a ${readable(l.validity.needed)}` : "–"},
       {name: "Model", unit: "points", left: true, text: (l) => l.models}, {name: "Own check", unit: "relative", text: (l) => l.check ? number_text(l.check, 2) : "–"}, {name: "Why not the default", left: true, text: (l) => l.reasons}]) : null,
     constraints ? element("p", {}, `Degrees of freedom of the undeflected mechanism: ${constraints.degrees_of_freedom}; overconstraints: ${constraints.overconstraints}.`) : null,
     constraints?.redundant?.length ? element("ul", {}, ...constraints.redundant.map((r) => element("li", {}, heading(r.text.replace(/`/g, ""))))) : null,
@@ -61,5 +60,5 @@ export function checks() {
       {name: "Found", text: (e) => number_text(e.value, 6)}, {name: "", left: true, text: (e) => e.ok ? "agrees" : "differs", tone: (e) => e.ok ? "good" : "bad"}, {name: "Source", left: true, text: (e) => e.source}]) : null,
     converged.some((p) => !p.stable) ? element("p", {class: "bad"}, `Unstable with the drive held (buckled) ${converged.filter((p) => !p.stable).map(at_stroke).join(", ")}.`) : converged.length ? element("p", {}, "The tangent with the drive held has no negative eigenvalue at any converged point.") : null,
     comparison ? null : element("p", {class: "soft"}, `Not checked: ${result.stress_checks?.fatigue?.checked || result.stress_checks?.life?.checked ? "" : "fatigue, "}stiffness of the frame; clearance is that between leaves and boxes of bodies.`),
-    ...(result.notes ?? []).map((note) => element("p", {class: "warn"}, note))];
+  ];
 }

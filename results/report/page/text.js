@@ -25,12 +25,14 @@ export function number_text(x, digits = 3) {
   return `${short}·10${superscript(Number(exponent))}`.replace(/^-/, "−");
 }
 
-/// An SI value in the unit a designer reads: 0.35 rad → 20.1°.
-export function quantity_text(x, unit, digits = 3) {
-  if (x === null || x === undefined || Number.isNaN(x)) return "–";
-  const name = shown_unit(unit);
-  return number_text(x * shown_factor(unit), digits) + (name === "" ? "" : name === "°" ? "°" : " " + name);
+/// Number and unit, with the space between them, of an SI value as a designer reads it: 0.35 rad →
+/// ["20.1", "°"], 3.13e6 N/m → ["3.13", " N/µm"].
+export function quantity_parts(x, unit, digits = 3) {
+  const [name, factor] = unit === "N/m" && Math.abs(x) >= 1e5 ? ["N/µm", 1e-6] : [shown_unit(unit), shown_factor(unit)];
+  return [number_text(x * factor, digits), name === "" || name === "°" ? name : " " + name];
 }
+export const quantity_text = (x, unit, digits = 3) =>
+  x === null || x === undefined || Number.isNaN(x) ? "–" : quantity_parts(x, unit, digits).join("");
 
 export const percent_text = (x) => x === null || x === undefined ? "–"
   : Math.abs(x) < 1e-6 ? "< 10⁻⁴ %"

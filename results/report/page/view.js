@@ -4,12 +4,21 @@ import {OrbitControls} from "three/addons/controls/OrbitControls.js";
 import {dark_mode, page_color} from "./colors.js";
 import {LeafSolid} from "./leaf_solid.js";
 import {body_mesh, body_pose, ground_blocks, joint_marks} from "./parts.js";
+import {job} from "./result.js";
 import {axis_cross, drive_arrows, load_arrows, name_words, reference_point} from "./symbols.js";
 
-/// Directions of the standard views, and what is up in them.
+/// Directions from which the standard views look; in that of three dimensions y is up.
 export const standard_views = {
   "3-D": [0.55, 0.45, 0.7], "x–y": [0, 0, 1], "x–z": [0, 1, 0.0001], "y–z": [1, 0, 0],
 };
+const axes = {x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1]};
+
+/// The axis along which gravity points the most is the upright one; without gravity y.
+export function upright() {
+  const gravity = Array.isArray(job.gravity) ? job.gravity.map((g) => typeof g === "number" ? Math.abs(g) : 0) : [];
+  const most = Math.max(0, ...gravity);
+  return most > 0 ? "xyz"[gravity.indexOf(most)] : "y";
+}
 
 /// One mechanism with all that is drawn of it.
 class Figure {
@@ -43,9 +52,9 @@ class Figure {
   }
 
   /// amount: largest motion of the mode [m]; top: stress of the brightest colour, null for none.
-  pose({stroke, mode, amount, top, chosen, show_bodies, show_names}) {
+  pose({stroke, mode, amount, magnified, top, chosen, show_bodies, show_names}) {
     const {design} = this, plain = new THREE.Color(page_color("--metal"));
-    design.pose(stroke, mode, amount);
+    design.pose(stroke, mode, amount, magnified);
     for (const solid of this.solids) {
       solid.update(design, top, plain);
       solid.mesh.material.emissive.set(chosen && solid.leaf.name === chosen ? page_color("--chosen") : 0x000000);
@@ -65,6 +74,25 @@ class Figure {
     if (this.names) this.names.visible = show_names;
     for (const mark of this.marks) mark.userData.update?.();
   }
+
+  /// Moves names up the picture until none lies over another word.
+  part_words(camera) {
+    if (!this.names?.visible) return;
+    const taken = [], upward = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
+    const place = (sprite) => {  // middle and half sizes, seen at depth 1
+      const {x, y, z} = sprite.getWorldPosition(new THREE.Vector3()).applyMatrix4(camera.matrixWorldInverse), depth = -z;
+      return {x: x / depth, y: y / depth, depth, wide: sprite.scale.x / depth / 2, high: 0.4 * sprite.scale.y / depth};
+    };
+    for (const mark of this.marks) if (!mark.isSprite) mark.traverse((part) => { if (part.isSprite) taken.push(place(part)); });
+    for (const name of this.names.children) {
+      name.userData.update();
+      const at = place(name), first = at.y;
+      const over = (other) => Math.abs(at.x - other.x) < at.wide + other.wide && Math.abs(at.y - other.y) < 0.999 * (at.high + other.high);
+      for (let hit = taken.find(over), k = 0; hit && k < 100; hit = taken.find(over), ++k) at.y = hit.y + hit.high + at.high;
+      taken.push(at);
+      name.position.addScaledVector(upward, (at.y - first) * at.depth);
+    }
+  }
 }
 
 /// Throws where the browser has no WebGL.
@@ -77,15 +105,12 @@ export class View {
     this.lamp = new THREE.DirectionalLight(0xffffff, 1.6);
     this.camera.add(this.lamp);
     this.lamp.position.set(-0.6, 1, 0.8);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener("change", () => this.request());
-    this.controls.autoRotateSpeed = 4;
+    this.make_controls();
     this.corner = new THREE.OrthographicCamera(-1.8, 1.8, 1.8, -1.8, 0.1, 20);
     this.cross = axis_cross();
     this.figures = [];
     this.known = new Map();
     this.frames_drawn = 0;
-    this.controls.addEventListener("start", () => { this.turned = true; });
     new ResizeObserver(() => {
       this.resize();
       if (!this.turned) this.look(this.looking ?? "3-D");  // until the reader has turned it
@@ -95,6 +120,19 @@ export class View {
     matchMedia("print").addEventListener("change", () => { this.rebuild(); this.draw(); });  // paper is white
     canvas.addEventListener("keydown", (event) => this.key(event));
   }
+
+  /// Turning by the pointer, about the axis that is up for the camera now.
+  make_controls() {
+    const turntable = this.controls?.autoRotate ?? false;
+    this.controls?.dispose();
+    this.controls = Object.assign(new OrbitControls(this.camera, this.canvas), {autoRotateSpeed: 4, autoRotate: turntable});
+    this.controls.addEventListener("change", () => this.request());
+    this.controls.addEventListener("start", () => { this.turned = true; });
+  }
+
+  /// "x", "y" or "z": the axis that is up; it takes effect with the next look().
+  get upward() { return this.up_axis ?? upright(); }
+  set upward(axis) { this.up_axis = axis; }
 
   /// Designs from left to right. What is known of others is kept: the reader may go back to them.
   show(designs) {
@@ -155,9 +193,12 @@ export class View {
     this.turned = false;
     const {low, high} = this.fitted = this.box();
     const center = new THREE.Vector3(...low.map((x, c) => (x + high[c]) / 2));
-    const direction = new THREE.Vector3(...standard_views[name]).normalize();
+    const [a, b, c] = standard_views[name];
+    const direction = new THREE.Vector3(...(name !== "3-D" ? [a, b, c] : {x: [b, c, a], y: [a, b, c], z: [c, a, b]}[this.upward])).normalize();
+    const up = new THREE.Vector3(...axes[this.upward]);
+    if (Math.abs(up.dot(direction)) > 0.99) up.set(...axes[name === "x–z" ? "z" : "y"]);  // looked at from above
+    if (!this.camera.up.equals(up)) { this.camera.up.copy(up); this.make_controls(); }
     this.controls.target.copy(center);
-    this.camera.up.set(0, 1, 0);
     this.camera.position.copy(center).add(direction);
     this.camera.lookAt(center);
     this.camera.updateMatrixWorld();
@@ -189,10 +230,12 @@ export class View {
     event.preventDefault();
     this.turned = true;
     const offset = this.camera.position.clone().sub(this.controls.target);
+    const upright = new THREE.Quaternion().setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
+    offset.applyQuaternion(upright);
     const ball = new THREE.Spherical().setFromVector3(offset);
     if (turn) { ball.theta += turn[0]; ball.phi = Math.min(3.1, Math.max(0.04, ball.phi + turn[1])); }
     if (zoom) ball.radius *= zoom;
-    this.camera.position.copy(this.controls.target).add(offset.setFromSpherical(ball));
+    this.camera.position.copy(this.controls.target).add(offset.setFromSpherical(ball).applyQuaternion(upright.invert()));
     this.controls.update();
     this.request();
   }
@@ -223,6 +266,7 @@ export class View {
       renderer.setViewport(k * width, 0, width, size.y);
       renderer.setScissor(k * width, 0, width, size.y);
       figure.scene.add(camera);
+      figure.part_words(camera);
       renderer.render(figure.scene, camera);
       figure.scene.remove(camera);
     });

@@ -7,10 +7,11 @@ import {allowable, converged, drive_units, load_path, path, result, stroke_unit,
 import {designs} from "./scene_data.js";
 import {listen, set, state} from "./state.js";
 import {action_button, chooser, element, number_text, quantity_text, readable, shown_factor, shown_unit, without_noise} from "./text.js";
+import {still_picture} from "./still_picture.js";
 import {standard_views, View} from "./view.js";
 
 // What the reader has set, and the canvas: both outlive the result that is shown.
-const chosen = {color: "stress", bodies: true, names: null, looking: "3-D"};
+const chosen = {color: "stress", bodies: true, names: null, looking: "3-D", magnified: 1};
 let stage = null;
 
 const seconds_of_stroke = 5, turns_of_mode = 0.9, mode_size = 0.07;
@@ -133,12 +134,13 @@ function stress_legend(top) {
     element("span", {class: "soft"}, `largest ${quantity_text(top, "Pa")}${allowable ? `, allowed ${quantity_text(allowable, "Pa")}` : ""}`));
 }
 
-/// Largest stress of the designs shown.
 const shown_designs = () => [designs[0], designs[state.beside]].filter(Boolean);
-const top_stress = () => Math.max(1, max(shown_designs(), (d) => d.largest_stress()));
+/// Largest stress of the designs shown: that of the result, whose places are closer than the mesh that
+/// is drawn, where it is known.
+const top_stress = () => Math.max(1, max(shown_designs(), (d) => max(d.path, (p) => p.max_stress) ?? d.largest_stress()));
 const stressed = () => chosen.color === "stress" && !undeflected, names_shown = () => chosen.names ?? undeflected;
 const pose = () => stage.view.pose({stroke: state.stroke, mode: state.mode, amount: mode_size * designs[0].size * Math.sin(state.phase),
-  top: stressed() ? top_stress() : null, chosen: state.leaf, show_bodies: chosen.bodies, show_names: names_shown()});
+  magnified: chosen.magnified, top: stressed() ? top_stress() : null, chosen: state.leaf, show_bodies: chosen.bodies, show_names: names_shown()});
 
 /// Draws the designs of a scene that was just read, before the rest of the page follows. The
 /// direction stays; what does not fit is moved into the picture.
@@ -153,6 +155,19 @@ export function redraw_view() {
   dispose();
 }
 
+/// How much larger than true the motion is drawn: up to a third of the mechanism.
+function magnifier() {
+  const moved = max(shown_designs(), (d) => d.largest_motion()), most = moved > 0 ? 0.33 * designs[0].size / moved : 1;
+  chosen.magnified = Math.min(chosen.magnified, Math.max(1, most));
+  if (undeflected || !(most > 1.5)) return null;
+  const text = element("output", {for: "magnified"});
+  const tell = () => { text.textContent = chosen.magnified > 1 ? `× ${number_text(chosen.magnified, 2)}` : "true scale"; };
+  const slider = element("input", {type: "range", id: "magnified", min: 0, max: 100, value: 100 * Math.log(chosen.magnified) / Math.log(most), "aria-label": "motion drawn larger than true",
+    oninput: (event) => { chosen.magnified = most ** (event.target.value / 100); tell(); pose(); }});
+  tell();
+  return element("div", {class: "controls"}, element("label", {class: "slider"}, element("span", {}, "Motion"), slider, text));
+}
+
 /// The canvas with its view, and what is told under the pointer. Made once.
 function make_stage() {
   const canvas = element("canvas", {tabindex: "0", role: "img", "aria-label": "mechanism; arrow keys turn it, plus and minus zoom"});
@@ -161,8 +176,7 @@ function make_stage() {
   try {
     stage.view = new View(canvas);
   } catch {
-    place.replaceChildren(element("p", {class: "notice", id: "no-webgl"}, "This browser has no WebGL, so the mechanism cannot be drawn in three dimensions here. All plots and tables below work without it."));
-    return;
+    return;  // view_panel draws a still picture
   }
   const {view} = stage;
   place.append(labels, tip);
@@ -197,7 +211,11 @@ export function view_panel() {
   if (!stage) make_stage();
   const {view, labels} = stage;
   panel.append(stage.place);
-  if (!view) return {panel, view};
+  if (!view) {
+    stage.place.replaceChildren(still_picture(designs[0], state.stroke));
+    panel.append(element("p", {class: "soft hint", id: "no-webgl"}, "This browser has no WebGL: the mechanism is drawn as it stands at the end of its stroke, and cannot be turned. All plots and tables work without it."));
+    return {panel, view};
+  }
   const legend_place = element("div", {});
   const arrange = (look) => {
     view.show(shown_designs());
@@ -232,6 +250,8 @@ export function view_panel() {
   colors.querySelector("select").id = "color";
   const views = element("div", {class: "views", role: "group", "aria-label": "standard views"},
     ...Object.keys(standard_views).map((name) => element("button", {type: "button", onclick: () => { chosen.looking = name; view.look(name); }}, name)));
+  const upward = chooser("Up", ["x", "y", "z"].map((axis) => [axis, axis]), view.upward, (axis) => { view.upward = axis; view.look(chosen.looking); });
+  upward.querySelector("select").id = "up";
   const turning = element("input", {type: "checkbox", id: "turntable", checked: view.turntable, onchange: (event) => { view.turntable = event.target.checked; }});
   const bodies = element("input", {type: "checkbox", id: "bodies", checked: chosen.bodies, onchange: (event) => { chosen.bodies = event.target.checked; pose(); }});
   const names = element("input", {type: "checkbox", id: "names", checked: names_shown(), onchange: (event) => { chosen.names = event.target.checked; pose(); }});
@@ -251,10 +271,11 @@ export function view_panel() {
   }, "saved");
   panel.append(
     element("div", {class: "controls"}, ...(undeflected ? [] : stroke_sliders()), converged.length > 1 ? play : null),
+    magnifier(),
     element("div", {class: "controls"}, list.options.length > 1 ? modes : null, undeflected ? null : colors, leaf_list, beside),
-    element("div", {class: "controls"}, views, element("label", {class: "choice"}, turning, "turntable"), element("label", {class: "choice"}, bodies, "bodies"), element("label", {class: "choice"}, names, "names"), copy, save),
+    element("div", {class: "controls"}, views, upward, element("label", {class: "choice"}, turning, "turntable"), element("label", {class: "choice"}, bodies, "bodies"), element("label", {class: "choice"}, names, "names"), copy, save),
     legend_place,
-    element("p", {class: "soft hint"}, "True scale. Drag or use the arrow keys to turn, wheel or + and − to zoom" + (undeflected ? "" : ", click a leaf for its plots") + ". Hatched: ground."));
+    element("p", {class: "soft hint"}, "Drag or use the arrow keys to turn, wheel or + and − to zoom" + (undeflected ? "" : ", click a leaf for its plots") + ". Hatched: ground."));
 
   listen(["stroke", "mode", "phase", "leaf"], pose);
   listen(["beside"], () => arrange(true));
