@@ -105,6 +105,13 @@ async function changes(page, act) {
     check(await changes(page, () => page.evaluate((n) => [...document.querySelectorAll(".views button")].find((b) => b.textContent === n).click(), name)), `the view ${name}`);
   check(await changes(page, () => page.click("#turntable").then(() => pause(300))), "the turntable turns");
   await page.click("#turntable");
+  check(await changes(page, () => page.select("#up", "z")), "another axis may be up");
+  const corner = await page.evaluate(() => { const {camera} = window.flexopt_report.view; return camera.up.toArray(); });
+  check(corner.join() === "0,0,1", "and is up", corner);
+  check(await changes(page, () => page.keyboard.press("ArrowLeft").then(() => page.focus("canvas")).then(() => page.keyboard.press("ArrowUp"))), "arrow keys turn it then too");
+  await page.select("#up", "y");
+  check(await changes(page, () => page.click("#names")), "names can be shown");
+  await page.click("#names");
   check(await changes(page, () => page.select("#color", "plain")), "plain colours");
   check(await changes(page, () => page.click("#bodies")), "bodies can be hidden");
   await page.select("#color", "stress");
@@ -197,8 +204,18 @@ async function changes(page, act) {
   await page.close();
 }
 
-{  // active constraints
+{  // an optimum's first screen
   const {page} = await show("three_flexure_cross_hinge");
+  const found = await page.evaluate(() => {
+    const {optimum, path} = JSON.parse(document.getElementById("result").textContent);
+    const rows = [...document.querySelectorAll(".found tbody tr")].map((row) => [...row.children].map((c) => c.textContent));
+    return {rows, variables: optimum.variables, bottom: document.querySelector(".found").getBoundingClientRect().bottom, most: Math.max(...path.map((p) => p.max_stress)),
+      legend: document.querySelector("#stress-legend > span").textContent, card: [...document.querySelectorAll(".tile")].find((t) => /von Mises/.test(t.textContent)).querySelector(".number").textContent};
+  });
+  check(found.rows.length === found.variables.length && found.rows.every(([, value, low, , high], k) => [value, low, high].every((text, n) => Math.abs(parseFloat(text) / (found.variables[k].unit === "m" ? 1e3 : 180 / Math.PI) / found.variables[k][["optimum", "min", "max"][n]] - 1) < 5e-3)), "the dimensions that were found stand in their ranges", found.rows);
+  check(found.bottom < 900, "without scrolling", found.bottom);
+  check(found.legend.includes(`largest ${found.card},`) && parseFloat(found.card) === Number((found.most / 1e6).toPrecision(3)), "there is one largest stress", [found.legend, found.card, found.most]);
+  check(!/Largest parasitic|min over/.test(await page.$eval("main", (m) => m.innerText)) && /^Lowest parasitic frequency over the stroke, maximised: /.test((await page.$eval(".lead", (e) => e.lastChild.textContent))), "the objective is said in words", await text_of(page, ".lead"));
   const text = await page.$eval(".limits", (e) => e.textContent);
   check(/1 % more \(4\.5 MPa\) would change the objective by \+3\.5\d Hz/.test(text), "active constraints have their price in words", text);
   await page.close();
@@ -206,10 +223,23 @@ async function changes(page, act) {
 
 {  // two drives have two sliders
   const {page, faults} = await show("two_drives");
-  check((await page.$$(".slider input")).length === 2, "two drives, two sliders");
+  check((await page.$$("input[id^=stroke-]")).length === 2, "two drives, two sliders");
   check(await changes(page, () => page.$eval("#stroke-1", (e) => { e.value = 1; e.dispatchEvent(new Event("input")); })), "the second one moves the mechanism");
-  const strokes = await page.$$eval(".slider output", (all) => all.map((o) => o.textContent));
+  const strokes = await page.$$eval("input[id^=stroke-] + output", (all) => all.map((o) => o.textContent));
   check(strokes.every((s) => /^[−\d.]+ mm$/.test(s)), "both show their stroke", strokes);
+  // Over both strokes: a map, and families of curves.
+  const titles = () => page.$$eval("#first figure", (all) => all.map((f) => f.dataset.title));
+  check((await titles()).join() === "parasitic frequency,Parasitic frequency over x,Parasitic frequency over y", "a map and two families of curves", await titles());
+  check(!/point \[1\]/.test(await page.$eval("#first", (e) => e.textContent)), "nothing is drawn against the number of the point");
+  await page.select("select[aria-label=Quantity]", "drive_load.x");
+  check((await titles()).join() === "drive load x,Drive load x over x,Drive load x over y", "of the quantity that is chosen", await titles());
+  const map = ".map > svg[role=application]";
+  await page.$eval(map, (e) => e.focus());
+  const before = (await state(page)).stroke;
+  check(await changes(page, () => page.keyboard.press("ArrowDown")), "an arrow key on the map moves the mechanism");
+  const told = await text_of(page, ".map output"), point = await page.evaluate(() => JSON.parse(document.getElementById("result").textContent).path[window.flexopt_report.state.stroke]);
+  check((await state(page)).stroke !== before && told.startsWith(`x ${Math.round(1e3 * point.stroke.x)} mm`.replace("-", "−")), "to the place that it tells", [told, point.stroke]);
+  check(Math.abs(Number(/: ([−\d.]+) N/.exec(told)[1].replace("−", "-")) / point.drive_load.x - 1) < 1e-3, "with the number of the result", [told, point.drive_load]);
   check(faults.length === 0, "two drives make no error", faults);
   await page.close();
 }
@@ -217,7 +247,12 @@ async function changes(page, act) {
 {  // designs ranked
   const {page, faults} = await show("listed");
   check(await changes(page, () => page.$eval("#beside", (e) => { e.value = e.options[e.options.length - 1].value; e.dispatchEvent(new Event("change")); })), "another design stands beside the best");
-  check(/Ranking/.test(await page.$eval("main", (m) => m.textContent)), "the ranking is there");
+  const ranked = await page.evaluate(() => {
+    const table = document.querySelector("main > .scroll table"), result = JSON.parse(document.getElementById("result").textContent);
+    return [Boolean(table && table.compareDocumentPosition(document.getElementById("viewer")) & Node.DOCUMENT_POSITION_FOLLOWING),
+      [...table?.querySelectorAll("tbody tr") ?? []].map((row) => row.children[1].textContent), result.ranking.map((e) => e.name)];
+  });
+  check(ranked[0] && ranked[1].join() === ranked[2].join(), "the ranking stands above the picture", ranked);
   check(faults.length === 0, "ranked designs make no error", faults);
   await page.close();
 }

@@ -40,6 +40,14 @@ for (const name of names) for (const [width, dark] of [[1440, false], [420, true
     check(drawn.colors > 40, `${what}: the mechanism is drawn`, drawn.colors);
     for (const word of name === "show_hinged_leaf" ? ["leaf", "end_effector", "hinge"] : ["leaf +y", "leaf -y", "end_effector"])
       check(words.includes(word), `${what}: ${word} has its name`, words);
+    const over = await page.evaluate(() => {  // words that lie over each other
+      const {view} = window.flexopt_report, {camera} = view, boxes = view.figures[0].names.children.map((word) => {
+        const p = word.position.clone().applyMatrix4(camera.matrixWorldInverse);
+        return [p.x / -p.z, p.y / -p.z, word.scale.x / -p.z / 2, 0.39 * word.scale.y / -p.z];
+      });
+      return boxes.flatMap((a, i) => boxes.slice(i + 1).filter((b) => Math.abs(a[0] - b[0]) < a[2] + b[2] && Math.abs(a[1] - b[1]) < a[3] + b[3])).length;
+    });
+    check(over === 0, `${what}: no name lies over another`, over);
     await page.click("#names");
     const bare = await picture(page);
     check(bare.hash !== drawn.hash, `${what}: names can be put away`);

@@ -82,6 +82,9 @@ function large_page() {
   const browser = await launch(false);
   const {page, faults} = await open(browser, join(folder, "evaluate/report.html"), {allow: ["WebGL"]});
   check(/no WebGL/.test(await page.$eval("#no-webgl", (e) => e.textContent)), "without WebGL the page says so");
+  const still = await page.evaluate(() => ({faces: document.querySelectorAll(".canvas polygon").length, outside: [...document.querySelectorAll(".canvas polygon")].filter((p) => p.getAttribute("points").split(/[ ,]/).some((x, k) => !(x >= 0 && x <= (k % 2 ? 420 : 640)))).length,
+    cells: JSON.parse(document.getElementById("scene").textContent).designs[0].leaves.reduce((sum, l) => sum + (l.points_along - 1) * (l.points_across - 1), 0)}));
+  check(still.faces === still.cells && still.outside === 0, "and draws every leaf without it", still);
   check((await page.$$(".figure svg")).length > 5, "and has its plots");
   const box = await (await page.$(".linked > svg")).boundingBox();
   await page.mouse.move(box.x + 0.6 * box.width, box.y + 40);
