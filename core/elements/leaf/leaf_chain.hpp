@@ -29,17 +29,12 @@ class LeafChain final : public LeafElement {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
-  const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(DynamicsRequest request) override;
-  StressPeak max_stress() override;
-  std::vector<StressPeak> stress_peaks() override;
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
-  std::vector<StressPlace> stress_places() override;
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafStress stress() override;
   LeafShape shape() override;
-  Vector3d material_point(double along, double across) override;
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override { return segments_.front()->report(); }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Check check_rebuilt() const override;
@@ -62,8 +57,7 @@ class LeafChain final : public LeafElement {
   VectorXd g_, y_;               ///< residual, and L⁻¹ residual
   MatrixXd coupling_, Y_;        ///< K_fb and L⁻¹ K_fb
   bool condensed_ = false;       ///< they are those of the present state
-  LeafEvaluation evaluation_;
-  int points_across_ = 0;  ///< of shape(), once known
+  int points_across_ = 0;        ///< of shape(), once known
 };
 
 }  // namespace flexopt

@@ -132,7 +132,6 @@ class TubeModel {
   /// Answers of the tables at the latest places where they were asked.
   struct KeptAnswers {
     KeptPlaces<TubeStress::Answer> strains;
-    KeptPlaces<StressPeak> peaks;  ///< over Young's modulus; without position and leaf
     KeptPlaces<TubeStress::Slopes> strain_slopes;
     KeptPlaces<TubeDynamics::Answer> dynamics;
     KeptPlaces<DynamicsForm> dynamics_forms;
@@ -190,8 +189,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
-  const LeafEvaluation& evaluation() const override { return evaluation_; }
-  LimitedRange* limited_range() override { return this; }
   LimitedRange::Refinement refine(const Surroundings& surroundings) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<std::unique_ptr<LeafLinear>> linearise() override;
@@ -201,13 +198,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   void expect_dynamics(int states) override { model_->expect_dynamics(states); }
   LeafDynamics dynamics(DynamicsRequest request) override;
   Check check_rebuilt() const override { return rebuilt_believed_; }
-  StressPeak max_stress() override;
-  std::vector<StressPeak> stress_peaks() override;
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
-  std::vector<StressPlace> stress_places() override;
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafStress stress() override;
   LeafShape shape() override;
-  Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   /// What the highest degree of the potential changes, relative.
   struct DegreeChanges {
@@ -318,7 +310,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   EdgePoses edges_;  ///< scaled
   ReducedState state_;
   ReducedResponse response_;
-  LeafEvaluation evaluation_;
   double check_ = 0;
   std::shared_ptr<const TubeStress::Answer> stress_;  ///< at this state, where it was asked for
   /// Dynamics at this state, where they were asked for; `reason` tells what is doubted.
