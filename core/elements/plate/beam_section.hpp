@@ -122,6 +122,8 @@ inline double torsion_stress_factor(double w, double t, double fraction) {
 }
 
 /// Length over which restrained warping dies out, sqrt(E C_w / G J).
-double warping_length(const BeamSection& section, double poissons_ratio);
+inline double warping_length(const BeamSection& section, double poissons_ratio) {
+  return std::sqrt(section.C_w / (shear_ratio(poissons_ratio) * section.J));
+}
 
 }  // namespace flexopt

@@ -165,8 +165,7 @@ StressStations beam_stations(const PlateShape& shape) {
 LeafStress::Sections beam_sections(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                    double youngs_modulus, BeamStrain strain) {
   BeamField<double> field(
-      MeshNumbers<double>(mesh.shape(), mesh.x()),
-      [&mesh, nodal](int i) { return element_nodes(mesh, nodal, i, 0); },
+      mesh.numbers(), [&mesh, nodal](int i) { return element_nodes(mesh, nodal, i, 0); },
       [&mesh](int i, const auto& U, double s) { return section_turn(mesh, i, 0, U, s); }, strain);
   return [field = std::move(field), youngs_modulus](const std::vector<StressPlace>& places) {
     MatrixXd stresses(6, static_cast<Eigen::Index>(places.size()));

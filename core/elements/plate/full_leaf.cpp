@@ -156,10 +156,6 @@ void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   PlateLeaf& own = plate();
   const Vector12d increment = scale_.scaled_increment(dq);
   const EdgePoses scaled{scale_.scaled(edges[0]), scale_.scaled(edges[1])};
-  if (!own.has_point()) {
-    own.step(scaled, own.internal_step(increment), increment);
-    return;
-  }
   Vector3d df;
   const VectorXd dx = own.internal_step(increment, point_increment_, df);
   own.step(scaled, dx, increment, point_, df);

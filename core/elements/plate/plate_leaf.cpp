@@ -92,11 +92,9 @@ void PlateLeaf::set_state(const State& state) {
   update_nodal();
 }
 
-void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq) {
-  State state = state_;
-  state.edges = edges;
-  state.x += dx;
-  step_to(state, dx, dq);
+void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq,
+                     const Vector3d& point, const Vector3d& df) {
+  step_to({edges, state_.x + dx, point, state_.point_force + df}, dx, dq);
 }
 
 void PlateLeaf::step_to(const State& state, const VectorXd& dx, const Vector12d& dq) {
@@ -104,13 +102,6 @@ void PlateLeaf::step_to(const State& state, const VectorXd& dx, const Vector12d&
   mesh_->with_side([&]<int Side>() { linearised_stress<Side>(dx, dq); });
   state_ = state;
   update_nodal();
-}
-
-void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq,
-                     const Vector3d& point, const Vector3d& df) {
-  state_.point = point;
-  state_.point_force += df;
-  step(edges, dx, dq);
 }
 
 std::array<Vector3d, 4> PlateLeaf::edge_reference(const PlateMesh& mesh, int line, int node,

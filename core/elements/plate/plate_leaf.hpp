@@ -113,11 +113,9 @@ class PlateLeaf {
     return interior_.step(K_, dq, du, df);
   }
   /// Moves edges and unknowns: edges to `edges`, x += dx. dq: the linearised increment of the edges
-  /// that dx was made for.
-  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq);
-  /// Moves the material point too; its force changes by df.
-  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq, const Vector3d& point,
-            const Vector3d& df);
+  /// that dx was made for. The material point moves to `point`; its force changes by df.
+  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq,
+            const Vector3d& point = Vector3d::Zero(), const Vector3d& df = Vector3d::Zero());
   /// Moves to `state`, wherever it is; the increments are linearised ones that led there.
   void step_to(const State& state, const VectorXd& dx, const Vector12d& dq);
   bool has_point() const { return !support_.point.empty(); }

@@ -246,8 +246,6 @@ InternalShapes internal_shapes(const PlateLeaf& plate, const std::vector<PlateLe
 
 LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
                             DynamicsRequest request) {
-  const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
-  auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
   const std::vector<PlateLeaf::Mode> modes =
       plate.modes(std::min(request.modes, plate.unknowns() / 4));
   const int n = plate.unknowns();
@@ -290,13 +288,10 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   const MatrixXd rates = T * S.transpose();
   dynamics.stations = leaf_station_motion(plate, scale, rates);
   if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate, scale, rates);
-  dynamics.internal_stiffness = MatrixXd::Zero(internal, internal);
-  dynamics.mode_frequencies.resize(internal);
-  for (int k = 0; k < internal; ++k) {
-    dynamics.internal_stiffness(k, k) = own.omega2[k] * scale.energy / scale.mass;
-    dynamics.mode_frequencies[k] = frequency(own.omega2[k]);
-  }
-  dynamics.highest_mode = own.highest_mode > 0 ? frequency(own.highest_mode) : 0;
+  const double to_SI = scale.energy / scale.mass;
+  set_modes(dynamics, own.omega2 * to_SI);
+  dynamics.highest_mode =
+      std::sqrt(std::max(own.highest_mode, 0.0) * to_SI) / (2 * std::numbers::pi);
   return dynamics;
 }
 

@@ -92,7 +92,7 @@ Eigen::Matrix<double, 16, 3> element_nodes(const PlateMesh& mesh,
 // to element; read anywhere else, they are a saw-tooth.)
 StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal) {
   std::vector<Strains> values;
-  const MeshNumbers<double> numbers(mesh.shape(), mesh.x());
+  const MeshNumbers<double>& numbers = mesh.numbers();
   for (int i = 0; i < mesh.elements_along(); ++i)
     for (const double a : station)
       for (int j = 0; i != mesh.fold_line() && j < mesh.elements_across(); ++j) {
