@@ -114,7 +114,7 @@ class BeamField {
         take(i, circular_section<S>(m, t, nu, f));
         continue;
       }
-      if (!torsion.contains(f)) torsion.emplace(f, torsion_stress_factor_of<S>(w, t, f));
+      if (!torsion.contains(f)) torsion.emplace(f, torsion_stress_factor<S>(w, t, f));
       take(i, rectangular_section<S>(m, w, t, nu, shear_k, f, torsion.at(f)));
     }
   }

@@ -156,7 +156,7 @@ void PlateLeaf::assemble() {
 
 MatrixXd PlateLeaf::tangent_times(const MatrixXd& V) const { return K_.times(V); }
 
-BlockTridiagonal PlateLeaf::line_factor() const {
+MatrixXd PlateLeaf::line_shapes() const {
   const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
   assert(!support_.free_tip && mesh_->fold_line() < 0);
   BlockTridiagonal K;
@@ -166,15 +166,10 @@ BlockTridiagonal PlateLeaf::line_factor() const {
     if (i + 1 < inner) K.below[i] = K_.below[i + 1];
   }
   K.factorise();
-  return K;
-}
-
-MatrixXd PlateLeaf::line_shapes() const {
-  const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
   MatrixXd X = MatrixXd::Zero(inner * n3, 2 * n3);
   X.topLeftCorner(n3, n3) = -edge_below_[0];
   X.bottomRightCorner(n3, n3) = -edge_below_[1].transpose();
-  line_factor().solve(X);
+  K.solve(X);
   return X;
 }
 

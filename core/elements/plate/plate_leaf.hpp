@@ -81,8 +81,6 @@ class PlateLeaf {
   /// Static shapes of the interior lines: their unknowns per unit nodal value of the base line,
   /// then of the tip line (both rigid); after linearise(), before eliminate().
   MatrixXd line_shapes() const;
-  /// Factor of the interior lines' tangent from which line_shapes() come.
-  BlockTridiagonal line_factor() const;
   /// Nodal values (functions_per_line × 3) of an edge (0 base, 1 tip) with these slopes.
   static MatrixXd edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& pose,
                              const double* slopes, double clamp = 1);
