@@ -48,10 +48,8 @@ MatrixXd LeafChain::edge_rows(int i, const MatrixXd& T) const {
 void LeafChain::move(const EdgePoses& edges, const Vector12d& dq) {
   VectorXd T(unknowns() + 12);
   if (condensed_) {
-    VectorXd step = -(y_ + Y_ * dq);
-    K_.apply_signs(step);
-    K_.solve_upper(step);
-    T << step, dq;
+    Vector3d none;
+    T << interior_.step(K_, dq, Vector3d::Zero(), none), dq;
   } else {
     T << VectorXd::Zero(unknowns()), dq;
   }
@@ -100,18 +98,11 @@ const LeafEvaluation& LeafChain::evaluate() {
     if (i > 0 && i < last) K_.below[i - 1] = block(1, 0);
   }
   K_.factorise();
-  y_ = g_;
-  Y_ = coupling_;
-  K_.solve_lower(y_);
-  K_.solve_lower(Y_);
-  VectorXd sy = y_;
-  MatrixXd sY = Y_;
-  K_.apply_signs(sy);
-  K_.apply_signs(sY);
-  sum.negative_pivots += K_.negative_pivots();
-  sum.force -= Y_.transpose() * sy;
-  sum.tangent -= Y_.transpose() * sY;
-  sum.correction = std::max(sum.correction, std::sqrt(std::abs(y_.dot(sy)) / unit_energy_));
+  interior_.condense(K_, g_, coupling_, sum.force, sum.tangent, last - 1);
+  sum.negative_pivots += interior_.negative_pivots();
+  sum.force = interior_.force();
+  sum.tangent = interior_.tangent();
+  sum.correction = std::max(sum.correction, std::sqrt(interior_.correction() / unit_energy_));
   condensed_ = true;
   return evaluation_;
 }
@@ -251,13 +242,6 @@ LeafStress LeafChain::stress() {
     });
   };
   return whole;
-}
-
-MatrixXd LeafChain::static_shapes() const {
-  MatrixXd X = Y_;
-  K_.apply_signs(X);
-  K_.solve_upper(X);
-  return -X;
 }
 
 std::unique_ptr<LeafElement> LeafChain::full_model(const std::string& reason) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/elements/leaf/condensed_interior.hpp"
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/math/block_tridiagonal.hpp"
 #include "core/mechanism/mechanism.hpp"
@@ -41,8 +42,6 @@ class LeafChain final : public LeafElement {
 
  private:
   int segments() const { return static_cast<int>(segments_.size()); }
-  /// d(lines between)/d(edges), (displacement, spin) each.
-  MatrixXd static_shapes() const;
   int unknowns() const { return K_.size(); }
   /// Rows of segment i's two edges among those of T: inner lines, then the 12 of the edges.
   MatrixXd edge_rows(int i, const MatrixXd& T) const;
@@ -54,10 +53,11 @@ class LeafChain final : public LeafElement {
   std::vector<EdgePose> lines_;  ///< all of them, edges included
   double unit_energy_;           ///< D, for the size of the correction
   BlockTridiagonal K_;           ///< of the inner lines
-  VectorXd g_, y_;               ///< residual, and L⁻¹ residual
-  MatrixXd coupling_, Y_;        ///< K_fb and L⁻¹ K_fb
-  bool condensed_ = false;       ///< they are those of the present state
-  int points_across_ = 0;        ///< of shape(), once known
+  VectorXd g_;                   ///< residual
+  MatrixXd coupling_;            ///< K_fb
+  CondensedInterior interior_;
+  bool condensed_ = false;  ///< it is that of the present state
+  int points_across_ = 0;   ///< of shape(), once known
 };
 
 }  // namespace flexopt

@@ -87,6 +87,7 @@ struct LeafLoad {
 };
 
 class LeafLinear;
+class LimitedRange;
 
 /// What a linearised leaf is wanted for beside its stiffness.
 struct InteriorUse {
@@ -116,6 +117,8 @@ class LeafElement {
   /// Result of the latest evaluate().
   const LeafEvaluation& evaluation() const { return evaluation_; }
 
+  /// This leaf as one whose model is valid in part of its states; null where it is valid in all.
+  virtual LimitedRange* limited_range() { return nullptr; }
   /// Whether this is the leaf at full accuracy.
   virtual bool is_full() const { return false; }
   /// The leaf at full accuracy between the same edges, near its present state: what takes over

@@ -189,6 +189,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
+  LimitedRange* limited_range() override { return this; }
   LimitedRange::Refinement refine(const Surroundings& surroundings) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Answer<std::unique_ptr<LeafLinear>> linearise() override;

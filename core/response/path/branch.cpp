@@ -20,7 +20,7 @@ bool refine_leaves(System& system) {
   bool changed = false;
   EdgeCompliance compliance(system);
   for (int i = 0; i < system.leaves(); ++i) {
-    auto* const leaf = dynamic_cast<LimitedRange*>(&system.leaf(i));
+    LimitedRange* leaf = system.leaf(i).limited_range();
     if (!leaf) continue;
     LimitedRange::Refinement refinement = leaf->refine([&] { return compliance.of(i); });
     changed |= refinement.changed;
@@ -83,7 +83,7 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
 
 bool has_limited_range(System& system) {
   for (int i = 0; i < system.leaves(); ++i)
-    if (dynamic_cast<LimitedRange*>(&system.leaf(i))) return true;
+    if (system.leaf(i).limited_range()) return true;
   return false;
 }
 
