@@ -159,6 +159,7 @@ std::vector<StressPeak> LeafStress::at_clamps(const ClampFactors& factors) const
     StressPeak largest;
     largest.leaf = leaf;
     largest.along = end;
+    largest.segment = places.front().segment;
     for (StressPeak& peak : peaks_at(places))
       for (const double side : {1.0, -1.0}) {
         peak.value = von_mises(peak.section, side, *factors[end]);

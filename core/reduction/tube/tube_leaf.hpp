@@ -294,7 +294,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   const StrainField* tabulated_strains();
   /// Position of a stress peak from the tabulated strains.
   Vector3d tabulated_point(double along, double across);
-  LeafShape tabulated_shape(const StrainField& strains);
+  LeafShape tabulated_shape();
   /// What the tables of the dynamics say at this state. Null without tables, and where they do not
   /// hold; condensed_because_ then says why.
   const TubeDynamics::Answer* tabulated();

@@ -99,11 +99,11 @@ LeafStress TubeLeaf::stress() {
 }
 
 LeafShape TubeLeaf::shape() {
-  if (const StrainField* strains = tabulated_strains()) return tabulated_shape(*strains);
+  if (tabulated_strains()) return tabulated_shape();
   return plate_deformed_shape(*model_->mesh(), stressed_nodal(), leaf_, scale_);
 }
 
-LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {
+LeafShape TubeLeaf::tabulated_shape() {
   const TubeStress& tables = *model_->stress();
   const std::vector<double>&x = tables.places().lines, &y = tables.places().nodes;
   const std::vector<Vector3d> places = tables.nodes(place());
@@ -112,6 +112,7 @@ LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {
   };
   const Vector3d& base = edges_[tables.view().from_tip ? 1 : 0].position;
   LeafShape shape;
+  std::vector<StressPlace> stations;
   shape.points_along = static_cast<int>(x.size());
   shape.points_across = static_cast<int>(y.size());
   for (std::size_t j = 0; j < y.size(); ++j)
@@ -123,10 +124,9 @@ LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {
       shape.deflected.push_back(
           global(i == 0 || tip ? Vector3d(edge.position + edge.axes.col(1) * y[j])
                                : Vector3d(base + response_.frame.axes * places[i + x.size() * j])));
-      const SurfaceStress s =
-          surface_stress(model_->shape(), strains.at(x[i], y[j]), leaf_.material.youngs_modulus);
-      shape.von_mises.push_back(std::max(s.positive, s.negative));
+      stations.push_back({x[i], y[j] / model_->shape().width + 0.5});
     }
+  shape.von_mises = stress().on_surface(stations);
   return shape;
 }
 
