@@ -24,21 +24,8 @@ MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
 }
 
 MatrixXd PlateLeaf::mass(const MatrixXd& T) const {
-  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
-  MatrixXd M = MatrixXd::Zero(T.cols(), T.cols());
-  MatrixXd previous;
-  for (int i = 0; i < lines; ++i) {
-    MatrixXd rates = nodal_rates(i, T);
-    for (int c = 0; c < 3; ++c) {
-      const auto R = rates.middleRows(c * n, n);
-      M.noalias() += R.transpose() * (mesh_->mass_diagonal(i) * R);
-      if (i == 0) continue;
-      const MatrixXd X = R.transpose() * (mesh_->mass_below(i - 1) * previous.middleRows(c * n, n));
-      M += X + X.transpose();
-    }
-    previous = std::move(rates);
-  }
-  return M;
+  const MatrixXd M = T.transpose() * mass_times(T);
+  return 0.5 * (M + M.transpose());
 }
 
 MatrixXd PlateLeaf::station_rates(const MatrixXd& T) const {
