@@ -175,8 +175,8 @@ TEST_CASE("operators change along place, angle and radius of a fold as their dif
   // short elements, so that the corner reaches over several of them; and long ones
   const double radius = GENERATE(0.002, 0.03);
   check_mesh_rate(shape(0.4, 1.3, radius),
-                  {{.fold_place = 1.0},
-                   {.fold_place = 0.3, .fold_angle = -0.6},
-                   {.fold_radius = 1.0},
-                   {.fold_place = -0.1, .fold_angle = 0.3, .fold_radius = 0.02}});
+                  {{.fold = {.place = 1.0}},
+                   {.fold = {.place = 0.3, .angle = -0.6}},
+                   {.fold = {.radius = 1.0}},
+                   {.fold = {.place = -0.1, .angle = 0.3, .radius = 0.02}}});
 }
