@@ -231,6 +231,7 @@ LeafStress LeafChain::stress() {
   std::vector<LeafStress> own;
   for (const auto& segment : segments_) own.push_back(segment->stress());
   LeafStress whole = own.front();
+  whole.known.reset();
   const int n = whole.stations.segments = segments();
   whole.position = [n, own](const StressPlace& at) {
     return own[static_cast<std::size_t>(at.segment)].position(

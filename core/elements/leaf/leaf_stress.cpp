@@ -87,10 +87,11 @@ std::vector<StressPeak> LeafStress::peaks_at(const std::vector<StressPlace>& pla
 }
 
 StressPeak LeafStress::largest() const {
-  StressPeak largest;
+  StressPeak largest = known.value_or(StressPeak{});
+  if (!known)
+    for (const StressPeak& peak : peaks_at(stations.places()))
+      if (peak.value > largest.value * equal) largest = peak;
   largest.leaf = leaf;
-  for (const StressPeak& peak : peaks_at(stations.places()))
-    if (peak.value > largest.value * equal) largest = peak;
   if (position) largest.position = position({largest.along, largest.across, largest.segment});
   return largest;
 }

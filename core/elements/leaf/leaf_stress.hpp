@@ -2,6 +2,7 @@
 // Stress of a leaf at its present state, whichever model it has: what is read from the stresses of
 // its sections.
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_results.hpp"
@@ -41,6 +42,8 @@ struct LeafStress {
   Sections sections;
   /// Present place of a point of the mid-surface; may be empty, then positions are left open.
   std::function<Vector3d(const StressPlace&)> position;
+  /// largest(), where it is known already; its leaf and position are not read.
+  std::optional<StressPeak> known = {};
 
   /// The largest stress of all stations; of those equal but for rounding the first.
   StressPeak largest() const;

@@ -132,6 +132,7 @@ class TubeModel {
   /// Answers of the tables at the latest places where they were asked.
   struct KeptAnswers {
     KeptPlaces<TubeStress::Answer> strains;
+    KeptPlaces<StressPeak> peaks;  ///< over Young's modulus; without position and leaf
     KeptPlaces<TubeStress::Slopes> strain_slopes;
     KeptPlaces<TubeDynamics::Answer> dynamics;
     KeptPlaces<DynamicsForm> dynamics_forms;

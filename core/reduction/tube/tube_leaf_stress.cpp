@@ -92,8 +92,12 @@ std::vector<MatrixXd> TubeLeaf::stressed_nodal() {
 LeafStress TubeLeaf::stress() {
   const StrainField* strains = tabulated_strains();
   if (!strains) return leaf_stress(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_);
-  LeafStress stress =
-      plate_stress(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
+  const double modulus = leaf_.material.youngs_modulus;
+  LeafStress stress = plate_stress(*strains, model_->shape(), modulus, index_);
+  stress.known = *model_->kept().peaks.at(
+      place(), [&] { return plate_stress(*strains, model_->shape(), 1, 0).largest(); });
+  stress.known->value *= modulus;
+  stress.known->section *= modulus;
   stress.position = [this](const StressPlace& at) { return tabulated_point(at.along, at.across); };
   return stress;
 }
