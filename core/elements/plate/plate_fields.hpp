@@ -1,5 +1,6 @@
 #pragma once
 // What the places and the stresses of a plate or beam leaf change by, from its nodes.
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_fields.hpp"
