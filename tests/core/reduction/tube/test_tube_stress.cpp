@@ -26,7 +26,7 @@ std::shared_ptr<TubeModel> tube(const PlateShape& shape) {
 }
 
 double von_mises(const PlateShape& shape, const Strains& e, bool positive) {
-  return von_mises(section_stress(shape, e, 1), positive ? 1 : -1);
+  return flexopt::von_mises(section_stress(shape, e, 1), positive ? 1 : -1);
 }
 
 StrokeRequest sweep(double end, int points) { return {.points = test::evenly(end, points)}; }
