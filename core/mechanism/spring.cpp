@@ -70,35 +70,10 @@ struct Rate {
   }
 };
 
-// c + a ε1 + b ε2 + ab ε1 ε2 with ε1² = ε2² = 0: a mixed second derivative.
+// A mixed second derivative: the rate, along a second motion, of a number with its rate along a
+// first one.
 template <class T>
-struct Mixed {
-  T c{}, a{}, b{}, ab{};
-
-  Mixed() = default;
-  Mixed(double x) : c(x), a(0.0), b(0.0), ab(0.0) {}
-  Mixed(const T& c, const T& a, const T& b, const T& ab) : c(c), a(a), b(b), ab(ab) {}
-
-  friend Mixed operator+(const Mixed& x, const Mixed& y) {
-    return {x.c + y.c, x.a + y.a, x.b + y.b, x.ab + y.ab};
-  }
-  friend Mixed operator-(const Mixed& x, const Mixed& y) {
-    return {x.c - y.c, x.a - y.a, x.b - y.b, x.ab - y.ab};
-  }
-  friend Mixed operator*(const Mixed& x, const Mixed& y) {
-    return {x.c * y.c, x.c * y.a + x.a * y.c, x.c * y.b + x.b * y.c,
-            x.c * y.ab + x.a * y.b + x.b * y.a + x.ab * y.c};
-  }
-  friend Mixed operator/(const Mixed& x, const Mixed& y) {
-    const T q = x.c / y.c, qa = (x.a - q * y.a) / y.c, qb = (x.b - q * y.b) / y.c;
-    return {q, qa, qb, (x.ab - q * y.ab - qa * y.b - qb * y.a) / y.c};
-  }
-  friend Mixed sqrt(const Mixed& x) {
-    using std::sqrt;
-    const T root = sqrt(x.c), twice = 2.0 * root, ra = x.a / twice, rb = x.b / twice;
-    return {root, ra, rb, (x.ab - 2.0 * ra * rb) / twice};
-  }
-};
+using Mixed = Rate<Rate<T>>;
 
 // A body whose numbers are of any kind.
 template <class T>
@@ -271,7 +246,7 @@ RelativeAnswers<T> relative(const SpringNumbers<T>& s, const V3<T>& apart, const
         other.rotation, V3<T>{body.rotation[0][j], body.rotation[1][j], body.rotation[2][j]});
   std::array<std::array<Mixed<T>, 6>, 6> K;
   for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) K[i][j] = {s.matrix[i][j], 0.0, 0.0, 0.0};
+    for (int j = 0; j < 6; ++j) K[i][j] = {{s.matrix[i][j], 0.0}, 0.0};
   RelativeAnswers<T> r;
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j <= i; ++j) {
@@ -281,19 +256,19 @@ RelativeAnswers<T> relative(const SpringNumbers<T>& s, const V3<T>& apart, const
       const V3<T>&ui = i < 3 ? ei : none, &uj = j < 3 ? ej : none, &wi = i < 3 ? none : ei,
             &wj = j < 3 ? none : ej;
       V3<Mixed<T>> gap;
-      for (int k = 0; k < 3; ++k) gap[k] = {d[k], ui[k], uj[k], 0.0};
+      for (int k = 0; k < 3; ++k) gap[k] = {{d[k], ui[k]}, {uj[k], 0.0}};
       M3<Mixed<T>> Q;
       for (int c = 0; c < 3; ++c) {
         const V3<T>& q = columns[c];
         const V3<T> first = cross(wi, q), second = cross(wj, q),
                     both = cross(wi, second) + cross(wj, first);
-        for (int k = 0; k < 3; ++k) Q[k][c] = {q[k], first[k], second[k], 0.5 * both[k]};
+        for (int k = 0; k < 3; ++k) Q[k][c] = {{q[k], first[k]}, {second[k], 0.5 * both[k]}};
       }
       const Mixed<T> energy = bushing_energy(K, gap, Q);
-      r.tangent[i][j] = r.tangent[j][i] = energy.ab;
+      r.tangent[i][j] = r.tangent[j][i] = energy.rate.rate;
       if (j > 0) continue;
-      (i < 3 ? r.force : r.moment)[i % 3] = energy.a;
-      r.energy = energy.c;
+      (i < 3 ? r.force : r.moment)[i % 3] = energy.value.rate;
+      r.energy = energy.value.value;
     }
   return r;
 }

@@ -138,7 +138,7 @@ Check check_fillet(const Mechanism& mechanism, double radius) {
 StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& mechanism,
                         double fillet) {
   const LeafSpring& spring = mechanism.leaves[largest.leaf];
-  for (const StressPeak& peak : leaf.clamp_stresses(clamp_factors(spring, fillet)))
+  for (const StressPeak& peak : leaf.stress().at_clamps(clamp_factors(spring, fillet)))
     if (peak.value > largest.value * (1 + 1e-9)) largest = peak;
   return largest;
 }

@@ -7,13 +7,11 @@ cmake_minimum_required(VERSION 3.25)
 set(tested_by
   core/elements/leaf/leaf_chain core/reduction/superelement/test_modal_leaf
   core/elements/plate/beam_element core/elements/plate/test_beam_leaf
-  core/elements/plate/beam_section core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
-  core/elements/leaf/leaf_results core/response/test_stress_history
+  core/elements/leaf/leaf_stress core/elements/plate/test_plate_stress
   core/elements/plate/strain_field core/elements/plate/test_plate_stress
   core/elements/plate/deformed_plate core/elements/plate/test_plate_stress
-  core/elements/plate/section_stress core/response/test_stress_history
   core/elements/plate/full_model core/elements/leaf/test_full_model
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
   core/elements/plate/element_numbers core/elements/plate/test_transverse_shear

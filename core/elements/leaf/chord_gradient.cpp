@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/math/dual.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
@@ -14,14 +15,7 @@ using Turns = std::array<Turn<double>, 2>;
 
 // Second derivative in q of chord::sine_factor(q, m).
 double sine_factor_curvature(double q, int m) {
-  double value = 1, slope = 0, curvature = 0;
-  for (int k = 16; k >= 1; --k) {
-    const double c = 1.0 / ((2 * k + m - 1) * (2 * k + m));
-    curvature = -c * (2 * slope + q * curvature);
-    slope = -c * (value + q * slope);
-    value = 1 - c * q * value;
-  }
-  return curvature;
+  return chord::sine_factor(Dual1::variable(q, 0), m).slope.derivatives[0];
 }
 
 // Covectors of the arguments of frame_rate().

@@ -48,10 +48,8 @@ MatrixXd LeafChain::edge_rows(int i, const MatrixXd& T) const {
 void LeafChain::move(const EdgePoses& edges, const Vector12d& dq) {
   VectorXd T(unknowns() + 12);
   if (condensed_) {
-    VectorXd step = -(y_ + Y_ * dq);
-    K_.apply_signs(step);
-    K_.solve_upper(step);
-    T << step, dq;
+    Vector3d none;
+    T << interior_.step(K_, dq, Vector3d::Zero(), none), dq;
   } else {
     T << VectorXd::Zero(unknowns()), dq;
   }
@@ -100,18 +98,11 @@ const LeafEvaluation& LeafChain::evaluate() {
     if (i > 0 && i < last) K_.below[i - 1] = block(1, 0);
   }
   K_.factorise();
-  y_ = g_;
-  Y_ = coupling_;
-  K_.solve_lower(y_);
-  K_.solve_lower(Y_);
-  VectorXd sy = y_;
-  MatrixXd sY = Y_;
-  K_.apply_signs(sy);
-  K_.apply_signs(sY);
-  sum.negative_pivots += K_.negative_pivots();
-  sum.force -= Y_.transpose() * sy;
-  sum.tangent -= Y_.transpose() * sY;
-  sum.correction = std::max(sum.correction, std::sqrt(std::abs(y_.dot(sy)) / unit_energy_));
+  interior_.condense(K_, g_, coupling_, sum.force, sum.tangent, last - 1);
+  sum.negative_pivots += interior_.negative_pivots();
+  sum.force = interior_.force();
+  sum.tangent = interior_.tangent();
+  sum.correction = std::max(sum.correction, std::sqrt(interior_.correction() / unit_energy_));
   condensed_ = true;
   return evaluation_;
 }
@@ -236,57 +227,22 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   return dynamics;
 }
 
-StressPeak LeafChain::max_stress() {
-  StressPeak largest;
-  for (int i = 0; i < segments(); ++i) {
-    const StressPeak own = segments_[i]->max_stress();
-    if (i == 0 || own.value > largest.value * (1 + 1e-9))
-      largest = peak_of_leaf(own, i, segments());
-  }
-  return largest;
-}
-
-std::vector<StressPeak> LeafChain::stress_peaks() {
-  std::vector<StressPeak> peaks;
-  for (int i = 0; i < segments(); ++i)
-    for (const StressPeak& own : segments_[i]->stress_peaks())
-      peaks.push_back(peak_of_leaf(own, i, segments()));
-  return peaks;
-}
-
-std::vector<StressPeak> LeafChain::clamp_stresses(const ClampFactors& factors) {
-  std::vector<StressPeak> peaks;
-  for (const int end : {0, 1}) {
-    ClampFactors own;
-    own[end] = factors[end];
-    const int i = end == 0 ? 0 : segments() - 1;
-    for (const StressPeak& peak : segments_[i]->clamp_stresses(own))
-      peaks.push_back(peak_of_leaf(peak, i, segments()));
-  }
-  return peaks;
-}
-
-std::vector<StressPlace> LeafChain::stress_places() {
-  std::vector<StressPlace> places;
-  for (int i = 0; i < segments(); ++i)
-    for (const StressPlace& own : segments_[i]->stress_places())
-      places.push_back(on_leaf(own, i, segments()));
-  return places;
-}
-
-MatrixXd LeafChain::section_stresses(const std::vector<StressPlace>& places) {
-  MatrixXd stresses(6, static_cast<Eigen::Index>(places.size()));
-  for (const PlacesOfSegment& of : places_by_segment(places, segments()))
-    stresses.middleCols(of.first, static_cast<Eigen::Index>(of.own.size())) =
-        segments_[of.segment]->section_stresses(of.own);
-  return stresses;
-}
-
-MatrixXd LeafChain::static_shapes() const {
-  MatrixXd X = Y_;
-  K_.apply_signs(X);
-  K_.solve_upper(X);
-  return -X;
+LeafStress LeafChain::stress() {
+  std::vector<LeafStress> own;
+  for (const auto& segment : segments_) own.push_back(segment->stress());
+  LeafStress whole = own.front();
+  whole.known.reset();
+  const int n = whole.stations.segments = segments();
+  whole.position = [n, own](const StressPlace& at) {
+    return own[static_cast<std::size_t>(at.segment)].position(
+        {n * at.along - at.segment, at.across});
+  };
+  whole.sections = [n, own = std::move(own)](const std::vector<StressPlace>& places) {
+    return sections_of_segments(places, n, [&](int i, const std::vector<StressPlace>& of_segment) {
+      return own[static_cast<std::size_t>(i)].sections(of_segment);
+    });
+  };
+  return whole;
 }
 
 std::unique_ptr<LeafElement> LeafChain::full_model(const std::string& reason) {
@@ -318,9 +274,13 @@ LeafShape LeafChain::shape() {
   return shape;
 }
 
-Vector3d LeafChain::material_point(double along, double across) {
-  const int i = std::clamp(static_cast<int>(along * segments()), 0, segments() - 1);
-  return segments_[i]->material_point(along * segments() - i, across);
+std::vector<Vector3d> LeafChain::material_points(const std::vector<std::array<double, 2>>& places) {
+  std::vector<Vector3d> points;
+  for (const auto& [along, across] : places) {
+    const int i = std::clamp(static_cast<int>(along * segments()), 0, segments() - 1);
+    points.push_back(segments_[i]->material_point(along * segments() - i, across));
+  }
+  return points;
 }
 
 }  // namespace flexopt

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/elements/leaf/condensed_interior.hpp"
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/math/block_tridiagonal.hpp"
 #include "core/mechanism/mechanism.hpp"
@@ -29,25 +30,18 @@ class LeafChain final : public LeafElement {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
-  const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(DynamicsRequest request) override;
-  StressPeak max_stress() override;
-  std::vector<StressPeak> stress_peaks() override;
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
-  std::vector<StressPlace> stress_places() override;
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafStress stress() override;
   LeafShape shape() override;
-  Vector3d material_point(double along, double across) override;
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override { return segments_.front()->report(); }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   Check check_rebuilt() const override;
 
  private:
   int segments() const { return static_cast<int>(segments_.size()); }
-  /// d(lines between)/d(edges), (displacement, spin) each.
-  MatrixXd static_shapes() const;
   int unknowns() const { return K_.size(); }
   /// Rows of segment i's two edges among those of T: inner lines, then the 12 of the edges.
   MatrixXd edge_rows(int i, const MatrixXd& T) const;
@@ -59,11 +53,11 @@ class LeafChain final : public LeafElement {
   std::vector<EdgePose> lines_;  ///< all of them, edges included
   double unit_energy_;           ///< D, for the size of the correction
   BlockTridiagonal K_;           ///< of the inner lines
-  VectorXd g_, y_;               ///< residual, and L⁻¹ residual
-  MatrixXd coupling_, Y_;        ///< K_fb and L⁻¹ K_fb
-  bool condensed_ = false;       ///< they are those of the present state
-  LeafEvaluation evaluation_;
-  int points_across_ = 0;  ///< of shape(), once known
+  VectorXd g_;                   ///< residual
+  MatrixXd coupling_;            ///< K_fb
+  CondensedInterior interior_;
+  bool condensed_ = false;  ///< it is that of the present state
+  int points_across_ = 0;   ///< of shape(), once known
 };
 
 }  // namespace flexopt

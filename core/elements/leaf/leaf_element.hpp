@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/elements/leaf/edge_pose.hpp"
-#include "core/elements/leaf/leaf_results.hpp"
+#include "core/elements/leaf/leaf_stress.hpp"
 #include "core/math/answer.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/mechanism.hpp"
@@ -93,7 +93,7 @@ class LimitedRange;
 struct InteriorUse {
   bool mass = false;      ///< natural frequencies
   bool stress = false;    ///< stresses
-  bool sections = false;  ///< section_stresses() as well
+  bool sections = false;  ///< LeafStress::sections as well
   bool places = false;    ///< places inside
 };
 
@@ -115,7 +115,7 @@ class LeafElement {
   /// Energy, force and tangent at the present place, internal unknowns eliminated to first order.
   virtual const LeafEvaluation& evaluate() = 0;
   /// Result of the latest evaluate().
-  virtual const LeafEvaluation& evaluation() const = 0;
+  const LeafEvaluation& evaluation() const { return evaluation_; }
 
   /// This leaf as one whose model is valid in part of its states; null where it is valid in all.
   virtual LimitedRange* limited_range() { return nullptr; }
@@ -148,24 +148,19 @@ class LeafElement {
   /// internal shapes at all.
   virtual LeafDynamics dynamics(DynamicsRequest request) = 0;
 
-  virtual StressPeak max_stress() = 0;
-  /// The places where the stress of a surface is larger than at all stations around, their
-  /// positions left open. The largest of them is that of max_stress().
-  virtual std::vector<StressPeak> stress_peaks() = 0;
-  /// The largest stress along each edge that has factors, these multiplied in; corners left out as
-  /// by max_stress().
-  virtual std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) = 0;
-  /// Places at which the history of stress over a stroke is kept. They keep their share of the leaf
-  /// whatever its state; corners are left out as by max_stress().
-  virtual std::vector<StressPlace> stress_places() = 0;
-  /// A SectionStress in each column, at any places of the leaf.
-  virtual MatrixXd section_stresses(const std::vector<StressPlace>& places) = 0;
+  /// What is read of the stress at the present state.
+  virtual LeafStress stress() = 0;
   virtual LeafShape shape() = 0;
-  /// Present place of a point of the mid-surface, given by its place in [0, 1]².
-  virtual Vector3d material_point(double along, double across) = 0;
-  /// Present places of several points (along, across) of the mid-surface, each in [0, 1]².
-  virtual std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places);
+  /// Present places of points (along, across) of the mid-surface, each in [0, 1]².
+  virtual std::vector<Vector3d> material_points(
+      const std::vector<std::array<double, 2>>& places) = 0;
+  Vector3d material_point(double along, double across) {
+    return material_points({{along, across}}).front();
+  }
   virtual LeafReport report() const = 0;
+
+ protected:
+  LeafEvaluation evaluation_;
 };
 
 }  // namespace flexopt

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/elements/leaf/leaf_results.hpp"
+#include "core/elements/leaf/leaf_stress.hpp"
 
 namespace flexopt {
 
@@ -23,9 +23,12 @@ class LeafFields {
   /// Derivatives of the stress at a peak of this leaf [Pa], one for each parameter. The peak keeps
   /// its place (along, across) unless it lies at the border of a corner zone. `modulus`: Young's
   /// modulus; `modulus_rates`: its derivatives.
-  virtual VectorXd stress_rates(const StressPeak& peak, double modulus,
-                                const VectorXd& modulus_rates) const = 0;
-  /// Derivatives of the section_stresses() at places of this leaf, which keep (along, across): rows
+  VectorXd stress_rates(const StressPeak& peak, double modulus,
+                        const VectorXd& modulus_rates) const {
+    return section_rates({{peak.along, peak.across_section}}, modulus, modulus_rates).transpose() *
+           von_mises_slopes(peak);
+  }
+  /// Derivatives of LeafStress::sections at places of this leaf, which keep (along, across): rows
   /// are the SectionStress of one place after the other, columns the parameters [Pa].
   virtual MatrixXd section_rates(const std::vector<StressPlace>& places, double modulus,
                                  const VectorXd& modulus_rates) const = 0;

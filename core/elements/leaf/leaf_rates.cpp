@@ -12,23 +12,18 @@ ProfileRate rate_of(const LeafSpring& direction) {
     return std::any_of(factors.begin(), factors.end(), [](double x) { return x != 0; });
   };
   ProfileRate rate;
-  if (changes(direction.width_profile)) rate.width = direction.width_profile;
-  if (changes(direction.thickness_profile)) rate.thickness = direction.thickness_profile;
+  if (changes(direction.width_profile)) rate.width_profile = direction.width_profile;
+  if (changes(direction.thickness_profile)) rate.thickness_profile = direction.thickness_profile;
   rate.curve = direction.curve.value_or(0);
-  const LeafFold fold = direction.fold.value_or(LeafFold{});
-  rate.fold_place = fold.place;
-  rate.fold_angle = fold.angle;
-  rate.fold_radius = fold.radius;
+  rate.fold = direction.fold.value_or(LeafFold{});
   return rate;
 }
 
 bool is_shaped(const LeafSpring& leaf) { return leaf.has_profile() || leaf.curve || leaf.fold; }
 
 ProfileRate profiles_of(const LeafSpring& leaf) {
-  const LeafFold fold = leaf.fold.value_or(LeafFold{});
-  return {
-      leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0), fold.place, fold.angle,
-      fold.radius};
+  return {leaf.width_profile, leaf.thickness_profile, leaf.curve.value_or(0),
+          leaf.fold.value_or(LeafFold{})};
 }
 
 }  // namespace
@@ -44,7 +39,7 @@ ProfileDirections::ProfileDirections(const Mechanism& mechanism,
     std::vector<ProfileRate>& own = leaves_[place].directions;
     for (const Mechanism& direction : directions) {
       ProfileRate rate = rate_of(direction.leaves[i]);
-      if (!rate.is_zero() && std::find(own.begin(), own.end(), rate) == own.end())
+      if (rate != ProfileRate{} && std::find(own.begin(), own.end(), rate) == own.end())
         own.push_back(std::move(rate));
     }
   }
@@ -53,9 +48,10 @@ ProfileDirections::ProfileDirections(const Mechanism& mechanism,
 std::size_t ProfileDirections::find(const ProfileRate& profiles) const {
   const auto same = [&](const Leaves& known) {
     const ProfileRate& of = known.profiles;
-    return of.width == profiles.width && of.thickness == profiles.thickness &&
-           alike(of.curve, profiles.curve) && alike(of.fold_place, profiles.fold_place) &&
-           alike(of.fold_angle, profiles.fold_angle) && alike(of.fold_radius, profiles.fold_radius);
+    return of.width_profile == profiles.width_profile &&
+           of.thickness_profile == profiles.thickness_profile && alike(of.curve, profiles.curve) &&
+           alike(of.fold.place, profiles.fold.place) && alike(of.fold.angle, profiles.fold.angle) &&
+           alike(of.fold.radius, profiles.fold.radius);
   };
   return static_cast<std::size_t>(std::ranges::find_if(leaves_, same) - leaves_.begin());
 }

@@ -24,13 +24,9 @@ struct ShapeParameter {
 /// factors or none where they are constant, of the angle of its arc, and of its fold. Also these
 /// themselves.
 struct ProfileRate {
-  std::vector<double> width, thickness;
+  std::vector<double> width_profile{}, thickness_profile{};
   double curve = 0;
-  double fold_place = 0, fold_angle = 0, fold_radius = 0;
-  bool is_zero() const {
-    return width.empty() && thickness.empty() && curve == 0 && fold_place == 0 && fold_angle == 0 &&
-           fold_radius == 0;
-  }
+  LeafFold fold{};
   auto operator<=>(const ProfileRate&) const = default;
 };
 

@@ -18,6 +18,12 @@ struct NotchFactors {
 /// free.
 using ClampFactors = std::array<std::optional<NotchFactors>, 2>;
 
+/// Stresses of the section at a place, in the axes along and across the leaf [Pa]: σ11, σ22, σ12 of
+/// the mean over the thickness, then what bending and twist add on the side of the normal and take
+/// away on the other one. Of a wire the surface is its outline, and "across" that along it: one
+/// side is the place at `across` with z ≥ 0, the other one is opposite.
+using SectionStress = Vector6d;
+
 struct StressPeak {
   double value = 0;                      ///< von Mises [Pa]
   int leaf = 0;                          ///< index in the mechanism
@@ -29,6 +35,8 @@ struct StressPeak {
   double per_membrane = 0,
          per_bending =
              0;  ///< derivatives of the value by these factors, where there is a notch [Pa]
+  SectionStress section = SectionStress::Zero();  ///< without the notch
+  double across_section = 0;  ///< "across" of the place whose SectionStress that is
 };
 
 /// A place where the stresses of the section are read, on both surfaces.
@@ -36,31 +44,6 @@ struct StressPlace {
   double along = 0, across = 0;  ///< each in [0, 1]
   int segment = 0;               ///< of a leaf that consists of segments
 };
-
-/// Stresses of the section at a place, in the axes along and across the leaf [Pa]: σ11, σ22, σ12 of
-/// the mean over the thickness, then what bending and twist add on the side of the normal and take
-/// away on the other one. Of a wire the surface is its outline, and "across" that along it: one
-/// side is the place at `across` with z ≥ 0, the other one is opposite.
-using SectionStress = Vector6d;
-
-/// A peak, or a place, of segment i of n equal ones, as one of the whole leaf.
-template <class Place>
-Place on_leaf(Place of_segment, int i, int n) {
-  of_segment.segment = i;
-  of_segment.along = (i + of_segment.along) / n;
-  return of_segment;
-}
-inline StressPeak peak_of_leaf(const StressPeak& of_segment, int i, int n) {
-  return on_leaf(of_segment, i, n);
-}
-
-/// Places that follow each other in one segment of n equal ones, with their places in it.
-struct PlacesOfSegment {
-  std::size_t segment = 0;
-  Eigen::Index first = 0;  ///< among all
-  std::vector<StressPlace> own;
-};
-std::vector<PlacesOfSegment> places_by_segment(const std::vector<StressPlace>& places, int n);
 
 /// Which model a leaf was evaluated with at a point, and why.
 struct LeafReport {

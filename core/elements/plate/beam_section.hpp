@@ -103,7 +103,7 @@ BeamEnergyT<S> beam_energy(Section section, const S& w, const S& t, const S& nu,
 /// Saint-Venant's shear stress over G θ′ t at the middle of the long sides' surface, at x2 =
 /// fraction of w/2: 1 − (8/π²) Σ_odd cosh(nπ x2/t) / (n² cosh(nπw/2t)).
 template <class S>
-S torsion_stress_factor_of(const S& w, const S& t, double fraction) {
+S torsion_stress_factor(const S& w, const S& t, double fraction) {
   using std::exp, std::numbers::pi;
   const S edge = 0.5 * w / t, x = std::abs(fraction) * edge;
   S sum(0);
@@ -117,11 +117,10 @@ S torsion_stress_factor_of(const S& w, const S& t, double fraction) {
   const S factor = 1.0 - 8 / (pi * pi) * sum;
   return factor > 0.0 ? factor : S(0);
 }
-inline double torsion_stress_factor(double w, double t, double fraction) {
-  return torsion_stress_factor_of<double>(w, t, fraction);
-}
 
 /// Length over which restrained warping dies out, sqrt(E C_w / G J).
-double warping_length(const BeamSection& section, double poissons_ratio);
+inline double warping_length(const BeamSection& section, double poissons_ratio) {
+  return std::sqrt(section.C_w / (shear_ratio(poissons_ratio) * section.J));
+}
 
 }  // namespace flexopt

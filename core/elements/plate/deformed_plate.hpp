@@ -1,5 +1,5 @@
 #pragma once
-// Where the points of a plate leaf are, whichever model its nodal dofs came from.
+// Where the points of a plate or beam leaf are, whichever model its nodal dofs came from.
 #include <array>
 #include <vector>
 
@@ -11,14 +11,12 @@ namespace flexopt {
 
 struct LeafScale;
 
-/// Deflected mid-surface at the mesh nodes with the larger von Mises stress of both surfaces.
+/// Deflected mid-surface at the mesh nodes with the larger von Mises stress of both surfaces; of a
+/// beam the ribbon of its width, two points across.
 LeafShape plate_deformed_shape(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                const LeafSpring& leaf, const LeafScale& scale);
 
-/// Deflected place of the point (along, across) in [0, 1]² of the mid-surface.
-Vector3d plate_material_point(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
-                              const LeafScale& scale, double along, double across);
-/// Deflected places of several points (along, across) in [0, 1]² of the mid-surface.
+/// Deflected places of points (along, across) in [0, 1]² of the mid-surface.
 std::vector<Vector3d> plate_material_points(const PlateMesh& mesh,
                                             const std::vector<MatrixXd>& nodal,
                                             const LeafScale& scale,

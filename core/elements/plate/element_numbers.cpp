@@ -338,7 +338,8 @@ Vector3<Dual1> section_turn(const MeshNumbers<Dual1>& mesh, int i, int j,
   const ElementNumbers<Dual1> elements(mesh);
   Vector3<Dual1> turn = Vector3<Dual1>::Zero();
   if (!elements.has_shear()) return turn;
-  const PlateShear<Dual1> shear = elements.plate_shear(i, j);
+  const PlateShear<Dual1> shear =
+      mesh.shape().is_beam() ? elements.beam_shear(i) : elements.plate_shear(i, j);
   const Dual1 per = shear.compliance * shear.per_x * (along - 0.5) * (mesh.x[i + 1] - mesh.x[i]);
   for (int f = 0; f < 16; ++f)
     for (int c = 0; c < 3; ++c) turn[c] += per * (shear.along[f] - shear.rest[f]) * U(f, c);

@@ -2,7 +2,7 @@
 // The operators of an element, or, with S = Dual1, their derivatives along a direction of the
 // shape.
 #include "core/elements/plate/beam_section.hpp"
-#include "core/elements/plate/mesh_numbers.hpp"
+#include "core/elements/plate/plate_mesh.hpp"
 
 namespace flexopt {
 

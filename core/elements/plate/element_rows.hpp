@@ -2,7 +2,7 @@
 // Rows that stand against the nodal values of an element, and sums of their squares.
 #include <vector>
 
-#include "core/elements/plate/mesh_numbers.hpp"
+#include "core/elements/plate/plate_mesh.hpp"
 
 namespace flexopt {
 

@@ -5,7 +5,7 @@
 
 #include "core/elements/plate/deformed_plate.hpp"
 #include "core/elements/plate/mesh_numbers.hpp"
-#include "core/elements/plate/section_stress.hpp"
+#include "core/elements/plate/plate_stress.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/profile.hpp"
 
@@ -156,10 +156,6 @@ void FullLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
   PlateLeaf& own = plate();
   const Vector12d increment = scale_.scaled_increment(dq);
   const EdgePoses scaled{scale_.scaled(edges[0]), scale_.scaled(edges[1])};
-  if (!own.has_point()) {
-    own.step(scaled, own.internal_step(increment), increment);
-    return;
-  }
   Vector3d df;
   const VectorXd dx = own.internal_step(increment, point_increment_, df);
   own.step(scaled, dx, increment, point_, df);
@@ -216,33 +212,16 @@ LeafDynamics FullLeaf::dynamics(DynamicsRequest request) {
   return plate_dynamics(*plate_, leaf_, scale_, request);
 }
 
-StressPeak FullLeaf::max_stress() {
-  return plate_max_stress(plate_->mesh(), plate_->nodal(), leaf_, scale_, index_);
-}
-
-std::vector<StressPeak> FullLeaf::stress_peaks() {
-  return plate_stress_peaks(plate_->mesh(), plate_->nodal(), leaf_, index_);
-}
-
-std::vector<StressPeak> FullLeaf::clamp_stresses(const ClampFactors& factors) {
-  return plate_clamp_stresses(plate_->mesh(), plate_->nodal(), leaf_, scale_, index_, factors);
-}
-
-std::vector<StressPlace> FullLeaf::stress_places() {
-  return section_places(plate_->mesh().shape());
-}
-
-MatrixXd FullLeaf::section_stresses(const std::vector<StressPlace>& places) {
-  return flexopt::section_stresses(plate_->mesh(), plate_->nodal(), leaf_.material.youngs_modulus,
-                                   places);
+LeafStress FullLeaf::stress() {
+  return leaf_stress(plate_->mesh(), plate_->nodal(), leaf_, scale_, index_);
 }
 
 LeafShape FullLeaf::shape() {
   return plate_deformed_shape(plate_->mesh(), plate_->nodal(), leaf_, scale_);
 }
 
-Vector3d FullLeaf::material_point(double along, double across) {
-  return plate_material_point(plate_->mesh(), plate_->nodal(), scale_, along, across);
+std::vector<Vector3d> FullLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
+  return plate_material_points(plate_->mesh(), plate_->nodal(), scale_, places);
 }
 
 }  // namespace flexopt

@@ -32,18 +32,13 @@ class FullLeaf final : public LeafElement {
   /// With a load that acts inside, the energy contains that of the weight, zero when undeflected.
   void act(const LeafLoad& load) override;
   const LeafEvaluation& evaluate() override;
-  const LeafEvaluation& evaluation() const override { return evaluation_; }
   LeafInterior interior(const Vector12d& dq) const override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(DynamicsRequest request) override;
-  StressPeak max_stress() override;
-  std::vector<StressPeak> stress_peaks() override;
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
-  std::vector<StressPlace> stress_places() override;
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafStress stress() override;
   LeafShape shape() override;
-  Vector3d material_point(double along, double across) override;
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override {
     return {.model = "full", .reason = reason_, .check = 0, .replaced = !reason_.empty()};
   }
@@ -67,7 +62,6 @@ class FullLeaf final : public LeafElement {
   std::shared_ptr<PlateLeaf> plate_;  ///< of equal undeflected leaves one
   bool assembled_ = false;            ///< the plate is, at the present state
   Vector3d point_ = Vector3d::Zero(), point_increment_ = Vector3d::Zero();  ///< scaled
-  LeafEvaluation evaluation_;
 };
 
 /// Motion of the leaf's stations for the columns of T (unknowns, then edge increments, all scaled),

@@ -133,52 +133,28 @@ struct DensityOfLines {
 }  // namespace
 
 template <class S>
-const ShapeRate& MeshNumbers<S>::constant() {
-  static const ShapeRate none;
-  return none;
-}
-
-template <class S>
 MeshNumbers<S>::MeshNumbers(const PlateShape& shape, const ShapeRate& rate)
     : width(number<S>(shape.width, rate.size[0])),
       thickness(number<S>(shape.thickness, rate.size[1])),
       poissons_ratio(number<S>(shape.poissons_ratio, rate.size[2])),
       curve(number<S>(shape.curve.value_or(0), rate.curve)),
       fold(fold_of<S>(shape, rate)),
-      shape_(&shape),
-      rate_(&rate) {
+      shape_(shape),
+      rate_(rate) {
   x = lines_along();
-  set_lines();
-}
-
-template <class S>
-MeshNumbers<S>::MeshNumbers(const PlateShape& shape, const std::vector<S>& lines)
-    : width(shape.width),
-      thickness(shape.thickness),
-      poissons_ratio(shape.poissons_ratio),
-      curve(shape.curve.value_or(0)),
-      fold(fold_of<S>(shape, constant())),
-      x(lines),
-      shape_(&shape),
-      rate_(&constant()) {
-  set_lines();
-}
-
-template <class S>
-void MeshNumbers<S>::set_lines() {
   for (std::size_t i = 0; i < x.size(); ++i)
     if (curved())
       middle.push_back(arc_point<S>(curve, x[i]));
-    else if (folded() && static_cast<int>(i) > shape_->mesh[0])
+    else if (folded() && static_cast<int>(i) > shape_.mesh[0])
       middle.push_back(leg_point<S>(fold.place, fold.angle, x[i]));
     else
       middle.push_back({x[i], S(0), S(1), S(0)});
   line_width.resize(x.size());
-  if (shape_->is_beam()) {
+  if (shape_.is_beam()) {
     y = {S(0)};
     return;
   }
-  for (const double place : graded_points(-0.5, 0.5, shape_->mesh[1], grading))
+  for (const double place : graded_points(-0.5, 0.5, shape_.mesh[1], grading))
     y.push_back(place * width);
   for (std::size_t i = 0; i < x.size(); ++i)
     line_width[i] = {width_factor(x[i]), width_factor(x[i], 1)};
@@ -186,13 +162,13 @@ void MeshNumbers<S>::set_lines() {
 
 template <class S>
 std::vector<S> MeshNumbers<S>::lines_along() const {
-  const int n = shape_->mesh[0];
-  const std::vector<double>& by = rate_->width_profile;
-  const S mean_width = width_varies() ? S(width * number<S>(profile_mean(shape_->width_profile),
+  const int n = shape_.mesh[0];
+  const std::vector<double>& by = rate_.width_profile;
+  const S mean_width = width_varies() ? S(width * number<S>(profile_mean(shape_.width_profile),
                                                             by.empty() ? 0 : profile_mean(by)))
                                       : width;
   const auto grading_of = [&](const S& length) {
-    return shape_->is_beam() || shape_->linear ? S(grading) : grading_along<S>(mean_width / length);
+    return shape_.is_beam() || shape_.linear ? S(grading) : grading_along<S>(mean_width / length);
   };
   const auto graded = [n](const S& from, const S& length, const S& g) {
     std::vector<S> lines(n + 1, from);
@@ -213,7 +189,7 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
   }
   const S g = grading_of(S(1));
   std::vector<S> lines = graded(S(0), S(1), g);
-  if (shape_->thickness_profile.empty()) return lines;
+  if (shape_.thickness_profile.empty()) return lines;
   const DensityOfLines<S> density(
       [&](double xi) { return thickness_factor(graded_place(S(xi), g)); });
   for (int i = 1; i < n && !density.uniform; ++i)
@@ -224,13 +200,13 @@ std::vector<S> MeshNumbers<S>::lines_along() const {
 template <class S>
 S MeshNumbers<S>::width_factor(const S& place, int order) const {
   if (!width_varies()) return S(order == 0 ? 1 : 0);
-  return profile<S>(shape_->width_profile, rate_->width_profile, place, order);
+  return profile<S>(shape_.width_profile, rate_.width_profile, place, order);
 }
 
 template <class S>
 S MeshNumbers<S>::thickness_factor(const S& place) const {
-  if (shape_->thickness_profile.empty()) return S(1);
-  return profile<S>(shape_->thickness_profile, rate_->thickness_profile, place, 0);
+  if (shape_.thickness_profile.empty()) return S(1);
+  return profile<S>(shape_.thickness_profile, rate_.thickness_profile, place, 0);
 }
 
 template <class S>
@@ -247,7 +223,7 @@ WidthMap<S> MeshNumbers<S>::map(int i, double s) const {
 
 template <class S>
 auto MeshNumbers<S>::corner(int i) const -> Corner {
-  const int line = shape_->mesh[0];
+  const int line = shape_.mesh[0];
   Corner corner;
   if (!folded() || i == line) return corner;
   const bool first = i < line;
@@ -326,9 +302,9 @@ std::array<Vector3<S>, 4> MeshNumbers<S>::undeflected_node(int line, int node) c
 template <class S>
 auto MeshNumbers<S>::membrane() const -> Membrane {
   const S stretch = 12.0 / (thickness * thickness);
-  if (!shape_->is_beam())
+  if (!shape_.is_beam())
     return {stretch, poissons_ratio * stretch, 0.5 * (1.0 - poissons_ratio) * stretch};
-  const S shear = beam_section<S>(shape_->section, width, thickness, poissons_ratio).shear;
+  const S shear = beam_section<S>(shape_.section, width, thickness, poissons_ratio).shear;
   return {stretch, S(0), shear * shear_ratio(poissons_ratio) * stretch};
 }
 
@@ -336,11 +312,11 @@ template <class S>
 S MeshNumbers<S>::bending_stiffness() const {
   const auto at = [&](double place) -> S {
     const S t = thickness_factor(S(place)), w = width * width_factor(S(place));
-    if (!shape_->is_beam()) return w * t * t * t;
+    if (!shape_.is_beam()) return w * t * t * t;
     return 12.0 / (thickness * thickness * thickness) *
-           beam_section<S>(shape_->section, w, thickness * t, poissons_ratio).I_weak;
+           beam_section<S>(shape_.section, w, thickness * t, poissons_ratio).I_weak;
   };
-  if (!shape_->has_profile()) return at(0);
+  if (!shape_.has_profile()) return at(0);
   S compliance(0);
   constexpr int parts = 96;
   for (int k = 0; k < parts; ++k) compliance += 1.0 / parts / at((k + 0.5) / parts);
@@ -349,7 +325,7 @@ S MeshNumbers<S>::bending_stiffness() const {
 
 template <class S>
 auto MeshNumbers<S>::point_weights(double along, double across, std::array<int, 2> derivative) const
-    -> std::vector<Weight> {
+    -> std::vector<NodalWeightT<S>> {
   assert(derivative[0] <= 1 && derivative[1] <= 1);
   const auto locate = [](const std::vector<S>& points, double s) {
     int i = 0;
@@ -365,7 +341,7 @@ auto MeshNumbers<S>::point_weights(double along, double across, std::array<int, 
                         : S(size * (at.slope[k] + (s - value_of(s)) * h * at.curvature[k]));
     return f;
   };
-  std::vector<Weight> weights;
+  std::vector<NodalWeightT<S>> weights;
   const auto add = [&](int line, int function, const S& weight) {
     const bool moves = !std::is_same_v<S, double> && part_of(weight) != 0;
     if (std::abs(value_of(weight)) > 1e-14 || moves) weights.push_back({line, function, weight});
@@ -373,7 +349,7 @@ auto MeshNumbers<S>::point_weights(double along, double across, std::array<int, 
   const int i = locate(x, along);
   const S hx = x[i + 1] - x[i], sx = (along - x[i]) / hx;
   const std::array<S, 4> X = functions(sx, hx, derivative[0], S(1));
-  if (shape_->is_beam()) {  // r0 + y d, the width at the place
+  if (shape_.is_beam()) {  // r0 + y d, the width at the place
     const S part = (derivative[1] == 0 ? across - 0.5 : 1.0) * width,
             beside = part * width_factor(S(along)),
             widening = derivative[0] == 1 ? S(part * width_factor(S(along), 1)) : S(0);

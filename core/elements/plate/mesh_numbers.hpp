@@ -3,7 +3,7 @@
 // shape, as S = Dual1.
 #include <vector>
 
-#include "core/elements/plate/plate_mesh.hpp"
+#include "core/elements/plate/plate_shape.hpp"
 #include "core/math/dual.hpp"
 #include "core/mechanism/arc.hpp"
 
@@ -34,13 +34,19 @@ MappedDerivatives<V> mapped(const WidthMap<S>& map, const S& y0, const V& x, con
 inline double part_of(double x) { return x; }
 inline double part_of(const Dual1& x) { return x.derivatives[0]; }
 
+/// Value of a displacement component as Σ weight · nodal dof.
+template <class S>
+struct NodalWeightT {
+  int line, function;
+  S weight;
+};
+using NodalWeight = NodalWeightT<double>;
+
 template <class S>
 class MeshNumbers {
  public:
-  /// `rate`: of the shape, read where S = Dual1. Both must outlive this.
-  explicit MeshNumbers(const PlateShape& shape, const ShapeRate& rate = constant());
-  /// Numbers of a mesh whose lines along the leaf are given.
-  MeshNumbers(const PlateShape& shape, const std::vector<S>& lines);
+  /// `rate`: of the shape, read where S = Dual1.
+  explicit MeshNumbers(const PlateShape& shape, const ShapeRate& rate = {});
 
   S width, thickness, poissons_ratio, curve;
   LeafFoldT<S> fold;
@@ -54,10 +60,10 @@ class MeshNumbers {
   /// Mid-line of the undeflected leaf at every line: straight, or an arc seen from its chord.
   std::vector<ArcPoint<S>> middle;
 
-  const PlateShape& shape() const { return *shape_; }
-  bool width_varies() const { return !shape_->width_profile.empty(); }
-  bool curved() const { return shape_->curve.has_value(); }
-  bool folded() const { return shape_->fold.has_value(); }
+  const PlateShape& shape() const { return shape_; }
+  bool width_varies() const { return !shape_.width_profile.empty(); }
+  bool curved() const { return shape_.curve.has_value(); }
+  bool folded() const { return shape_.fold.has_value(); }
   S width_factor(const S& x, int order = 0) const;
   S thickness_factor(const S& x) const;
   /// Width map in element i along, at its share s.
@@ -89,28 +95,23 @@ class MeshNumbers {
   std::array<Vector3<S>, 4> undeflected_node(int line, int node) const;
 
   struct Membrane {
-    S A11, A12, A33;
+    S A11 = S(0), A12 = S(0), A33 = S(0);
   };
   Membrane membrane() const;
   S bending_stiffness() const;  ///< PlateMesh::bending_stiffness
-  struct Weight {
-    int line, function;
-    S weight;
-  };
-  /// flexopt::point_weights.
-  std::vector<Weight> point_weights(double along, double across,
-                                    std::array<int, 2> derivative = {0, 0}) const;
+  /// Weights of the nodal values for the place (along, across) in [0, 1]². `derivative`: order of
+  /// the derivative with respect to along and across.
+  std::vector<NodalWeightT<S>> point_weights(double along, double across,
+                                             std::array<int, 2> derivative = {0, 0}) const;
 
  private:
-  static const ShapeRate& constant();
-  void set_lines();
   std::vector<S> lines_along() const;
   /// A derivative along the undeflected leaf, of which these are the nodal functions: along the
   /// chord, and normal to it.
   std::array<S, 2> rest_along(int i, const std::array<S, 4>& functions) const;
 
-  const PlateShape* shape_;
-  const ShapeRate* rate_;
+  PlateShape shape_;
+  ShapeRate rate_;
 };
 
 extern template class MeshNumbers<double>;

@@ -1,9 +1,6 @@
 #include "core/elements/plate/plate_fields.hpp"
 
 #include <utility>
-
-#include "core/elements/plate/section_stress.hpp"
-
 namespace flexopt {
 
 PlateFields::PlateFields(const PlateMesh& mesh, std::vector<MatrixXd> nodal,
@@ -29,25 +26,14 @@ std::optional<Vector3d> PlateFields::place_slope(double along, double across) co
   return slope;
 }
 
-StressRate PlateFields::along(int p, const VectorXd& modulus_rates) const {
-  StressRate rate{{}, shape_[p], modulus_rates[p]};
-  for (const MatrixXd& line : rates_) rate.nodal.push_back(line.middleCols<3>(3 * p));
-  return rate;
-}
-
-VectorXd PlateFields::stress_rates(const StressPeak& peak, double modulus,
-                                   const VectorXd& modulus_rates) const {
-  VectorXd stress(modulus_rates.size());
-  for (int p = 0; p < stress.size(); ++p)
-    stress[p] = plate_stress_rate(*mesh_, nodal_, peak, modulus, along(p, modulus_rates));
-  return stress;
-}
-
 MatrixXd PlateFields::section_rates(const std::vector<StressPlace>& places, double modulus,
                                     const VectorXd& modulus_rates) const {
   MatrixXd rates(6 * static_cast<Eigen::Index>(places.size()), modulus_rates.size());
-  for (int p = 0; p < rates.cols(); ++p)
-    rates.col(p) = flexopt::section_rates(*mesh_, nodal_, places, modulus, along(p, modulus_rates));
+  for (int p = 0; p < rates.cols(); ++p) {
+    StressRate rate{{}, shape_[p], modulus_rates[p]};
+    for (const MatrixXd& line : rates_) rate.nodal.push_back(line.middleCols<3>(3 * p));
+    rates.col(p) = flexopt::section_rates(*mesh_, nodal_, places, modulus, rate);
+  }
   return rates;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // What the places and the stresses of a plate or beam leaf change by, from its nodes.
+#include <optional>
 #include <vector>
 
 #include "core/elements/leaf/leaf_fields.hpp"
@@ -19,15 +20,10 @@ class PlateFields final : public LeafFields {
 
   MatrixXd place_rates(double along, double across) const override;
   std::optional<Vector3d> place_slope(double along, double across) const override;
-  VectorXd stress_rates(const StressPeak& peak, double modulus,
-                        const VectorXd& modulus_rates) const override;
   MatrixXd section_rates(const std::vector<StressPlace>& places, double modulus,
                          const VectorXd& modulus_rates) const override;
 
  private:
-  /// Derivatives of the strains and sizes of the leaf along parameter p.
-  StressRate along(int p, const VectorXd& modulus_rates) const;
-
   const PlateMesh* mesh_;
   std::vector<MatrixXd> nodal_, rates_;
   std::vector<ShapeRate> shape_;

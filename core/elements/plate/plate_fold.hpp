@@ -9,52 +9,45 @@
 
 namespace flexopt {
 
-/// Unknowns of a node of the fold line, or an increment of them.
+/// Unknowns of a node of the fold line, or an increment of them: r,x, r,y and r,xy of the first
+/// leg; 1 + α, γ, α′, γ′ of the second one.
 template <class S>
 struct FoldNode {
-  Vector3<S> along, across, both;              ///< r,x, r,y and r,xy of the first leg
-  S stretch, shear, stretch_rate, shear_rate;  ///< of the second: 1 + α, γ, α′, γ′
-  static constexpr int unknowns = 13;          ///< in this order
-  static constexpr int own = 4;                ///< of the second leg alone
+  static constexpr int unknowns = 13;
+  static constexpr int own = 4;  ///< of the second leg alone
+  Eigen::Matrix<S, unknowns, 1> numbers;
 
-  static FoldNode zero() {
-    const Vector3<S> none = Vector3<S>::Zero();
-    return {none, none, none, S(0), S(0), S(0), S(0)};
-  }
+  auto along() const { return numbers.template head<3>(); }
+  auto across() const { return numbers.template segment<3>(3); }
+  auto both() const { return numbers.template segment<3>(6); }
+  const S& stretch() const { return numbers[9]; }
+  const S& shear() const { return numbers[10]; }
+  const S& stretch_rate() const { return numbers[11]; }
+  const S& shear_rate() const { return numbers[12]; }
+
   static FoldNode unit(int k) {
-    FoldNode node = zero();
-    S* const own_numbers[] = {&node.stretch, &node.shear, &node.stretch_rate, &node.shear_rate};
-    Vector3<S>* const vectors[] = {&node.along, &node.across, &node.both};
-    (k < 9 ? (*vectors[k / 3])[k % 3] : *own_numbers[k - 9]) = S(1);
+    FoldNode node{Eigen::Matrix<S, unknowns, 1>::Zero()};
+    node.numbers[k] = S(1);
     return node;
   }
-  /// Node j, as an increment, of the block `x` of a fold line: the nodal values of the first leg,
+  /// Row of unknown k of node j in the block of a fold line: the nodal values of the first leg,
   /// component by component, then the four unknowns of the second leg.
+  static int row(int k, int functions, int j) {
+    return k < 9 ? k % 3 * functions + 4 * j + 1 + k / 3 : 3 * functions + own * j + k - 9;
+  }
+  /// Node j, as an increment, of the block `x`.
   template <class Column>
   static FoldNode of(const Column& x, int functions, int j) {
     FoldNode node;
-    for (int c = 0; c < 3; ++c) {
-      node.along[c] = x[c * functions + 4 * j + 1];
-      node.across[c] = x[c * functions + 4 * j + 2];
-      node.both[c] = x[c * functions + 4 * j + 3];
-    }
-    const int first = 3 * functions + own * j;
-    node.stretch = x[first];
-    node.shear = x[first + 1];
-    node.stretch_rate = x[first + 2];
-    node.shear_rate = x[first + 3];
+    for (int k = 0; k < unknowns; ++k) node.numbers[k] = x[row(k, functions, j)];
     return node;
   }
-  /// Node j of the block `x` of a fold line as a state: the stretch is then 1 + its increment.
+  /// Node j of the block `x` as a state: the stretch is then 1 + its increment.
   template <class Column>
   static FoldNode state(const Column& x, int functions, int j) {
     FoldNode node = of(x, functions, j);
-    node.stretch += S(1);
+    node.numbers[9] += S(1);
     return node;
-  }
-  /// Row of unknown k of node j in the block.
-  static int row(int k, int functions, int j) {
-    return k < 9 ? k % 3 * functions + 4 * j + 1 + k / 3 : 3 * functions + own * j + k - 9;
   }
 };
 
@@ -120,18 +113,18 @@ class FoldMap {
   }
   /// 1/|r,y| to the order of the line's strain, and its derivatives along y and along y and z; the
   /// second derivative does not depend on the state.
-  static S factor(const Node& u) { return 1.5 - 0.5 * u.across.dot(u.across); }
-  static S factor(const Node& u, const Node& y) { return -u.across.dot(y.across); }
+  static S factor(const Node& u) { return 1.5 - 0.5 * u.across().dot(u.across()); }
+  static S factor(const Node& u, const Node& y) { return -u.across().dot(y.across()); }
 
   Pair quadratic(const Node& p, const Node& q) const {
-    const S c = S(cosine_) * p.stretch, dc = S(cosine_) * p.stretch_rate, g = S(own_) * p.shear,
-            dg = S(own_) * p.shear_rate;
-    return {Vector3<S>(c * q.along + g * q.across),
-            Vector3<S>(c * q.both + dc * q.along + dg * q.across)};
+    const S c = S(cosine_) * p.stretch(), dc = S(cosine_) * p.stretch_rate(),
+            g = S(own_) * p.shear(), dg = S(own_) * p.shear_rate();
+    return {Vector3<S>(c * q.along() + g * q.across()),
+            Vector3<S>(c * q.both() + dc * q.along() + dg * q.across())};
   }
   Pair cubic(const Node& p, const Node& q, const Node& r) const {
-    const S s = S(sine_) * p.stretch, ds = S(sine_) * p.stretch_rate;
-    const Vector3<S> normal = cross(q.along, r.across), turning = cross(q.both, r.across);
+    const S s = S(sine_) * p.stretch(), ds = S(sine_) * p.stretch_rate();
+    const Vector3<S> normal = cross(q.along(), r.across()), turning = cross(q.both(), r.across());
     return {Vector3<S>(s * normal), Vector3<S>(s * turning + ds * normal)};
   }
   Pair cubic_first(const Node& u, const Node& y) const {

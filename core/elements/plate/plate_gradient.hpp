@@ -40,19 +40,6 @@ class PlateGradient final : public LeafGradient<S> {
   std::unique_ptr<LeafFields> fields(
       const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const override;
 
-  /// (S8) of the stiffness for nodes that move as N0 + ε N1 + ½ ε² N2 on every line: per line
-  /// functions × (3 components of each column), N2 empty where zero. Values and derivatives in the
-  /// shape, and n0, n1 of (S9); that of N2 is nodal_force().
-  struct NodalQuadratic {
-    LeafQuadratic<S> value;
-    std::vector<Matrix> n0, n1;
-  };
-  NodalQuadratic nodal_quadratic(const std::vector<Matrix>& N1,
-                                 const std::vector<Matrix>& N2) const;
-  const std::vector<Matrix>& nodal_force() const { return nodal_force_; }  ///< per line, n × 3
-  /// Derivatives of the nodal force along the directions of the mesh rate, w/L, t/L and ν first.
-  const std::vector<Matrix>& shape_force(int p) const { return shape_force_[p]; }
-
  private:
   using LeafGradient<S>::rows_;
   using LeafGradient<S>::force_;

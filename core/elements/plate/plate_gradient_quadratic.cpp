@@ -155,20 +155,6 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
   return q;
 }
 
-template <class S>
-auto PlateGradient<S>::nodal_quadratic(const std::vector<Matrix>& N1,
-                                       const std::vector<Matrix>& N2) const -> NodalQuadratic {
-  const int n = mesh_->functions_per_line(), lines = mesh_->lines(),
-            columns = static_cast<int>(N1[0].cols() / 3);
-  const std::vector<Matrix> none(static_cast<std::size_t>(lines), Matrix::Zero(n, 3 * columns));
-  NodalQuadratic result{LeafQuadratic<S>(0, columns, directions()), none, none};
-  const Vector mu = Vector::Zero(columns);
-  mesh_->with_side([&]<int Side>() {
-    this->template quadratic_elements<Side>(N1, N2, mu, result.value, result.n0, result.n1);
-  });
-  return result;
-}
-
 #define INSTANTIATE_ELEMENTS(S, SIDE)                                                           \
   template void PlateGradient<S>::quadratic_elements<SIDE>(                                     \
       const std::vector<Matrix>&, const std::vector<Matrix>&, const Vector&, LeafQuadratic<S>&, \
@@ -181,9 +167,7 @@ auto PlateGradient<S>::nodal_quadratic(const std::vector<Matrix>& N1,
                                                      const Matrix&, LeafQuadratic<S>&) const; \
   template void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>&,            \
                                                        LeafQuadratic<S>&) const;              \
-  template LeafQuadratic<S> PlateGradient<S>::quadratic(const Matrix&, const Vector&) const;  \
-  template PlateGradient<S>::NodalQuadratic PlateGradient<S>::nodal_quadratic(                \
-      const std::vector<Matrix>&, const std::vector<Matrix>&) const;
+  template LeafQuadratic<S> PlateGradient<S>::quadratic(const Matrix&, const Vector&) const;
 INSTANTIATE(double)
 INSTANTIATE(Jet)
 #undef INSTANTIATE

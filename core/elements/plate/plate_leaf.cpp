@@ -92,11 +92,9 @@ void PlateLeaf::set_state(const State& state) {
   update_nodal();
 }
 
-void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq) {
-  State state = state_;
-  state.edges = edges;
-  state.x += dx;
-  step_to(state, dx, dq);
+void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq,
+                     const Vector3d& point, const Vector3d& df) {
+  step_to({edges, state_.x + dx, point, state_.point_force + df}, dx, dq);
 }
 
 void PlateLeaf::step_to(const State& state, const VectorXd& dx, const Vector12d& dq) {
@@ -104,13 +102,6 @@ void PlateLeaf::step_to(const State& state, const VectorXd& dx, const Vector12d&
   mesh_->with_side([&]<int Side>() { linearised_stress<Side>(dx, dq); });
   state_ = state;
   update_nodal();
-}
-
-void PlateLeaf::step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq,
-                     const Vector3d& point, const Vector3d& df) {
-  state_.point = point;
-  state_.point_force += df;
-  step(edges, dx, dq);
 }
 
 std::array<Vector3d, 4> PlateLeaf::edge_reference(const PlateMesh& mesh, int line, int node,
@@ -165,7 +156,7 @@ void PlateLeaf::assemble() {
 
 MatrixXd PlateLeaf::tangent_times(const MatrixXd& V) const { return K_.times(V); }
 
-BlockTridiagonal PlateLeaf::line_factor() const {
+MatrixXd PlateLeaf::line_shapes() const {
   const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
   assert(!support_.free_tip && mesh_->fold_line() < 0);
   BlockTridiagonal K;
@@ -175,15 +166,10 @@ BlockTridiagonal PlateLeaf::line_factor() const {
     if (i + 1 < inner) K.below[i] = K_.below[i + 1];
   }
   K.factorise();
-  return K;
-}
-
-MatrixXd PlateLeaf::line_shapes() const {
-  const int n3 = 3 * mesh_->functions_per_line(), inner = mesh_->lines() - 2;
   MatrixXd X = MatrixXd::Zero(inner * n3, 2 * n3);
   X.topLeftCorner(n3, n3) = -edge_below_[0];
   X.bottomRightCorner(n3, n3) = -edge_below_[1].transpose();
-  line_factor().solve(X);
+  K.solve(X);
   return X;
 }
 

@@ -81,8 +81,6 @@ class PlateLeaf {
   /// Static shapes of the interior lines: their unknowns per unit nodal value of the base line,
   /// then of the tip line (both rigid); after linearise(), before eliminate().
   MatrixXd line_shapes() const;
-  /// Factor of the interior lines' tangent from which line_shapes() come.
-  BlockTridiagonal line_factor() const;
   /// Nodal values (functions_per_line × 3) of an edge (0 base, 1 tip) with these slopes.
   static MatrixXd edge_nodal(const PlateMesh& mesh, int edge, const EdgePose& pose,
                              const double* slopes, double clamp = 1);
@@ -113,11 +111,9 @@ class PlateLeaf {
     return interior_.step(K_, dq, du, df);
   }
   /// Moves edges and unknowns: edges to `edges`, x += dx. dq: the linearised increment of the edges
-  /// that dx was made for.
-  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq);
-  /// Moves the material point too; its force changes by df.
-  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq, const Vector3d& point,
-            const Vector3d& df);
+  /// that dx was made for. The material point moves to `point`; its force changes by df.
+  void step(const EdgePoses& edges, const VectorXd& dx, const Vector12d& dq,
+            const Vector3d& point = Vector3d::Zero(), const Vector3d& df = Vector3d::Zero());
   /// Moves to `state`, wherever it is; the increments are linearised ones that led there.
   void step_to(const State& state, const VectorXd& dx, const Vector12d& dq);
   bool has_point() const { return !support_.point.empty(); }

@@ -24,21 +24,8 @@ MatrixXd PlateLeaf::nodal_rates(int line, const MatrixXd& T) const {
 }
 
 MatrixXd PlateLeaf::mass(const MatrixXd& T) const {
-  const int n = mesh_->functions_per_line(), lines = mesh_->lines();
-  MatrixXd M = MatrixXd::Zero(T.cols(), T.cols());
-  MatrixXd previous;
-  for (int i = 0; i < lines; ++i) {
-    MatrixXd rates = nodal_rates(i, T);
-    for (int c = 0; c < 3; ++c) {
-      const auto R = rates.middleRows(c * n, n);
-      M.noalias() += R.transpose() * (mesh_->mass_diagonal(i) * R);
-      if (i == 0) continue;
-      const MatrixXd X = R.transpose() * (mesh_->mass_below(i - 1) * previous.middleRows(c * n, n));
-      M += X + X.transpose();
-    }
-    previous = std::move(rates);
-  }
-  return M;
+  const MatrixXd M = T.transpose() * mass_times(T);
+  return 0.5 * (M + M.transpose());
 }
 
 MatrixXd PlateLeaf::station_rates(const MatrixXd& T) const {
@@ -246,8 +233,6 @@ InternalShapes internal_shapes(const PlateLeaf& plate, const std::vector<PlateLe
 
 LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, const LeafScale& scale,
                             DynamicsRequest request) {
-  const double to_hertz = std::sqrt(scale.energy / scale.mass) / (2 * std::numbers::pi);
-  auto frequency = [&](double omega2) { return std::sqrt(std::abs(omega2)) * to_hertz; };
   const std::vector<PlateLeaf::Mode> modes =
       plate.modes(std::min(request.modes, plate.unknowns() / 4));
   const int n = plate.unknowns();
@@ -290,13 +275,10 @@ LeafDynamics plate_dynamics(const PlateLeaf& plate, const LeafSpring& leaf, cons
   const MatrixXd rates = T * S.transpose();
   dynamics.stations = leaf_station_motion(plate, scale, rates);
   if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate, scale, rates);
-  dynamics.internal_stiffness = MatrixXd::Zero(internal, internal);
-  dynamics.mode_frequencies.resize(internal);
-  for (int k = 0; k < internal; ++k) {
-    dynamics.internal_stiffness(k, k) = own.omega2[k] * scale.energy / scale.mass;
-    dynamics.mode_frequencies[k] = frequency(own.omega2[k]);
-  }
-  dynamics.highest_mode = own.highest_mode > 0 ? frequency(own.highest_mode) : 0;
+  const double to_SI = scale.energy / scale.mass;
+  set_modes(dynamics, own.omega2 * to_SI);
+  dynamics.highest_mode =
+      std::sqrt(std::max(own.highest_mode, 0.0) * to_SI) / (2 * std::numbers::pi);
   return dynamics;
 }
 

@@ -56,21 +56,21 @@ bool alike(const PlateShape& a, PlateShape b) {
   return a == b;
 }
 
-PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
-  if (shape.is_beam()) shape_.mesh[1] = 1;
+namespace {
+
+PlateShape one_across(PlateShape shape) {
+  if (shape.is_beam()) shape.mesh[1] = 1;
+  return shape;
+}
+
+}  // namespace
+
+PlateMesh::PlateMesh(const PlateShape& shape)
+    : numbers_(one_across(shape)), membrane_(numbers_.membrane()) {
   assert(shape.mesh[0] >= 2 && shape.mesh[1] >= 1);
   assert(shape.poissons_ratio > -1);
   assert(!shape.fold || !(shape.is_beam() || shape.curve || shape.has_profile()));
-  const MeshNumbers<double> numbers(shape_);
-  const ElementNumbers<double> operators(numbers);
-  x_ = numbers.x;
-  y_ = numbers.y;
-  for (const auto& w : numbers.line_width) line_width_.push_back({w.factor, w.slope});
-  for (const auto& at : numbers.middle) line_pose_.push_back({{at.x, 0, at.z}, at.axes()});
-  const auto membrane = numbers.membrane();
-  membrane_ = {membrane.A11, membrane.A12, membrane.A33};
-  bending_stiffness_ = numbers.bending_stiffness();
-
+  const ElementNumbers<double> operators(numbers_);
   edge_slopes_ = {{1, 0}, {1, 1}, {3, 0}, {3, 1}};
   if (shape.is_beam()) {
     assert(shape.section != Section::circular ||
@@ -88,20 +88,11 @@ PlateMesh::PlateMesh(const PlateShape& shape) : shape_(shape) {
   assemble_mass();
 }
 
-std::array<Vector3d, 4> PlateMesh::reference_node(int line, int node) const {
-  const LineWidth& w = line_width_[line];
-  const double y = y_[node];
-  return {Vector3d(0, y * w.factor, 0), Vector3d(1, y * w.slope, 0), Vector3d(0, w.factor, 0),
-          Vector3d(0, w.slope, 0)};
-}
-
 MatrixXd PlateMesh::undeflected(int line) const {
-  const EdgePose& pose = line_pose_[line];
   MatrixXd nodes(functions_per_line(), 3);
   for (int j = 0; j < nodes_per_line(); ++j) {
-    const auto node = reference_node(line, j);
-    for (int k = 0; k < 4; ++k) nodes.row(4 * j + k) = (pose.axes * node[k]).transpose();
-    nodes.row(4 * j) += pose.position.transpose();
+    const auto node = numbers_.undeflected_node(line, j);
+    for (int k = 0; k < 4; ++k) nodes.row(4 * j + k) = node[k].transpose();
   }
   return nodes;
 }
@@ -125,15 +116,6 @@ void PlateMesh::assemble_mass() {
     if (i > 0) moment += mass_below_[i - 1] * one;
     if (i < nx) moment += mass_below_[i].transpose() * one;
   }
-}
-
-std::vector<NodalWeight> point_weights(const PlateMesh& mesh, double along, double across,
-                                       std::array<int, 2> derivative) {
-  const MeshNumbers<double> numbers(mesh.shape(), mesh.x());
-  std::vector<NodalWeight> weights;
-  for (const auto& w : numbers.point_weights(along, across, derivative))
-    weights.push_back({w.line, w.function, w.weight});
-  return weights;
 }
 
 std::vector<NodalWeight> point_weight_rates(const PlateMesh& mesh, const ShapeRate& rate,

@@ -10,12 +10,7 @@ namespace {
 
 template <class Part>
 void drop_zeros(std::vector<Part>& parts) {
-  if (std::all_of(parts.begin(), parts.end(), [](const Part& p) { return (p == 0).all(); }))
-    parts.clear();
-}
-template <class Matrix>
-void drop_zero_matrices(std::vector<Matrix>& parts) {
-  if (std::all_of(parts.begin(), parts.end(), [](const auto& p) { return p.isZero(0); }))
+  if (std::ranges::all_of(parts, [](const Part& p) { return (p.array() == 0).all(); }))
     parts.clear();
 }
 
@@ -34,15 +29,14 @@ PlateMeshRate::Shape rate_along(const PlateMesh& mesh, const ShapeRate& directio
       by.curvature.push_back(rate.curvature);
       by.curvature_weight.push_back(rate.curvature_weight);
     }
-  drop_zero_matrices(by.gradient);
-  drop_zero_matrices(by.mass);
+  drop_zeros(by.gradient);
+  drop_zeros(by.mass);
   drop_zeros(by.weight);
   drop_zeros(by.metric);
   drop_zeros(by.curvature_weight);
-  drop_zero_matrices(by.curvature);
-  const auto membrane = numbers.membrane();
-  const auto of = [](const Dual1& x) { return x.derivatives[0]; };
-  by.membrane = {of(membrane.A11), of(membrane.A12), of(membrane.A33)};
+  drop_zeros(by.curvature);
+  const auto [A11, A12, A33] = numbers.membrane();
+  by.membrane = {part_of(A11), part_of(A12), part_of(A33)};
   for (int i = 0; i < mesh.lines(); ++i) {
     const MatrixXd zero = MatrixXd::Zero(mesh.functions_per_line(), 3);
     MatrixXd &own = by.reference.emplace_back(zero), &nodes = by.undeflected.emplace_back(zero);
@@ -50,13 +44,13 @@ PlateMeshRate::Shape rate_along(const PlateMesh& mesh, const ShapeRate& directio
       const auto in_line = numbers.reference_node(i, j), place = numbers.undeflected_node(i, j);
       for (int k = 0; k < 4; ++k)
         for (int c = 0; c < 3; ++c) {
-          own(4 * j + k, c) = of(in_line[static_cast<std::size_t>(k)][c]);
-          nodes(4 * j + k, c) = of(place[static_cast<std::size_t>(k)][c]);
+          own(4 * j + k, c) = part_of(in_line[static_cast<std::size_t>(k)][c]);
+          nodes(4 * j + k, c) = part_of(place[static_cast<std::size_t>(k)][c]);
         }
     }
   }
-  drop_zero_matrices(by.reference);
-  drop_zero_matrices(by.undeflected);
+  drop_zeros(by.reference);
+  drop_zeros(by.undeflected);
   return by;
 }
 
@@ -65,13 +59,7 @@ PlateMeshRate::Shape rate_along(const PlateMesh& mesh, const ShapeRate& directio
 PlateMeshRate::PlateMeshRate(const PlateMesh& mesh, const std::vector<ProfileRate>& profiles) {
   for (int k = 0; k < ShapeParameter::sizes; ++k)
     direction.emplace_back(Vector3d(Vector3d::Unit(k)));
-  for (const ProfileRate& profile : profiles) {
-    ShapeRate& along = direction.emplace_back();
-    along.width_profile = profile.width;
-    along.thickness_profile = profile.thickness;
-    along.curve = profile.curve;
-    along.fold = {profile.fold_place, profile.fold_angle, profile.fold_radius};
-  }
+  for (const ProfileRate& profile : profiles) direction.emplace_back(profile);
   for (const ShapeRate& along : direction) shape.push_back(rate_along(mesh, along));
 }
 
@@ -99,10 +87,9 @@ std::shared_ptr<const PlateMeshRate> shared_mesh_rate(
     LeafRates& rates, const std::shared_ptr<const PlateMesh>& mesh) {
   return rates.of<PlateMeshRate>(mesh, [&] {
     const PlateShape& shape = mesh->shape();
-    const LeafFold fold = shape.fold.value_or(LeafFold{});
     return PlateMeshRate(
         *mesh, rates.profiles().of({shape.width_profile, shape.thickness_profile,
-                                    shape.curve.value_or(0), fold.place, fold.angle, fold.radius}));
+                                    shape.curve.value_or(0), shape.fold.value_or(LeafFold{})}));
   });
 }
 

@@ -7,7 +7,7 @@
 namespace flexopt {
 namespace {
 
-using plate::stress_times;
+using plate::strain_product, plate::stress_times;
 using Gradient = plate::Gradient<double>;
 using Stress = plate::Stress<double>;
 
@@ -28,26 +28,6 @@ void scatter(const Gradient& F, int n, int j, int side, Low&& low, High&& high) 
     low.segment(c * n + 4 * j, side) += F.col(c).head(side);
     high.segment(c * n + 4 * j, side) += F.col(c).segment(side, side);
   }
-}
-
-// a b of gradients at the points: (a1 b1, a2 b2, a1 b2 + a2 b1).
-Stress strain_product(const Gradient& a, const Gradient& b) {
-  const auto a1 = a.topRows<plate::points>(), a2 = a.bottomRows<plate::points>(),
-             b1 = b.topRows<plate::points>(), b2 = b.bottomRows<plate::points>();
-  Stress e;
-  e.col(0) = a1.cwiseProduct(b1).rowwise().sum().array();
-  e.col(1) = a2.cwiseProduct(b2).rowwise().sum().array();
-  e.col(2) = (a1.cwiseProduct(b2) + a2.cwiseProduct(b1)).rowwise().sum().array();
-  return e;
-}
-
-// Stresses times weight of the strains (e11, e22, 2 e12).
-Stress membrane_stress(const PlateMesh::Membrane& A, const Stress& e, const PlateMesh::Weights& w) {
-  Stress n;
-  n.col(0) = w.col(0) * (A.A11 * e.col(0) + A.A12 * e.col(1));
-  n.col(1) = w.col(1) * (A.A12 * e.col(0) + A.A11 * e.col(1));
-  n.col(2) = w.col(2) * A.A33 * e.col(2);
-  return n;
 }
 
 // Rates of the nodal forces of an element for rates U of its nodal values, zero from the order
@@ -75,7 +55,8 @@ Series<Gradient> force_rates(const PlateMesh::Membrane& A, const PlateMesh::Elem
   }
   for (int a = 0; a < moving; ++a)
     for (int b = 0; a + b < orders; ++b) dn[a + b] += strain_product(da[a], point.gradient[b]);
-  for (int o = 0; o < orders; ++o) dn[o] = membrane_stress(A, dn[o], element.weight);
+  for (int o = 0; o < orders; ++o)
+    dn[o] = plate::weighted(plate::stress_of(A, dn[o]), element.weight);
   for (int a = 0; a < orders; ++a)
     for (int b = 0; a + b < orders; ++b) ds[a + b] += stress_times(dn[a], point.gradient[b]);
   for (int a = 0; a < moving; ++a)
@@ -94,12 +75,11 @@ Series<Gradient> force_rates(const PlateMesh::Membrane& A, const PlateMesh::Elem
 PlateSeries::PlateSeries(const PlateLeaf& plate)
     : plate_(&plate),
       mesh_(plate.shared_mesh()),
-      support_(plate.support()),
       point_place_(plate.place_ratio() * plate.point_place()) {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines();
   for (int line = 0; line <= lines; ++line) offset_.push_back(plate.block_offset(line));
   rows_.unknowns = offset_.back();
-  rows_.point = support_.point.empty() ? 0 : 3;
+  rows_.point = support().point.empty() ? 0 : 3;
   for (int o = 0; o < 3; ++o) nodal_[o].assign(lines, VectorXd::Zero(3 * n));
   points_.resize(mesh_->elements_along() * mesh_->elements_across());
 }
@@ -110,7 +90,7 @@ void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Serie
   x_ = x;
   point_ = point;
   for (int i = 0; i <= last; ++i)
-    if (is_rigid_edge(i))
+    if (plate_->is_rigid_edge(i))
       expand_edge(edge_of(i), edges[edge_of(i)], x);
     else if (map_of(i) == fold)
       expand_fold(x);
@@ -121,12 +101,12 @@ void PlateSeries::expand(const std::array<EdgeBodySeries, 2>& edges, const Serie
     for (int c = 0; c < 3; ++c)
       force_[0][i].segment(c * n, n) -= plate_->weight()[c] * mesh_->mass_moment(i);
   if (mesh_->fold_line() >= 0) expand_fold_curvature(x);
-  for (const NodalWeight& w : support_.point)
+  for (const NodalWeight& w : support().point)
     for (int o = 0; o < 3; ++o)
       for (int c = 0; c < 3; ++c)
         force_[o][w.line][c * n + w.function] -= w.weight * point.force[o][c];
   for (const int line : {0, last})
-    if (is_rigid_edge(line)) expand_edge_curvature(edge_of(line));
+    if (plate_->is_rigid_edge(line)) expand_edge_curvature(edge_of(line));
 }
 
 void PlateSeries::expand_elements() {
@@ -145,14 +125,13 @@ void PlateSeries::expand_elements() {
         assign_small_product(F[o], element.bending, U);
         e[o].setZero();
       }
-      add_product(e, point.gradient, point.gradient, strain_product);
+      add_product(e, point.gradient, point.gradient, strain_product<Gradient, Gradient>);
       e[0].col(0) -= element.metric;
       e[0].col(1) -= 1;
       Series<Gradient> stress;
       for (int o = 0; o < 3; ++o) {
-        e[o].leftCols<2>() *= 0.5;
-        e[o].col(2) *= 0.5;  // strain_product counts r,x · r,y twice
-        n_[o] = membrane_stress(mesh_->membrane(), e[o], element.weight);
+        e[o] *= 0.5;
+        n_[o] = plate::weighted(plate::stress_of(mesh_->membrane(), e[o]), element.weight);
         stress[o].setZero();
       }
       add_product(stress, n_, point.gradient, stress_times<double, Gradient>);
@@ -204,7 +183,7 @@ MatrixXd PlateSeries::rates(int line, int order, const MatrixXd& Y) const {
   const int n = mesh_->functions_per_line(), m = offset_[line + 1] - offset_[line];
   if (map_of(line) == fold)
     return J_[fold][order] * Y.middleRows(offset_[line], plate_->fold_unknowns());
-  if (!is_rigid_edge(line))
+  if (!plate_->is_rigid_edge(line))
     return order == 0 ? MatrixXd(Y.middleRows(offset_[line], 3 * n))
                       : MatrixXd(MatrixXd::Zero(3 * n, Y.cols()));
   const int e = edge_of(line);
@@ -220,7 +199,7 @@ void PlateSeries::add_to_rows(int line, int order, const MatrixXd& F, MatrixXd& 
         J_[fold][order].transpose() * F;
     return;
   }
-  if (!is_rigid_edge(line)) {
+  if (!plate_->is_rigid_edge(line)) {
     if (order == 0) Y.middleRows(offset_[line], 3 * n) += F;
     return;
   }
@@ -240,7 +219,7 @@ Series<VectorXd> PlateSeries::force() const {
     if (rows_.point == 0) continue;
     Vector3d apart = point_.displacement[i];
     if (i == 0) apart += point_place_;
-    for (const NodalWeight& w : support_.point)
+    for (const NodalWeight& w : support().point)
       for (int c = 0; c < 3; ++c) apart[c] -= w.weight * nodal_[i][w.line][c * n + w.function];
     result[i].segment<3>(rows_.unknowns) = apart;
     result[i].segment<3>(rows_.point_body()) = point_.force[i];
@@ -275,7 +254,7 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
   }
   Series<MatrixXd> result;
   for (int o = 0; o < orders; ++o) result[o] = MatrixXd::Zero(size(), columns);
-  for (const NodalWeight& w : support_.point)
+  for (const NodalWeight& w : support().point)
     for (int c = 0; c < 3; ++c) {
       df[0][w.line].row(c * n + w.function) -= w.weight * Y.row(rows_.unknowns + c);
       for (int o = 0; o < orders; ++o)
@@ -294,7 +273,7 @@ Series<MatrixXd> PlateSeries::tangent_products(const MatrixXd& Y) const {
           H_[fold][o] * Y.middleRows(offset_[line], plate_->fold_unknowns());
   for (int e = 0; e < 2; ++e) {
     const int line = e == 0 ? 0 : nx;
-    if (!is_rigid_edge(line)) continue;
+    if (!plate_->is_rigid_edge(line)) continue;
     const int m = offset_[line + 1] - offset_[line];
     MatrixXd Ye(m + 6, columns);
     Ye << Y.middleRows(offset_[line], m), Y.middleRows(rows_.body(e), 6);

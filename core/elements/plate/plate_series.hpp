@@ -37,9 +37,7 @@ class PlateSeries final : public LeafSeries {
   template <int orders>
   Series<MatrixXd> tangent_products(const MatrixXd& Y) const;
   using Lines = std::vector<MatrixXd>;  ///< nodal values: per line 3 functions_per_line × columns
-  bool is_rigid_edge(int line) const {
-    return line == 0 || (line == mesh_->lines() - 1 && !support_.free_tip);
-  }
+  const PlateSupport& support() const { return plate_->support(); }
   int edge_of(int line) const { return line == 0 ? 0 : 1; }
   void expand_edge(int edge, const EdgeBodySeries& body, const Series<VectorXd>& x);
   void expand_edge_curvature(int edge);
@@ -50,7 +48,7 @@ class PlateSeries final : public LeafSeries {
   /// edge, 2 behind a fold; −1 where the map is linear.
   int map_of(int line) const {
     if (plate_->is_second_of_fold(line)) return fold;
-    return is_rigid_edge(line) ? edge_of(line) : -1;
+    return plate_->is_rigid_edge(line) ? edge_of(line) : -1;
   }
   /// Nodal rates J_k Y of the order k.
   MatrixXd rates(int line, int order, const MatrixXd& Y) const;
@@ -60,7 +58,6 @@ class PlateSeries final : public LeafSeries {
 
   const PlateLeaf* plate_;
   std::shared_ptr<const PlateMesh> mesh_;
-  PlateSupport support_;
   std::vector<int> offset_;
   LeafRows rows_;
   Series<std::vector<VectorXd>> nodal_, force_;  ///< per line, 3 functions_per_line

@@ -45,8 +45,6 @@ class StrainField {
   /// `values`: a row for each station, stations along run fastest.
   StrainField(std::vector<double> x, std::vector<double> y, MatrixXd values, FoldSplit split = {});
   Strains at(double x, double y) const;
-  /// Strains at all places of a grid, one row for each; places along run fastest.
-  MatrixXd on(const std::vector<double>& x, const std::vector<double>& y) const;
   const MatrixXd& values() const { return values_; }
 
  private:
@@ -64,16 +62,23 @@ struct StressRate {
   ShapeRate shape;
   double youngs_modulus = 0;
 };
-/// Strains at a station, and their derivatives.
-struct StrainRate {
-  Strains value, rate;
-};
+
+/// Numbers with their derivatives.
+template <int rows, int columns>
+Eigen::Matrix<Dual1, rows, columns> moving(const Eigen::Matrix<double, rows, columns>& value,
+                                           const Eigen::Matrix<double, rows, columns>& rate) {
+  return value.binaryExpr(rate, [](double v, double by) { return Dual1(v, {by}); });
+}
+/// Nodal values of an element; the rows of a beam beyond its 8 functions are zero.
+Eigen::Matrix<double, 16, 3> element_nodes(const PlateMesh& mesh,
+                                           const std::vector<MatrixXd>& nodal, int i, int j);
+
 /// Stations along with their motion, stations across, which move with the width, and the strains at
 /// both.
 struct MovingStations {
   std::vector<Dual1> x;
   std::vector<double> y;
-  std::function<StrainRate(int, int)> strains;
+  std::function<StrainsT<Dual1>(int, int)> strains;
 };
 /// `mesh`, `nodal` and `rate` must outlive it.
 MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

@@ -8,7 +8,7 @@
 
 #include "core/elements/plate/deformed_plate.hpp"
 #include "core/elements/plate/full_model.hpp"
-#include "core/elements/plate/section_stress.hpp"
+#include "core/elements/plate/plate_stress.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 
@@ -237,38 +237,14 @@ std::vector<MatrixXd> ModalLeaf::nodal() const {
   return nodal;
 }
 
-StressPeak ModalLeaf::max_stress() {
+LeafStress ModalLeaf::stress() {
   place();
-  return plate_max_stress(*model_->mesh(), nodal(), leaf_, scale_, index_);
-}
-
-std::vector<StressPeak> ModalLeaf::stress_peaks() {
-  place();
-  return plate_stress_peaks(*model_->mesh(), nodal(), leaf_, index_);
-}
-
-std::vector<StressPeak> ModalLeaf::clamp_stresses(const ClampFactors& factors) {
-  place();
-  return plate_clamp_stresses(*model_->mesh(), nodal(), leaf_, scale_, index_, factors);
-}
-
-std::vector<StressPlace> ModalLeaf::stress_places() {
-  return section_places(model_->mesh()->shape());
-}
-
-MatrixXd ModalLeaf::section_stresses(const std::vector<StressPlace>& places) {
-  place();
-  return flexopt::section_stresses(*model_->mesh(), nodal(), leaf_.material.youngs_modulus, places);
+  return leaf_stress(*model_->mesh(), nodal(), leaf_, scale_, index_);
 }
 
 LeafShape ModalLeaf::shape() {
   place();
   return plate_deformed_shape(*model_->mesh(), nodal(), leaf_, scale_);
-}
-
-Vector3d ModalLeaf::material_point(double along, double across) {
-  place();
-  return plate_material_point(*model_->mesh(), nodal(), scale_, along, across);
 }
 
 std::unique_ptr<LeafElement> ModalLeaf::full_model(const std::string& reason) {

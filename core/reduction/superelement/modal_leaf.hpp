@@ -16,17 +16,11 @@ class ModalLeaf final : public LeafElement {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
-  const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(DynamicsRequest request) override;
-  StressPeak max_stress() override;
-  std::vector<StressPeak> stress_peaks() override;
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
-  std::vector<StressPlace> stress_places() override;
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafStress stress() override;
   LeafShape shape() override;
-  Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
@@ -67,7 +61,6 @@ class ModalLeaf final : public LeafElement {
   MatrixXd inverse_;   ///< of its block of a
   MatrixXd static_;    ///< da/de
   Rows12x6 edge_map_;  ///< G
-  LeafEvaluation evaluation_;
 };
 
 }  // namespace flexopt

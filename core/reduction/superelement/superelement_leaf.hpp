@@ -22,17 +22,12 @@ class SuperelementLeaf final : public LeafElement {
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   void displace_point(const Vector3d& displacement, const Vector3d& du) override;
   const LeafEvaluation& evaluate() override;
-  const LeafEvaluation& evaluation() const override { return evaluation_; }
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
   LeafDynamics dynamics(DynamicsRequest request) override;
-  StressPeak max_stress() override;
-  std::vector<StressPeak> stress_peaks() override;
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
-  std::vector<StressPlace> stress_places() override;
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafStress stress() override;
   LeafShape shape() override;
-  Vector3d material_point(double along, double across) override;
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   LeafReport report() const override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
   const SuperelementGrid& grid() const { return *grid_; }
@@ -68,12 +63,9 @@ class SuperelementLeaf final : public LeafElement {
   /// Rates of a superelement's nodes for the columns of T (unknowns + 12 rows).
   MatrixXd node_rates(int element, const MatrixXd& T) const;
   SuperelementGrid::State grid_state() const;
-  LeafSpring segment() const;  ///< of a beam
-  StressPeak beam_stress_peak(const SuperelementGrid::State& state) const;
   /// LeafDynamics::shape_motion of superelements one after the other: cubics between their nodes,
   /// without their own vibration. `T`: rates of the unknowns of the nodes and of the edges.
   MatrixXd shape_motion(const MatrixXd& T);
-  LeafShape beam_shape(const SuperelementGrid::State& state) const;
 
   LeafSpring leaf_;
   std::shared_ptr<const SuperelementGrid> grid_;
@@ -98,7 +90,6 @@ class SuperelementLeaf final : public LeafElement {
            increment_ = Vector3d::Zero(), point_force_ = Vector3d::Zero();
   Vector12d edge_force_;
   Matrix12d edge_tangent_;
-  LeafEvaluation evaluation_;
 };
 
 }  // namespace flexopt

@@ -3,14 +3,18 @@
 
 #include "core/elements/plate/beam_stress.hpp"
 #include "core/elements/plate/full_model.hpp"
-#include "core/elements/plate/section_stress.hpp"
+#include "core/elements/plate/plate_stress.hpp"
 #include "core/math/rotation.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
 
 namespace flexopt {
 
-Vector3d SuperelementLeaf::material_point(double along, double across) {
-  return grid_->place(grid_state(), along, across);
+std::vector<Vector3d> SuperelementLeaf::material_points(
+    const std::vector<std::array<double, 2>>& places) {
+  const SuperelementGrid::State state = grid_state();
+  std::vector<Vector3d> points;
+  for (const auto& [along, across] : places) points.push_back(grid_->place(state, along, across));
+  return points;
 }
 
 SuperelementGrid::State SuperelementLeaf::grid_state() const {
@@ -22,131 +26,51 @@ SuperelementGrid::State SuperelementLeaf::grid_state() const {
   return state;
 }
 
-StressPeak SuperelementLeaf::max_stress() {
-  const SuperelementGrid::State state = grid_state();
-  if (grid_->shape().is_beam()) return beam_stress_peak(state);
-  StressPeak peak =
-      largest_stress(grid_->strains(state), grid_->shape(), leaf_.material.youngs_modulus, index_);
-  peak.position = grid_->place(state, peak.along, peak.across);
-  return peak;
-}
-
-LeafSpring SuperelementLeaf::segment() const {
-  LeafSpring segment = leaf_;
-  segment.length /= grid_->along();
-  return segment;
-}
-
-StressPeak SuperelementLeaf::beam_stress_peak(const SuperelementGrid::State& state) const {
-  StressPeak peak;
-  for (int e = 0; e < grid_->elements(); ++e) {
-    const CondensedPlate& p = grid_->plate(e);
-    const StressPeak own = beam_max_stress(*p.mesh, grid_->beam_displacements(state, e), segment(),
-                                           p.scale, index_, BeamStrain::linear);
-    if (e == 0 || own.value > peak.value * (1 + 1e-9)) peak = peak_of_leaf(own, e, grid_->along());
-  }
-  peak.position = grid_->place(state, peak.along, peak.across);
-  return peak;
-}
-
-std::vector<StressPeak> SuperelementLeaf::stress_peaks() {
-  const SuperelementGrid::State state = grid_state();
-  if (!grid_->shape().is_beam())
-    return flexopt::stress_peaks(grid_->strains(state), grid_->shape(),
-                                 leaf_.material.youngs_modulus, index_);
-  std::vector<StressPeak> peaks;
-  for (int e = 0; e < grid_->elements(); ++e)
-    for (const StressPeak& own :
-         beam_stress_peaks(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), segment(),
-                           index_, BeamStrain::linear))
-      peaks.push_back(peak_of_leaf(own, e, grid_->along()));
-  return peaks;
-}
-
-std::vector<StressPeak> SuperelementLeaf::clamp_stresses(const ClampFactors& factors) {
-  const SuperelementGrid::State state = grid_state();
-  std::vector<StressPeak> peaks;
-  if (!grid_->shape().is_beam()) {
-    peaks = flexopt::clamp_stresses(grid_->strains(state), grid_->shape(),
-                                    leaf_.material.youngs_modulus, index_, factors);
-  } else {
-    for (const int end : {0, 1}) {
-      ClampFactors own;
-      own[end] = factors[end];
-      const int e = end == 0 ? 0 : grid_->elements() - 1;
-      for (const StressPeak& peak :
-           beam_clamp_stresses(*grid_->plate(e).mesh, grid_->beam_displacements(state, e),
-                               segment(), index_, own, BeamStrain::linear))
-        peaks.push_back(peak_of_leaf(peak, e, grid_->along()));
-    }
-  }
-  for (StressPeak& peak : peaks) peak.position = grid_->place(state, peak.along, peak.across);
-  return peaks;
-}
-
-std::vector<StressPlace> SuperelementLeaf::stress_places() {
-  if (!grid_->shape().is_beam()) return section_places(grid_->shape());
-  std::vector<StressPlace> places;
-  for (int e = 0; e < grid_->elements(); ++e)
-    for (const StressPlace& own : section_places(grid_->plate(e).mesh->shape()))
-      places.push_back(on_leaf(own, e, grid_->along()));
-  return places;
-}
-
-MatrixXd SuperelementLeaf::section_stresses(const std::vector<StressPlace>& places) {
+LeafStress SuperelementLeaf::stress() {
   const SuperelementGrid::State state = grid_state();
   const double modulus = leaf_.material.youngs_modulus;
-  if (!grid_->shape().is_beam())
-    return flexopt::section_stresses(grid_->strains(state), grid_->shape(), modulus, places);
-  MatrixXd stresses(6, static_cast<Eigen::Index>(places.size()));
-  for (const PlacesOfSegment& of : places_by_segment(places, grid_->along())) {
-    const auto e = static_cast<int>(of.segment);
-    stresses.middleCols(of.first, static_cast<Eigen::Index>(of.own.size())) =
-        beam_section_stresses(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), modulus,
-                              of.own, BeamStrain::linear);
+  LeafStress stress;
+  if (!grid_->shape().is_beam()) {
+    stress = plate_stress(grid_->strains(state), grid_->shape(), modulus, index_);
+  } else {
+    const int n = grid_->along();
+    std::vector<LeafStress::Sections> own;
+    for (int e = 0; e < n; ++e)
+      own.push_back(beam_sections(*grid_->plate(e).mesh, grid_->beam_displacements(state, e),
+                                  modulus, BeamStrain::linear));
+    stress.leaf = index_;
+    stress.stations = stress_stations(grid_->plate(0).mesh->shape());
+    stress.stations.segments = n;
+    stress.sections = [n, own](const std::vector<StressPlace>& places) {
+      return sections_of_segments(places, n,
+                                  [&](int e, const std::vector<StressPlace>& of_segment) {
+                                    return own[static_cast<std::size_t>(e)](of_segment);
+                                  });
+    };
   }
-  return stresses;
-}
-
-LeafShape SuperelementLeaf::beam_shape(const SuperelementGrid::State& state) const {
-  LeafShape shape;
-  const int lines = grid_->plate(0).mesh->lines();
-  shape.points_along = grid_->elements() * (lines - 1) + 1;
-  shape.points_across = 2;
-  for (int side = 0; side < 2; ++side)
-    for (int e = 0; e < grid_->elements(); ++e) {
-      const CondensedPlate& p = grid_->plate(e);
-      const LeafShape own = beam_deformed_shape(*p.mesh, grid_->beam_displacements(state, e),
-                                                segment(), p.scale, BeamStrain::linear);
-      for (int i = e == 0 ? 0 : 1; i < lines; ++i) {
-        const double x = (e + p.mesh->x()[i]) / grid_->along();
-        shape.undeflected.push_back(
-            leaf_.origin + leaf_.axes * Vector3d(x * leaf_.length, (side - 0.5) * leaf_.width, 0));
-        shape.deflected.push_back(grid_->place(state, x, side));
-        shape.von_mises.push_back(own.von_mises[side * lines + i]);
-      }
-    }
-  return shape;
+  stress.position = [this](const StressPlace& at) { return material_point(at.along, at.across); };
+  return stress;
 }
 
 LeafShape SuperelementLeaf::shape() {
   const SuperelementGrid::State state = grid_state();
-  if (grid_->shape().is_beam()) return beam_shape(state);
-  const StrainField field = grid_->strains(state);
-  const std::vector<double> along = grid_->stations_along(), across = grid_->stations_across();
-  const double width = grid_->shape().width;
+  const bool beam = grid_->shape().is_beam();
+  const std::vector<double> along = grid_->stations_along(),
+                            across = beam ? std::vector{0.0, 1.0} : grid_->stations_across();
+  const int per_segment = grid_->plate(0).mesh->lines() - 1;
   LeafShape shape;
   shape.points_along = static_cast<int>(along.size());
   shape.points_across = static_cast<int>(across.size());
+  std::vector<StressPlace> places;
   for (const double y : across)
-    for (const double x : along) {
+    for (int i = 0; i < shape.points_along; ++i) {
+      const double x = along[static_cast<std::size_t>(i)];
       shape.undeflected.push_back(
           leaf_.origin + leaf_.axes * Vector3d(x * leaf_.length, (y - 0.5) * leaf_.width, 0));
       shape.deflected.push_back(grid_->place(state, x, y));
-      const SurfaceStress s = surface_stress(grid_->shape(), field.at(x, (y - 0.5) * width),
-                                             leaf_.material.youngs_modulus);
-      shape.von_mises.push_back(std::max(s.positive, s.negative));
+      places.push_back({x, y, std::max(i - 1, 0) / per_segment});
     }
+  shape.von_mises = stress().on_surface(places);
   return shape;
 }
 

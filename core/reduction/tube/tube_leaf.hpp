@@ -190,7 +190,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
 
   void move(const EdgePoses& edges, const Vector12d& dq) override;
   const LeafEvaluation& evaluate() override;
-  const LeafEvaluation& evaluation() const override { return evaluation_; }
   LimitedRange* limited_range() override { return this; }
   LimitedRange::Refinement refine(const Surroundings& surroundings) override;
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override;
@@ -201,13 +200,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   void expect_dynamics(int states) override { model_->expect_dynamics(states); }
   LeafDynamics dynamics(DynamicsRequest request) override;
   Check check_rebuilt() const override { return rebuilt_believed_; }
-  StressPeak max_stress() override;
-  std::vector<StressPeak> stress_peaks() override;
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override;
-  std::vector<StressPlace> stress_places() override;
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override;
+  LeafStress stress() override;
   LeafShape shape() override;
-  Vector3d material_point(double along, double across) override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
   /// What the highest degree of the potential changes, relative.
   struct DegreeChanges {
@@ -301,7 +295,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   const StrainField* tabulated_strains();
   /// Position of a stress peak from the tabulated strains.
   Vector3d tabulated_point(double along, double across);
-  LeafShape tabulated_shape(const StrainField& strains);
+  LeafShape tabulated_shape();
   /// What the tables of the dynamics say at this state. Null without tables, and where they do not
   /// hold; condensed_because_ then says why.
   const TubeDynamics::Answer* tabulated();
@@ -318,7 +312,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   EdgePoses edges_;  ///< scaled
   ReducedState state_;
   ReducedResponse response_;
-  LeafEvaluation evaluation_;
   double check_ = 0;
   std::shared_ptr<const TubeStress::Answer> stress_;  ///< at this state, where it was asked for
   /// Dynamics at this state, where they were asked for; `reason` tells what is doubted.

@@ -8,7 +8,7 @@
 
 #include "core/elements/leaf/leaf_fields.hpp"
 #include "core/elements/plate/mesh_numbers.hpp"
-#include "core/elements/plate/section_stress.hpp"
+#include "core/elements/plate/plate_stress.hpp"
 
 namespace flexopt {
 namespace {
@@ -276,16 +276,6 @@ class TubeFields final : public LeafFields {
     assert(false);
     return MatrixXd::Zero(3, rates_.cols());
   }
-  VectorXd stress_rates(const StressPeak& peak, double modulus,
-                        const VectorXd& modulus_rates) const override {
-    VectorXd stress(modulus_rates.size());
-    for (Eigen::Index p = 0; p < stress.size(); ++p) {
-      const MovingStations at = stations(p);
-      stress[p] = stress_rate(model_->shape(), at.x, at.y, at.strains, peak, modulus,
-                              along(p, modulus_rates));
-    }
-    return stress;
-  }
   MatrixXd section_rates(const std::vector<StressPlace>& places, double modulus,
                          const VectorXd& modulus_rates) const override {
     MatrixXd rates(6 * static_cast<Eigen::Index>(places.size()), modulus_rates.size());
@@ -309,11 +299,11 @@ class TubeFields final : public LeafFields {
     const ShapeRate rate(Vector3d(rates_.col(p).tail<3>()));
     return {
         strain_stations(MeshNumbers<Dual1>(model_->shape(), rate).x), model_->stress()->places().y,
-        [this, p](int along, int across) -> StrainRate {
+        [this, p](int along, int across) {
           auto station = known_.find({along, across});
           if (station == known_.end())
             station = known_.emplace(std::array{along, across}, slopes_->at(along, across)).first;
-          return {station->second.value, station->second.slopes * rates_.col(p)};
+          return moving(station->second.value, Strains(station->second.slopes * rates_.col(p)));
         }};
   }
 

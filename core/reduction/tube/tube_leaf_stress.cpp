@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/elements/plate/deformed_plate.hpp"
-#include "core/elements/plate/section_stress.hpp"
+#include "core/elements/plate/plate_stress.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 
 namespace flexopt {
@@ -89,49 +89,25 @@ std::vector<MatrixXd> TubeLeaf::stressed_nodal() {
   return rebuilt_because_.empty() ? rebuilt_nodal() : condensed().nodal();
 }
 
-StressPeak TubeLeaf::max_stress() {
+LeafStress TubeLeaf::stress() {
   const StrainField* strains = tabulated_strains();
-  if (!strains) return plate_max_stress(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_);
-  StressPeak peak = *model_->kept().peaks.at(
-      place(), [&] { return largest_stress(*strains, model_->shape(), 1, 0); });
-  peak.leaf = index_;
-  peak.value *= leaf_.material.youngs_modulus;
-  peak.position = tabulated_point(peak.along, peak.across);
-  return peak;
-}
-
-std::vector<StressPeak> TubeLeaf::stress_peaks() {
-  if (const StrainField* strains = tabulated_strains())
-    return flexopt::stress_peaks(*strains, model_->shape(), leaf_.material.youngs_modulus, index_);
-  return plate_stress_peaks(*model_->mesh(), stressed_nodal(), leaf_, index_);
-}
-
-std::vector<StressPeak> TubeLeaf::clamp_stresses(const ClampFactors& factors) {
-  if (!factors[0] && !factors[1]) return {};
-  const StrainField* strains = tabulated_strains();
-  if (!strains)
-    return plate_clamp_stresses(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_, factors);
-  std::vector<StressPeak> peaks = flexopt::clamp_stresses(
-      *strains, model_->shape(), leaf_.material.youngs_modulus, index_, factors);
-  for (StressPeak& peak : peaks) peak.position = tabulated_point(peak.along, peak.across);
-  return peaks;
-}
-
-std::vector<StressPlace> TubeLeaf::stress_places() { return section_places(model_->shape()); }
-
-MatrixXd TubeLeaf::section_stresses(const std::vector<StressPlace>& places) {
+  if (!strains) return leaf_stress(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_);
   const double modulus = leaf_.material.youngs_modulus;
-  if (const StrainField* strains = tabulated_strains())
-    return flexopt::section_stresses(*strains, model_->shape(), modulus, places);
-  return flexopt::section_stresses(*model_->mesh(), stressed_nodal(), modulus, places);
+  LeafStress stress = plate_stress(*strains, model_->shape(), modulus, index_);
+  stress.known = *model_->kept().peaks.at(
+      place(), [&] { return plate_stress(*strains, model_->shape(), 1, 0).largest(); });
+  stress.known->value *= modulus;
+  stress.known->section *= modulus;
+  stress.position = [this](const StressPlace& at) { return tabulated_point(at.along, at.across); };
+  return stress;
 }
 
 LeafShape TubeLeaf::shape() {
-  if (const StrainField* strains = tabulated_strains()) return tabulated_shape(*strains);
+  if (tabulated_strains()) return tabulated_shape();
   return plate_deformed_shape(*model_->mesh(), stressed_nodal(), leaf_, scale_);
 }
 
-LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {
+LeafShape TubeLeaf::tabulated_shape() {
   const TubeStress& tables = *model_->stress();
   const std::vector<double>&x = tables.places().lines, &y = tables.places().nodes;
   const std::vector<Vector3d> places = tables.nodes(place());
@@ -140,6 +116,7 @@ LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {
   };
   const Vector3d& base = edges_[tables.view().from_tip ? 1 : 0].position;
   LeafShape shape;
+  std::vector<StressPlace> stations;
   shape.points_along = static_cast<int>(x.size());
   shape.points_across = static_cast<int>(y.size());
   for (std::size_t j = 0; j < y.size(); ++j)
@@ -151,15 +128,10 @@ LeafShape TubeLeaf::tabulated_shape(const StrainField& strains) {
       shape.deflected.push_back(
           global(i == 0 || tip ? Vector3d(edge.position + edge.axes.col(1) * y[j])
                                : Vector3d(base + response_.frame.axes * places[i + x.size() * j])));
-      const SurfaceStress s =
-          surface_stress(model_->shape(), strains.at(x[i], y[j]), leaf_.material.youngs_modulus);
-      shape.von_mises.push_back(std::max(s.positive, s.negative));
+      stations.push_back({x[i], y[j] / model_->shape().width + 0.5});
     }
+  shape.von_mises = stress().on_surface(stations);
   return shape;
-}
-
-Vector3d TubeLeaf::material_point(double along, double across) {
-  return plate_material_point(*model_->mesh(), rebuilt_nodal(), scale_, along, across);
 }
 
 std::vector<Vector3d> TubeLeaf::material_points(const std::vector<std::array<double, 2>>& places) {

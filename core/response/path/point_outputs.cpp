@@ -57,7 +57,7 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
 /// The largest stress of every leaf.
 std::vector<StressPeak> largest_stresses(System& system) {
   std::vector<StressPeak> peaks;
-  for (int i = 0; i < system.leaves(); ++i) peaks.push_back(system.leaf(i).max_stress());
+  for (int i = 0; i < system.leaves(); ++i) peaks.push_back(system.leaf(i).stress().largest());
   return peaks;
 }
 
@@ -84,10 +84,11 @@ void add_safety(System& system, const StressRules& rules, std::vector<StressPeak
 // The places are those of the first point that is evaluated.
 void add_sections(System& system, std::vector<std::vector<StressPlace>>& places, PathPoint& point) {
   if (places.empty())
-    for (int i = 0; i < system.leaves(); ++i) places.push_back(system.leaf(i).stress_places());
+    for (int i = 0; i < system.leaves(); ++i)
+      places.push_back(system.leaf(i).stress().stations.places());
   point.sections.clear();
   for (int i = 0; i < system.leaves(); ++i)
-    point.sections.push_back(system.leaf(i).section_stresses(places[i]));
+    point.sections.push_back(system.leaf(i).stress().sections(places[i]));
 }
 
 Solids solids_of(System& system) {
@@ -128,7 +129,7 @@ void PointOutputs::add_stress_peaks(System& system, int wanted, PathPoint& point
   const StressPeak& largest = *point.max_stress;
   std::vector<StressPeak> others;
   for (int i = 0; i < system.leaves(); ++i)
-    for (const StressPeak& p : system.leaf(i).stress_peaks()) {
+    for (const StressPeak& p : system.leaf(i).stress().peaks()) {
       const bool same = p.leaf == largest.leaf && p.along == largest.along &&
                         p.across == largest.across &&
                         p.on_positive_normal == largest.on_positive_normal;

@@ -12,7 +12,7 @@ namespace {
 
 // Largest stress of a leaf, with the notch factors of its fillets where it has some.
 StressPeak peak_of(System& system, int i, const StressRules& rules) {
-  const StressPeak largest = system.leaf(i).max_stress();
+  const StressPeak largest = system.leaf(i).stress().largest();
   if (!rules.fillet || !check_fillet(system.mechanism(), *rules.fillet)) return largest;
   return with_fillets(largest, system.leaf(i), system.mechanism(), *rules.fillet);
 }

@@ -72,27 +72,18 @@ class BareLeaf final : public LeafElement {
   explicit BareLeaf(FullLeaf full) : full_(std::move(full)) {}
 
   void move(const EdgePoses& edges, const Vector12d& dq) override { full_.move(edges, dq); }
-  const LeafEvaluation& evaluate() override { return full_.evaluate(); }
-  const LeafEvaluation& evaluation() const override { return full_.evaluation(); }
+  const LeafEvaluation& evaluate() override { return evaluation_ = full_.evaluate(); }
   std::unique_ptr<LeafElement> full_model(const std::string& reason) override {
     return full_.full_model(reason);
   }
   std::unique_ptr<LeafState> save() const override { return full_.save(); }
   void restore(const LeafState& state) override { full_.restore(state); }
   LeafDynamics dynamics(DynamicsRequest request) override { return full_.dynamics(request); }
-  StressPeak max_stress() override { return full_.max_stress(); }
-  std::vector<StressPeak> stress_peaks() override { return full_.stress_peaks(); }
-  std::vector<StressPeak> clamp_stresses(const ClampFactors& factors) override {
-    return full_.clamp_stresses(factors);
-  }
-  std::vector<StressPlace> stress_places() override { return full_.stress_places(); }
-  MatrixXd section_stresses(const std::vector<StressPlace>& places) override {
-    return full_.section_stresses(places);
-  }
+  LeafStress stress() override { return full_.stress(); }
   LeafShape shape() override { return full_.shape(); }
-  Vector3d material_point(double along, double across) override {
-    if (lost) return Vector3d::Constant(std::nan(""));
-    return full_.material_point(along, across);
+  std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override {
+    if (lost) return {places.size(), Vector3d::Constant(std::nan(""))};
+    return full_.material_points(places);
   }
   LeafReport report() const override { return {.model = "bare", .reason = {}, .check = 0}; }
 

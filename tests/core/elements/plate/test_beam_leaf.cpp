@@ -83,9 +83,9 @@ TEST_CASE(
   CHECK(c.C_w == 0);
   // largest shear stress of a twisted square 1.351 G θ′ a/2 · 2: T = 0.208 τ a³ with T = 0.1406 G
   // θ′ a⁴
-  CHECK(torsion_stress_factor(1, 1, 0) == Approx(0.1406 / 0.208).epsilon(2e-3));
-  CHECK(torsion_stress_factor(50, 1, 0) == Approx(1).epsilon(1e-6));
-  CHECK(torsion_stress_factor(50, 1, 1) == Approx(0).margin(6e-3));
+  CHECK(torsion_stress_factor<double>(1, 1, 0) == Approx(0.1406 / 0.208).epsilon(2e-3));
+  CHECK(torsion_stress_factor<double>(50, 1, 0) == Approx(1).epsilon(1e-6));
+  CHECK(torsion_stress_factor<double>(50, 1, 1) == Approx(0).margin(6e-3));
 }
 
 TEST_CASE(

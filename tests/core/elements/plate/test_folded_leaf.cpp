@@ -28,12 +28,10 @@ TEST_CASE("the legs of a fold keep their angle under every strain of the line", 
     // r,x of the first leg stretched by 1.02 at right angles to a line stretched by 1 + 1e-6,
     // turned
     const Matrix3d R = rotation_exp({0.4, -0.7, 1.3});
-    FoldNode<double> u = FoldNode<double>::zero();
-    u.along = R * Vector3d(1.02, 0, 0);
-    u.across = R * Vector3d(0, 1 + 1e-6, 0);
-    u.both = R * Vector3d(0.01, 0.02, 0.3);  // the line turns about itself by 0.3/1.02
-    u.stretch = 0.99;
-    u.shear = 0.01;
+    FoldNode<double> u;
+    u.numbers << R * Vector3d(1.02, 0, 0), R * Vector3d(0, 1 + 1e-6, 0),
+        R * Vector3d(0.01, 0.02, 0.3),  // the line turns about itself by 0.3/1.02
+        0.99, 0.01, 0, 0;
     const auto second = FoldMap<double>::of(angle).value(u);
     const Vector3d a = R * Vector3d(std::cos(angle), 0, std::sin(angle)),
                    n = R * Vector3d(-std::sin(angle), 0, std::cos(angle)), t = R.col(1);
@@ -175,8 +173,8 @@ TEST_CASE("operators change along place, angle and radius of a fold as their dif
   // short elements, so that the corner reaches over several of them; and long ones
   const double radius = GENERATE(0.002, 0.03);
   check_mesh_rate(shape(0.4, 1.3, radius),
-                  {{.fold_place = 1.0},
-                   {.fold_place = 0.3, .fold_angle = -0.6},
-                   {.fold_radius = 1.0},
-                   {.fold_place = -0.1, .fold_angle = 0.3, .fold_radius = 0.02}});
+                  {{.fold = {.place = 1.0}},
+                   {.fold = {.place = 0.3, .angle = -0.6}},
+                   {.fold = {.radius = 1.0}},
+                   {.fold = {.place = -0.1, .angle = 0.3, .radius = 0.02}}});
 }

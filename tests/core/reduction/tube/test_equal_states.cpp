@@ -92,8 +92,8 @@ TEST_CASE(
   CHECK(same(taken.shape_motion.middleCols(12, 2).cwiseAbs(),
              own.shape_motion.middleCols(12, 2).cwiseAbs()));
   // and so is the state that stresses and places are read from
-  CHECK(second->max_stress().value == Approx(alone->max_stress().value).epsilon(1e-7));
-  CHECK(second->max_stress().value == Approx(first->max_stress().value).epsilon(1e-7));
+  CHECK(second->stress().largest().value == Approx(alone->stress().largest().value).epsilon(1e-7));
+  CHECK(second->stress().largest().value == Approx(first->stress().largest().value).epsilon(1e-7));
   for (const double along : {0.0, 0.3, 1.0})
     CHECK((second->material_point(along, 0.2) - alone->material_point(along, 0.2)).norm() < 1e-9);
 }

@@ -26,8 +26,7 @@ std::shared_ptr<TubeModel> tube(const PlateShape& shape) {
 }
 
 double von_mises(const PlateShape& shape, const Strains& e, bool positive) {
-  const SurfaceStress s = surface_stress(shape, e, 1);
-  return positive ? s.positive : s.negative;
+  return flexopt::von_mises(section_stress(shape, e, 1), positive ? 1 : -1);
 }
 
 StrokeRequest sweep(double end, int points) { return {.points = test::evenly(end, points)}; }
@@ -132,7 +131,7 @@ TEST_CASE("a tabulated leaf is stressed as its mirror images are") {
   const auto strains = tables.evaluate(here).strains;
   const auto thickness = tables.evaluate({-0.17, -0.01, -0.003, {0.6, 0.3, -0.2}}).strains;
   const auto width = tables.evaluate({0.17, 0.01, -0.003, {0.6, -0.3, 0.2}}).strains;
-  const double largest = largest_stress(strains, flat, 1, 0).value;
+  const double largest = plate_stress(strains, flat, 1, 0).largest().value;
   double asymmetry = 0;
   for (const double x : {0.0, 0.13, 0.5, 0.97})
     for (const double y : {-0.14, -0.05, 0.0, 0.11})
@@ -169,7 +168,9 @@ TEST_CASE("stress from tables goes on smoothly over the bent states") {
   REQUIRE(model->stress());
   const auto stress = [&](double sigma) {
     const TubeStress::Place at{sigma, 0.004, 0.001, {0.5, 0.1, 0.2}};
-    return largest_stress(model->stress()->evaluate(at).strains, model->shape(), 1, 0).value;
+    return plate_stress(model->stress()->evaluate(at).strains, model->shape(), 1, 0)
+        .largest()
+        .value;
   };
   const auto& nodes = model->potential().nodes();
   REQUIRE(nodes.size() >= 3);
