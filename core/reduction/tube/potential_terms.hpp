@@ -4,12 +4,15 @@
 #include <array>
 #include <utility>
 
+#include "core/reduction/expansion/point_lanes.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
 
 namespace flexopt::potential {
 
 using Lanes = TubePotential::Lanes;
 constexpr int lanes = 8;
+template <class T>
+using LanesOf = typename PointLanes<T>::type;
 
 /// Calls f(integral_constant<int, i>) for i = 0 … N − 1, unrolled.
 template <int N, class F>

@@ -22,11 +22,13 @@ struct TubeNode {
 using TubeNodeRates = std::vector<std::vector<TubeNode>>;
 
 /// Value and derivatives in (θ1y, θ2y, φx, N, M1, M2), forces over their scale.
-struct PotentialValue {
-  double value = 0;
-  Vector6d gradient;
-  Matrix6d hessian;
+template <class T>
+struct PotentialOf {
+  T value = 0;
+  Eigen::Matrix<T, 6, 1> gradient;
+  Eigen::Matrix<T, 6, 6> hessian;
 };
+using PotentialValue = PotentialOf<double>;
 
 /// Place of a state in the tube.
 struct TubeLocation {
@@ -62,6 +64,9 @@ class TubePotential {
   /// s = (θ1y, θ2y, φx) [rad], f = (N, M1, M2) over their scale. Beyond the last node the last
   /// interval is continued.
   PotentialValue evaluate(const Vector3d& s, const Vector3d& f) const;
+  /// ∂hessian/∂z_k of evaluate(), z = (s, f), of a potential of degree 5 without moments in its
+  /// centre.
+  std::array<Matrix6d, 6> third(const Vector3d& s, const Vector3d& f) const;
 
   TubeLocation locate(const Vector3d& s) const;
 
@@ -81,9 +86,14 @@ class TubePotential {
     double start, width;
     std::vector<Lanes> coefficients;  ///< in the order in which evaluate() reads them
   };
-  template <int Degree, bool Odd>
-  static PotentialValue evaluate_interval(const Interval& interval, double sigma,
-                                          const double (&z)[5]);
+  /// A state on its interval, mirrored to σ ≥ 0.
+  struct Local {
+    const Interval* interval;
+    double mirror;  ///< −1: mirrored
+    double sigma;
+    std::array<double, 5> z;  ///< (τ, φ, N, M1, M2) from the centre
+  };
+  Local local(const Vector3d& s, const Vector3d& f) const;
   Interval make_interval(int i) const;
 
   Eigen::Matrix2d ray_, ray_inverse_;

@@ -8,11 +8,9 @@
 
 namespace flexopt {
 
-/// Reads the Taylor coefficients of both neighbouring nodes themselves. The interpolant is that of
-/// TubePotential, its numbers equal to those of evaluate() but for rounding.
 class TubeRates {
  public:
-  /// `rates`: at the nodes of the potential.
+  /// `rates`: at the nodes of the potential, which must outlive this. Its degree is 5.
   TubeRates(const TubePotential& potential, const TubeNodeRates& rates);
 
   struct Answer {
@@ -23,14 +21,9 @@ class TubeRates {
   /// z = (s, f): as of TubePotential::evaluate.
   Answer evaluate(const Vector3d& s, const Vector3d& f) const;
 
-  /// A value of the potential and its three derivatives by the shape.
-  using Four = double __attribute__((vector_size(32)));
-
  private:
   const TubePotential* potential_;
-  /// For each interval and each monomial off the ray, the coefficients of the left node by the
-  /// power of σ, then those of the right node.
-  std::vector<std::vector<Four>> intervals_;
+  std::vector<TubePotential> by_shape_;  ///< the interpolant is linear in the nodes
 };
 
 }  // namespace flexopt
