@@ -131,7 +131,7 @@ DynamicsRates look_up_dynamics_rates(const std::vector<CompressedTable>& tables,
     return all.rows() == 0 ? nullptr : all.col(static_cast<Eigen::Index>(1 + p)).data();
   };
   DynamicsRates rates;
-  for (std::size_t p = 0; p < weights.slope.size(); ++p)
+  for (std::size_t p = 0; p + 1 < static_cast<std::size_t>(weights.of.cols()); ++p)
     rates.push_back(tables_of(column(a, p), column(b, p), ray, sigmas));
   return rates;
 }
