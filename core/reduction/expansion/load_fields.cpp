@@ -97,7 +97,7 @@ std::vector<Numbers> nodal_loads(const PlateMesh& mesh, const MatrixXd& loads) {
 
 }  // namespace
 
-LoadFields expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
+FieldExpansion expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
                               const MatrixXd& fields, const InternalLoads& loads) {
   const MonomialTable& table = monomials<6, load_order>();
   const PlateMesh& mesh = leaf.plate().mesh();
@@ -119,7 +119,7 @@ LoadFields expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
       all.middleCols((1 + p) * m + table.count(d - 1), nd) = Y.middleCols(p * nd, nd);
   }
   series->set_fields(numbers_of(all, m));
-  return {all.rightCols(field_loads * m), parts_of(series->edge_nodal(), 1, field_loads)};
+  return {all.rightCols(field_loads * m), parts_of(series->nodal(), 1, field_loads)};
 }
 
 }  // namespace flexopt

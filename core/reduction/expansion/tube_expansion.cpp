@@ -143,26 +143,34 @@ MatrixXd perturbation_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) 
 }
 
 template <int ORDER>
-MatrixXd edges_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
+MatrixXd nodal_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
   auto series = std::make_unique<TubeSeries<ORDER>>(leaf, leaf.plate().mesh(), ray, ORDER);
   series->set_fields(fields);
-  return series->edge_nodal();
+  return series->nodal();
+}
+
+template <int ORDER>
+TubeExpansion expanded(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray) {
+  auto series = std::make_unique<TubeSeries<2 * ORDER + 1>>(leaf, leaf.plate().mesh(), ray, ORDER);
+  MatrixXd fields = perturbation_fields<ORDER>(leaf, ray);
+  series->set_fields(fields);
+  return {sigma, series->potential(), std::move(fields)};
 }
 
 }  // namespace
 
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order) {
   assert(order == 2 || order == 3);
-  FieldExpansion result{
-      order == 2 ? perturbation_fields<2>(leaf, ray) : perturbation_fields<3>(leaf, ray), {}};
-  result.edge_nodal = expand_edges(leaf, ray, result.fields);
-  return result;
+  MatrixXd fields =
+      order == 2 ? perturbation_fields<2>(leaf, ray) : perturbation_fields<3>(leaf, ray);
+  MatrixXd nodal = nodal_values(leaf, ray, fields);
+  return {std::move(fields), std::move(nodal)};
 }
 
-MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
+MatrixXd nodal_values(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
   assert(fields.cols() == monomial_count(6, 2) || fields.cols() == monomial_count(6, 3));
-  return fields.cols() == monomial_count(6, 2) ? edges_to<2>(leaf, ray, fields)
-                                               : edges_to<3>(leaf, ray, fields);
+  return fields.cols() == monomial_count(6, 2) ? nodal_to<2>(leaf, ray, fields)
+                                               : nodal_to<3>(leaf, ray, fields);
 }
 
 FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
@@ -180,26 +188,13 @@ FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2
   const MatrixXd R = series->residual(order);
   result.fields.rightCols(R.cols()) = FieldSolver(leaf)(R);
   series->set_fields(result.fields);
-  result.edge_nodal = series->edge_nodal();
+  result.nodal = series->nodal();
   return result;
 }
 
 TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order) {
   assert(order == 2 || order == 3);
-  TubeExpansion expansion;
-  expansion.sigma = sigma;
-  if (order == 2) {
-    expansion.fields = perturbation_fields<2>(leaf, ray);
-    auto series = std::make_unique<TubeSeries<5>>(leaf, leaf.plate().mesh(), ray, 2);
-    series->set_fields(expansion.fields);
-    expansion.W = series->potential();
-  } else {
-    expansion.fields = perturbation_fields<3>(leaf, ray);
-    auto series = std::make_unique<TubeSeries<7>>(leaf, leaf.plate().mesh(), ray, 3);
-    series->set_fields(expansion.fields);
-    expansion.W = series->potential();
-  }
-  return expansion;
+  return order == 2 ? expanded<2>(leaf, sigma, ray) : expanded<3>(leaf, sigma, ray);
 }
 
 }  // namespace flexopt

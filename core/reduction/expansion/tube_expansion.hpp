@@ -65,17 +65,17 @@ struct TubeExpansion {
   MatrixXd fields;        ///< unknowns + 3 rows; Taylor coefficients to degree `order`
 };
 
-/// TubeExpansion::fields alone, and the Taylor coefficients of the nodal values of both edges'
-/// lines: rows (base, tip) of 3 functions_per_line each.
+/// TubeExpansion::fields alone, and the Taylor coefficients of the nodal values of all lines: rows
+/// line by line, in each functions_per_line for each of three components.
 struct FieldExpansion {
-  MatrixXd fields, edge_nodal;
+  MatrixXd fields, nodal;
 };
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order);
-/// FieldExpansion::edge_nodal of fields to order 2 or 3 that are known.
-MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
+/// FieldExpansion::nodal of fields to order 2 or 3 that are known.
+MatrixXd nodal_values(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
 
-/// Fields and edges in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³:
-/// from `fields` to order 2 or more. `leaf` stands at the state.
+/// Fields in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³: from `fields`
+/// to order 2 or more. `leaf` stands at the state.
 FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
                                      const MatrixXd& fields);
 

@@ -112,8 +112,6 @@ std::vector<MatrixXd> SuperelementGrid::beam_displacements(const State& state, i
 
 namespace {
 
-constexpr double strain_station[2] = {0.21132486540518713, 0.7886751345948129};
-
 // Linear strains of a superelement of length `a` over L, its dofs over that length.
 Strains linear_strains(const Gradient& U, const HermiteValues& X, const HermiteValues& Y, double a,
                        const Vector3d& turn) {
@@ -134,33 +132,12 @@ Strains linear_strains(const Gradient& U, const HermiteValues& X, const HermiteV
 
 }  // namespace
 
-std::vector<double> SuperelementGrid::strain_stations_along() const {
-  const PlateMesh& mesh = *kinds_[0]->mesh;
-  const double a = 1.0 / along_;
-  std::vector<double> x;
-  for (int i = 0; i < along_; ++i)
-    for (int p = 0; p < mesh.elements_along(); ++p)
-      for (const double s : strain_station)
-        x.push_back(a * (i + mesh.x()[p] + s * (mesh.x()[p + 1] - mesh.x()[p])));
-  return x;
-}
-
-std::vector<double> SuperelementGrid::strain_stations_across() const {
-  const PlateMesh& mesh = *kinds_[0]->mesh;
-  const double a = 1.0 / along_, b = shape_.width / rows();
-  std::vector<double> y;
-  for (int j = 0; j < rows(); ++j)
-    for (int q = 0; q < mesh.elements_across(); ++q)
-      for (const double s : strain_station)
-        y.push_back(-0.5 * shape_.width + b * (j + 0.5) +
-                    a * (mesh.y()[q] + s * (mesh.y()[q + 1] - mesh.y()[q])));
-  return y;
-}
-
 StrainField SuperelementGrid::strains(const State& state) const {
   const PlateMesh& mesh = *kinds_[0]->mesh;
   const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  std::vector<double> x = strain_stations_along(), y = strain_stations_across();
+  std::vector<double> across = stations_across();
+  for (double& y : across) y = (y - 0.5) * shape_.width;
+  std::vector<double> x = strain_stations(stations_along()), y = strain_stations(across);
   std::vector<Strains> values(x.size() * y.size());
   for (int e = 0; e < elements(); ++e) {
     const int i = e / rows(), j = e % rows();
@@ -172,8 +149,8 @@ StrainField SuperelementGrid::strains(const State& state) const {
         for (int r = 0; r < 2; ++r)
           for (int s = 0; s < 2; ++s)
             values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] =
-                linear_strains(U, hermite(strain_station[r], hx), hermite(strain_station[s], hy),
-                               1.0 / along_, section_turn(mesh, p, q, U, strain_station[r]));
+                linear_strains(U, hermite(station[r], hx), hermite(station[s], hy),
+                               1.0 / along_, section_turn(mesh, p, q, U, station[r]));
       }
   }
   return {std::move(x), std::move(y), std::move(values)};

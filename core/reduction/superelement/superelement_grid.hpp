@@ -74,9 +74,6 @@ class SuperelementGrid {
 
  private:
   int kind(int row) const;
-  /// Places at which the strains are taken, over L.
-  std::vector<double> strain_stations_along() const;
-  std::vector<double> strain_stations_across() const;
   int along_, across_;
   double length_, width_;
   PlateShape shape_;  ///< of the whole leaf
