@@ -1,10 +1,7 @@
 #include "core/reduction/atlas/atlas_dynamics.hpp"
 
 #include <array>
-#include <cmath>
 #include <utility>
-
-#include "core/reduction/atlas/ray_interpolation.hpp"
 
 namespace flexopt {
 namespace {
@@ -37,20 +34,6 @@ VectorXd station_numbers(const std::vector<DynamicsNode>& nodes) {
   Eigen::Index at = 0;
   for (const DynamicsNode& node : nodes) append(all, node.stations, at);
   return all;
-}
-
-RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho) {
-  // A leaf whose ray is this near to one of the atlas uses that ray: half the look-up, and the
-  // model does not change with a design that turns its rays by next to nothing.
-  constexpr double near_ray = 1e-3;
-  RayNeighbours ray;
-  while (ray.left + 2 < static_cast<int>(rays.size()) && rho >= rays[ray.left + 1]) ++ray.left;
-  ray.a = rays[ray.left];
-  ray.b = rays[ray.left + 1];
-  ray.on_left = std::abs(rho - ray.a) < near_ray;
-  ray.on_right = std::abs(rho - ray.b) < near_ray;
-  ray.rho = ray.on_left ? ray.a : ray.on_right ? ray.b : rho;
-  return ray;
 }
 
 namespace {

@@ -102,31 +102,19 @@ std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd&
   return {rounded(x[1]), rounded(x[2])};
 }
 
-namespace {
-
-// Directions that represent the columns of `values`, and the columns' coordinates in them. What is
-// left of any number, times the share of its column, is at most `tolerance`.
-struct Directions {
-  MatrixXd basis, coordinates;
-};
-Directions directions_of(const MatrixXd& values, const VectorXd& share, double tolerance) {
-  const int shapes = static_cast<int>(values.cols());
-  const MatrixXd scaled = values * share.asDiagonal();
-  // the left singular vectors, by those of VᵀV
-  const MatrixXd V = SymmetricEigen(scaled.transpose() * scaled).eigenvectors().rowwise().reverse();
-  MatrixXd rest = scaled;
-  int directions = 0;
-  while (directions < shapes && (directions == 0 || rest.cwiseAbs().maxCoeff() > tolerance)) {
-    const int more = std::min(8, shapes - directions);
+MatrixXd leading_directions(const MatrixXd& values, double tolerance, int at_a_time) {
+  // the right singular vectors
+  const MatrixXd V = SymmetricEigen(values.transpose() * values).eigenvectors().rowwise().reverse();
+  MatrixXd rest = values;
+  Eigen::Index directions = 0;
+  while (directions < V.cols() && (directions == 0 || rest.cwiseAbs().maxCoeff() > tolerance)) {
+    const Eigen::Index more = std::min<Eigen::Index>(at_a_time, V.cols() - directions);
     const MatrixXd W = V.middleCols(directions, more);
     rest.noalias() -= (rest * W) * W.transpose();
     directions += more;
   }
-  return {scaled * V.leftCols(directions),
-          V.leftCols(directions).transpose() * share.cwiseInverse().asDiagonal()};
+  return V.leftCols(directions);
 }
-
-}  // namespace
 
 CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
                            const std::vector<bool>& trusted, double tolerance) {
@@ -161,22 +149,20 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
     sizes.push_back(size / weight);
   }
   const auto numbers = static_cast<Eigen::Index>(sizes.size());
-  const Directions found = directions_of(values.topRows(numbers), share, tolerance);
-  const Eigen::Index directions = found.basis.cols();
+  // what is left of any number, times the share of its shape, is at most the tolerance
+  const MatrixXd scaled = values.topRows(numbers) * share.asDiagonal(),
+                 V = leading_directions(scaled, tolerance, 8), basis = scaled * V;
   made.numbers = static_cast<int>(numbers);
-  made.directions = static_cast<int>(directions);
-  constexpr Eigen::Index block = CompressedTable::block;
-  made.basis.resize(static_cast<std::size_t>(CompressedTable::blocks(made.numbers) * block) *
-                    static_cast<std::size_t>(directions));
-  for (Eigen::Index i = 0; i < numbers;
-       ++i) {  // to whole numbers, the unit of each row in its size
-    const double unit = whole_unit<std::int16_t>(found.basis.row(i));
+  made.directions = static_cast<int>(V.cols());
+  made.basis.resize(
+      static_cast<std::size_t>(CompressedTable::blocks(made.numbers) * CompressedTable::block) *
+      static_cast<std::size_t>(made.directions));
+  for (Eigen::Index i = 0; i < numbers; ++i) {  // the unit of each row goes into its size
+    const double unit = whole_unit<std::int16_t>(basis.row(i));
     made.sizes.push_back(static_cast<float>(sizes[static_cast<std::size_t>(i)] * unit));
-    for (Eigen::Index k = 0; k < directions; ++k)
-      made.basis[static_cast<std::size_t>((i / block * directions + k) * block + i % block)] =
-          static_cast<std::int16_t>(std::lround(found.basis(i, k) / unit));
+    put_row(made.basis, i, basis.row(i), unit);
   }
-  made.coordinates = MadeCoordinates(found.coordinates);
+  made.coordinates = MadeCoordinates(V.transpose() * share.cwiseInverse().asDiagonal());
   return made;
 }
 

@@ -113,6 +113,19 @@ double whole_unit(const Row& row) {
   return most > 0 ? most / std::numeric_limits<Whole>::max() : 1;
 }
 
+/// Puts row i of numbers over `unit` into blocks as of CompressedTable::basis.
+template <class Whole, class Row>
+void put_row(std::vector<Whole>& blocks, Eigen::Index i, const Row& row, double unit) {
+  constexpr Eigen::Index block = direction_block;
+  for (Eigen::Index k = 0; k < row.size(); ++k)
+    blocks[static_cast<std::size_t>((i / block * row.size() + k) * block + i % block)] =
+        static_cast<Whole>(std::lround(row[k] / unit));
+}
+
+/// The first directions V of the rows of `values`, so many at a time, with which no number is off
+/// by more than `tolerance`: values ≈ values V Vᵀ.
+MatrixXd leading_directions(const MatrixXd& values, double tolerance, int at_a_time);
+
 /// Coordinates with their numbers.
 struct MadeCoordinates {
   std::vector<float> units;

@@ -134,16 +134,17 @@ StrainPatterns find_patterns(const StressAtlasSettings& settings) {
 // stored table.
 template <class LookUp>
 StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& look_up) const {
-  const std::vector<double>& rays = settings_.rays;
-  std::size_t left = 0;
-  while (left + 2 < rays.size() && rho > rays[left + 1]) ++left;
-  const double a = rays[left], b = rays[left + 1], sigma = settings_.sigmas[n];
-  const auto of_ray = [&](std::size_t ray) {
-    const auto& numbers = look_up(tables_[ray * settings_.sigmas.size() + n]);
+  const RayNeighbours ray = ray_neighbours(settings_.rays, rho);
+  const double sigma = settings_.sigmas[n];
+  const auto of_ray = [&](int k) {
+    const auto& numbers =
+        look_up(tables_[static_cast<std::size_t>(k) * settings_.sigmas.size() + n]);
     return table_of(sigma, numbers.reshaped(patterns_->all(), even_columns + odd_columns));
   };
-  if (rho == a || rho == b) return of_ray(rho == a ? left : left + 1);
-  return blended(of_ray(left), of_ray(left + 1), blend_between_rays(a, b, sigma, rho));
+  if (ray.on_left) return of_ray(ray.left);
+  if (ray.on_right) return of_ray(ray.left + 1);
+  return blended(of_ray(ray.left), of_ray(ray.left + 1),
+                 blend_between_rays(ray.a, ray.b, sigma, rho));
 }
 
 std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {

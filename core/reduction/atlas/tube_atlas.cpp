@@ -155,9 +155,9 @@ Check TubeAtlas::covers(const PlateShape& shape, const TubeRange& range) const {
   return {};
 }
 
-// Sums (A1) over the shapes of the first terms of a ray: terms × (value, its derivatives by log w/L,
-// log t/L and ν). Double sums of single and of whole numbers: what is looked up is then smooth to
-// rounding.
+// Sums (A1) over the shapes of the first terms of a ray: terms × (value, its derivatives by log
+// w/L, log t/L and ν). Double sums of single and of whole numbers: what is looked up is then smooth
+// to rounding.
 template <class Number>
 MatrixXd TubeAtlas::sums(const Number* numbers, int all_terms, int ray, int terms,
                          const ShapeWeights& weights) const {
@@ -250,8 +250,7 @@ std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eig
   return look_up_dynamics(
       numbers_.dynamics,
       stations == StationsWanted::yes ? numbers_.stations : std::vector<CompressedTable>(),
-      weights(shape, ShapeSlopes::none),
-      ray_neighbours(settings_.rays, place_of(ray).rho),
+      weights(shape, ShapeSlopes::none), ray_neighbours(settings_.rays, place_of(ray).rho),
       {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()));
 }
 
@@ -259,10 +258,9 @@ DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Ve
                                         double sigma, ShapeSlopes slopes) const {
   assert(settings_.dynamics);
   const std::vector<double>& all = settings_.sigmas;
-  DynamicsRates rates =
-      look_up_dynamics_rates(numbers_.dynamics, weights(shape, slopes),
-                             ray_neighbours(settings_.rays, place_of(ray).rho),
-                             {all.begin(), all.begin() + nodes_to(sigma)});
+  DynamicsRates rates = look_up_dynamics_rates(numbers_.dynamics, weights(shape, slopes),
+                                               ray_neighbours(settings_.rays, place_of(ray).rho),
+                                               {all.begin(), all.begin() + nodes_to(sigma)});
   const Vector3d per = slope_units(shape);
   for (std::size_t p = 0; p < 2; ++p)
     for (StateTable& table : rates[p]) {

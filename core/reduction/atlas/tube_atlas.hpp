@@ -12,7 +12,6 @@
 #include "core/reduction/atlas/stress_atlas.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
-#include "core/reduction/tube/tube_range.hpp"
 #include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {

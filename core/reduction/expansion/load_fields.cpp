@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "core/math/dual.hpp"
-#include "core/reduction/expansion/field_solver.hpp"
 #include "core/reduction/expansion/tube_series.hpp"
 
 namespace flexopt {
@@ -98,7 +97,7 @@ std::vector<Numbers> nodal_loads(const PlateMesh& mesh, const MatrixXd& loads) {
 }  // namespace
 
 FieldExpansion expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
-                              const MatrixXd& fields, const InternalLoads& loads) {
+                                  const MatrixXd& fields, const InternalLoads& loads) {
   const MonomialTable& table = monomials<6, load_order>();
   const PlateMesh& mesh = leaf.plate().mesh();
   const int m = table.size();

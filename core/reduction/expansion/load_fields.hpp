@@ -26,6 +26,6 @@ struct InternalLoads {
 /// in the chord frame. Taylor coefficients to degree 2, a block of monomial_count(6, 2) columns for
 /// each load.
 FieldExpansion expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
-                              const MatrixXd& fields, const InternalLoads& loads);
+                                  const MatrixXd& fields, const InternalLoads& loads);
 
 }  // namespace flexopt

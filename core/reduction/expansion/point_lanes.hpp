@@ -1,6 +1,6 @@
 #pragma once
-// Eight numbers at once, with derivatives or without: those at the membrane points of an element, or
-// eight coefficients of a potential.
+// Eight numbers at once, with derivatives or without: those at the membrane points of an element,
+// or eight coefficients of a potential.
 #include <array>
 
 #include "core/math/dual.hpp"

@@ -58,8 +58,7 @@ class StrainExpansion {
         operators.row(2) -= shear.per_x * (station[s % 2] - 0.5) * hx * shear.force.transpose();
         for (int p = 0; p < 2; ++p)
           for (int c = 0; c < 3; ++c)
-            U.block<8, size>(8 * p, c * size) =
-                nodal.middleRows<8>((3 * (i + p) + c) * n + 4 * j);
+            U.block<8, size>(8 * p, c * size) = nodal.middleRows<8>((3 * (i + p) + c) * n + 4 * j);
         D.noalias() = operators * U;
         put_strains(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),
                     s + t * places_.stations_along(), stations, rows);

@@ -5,9 +5,7 @@
 #include <cmath>
 
 #include "core/math/rotation.hpp"
-#include "core/math/small_lu.hpp"
 #include "core/math/work_limit.hpp"
-#include "core/reduction/expansion/field_solver.hpp"
 #include "core/reduction/expansion/tube_series.hpp"
 
 namespace flexopt {
@@ -122,7 +120,44 @@ VectorXd ChordLeaf::unknowns() const {
 
 double ChordLeaf::potential() const { return plate_.energy() - f_.dot(c_); }
 
+double bend(ChordLeaf& leaf, const Eigen::Vector2d& ray, double from, double to) {
+  constexpr int most_halvings = 6;
+  const Vector3d f = leaf.forces();
+  const double smallest = std::abs(to - from) / (1 << most_halvings);
+  double at = from, step = to - from;
+  while (at != to) {
+    const Vector3d s = leaf.soft();
+    const VectorXd unknowns = leaf.unknowns();
+    const double next = std::abs(step) >= std::abs(to - at) ? to : at + step;
+    if (leaf.solve({ray[0] * next, ray[1] * next, 0}, f).converged &&
+        leaf.plate().negative_pivots() == 0) {
+      at = next;
+      continue;
+    }
+    leaf.stand_at(s, f, unknowns);
+    step *= 0.5;
+    if (std::abs(step) < smallest) break;
+  }
+  return at;
+}
+
 // ---------------------------------------------------------------------------- fields
+
+FieldSolver::FieldSolver(const ChordLeaf& leaf) : plate_(leaf.plate()), S_(leaf.stiff_tangent()) {
+  X_ = plate_.coupling() * leaf.stiff_map();  // K_fb G, then K_ff⁻¹ of it
+  KcT_ = X_.transpose();
+  plate_.solve(X_);
+}
+
+MatrixXd FieldSolver::operator()(const MatrixXd& R) const {
+  const int n = plate_.unknowns();
+  MatrixXd Y(n + 3, R.cols());
+  MatrixXd top = -R.topRows(n);
+  plate_.solve(top);
+  Y.bottomRows(3) = S_.solve_columns(-R.bottomRows(3) - KcT_ * top);
+  Y.topRows(n) = top - X_ * Y.bottomRows(3);
+  return Y;
+}
 
 namespace {
 

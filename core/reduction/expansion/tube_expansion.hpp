@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/elements/plate/plate_leaf.hpp"
+#include "core/math/small_lu.hpp"
 
 namespace flexopt {
 
@@ -56,6 +57,33 @@ class ChordLeaf {
  private:
   PlateLeaf plate_;
   Vector3d s_ = Vector3d::Zero(), c_ = Vector3d::Zero(), f_ = Vector3d::Zero();
+};
+
+/// How far states stand apart at least [rad], but for those of arcs near the straightened leaf:
+/// rounding of the plate's forces goes into the stiffness between two over their distance, that of
+/// its energy over the square.
+inline constexpr double least_distance_of_states = 0.03;
+
+/// Bends `leaf` to (θ1y, θ2y) = ray σ without twist, under its present forces, in one step or,
+/// where that fails, in smaller ones. Returns the σ that was reached: `to`, or less where no stable
+/// equilibrium was found beyond; the leaf then is in the last equilibrium. `from`: σ of its present
+/// state.
+double bend(ChordLeaf& leaf, const Eigen::Vector2d& ray, double from, double to);
+
+/// Linear answers of a leaf in its chord frame, soft deformations held, stiff ones free: solves for
+/// the unknowns of the plate and the stiff deformations c at once, on the factor of the
+/// leaf, which must keep its state.
+class FieldSolver {
+ public:
+  explicit FieldSolver(const ChordLeaf& leaf);
+
+  /// Solution −K⁻¹ R, rows as in ChordLeaf::unknowns.
+  MatrixXd operator()(const MatrixXd& R) const;
+
+ private:
+  const PlateLeaf& plate_;
+  SmallLu<3> S_;
+  MatrixXd X_, KcT_;
 };
 
 /// Expansion about one bent state.

@@ -139,9 +139,9 @@ MatrixXd edge_share(const FieldExpansion& third, const MatrixXd& X, const Matrix
   constexpr std::array<int, 3> stiff{elongation, theta1z, theta2z};
   MatrixXd share = X(Eigen::all, stiff) * third.fields.bottomRows(3);
   const Eigen::Index inner = follow.rows(), n3 = follow.cols() / 2;
-  share.middleRows((X.rows() - inner) / 2, inner) += follow.leftCols(n3) * third.nodal.topRows(n3) +
-                                                     follow.rightCols(n3) *
-                                                         third.nodal.bottomRows(n3);
+  share.middleRows((X.rows() - inner) / 2, inner) +=
+      follow.leftCols(n3) * third.nodal.topRows(n3) +
+      follow.rightCols(n3) * third.nodal.bottomRows(n3);
   return share;
 }
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/elements/plate/element_numbers.hpp"
-#include "core/reduction/superelement/beam_body.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
 
 namespace flexopt {
@@ -149,8 +148,8 @@ StrainField SuperelementGrid::strains(const State& state) const {
         for (int r = 0; r < 2; ++r)
           for (int s = 0; s < 2; ++s)
             values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] =
-                linear_strains(U, hermite(station[r], hx), hermite(station[s], hy),
-                               1.0 / along_, section_turn(mesh, p, q, U, station[r]));
+                linear_strains(U, hermite(station[r], hx), hermite(station[s], hy), 1.0 / along_,
+                               section_turn(mesh, p, q, U, station[r]));
       }
   }
   return {std::move(x), std::move(y), std::move(values)};

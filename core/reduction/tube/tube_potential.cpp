@@ -173,14 +173,9 @@ template <bool Odd, class T, class L = LanesOf<T>>
 [[gnu::always_inline]] inline PotentialOf<T> gathered(const L (&J)[jets], const L (&G)[jets],
                                                       const L (&S)[jets], const L (&kS)[4],
                                                       const L& all_kkS, const T (&y)[3]) {
-  const T squares[lanes] = {y[0] * y[0],
-                            2 * y[0] * y[1],
-                            2 * y[0] * y[2],
-                            y[1] * y[1],
-                            2 * y[1] * y[2],
-                            y[2] * y[2],
-                            0,
-                            0};
+  T squares[lanes] = {};
+  for (int p = 0; p < 6; ++p)
+    squares[p] = (pair_i[p] == pair_j[p] ? 1 : 2) * y[pair_i[p]] * y[pair_j[p]];
   const L yy = lanes_from(squares);
   T j[jets];
   for (int d = 0; d < jets; ++d) j[d] = sum(J[d] + S[d] * yy);
@@ -342,10 +337,10 @@ TubePotential::Local TubePotential::local(const Vector3d& s, const Vector3d& f) 
 
 PotentialValue TubePotential::evaluate(const Vector3d& s, const Vector3d& f) const {
   const auto [interval, mirror, sigma, z] = local(s, f);
-  PotentialValue p = dispatch(degree_, odd_, [&, &on = *interval, at = sigma, &off = z]<
-                                                 int Degree, bool Odd>() {
-    return evaluate_interval<Degree, Odd>(on.coefficients.data(), on.start, on.width, at, off);
-  });
+  PotentialValue p =
+      dispatch(degree_, odd_, [&, &on = *interval, at = sigma, &off = z]<int Degree, bool Odd>() {
+        return evaluate_interval<Degree, Odd>(on.coefficients.data(), on.start, on.width, at, off);
+      });
 
   // (σ, τ, φ) = A (θ1y, θ2y, φx) up to the mirror
   const Eigen::Matrix2d A = mirror * ray_inverse_;
@@ -368,9 +363,8 @@ std::array<Matrix6d, 6> TubePotential::third(const Vector3d& s, const Vector3d& 
   using Number = Dual<6>;
   std::array<Number, 5> z;
   for (int v = 0; v < 5; ++v) z[v] = Number::variable(at.z[v], 1 + v);
-  const auto p =
-      evaluate_interval<5, false>(at.interval->coefficients.data(), at.interval->start,
-                                  at.interval->width, Number::variable(at.sigma, 0), z);
+  const auto p = evaluate_interval<5, false>(at.interval->coefficients.data(), at.interval->start,
+                                             at.interval->width, Number::variable(at.sigma, 0), z);
   Matrix6d J = Matrix6d::Identity();  // (σ, τ, φ) of (θ1y, θ2y, φx) up to the mirror
   J.topLeftCorner<2, 2>() = at.mirror * ray_inverse_;
   J(2, 2) = at.mirror;
@@ -383,6 +377,23 @@ std::array<Matrix6d, 6> TubePotential::third(const Vector3d& s, const Vector3d& 
       if (J(l, k) != 0) third[k] += J(l, k) * along;
   }
   return third;
+}
+
+TubeRates::TubeRates(const TubePotential& potential, const TubeNodeRates& rates)
+    : potential_(&potential) {
+  for (const std::vector<TubeNode>& nodes : rates) {
+    assert(nodes.size() == potential.nodes().size());
+    by_shape_.emplace_back(potential.ray(), potential.force_scale(), potential.degree(), nodes,
+                           potential.force_centre(), potential.mirrored());
+  }
+}
+
+auto TubeRates::evaluate(const Vector3d& s, const Vector3d& f) const -> Answer {
+  const PotentialValue none{0, Vector6d::Zero(), Matrix6d::Zero()};
+  Answer answer{potential_->evaluate(s, f), potential_->third(s, f), {none, none, none}};
+  for (std::size_t p = 0; p < by_shape_.size(); ++p)
+    answer.by_shape[p] = by_shape_[p].evaluate(s, f);
+  return answer;
 }
 
 }  // namespace flexopt

@@ -38,14 +38,6 @@ Lagrange lagrange(const std::vector<double>& points, double x) {
 
 }  // namespace
 
-// A place in the tables, mirrored to σ ≥ 0.
-struct TubeStress::Local {
-  bool mirrored = false;
-  std::size_t interval = 0;
-  double sigma = 0;
-  std::array<double, 5> z{};
-};
-
 TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView view,
                        std::shared_ptr<const StrainPatterns> patterns)
     : shape_(shape),
@@ -75,13 +67,8 @@ void TubeStress::add(StateTable node) {
 }
 
 TubeStress::Local TubeStress::locate(const Place& place) const {
-  assert(nodes_.size() >= 2);
-  Local at;
-  at.mirrored = place.sigma < 0;
-  const double side = at.mirrored ? -1 : 1;
-  at.sigma = side * place.sigma;
-  while (at.interval + 2 < nodes_.size() && at.sigma > nodes_[at.interval + 1].sigma) ++at.interval;
-  at.z = {side * place.tau, side * place.twist, place.f[0] - force_centre_, place.f[1], place.f[2]};
+  Local at = TubeDynamics::locate_among(
+      nodes_, [](const StateTable& n) { return n.sigma; }, place, force_centre_);
   if (view_.from_tip) std::swap(at.z[3], at.z[4]);
   if (view_.mirrored) at.z[1] *= -1;
   return at;

@@ -89,7 +89,7 @@ class TubeStress {
 
  private:
   using Weights = StressWeights;
-  struct Local;
+  using Local = TubeDynamics::Local;
   /// Even and odd parts of rows on the half of the leaf that is tabulated, where a number is even +
   /// odd. On the other half it is even − odd.
   using Parts = Eigen::Ref<const MatrixXd>;  ///< even, odd
