@@ -52,12 +52,6 @@ StateTable table_of(double sigma, const MatrixXd& columns) {
   return {sigma, columns.leftCols(even_columns), columns.rightCols(odd_columns)};
 }
 
-StressPlaces places_of(std::array<int, 2> mesh) {
-  PlateShape shape;
-  shape.mesh = mesh;
-  return StressPlaces(shape);
-}
-
 // The `count` leading eigenvectors.
 MatrixXd leading(const MatrixXd& gram, Eigen::Index count) {
   return SymmetricEigen(gram).eigenvectors().rowwise().reverse().leftCols(
@@ -87,7 +81,7 @@ StrainPatterns find_patterns(const StressAtlasSettings& settings) {
   };
   const auto inside = [&](const std::vector<double>& x) { return in(x.front(), x.back()); };
   const ShapeGrid& grid = settings.grid;
-  const StressPlaces places = places_of(settings.mesh);
+  const StressPlaces places(settings.mesh);
   std::array<MatrixXd, StrainPatterns::families> grams;
   for (int f = 0; f < StrainPatterns::families; ++f) {
     const int rows = pattern_counts(settings, places, f)[0];
@@ -224,7 +218,7 @@ std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings
                                                        std::shared_ptr<const void> owner) {
   PartReader read{data, size};
   const std::size_t tables = settings.rays.size() * settings.sigmas.size();
-  const StressPlaces places = places_of(settings.mesh);
+  const StressPlaces places(settings.mesh);
   const auto* sizes = read.next<std::int32_t>(2 * tables);
   std::array<MatrixXd, StrainPatterns::families> P;
   int coefficients = 0;
@@ -266,7 +260,7 @@ void StressAtlasMaker::put(int k, const std::vector<StateTable>& nodes) {
 }
 
 void StressAtlasMaker::end_ray() {
-  const StressPlaces places = places_of(settings_.mesh);
+  const StressPlaces places(settings_.mesh);
   for (std::size_t n = 0; n < values_.size(); ++n) {
     const double sigma = settings_.sigmas[n];
     VectorXd share(patterns_->all());

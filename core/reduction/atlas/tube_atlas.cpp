@@ -31,34 +31,32 @@ RayPlace place_of(const Eigen::Vector2d& ray) {
   return place;
 }
 
-double median_of(std::vector<double> x) {
-  if (x.empty()) return 0;
-  std::sort(x.begin(), x.end());
-  return x[x.size() / 2];
+// The errors of all samples together, each kind by summary(errors).
+template <class Summary>
+AtlasCheck::Errors summarised(const std::vector<AtlasCheck::Sample>& samples,
+                              const Summary& summary) {
+  using Errors = AtlasCheck::Errors;
+  Errors all;
+  for (double Errors::*const part :
+       {&Errors::drive, &Errors::on_ray, &Errors::off_ray, &Errors::frequency, &Errors::stress}) {
+    std::vector<double> errors;
+    for (const AtlasCheck::Sample& s : samples) errors.push_back(s.errors.*part);
+    if (!errors.empty()) all.*part = summary(errors);
+  }
+  return all;
 }
 
 }  // namespace
 
 AtlasCheck::Errors AtlasCheck::Ray::largest() const {
-  Errors worst;
-  for (const Sample& s : samples) {
-    worst.drive = std::max(worst.drive, s.errors.drive);
-    worst.on_ray = std::max(worst.on_ray, s.errors.on_ray);
-    worst.off_ray = std::max(worst.off_ray, s.errors.off_ray);
-    worst.frequency = std::max(worst.frequency, s.errors.frequency);
-    worst.stress = std::max(worst.stress, s.errors.stress);
-  }
-  return worst;
+  return summarised(samples, [](const std::vector<double>& x) { return std::ranges::max(x); });
 }
 
 AtlasCheck::Errors AtlasCheck::Ray::median() const {
-  const auto of = [&](double Errors::*part) {
-    std::vector<double> all;
-    for (const Sample& s : samples) all.push_back(s.errors.*part);
-    return median_of(std::move(all));
-  };
-  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray), of(&Errors::frequency),
-          of(&Errors::stress)};
+  return summarised(samples, [](std::vector<double>& x) {
+    std::ranges::sort(x);
+    return x[x.size() / 2];
+  });
 }
 
 ShapeGrid shape_grid(const AtlasSettings& s) {

@@ -17,32 +17,18 @@ struct ElementMatrices {
   Matrix16 uu, vv, uv, bending, mass;
 };
 
-// Integrals of the products of first derivatives, weights included: those of the stretching, which
-// are the same along and across, and those of the shear.
-struct MembraneProducts {
-  Matrix16 xx, yy, xy, shear_xx, shear_yy, shear_xy;
-};
-using Points16 = Eigen::Matrix<double, PlateMesh::points, 16>;
-using Weights = Eigen::Array<double, PlateMesh::points, 3>;  // of e11, e22 and 2 e12
-MembraneProducts membrane_products(const Matrix16& left, const Weights& weight,
-                                   const Matrix16& right) {
+// The membrane's share, for the area weights of e11, e22 (the same) and 2 e12.
+void set_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const Matrix16& gradient,
+                  const PlateMesh::Weights& weight) {
   constexpr int points = PlateMesh::points;
-  const auto Lx = left.topRows<points>(), Ly = left.bottomRows<points>();
-  const auto weighted = [&](const auto& G, int strain) {
-    return Points16(weight.col(strain).matrix().asDiagonal() * G);
+  using Points16 = Eigen::Matrix<double, points, 16>;
+  const Points16 x = gradient.topRows<points>(), y = gradient.bottomRows<points>();
+  const auto product = [&](const Points16& left, int strain, const Points16& right) {
+    return Matrix16(left.transpose() * (weight.col(strain).matrix().asDiagonal() * right));
   };
-  const Points16 Gx = weighted(right.topRows<points>(), 0),
-                 Gy = weighted(right.bottomRows<points>(), 0),
-                 Sx = weighted(right.topRows<points>(), 2),
-                 Sy = weighted(right.bottomRows<points>(), 2);
-  return {Lx.transpose() * Gx, Ly.transpose() * Gy, Lx.transpose() * Gy,
-          Lx.transpose() * Sx, Ly.transpose() * Sy, Lx.transpose() * Sy};
-}
-
-void add_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const MembraneProducts& p) {
-  to.uu += A.A11 * p.xx + A.A33 * p.shear_yy;
-  to.vv += A.A11 * p.yy + A.A33 * p.shear_xx;
-  to.uv += A.A12 * p.xy + A.A33 * p.shear_xy.transpose();
+  to.uu = A.A11 * product(x, 0, x) + A.A33 * product(y, 2, y);
+  to.vv = A.A11 * product(y, 0, y) + A.A33 * product(x, 2, x);
+  to.uv = A.A12 * product(x, 0, y) + A.A33 * product(y, 2, x);
 }
 
 // Elements at a free edge that are narrower than this times t have a smaller c of (E2), in
@@ -110,42 +96,26 @@ class Assembler {
   Triplets K_, M_;
 };
 
-ElementMatrices no_matrices() {
-  const Matrix16 none = Matrix16::Zero();
-  return {none, none, none, none, none};
-}
-
-// `add(i, j, t)` for every element that is there, and its thickness over that of the plate.
-template <class Add>
-void each_element(const PlateBody& body, const PlateMesh& mesh, const Add& add) {
-  for (int i = 0; i < mesh.elements_along(); ++i)
-    for (int j = 0; j < mesh.elements_across(); ++j)
-      if (const double t = cell_thickness(body, i, j); t != 0) add(i, j, t);
-}
-// `add(torsion)` for every side of an element that is a free edge, where the mesh has it not.
-template <class Add>
-void each_free_edge(const PlateBody& body, const PlateMesh& mesh, int i, int j, double t,
-                    const Add& add) {
-  if (mesh.shape().free_edge_torsion) return;
-  for (int side = 0; side < 2; ++side)
-    if (body.free_edges[side] && (side == 0 ? j == 0 : j == mesh.elements_across() - 1))
-      add(edge_torsion(mesh, i, j, side, t));
-}
-
 }  // namespace
 
 Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
   Assembler all(mesh);
-  each_element(body, mesh, [&](int i, int j, double t) {
-    const PlateMesh::Element& element = mesh.element(i, j);
-    ElementMatrices e = no_matrices();
-    e.bending = t * t * t * element.bending;
-    each_free_edge(body, mesh, i, j, t, [&](const Matrix16& x) { e.bending -= x; });
-    add_membrane(e, mesh.membrane(),
-                 membrane_products(element.gradient, t * element.weight, element.gradient));
-    e.mass = t * element.mass;
-    all.add(i, j, e);
-  });
+  const int ny = mesh.elements_across();
+  for (int i = 0; i < mesh.elements_along(); ++i)
+    for (int j = 0; j < ny; ++j) {
+      const double t = cell_thickness(body, i, j);
+      if (t == 0) continue;
+      const PlateMesh::Element& element = mesh.element(i, j);
+      ElementMatrices e;
+      e.bending = t * t * t * element.bending;
+      if (!mesh.shape().free_edge_torsion)  // else the mesh has it
+        for (int side = 0; side < 2; ++side)
+          if (body.free_edges[side] && j == (side == 0 ? 0 : ny - 1))
+            e.bending -= edge_torsion(mesh, i, j, side, t);
+      set_membrane(e, mesh.membrane(), element.gradient, t * element.weight);
+      e.mass = t * element.mass;
+      all.add(i, j, e);
+    }
   return all.matrices();
 }
 

@@ -23,23 +23,7 @@ Local locate(double s, int intervals) {
   const int i = std::clamp(static_cast<int>(s * intervals), 0, intervals - 1);
   return {i, s * intervals - i};
 }
-Local locate(double s, const std::vector<double>& points) {
-  int i = 0;
-  while (i + 2 < static_cast<int>(points.size()) && s > points[i + 1]) ++i;
-  return {i, (s - points[i]) / (points[i + 1] - points[i])};
-}
-
 using Gradient = Eigen::Matrix<double, 16, 3>;
-
-// Nodal displacements of an element over the superelement's length.
-Gradient element_dofs(const PlateMesh& mesh, const VectorXd& dofs, int i, int j) {
-  Gradient U;
-  const int n = mesh.functions_per_line();
-  for (int p = 0; p < 2; ++p)
-    for (int c = 0; c < 3; ++c)
-      U.block<8, 1>(8 * p, c) = dofs.segment<8>(3 * n * (i + p) + n * c + 4 * j);
-  return U;
-}
 
 }  // namespace
 
@@ -101,11 +85,13 @@ SuperelementGrid::Node SuperelementGrid::node(int element, int k) const {
   return {i + k / 2, j + k % 2};  // (0, −), (0, +), (L, −), (L, +)
 }
 
-std::vector<MatrixXd> SuperelementGrid::beam_displacements(const State& state, int e) const {
+std::vector<MatrixXd> SuperelementGrid::displacements(const State& state, int e) const {
   const VectorXd dofs = model(e).recovery * *state.q[e];
+  const PlateMesh& mesh = *plate(e).mesh;
+  const Eigen::Index n = mesh.functions_per_line();
   std::vector<MatrixXd> nodal;
-  for (int i = 0; i < kinds_[0]->mesh->lines(); ++i)
-    nodal.push_back(dofs.segment<12>(12 * i).reshaped(4, 3));
+  for (int i = 0; i < mesh.lines(); ++i)
+    nodal.push_back(dofs.segment(3 * n * i, 3 * n).reshaped(n, 3));
   return nodal;
 }
 
@@ -140,10 +126,11 @@ StrainField SuperelementGrid::strains(const State& state) const {
   std::vector<Strains> values(x.size() * y.size());
   for (int e = 0; e < elements(); ++e) {
     const int i = e / rows(), j = e % rows();
-    const VectorXd dofs = model(e).recovery * *state.q[e];
+    const std::vector<MatrixXd> nodal = displacements(state, e);
     for (int p = 0; p < nx; ++p)
       for (int q = 0; q < ny; ++q) {
-        const Gradient U = element_dofs(mesh, dofs, p, q);
+        Gradient U;
+        U << nodal[p].middleRows<8>(4 * q), nodal[p + 1].middleRows<8>(4 * q);
         const double hx = mesh.x()[p + 1] - mesh.x()[p], hy = mesh.y()[q + 1] - mesh.y()[q];
         for (int r = 0; r < 2; ++r)
           for (int s = 0; s < 2; ++s)
@@ -162,25 +149,13 @@ SuperelementGrid::Point SuperelementGrid::locate(double along, double across) co
 
 Vector3d SuperelementGrid::place(const State& state, double along, double across) const {
   const Point at = locate(along, across);
-  const int e = at.element;
-  const CondensedPlate& p = plate(e);
-  const PlateMesh& mesh = *p.mesh;
-  const FloatingFrame& frame = *state.frames[e];
-  if (shape_.is_beam()) {
-    const std::vector<MatrixXd> nodal = beam_displacements(state, e);
-    Vector3d r(at.along, (at.across - 0.5) * mesh.shape().width, 0);
-    for (const NodalWeight& w : point_weights(mesh, at.along, at.across))
-      r += w.weight * nodal[w.line].row(w.function).transpose();
-    return frame.position + frame.axes * (p.scale.length * r - p.frame_point);
-  }
-  const double x = at.along, y = (at.across - 0.5) * mesh.shape().width;
-  const Local cx = flexopt::locate(x, mesh.x()), cy = flexopt::locate(y, mesh.y());
-  const VectorXd dofs = model(e).recovery * *state.q[e];
-  const double hx = mesh.x()[cx.index + 1] - mesh.x()[cx.index],
-               hy = mesh.y()[cy.index + 1] - mesh.y()[cy.index];
-  const Vector3d u = element_dofs(mesh, dofs, cx.index, cy.index).transpose() *
-                     hermite_products(hermite(cx.place, hx).value, hermite(cy.place, hy).value);
-  return frame.position + frame.axes * (p.scale.length * (Vector3d(x, y, 0) + u) - p.frame_point);
+  const CondensedPlate& p = plate(at.element);
+  const std::vector<MatrixXd> nodal = displacements(state, at.element);
+  Vector3d r(at.along, (at.across - 0.5) * p.mesh->shape().width, 0);
+  for (const NodalWeight& w : point_weights(*p.mesh, at.along, at.across))
+    r += w.weight * nodal[w.line].row(w.function).transpose();
+  const FloatingFrame& frame = *state.frames[at.element];
+  return frame.position + frame.axes * (p.scale.length * r - p.frame_point);
 }
 
 namespace {

@@ -41,7 +41,7 @@ StressPeak SuperelementLeaf::beam_stress_peak(const SuperelementGrid::State& sta
   StressPeak peak;
   for (int e = 0; e < grid_->elements(); ++e) {
     const CondensedPlate& p = grid_->plate(e);
-    const StressPeak own = beam_max_stress(*p.mesh, grid_->beam_displacements(state, e), segment(),
+    const StressPeak own = beam_max_stress(*p.mesh, grid_->displacements(state, e), segment(),
                                            p.scale, index_, BeamStrain::linear);
     if (e == 0 || own.value > peak.value * (1 + 1e-9)) peak = peak_of_leaf(own, e, grid_->along());
   }
@@ -57,8 +57,8 @@ std::vector<StressPeak> SuperelementLeaf::stress_peaks() {
   std::vector<StressPeak> peaks;
   for (int e = 0; e < grid_->elements(); ++e)
     for (const StressPeak& own :
-         beam_stress_peaks(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), segment(),
-                           index_, BeamStrain::linear))
+         beam_stress_peaks(*grid_->plate(e).mesh, grid_->displacements(state, e), segment(), index_,
+                           BeamStrain::linear))
       peaks.push_back(peak_of_leaf(own, e, grid_->along()));
   return peaks;
 }
@@ -75,8 +75,8 @@ std::vector<StressPeak> SuperelementLeaf::clamp_stresses(const ClampFactors& fac
       own[end] = factors[end];
       const int e = end == 0 ? 0 : grid_->elements() - 1;
       for (const StressPeak& peak :
-           beam_clamp_stresses(*grid_->plate(e).mesh, grid_->beam_displacements(state, e),
-                               segment(), index_, own, BeamStrain::linear))
+           beam_clamp_stresses(*grid_->plate(e).mesh, grid_->displacements(state, e), segment(),
+                               index_, own, BeamStrain::linear))
         peaks.push_back(peak_of_leaf(peak, e, grid_->along()));
     }
   }
@@ -101,9 +101,8 @@ MatrixXd SuperelementLeaf::section_stresses(const std::vector<StressPlace>& plac
   MatrixXd stresses(6, static_cast<Eigen::Index>(places.size()));
   for (const PlacesOfSegment& of : places_by_segment(places, grid_->along())) {
     const auto e = static_cast<int>(of.segment);
-    stresses.middleCols(of.first, static_cast<Eigen::Index>(of.own.size())) =
-        beam_section_stresses(*grid_->plate(e).mesh, grid_->beam_displacements(state, e), modulus,
-                              of.own, BeamStrain::linear);
+    stresses.middleCols(of.first, static_cast<Eigen::Index>(of.own.size())) = beam_section_stresses(
+        *grid_->plate(e).mesh, grid_->displacements(state, e), modulus, of.own, BeamStrain::linear);
   }
   return stresses;
 }
@@ -116,8 +115,8 @@ LeafShape SuperelementLeaf::beam_shape(const SuperelementGrid::State& state) con
   for (int side = 0; side < 2; ++side)
     for (int e = 0; e < grid_->elements(); ++e) {
       const CondensedPlate& p = grid_->plate(e);
-      const LeafShape own = beam_deformed_shape(*p.mesh, grid_->beam_displacements(state, e),
-                                                segment(), p.scale, BeamStrain::linear);
+      const LeafShape own = beam_deformed_shape(*p.mesh, grid_->displacements(state, e), segment(),
+                                                p.scale, BeamStrain::linear);
       for (int i = e == 0 ? 0 : 1; i < lines; ++i) {
         const double x = (e + p.mesh->x()[i]) / grid_->along();
         shape.undeflected.push_back(

@@ -135,9 +135,7 @@ bool TubeModel::add(double sigma) {
   const Vector3d s(range_.ray[0] * sigma, range_.ray[1] * sigma, 0);
   const Vector3d f = range_.centre().cwiseProduct(tube_force_scale(shape_));
   if (!leaf().solve(s, f).converged || leaf().plate().negative_pivots() > 0) return false;
-  const auto place =
-      std::lower_bound(expansions_.begin(), expansions_.end(), sigma,
-                       [](const TubeExpansion& e, double at) { return e.sigma < at; });
+  const auto place = std::ranges::lower_bound(expansions_, sigma, {}, &TubeExpansion::sigma);
   expansions_.insert(place, expand(leaf(), sigma, directions_, range_.order));
   return true;
 }

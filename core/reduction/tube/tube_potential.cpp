@@ -292,27 +292,24 @@ TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_s
     assert(static_cast<int>(nodes_[i].W.size()) >= monomial_count(6, degree));
     assert(i == 0 || nodes_[i - 1].sigma < nodes_[i].sigma);
   }
-  for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
-    intervals_.push_back(make_interval(static_cast<int>(i)));
+  make_intervals();
 }
 
-TubePotential::Interval TubePotential::make_interval(int i) const {
-  const TubeNode &a = nodes_[i], &b = nodes_[i + 1];
-  return {a.sigma, b.sigma - a.sigma,
-          potential::interval_coefficients(degree_, odd_, a, b, mirrored_)};
+void TubePotential::make_intervals() {
+  intervals_.clear();
+  for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+    const TubeNode &a = nodes_[i], &b = nodes_[i + 1];
+    intervals_.push_back({a.sigma, b.sigma - a.sigma,
+                          potential::interval_coefficients(degree_, odd_, a, b, mirrored_)});
+  }
 }
 
 void TubePotential::add_node(TubeNode node) {
   assert(static_cast<int>(node.W.size()) >= monomial_count(6, degree_));
-  const auto place =
-      std::lower_bound(nodes_.begin(), nodes_.end(), node.sigma,
-                       [](const TubeNode& n, double sigma) { return n.sigma < sigma; });
+  const auto place = std::ranges::lower_bound(nodes_, node.sigma, {}, &TubeNode::sigma);
   assert((!mirrored_ || node.sigma >= 0) && (place == nodes_.end() || place->sigma != node.sigma));
-  const int i = static_cast<int>(place - nodes_.begin());
   nodes_.insert(place, std::move(node));
-  const int made = i == 0 ? 0 : i - 1;
-  intervals_.insert(intervals_.begin() + made, make_interval(made));
-  if (i > 0 && i + 1 < static_cast<int>(nodes_.size())) intervals_[i] = make_interval(i);
+  make_intervals();
 }
 
 TubeLocation TubePotential::locate(const Vector3d& s) const {

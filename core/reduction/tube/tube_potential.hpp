@@ -105,7 +105,7 @@ class TubePotential {
     std::array<double, 5> z;  ///< (τ, φ, N, M1, M2) from the centre
   };
   Local local(const Vector3d& s, const Vector3d& f) const;
-  Interval make_interval(int i) const;
+  void make_intervals();
 
   Eigen::Matrix2d ray_, ray_inverse_;
   Vector3d force_scale_, force_centre_;
