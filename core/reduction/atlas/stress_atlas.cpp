@@ -151,45 +151,20 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
 }
 
 StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSlopes slopes) const {
-  struct Known {  // of a bent state
-    StateTable coefficients;
-    std::vector<StateTable> by_shape;
-  };
-  return [this, shape, rho, slopes, known = std::map<std::size_t, Known>(),
-          at = shape_weights(settings_.grid, place_in_grid(shape), slopes)](
-             std::size_t interval, const StressWeights& weights) mutable {
-    const Eigen::Index strains = patterns_->strains(), stretching = patterns_->stretching();
-    StressRates rates{MatrixXd::Zero(strains, 3), MatrixXd::Zero(strains, 3)};
-    for (const std::size_t end : {0, 1}) {
-      Known& node = known[interval + end];
-      if (node.by_shape.empty()) {
-        std::map<const PackedTable*, MatrixXd> of_ray;
-        const auto column = [&](Eigen::Index c) {
-          return coefficients(rho, interval + end, [&](const PackedTable& t) {
-            const auto [found, fresh] = of_ray.try_emplace(&t);
-            if (fresh) found->second = t.look_up(at);
-            return found->second.col(c);
-          });
-        };
-        node.coefficients = column(0);
-        const Vector3d per = slope_units(shape);
-        for (Eigen::Index p = 0; p < slope_count(slopes); ++p) {
-          StateTable& rate = node.by_shape.emplace_back(column(1 + p));
-          rate.even *= per[p];
-          rate.odd *= per[p];
-        }
-      }
-      const auto add = [&](const auto& w, MatrixXd StateTable::*part, MatrixXd& sum) {
-        for (std::size_t p = 0; p < node.by_shape.size(); ++p) {
-          const VectorXd by = (node.by_shape[p].*part).topRows(strains) * w;
-          auto to = sum.col(static_cast<Eigen::Index>(p));
-          to.head(stretching) += shape.thickness * by.head(stretching);
-          to.tail(strains - stretching) += 2 * by.tail(strains - stretching);
-        }
-        sum.col(1).head(stretching) += (node.coefficients.*part).topRows(stretching) * w;
-      };
-      add(weights.even[end], &StateTable::even, rates.even);
-      add(weights.odd[end], &StateTable::odd, rates.odd);
+  return [this, rho, known = std::map<std::size_t, std::vector<StateTable>>(),
+          at = shape_weights(settings_.grid, place_in_grid(shape), slopes),
+          per = slope_units(shape)](std::size_t n) mutable -> const std::vector<StateTable>& {
+    std::vector<StateTable>& rates = known[n];
+    if (!rates.empty()) return rates;
+    std::map<const PackedTable*, MatrixXd> of_ray;
+    for (Eigen::Index p = 0; p + 1 < at.of.cols(); ++p) {
+      StateTable& rate = rates.emplace_back(coefficients(rho, n, [&](const PackedTable& t) {
+        const auto [found, fresh] = of_ray.try_emplace(&t);
+        if (fresh) found->second = t.look_up(at);
+        return found->second.col(1 + p);
+      }));
+      rate.even *= per[p];
+      rate.odd *= per[p];
     }
     return rates;
   };

@@ -198,20 +198,25 @@ TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
   mirrored_ = at.mirrored;
   const auto weights = state_weight_slopes<StateTable::even_of_stress>(
       tables.nodes_[at.interval].sigma, tables.nodes_[at.interval + 1].sigma, at.sigma, at.z);
-  const StressRates by_shape = rates(at.interval, tables.weights(at, 2));
   const Eigen::Index all = tables.patterns_->strains(), stretching = tables.patterns_->stretching();
   std::array<MatrixXd, 2> sum{MatrixXd::Zero(all, 10), MatrixXd::Zero(all, 10)};
   for (const std::size_t end : {0, 1}) {
-    const StateTable& node = tables.nodes_[at.interval + end];
-    add_table_sums(node.even.topRows(all), weights.even[end], 1, sum[0].leftCols<7>());
-    add_table_sums(node.odd.topRows(all), weights.odd[end], 1, sum[1].leftCols<7>());
+    const auto add = [&](MatrixXd StateTable::*part, const auto& w, MatrixXd& to) {
+      const std::size_t node = at.interval + end;
+      add_table_sums((tables.nodes_[node].*part).topRows(all), w, 1, to.leftCols<7>());
+      Eigen::Index column = 7;
+      for (const StateTable& rate : rates(node))
+        add_table_sums((rate.*part).topRows(all), w.col(0).eval(), 1, to.middleCols<1>(column++));
+    };
+    add(&StateTable::even, weights.even[end], sum[0]);
+    add(&StateTable::odd, weights.odd[end], sum[1]);
   }
-  for (MatrixXd& part : sum) {
+  for (MatrixXd& part : sum) {  // e = t P a, κ = 2 P a
+    const VectorXd by_thickness = part.col(0).head(stretching);
     part.topRows(stretching) *= tables.shape_.thickness;
     part.bottomRows(all - stretching) *= 2;
+    part.col(8).head(stretching) += by_thickness;
   }
-  sum[0].rightCols<3>() = by_shape.even;
-  sum[1].rightCols<3>() = by_shape.odd;
   for (const bool image : {false, true}) {
     const Terms terms = (sum[0] + (image ? -1.0 : 1.0) * sum[1]).transpose();
     terms_[image][false] = terms.leftCols(stretching);
