@@ -65,7 +65,6 @@ set(tested_by
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/tube/interval_coefficients core/reduction/tube/test_tube_potential
   core/elements/leaf/chord_edges core/reduction/superelement/test_modal_derivatives
-  core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
   core/reduction/tube/dynamics_entries core/reduction/tube/test_dynamics_form
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics

@@ -54,69 +54,51 @@ Matrix16 edge_torsion(const PlateMesh& mesh, int i, int j, int side, double cell
   return torsion;
 }
 
-// Adds the elements' matrices to those of the mesh.
-class Assembler {
- public:
-  explicit Assembler(const PlateMesh& mesh) : dof_(mesh), side_(mesh.functions_per_side()) {
-    const auto entries = static_cast<std::size_t>(4 * side_ * side_ * mesh.elements_along() *
-                                                  mesh.elements_across());
-    K_.reserve(5 * entries);
-    M_.reserve(3 * entries);
-  }
-
-  void add(int i, int j, const ElementMatrices& e) {
-    const int functions = 2 * side_;
-    std::array<std::array<int, 16>, 3> at;
-    for (int c = 0; c < 3; ++c)
-      for (int f = 0; f < functions; ++f) {
-        const int s = f % side_;
-        at[c][f] = dof_(i + f / side_, j + s / 4, c, s % 4);
-      }
-    for (int a = 0; a < functions; ++a)
-      for (int b = 0; b < functions; ++b) {
-        K_.emplace_back(at[u][a], at[u][b], e.uu(a, b) + e.bending(a, b));
-        K_.emplace_back(at[v][a], at[v][b], e.vv(a, b) + e.bending(a, b));
-        K_.emplace_back(at[u][a], at[v][b], e.uv(a, b));
-        K_.emplace_back(at[v][a], at[u][b], e.uv(b, a));
-        K_.emplace_back(at[w][a], at[w][b], e.bending(a, b));
-        for (int c = 0; c < 3; ++c) M_.emplace_back(at[c][a], at[c][b], e.mass(a, b));
-      }
-  }
-  Matrices matrices() const {
-    const int n = dof_.count();
-    Matrices result{SparseMatrix(n, n), SparseMatrix(n, n)};
-    result.stiffness.setFromTriplets(K_.begin(), K_.end());
-    result.mass.setFromTriplets(M_.begin(), M_.end());
-    return result;
-  }
-
- private:
-  Dofs dof_;
-  int side_;
-  Triplets K_, M_;
-};
+ElementMatrices element_matrices(const PlateBody& body, const PlateMesh& mesh, int i, int j,
+                                 double t) {
+  const PlateMesh::Element& element = mesh.element(i, j);
+  ElementMatrices e;
+  e.bending = t * t * t * element.bending;
+  if (!mesh.shape().free_edge_torsion)  // else the mesh has it
+    for (int side = 0; side < 2; ++side)
+      if (body.free_edges[side] && j == (side == 0 ? 0 : mesh.elements_across() - 1))
+        e.bending -= edge_torsion(mesh, i, j, side, t);
+  set_membrane(e, mesh.membrane(), element.gradient, t * element.weight);
+  e.mass = t * element.mass;
+  return e;
+}
 
 }  // namespace
 
 Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
-  Assembler all(mesh);
-  const int ny = mesh.elements_across();
+  const Dofs dof(mesh);
+  const int side = mesh.functions_per_side(), functions = 2 * side;
+  Triplets K, M;
   for (int i = 0; i < mesh.elements_along(); ++i)
-    for (int j = 0; j < ny; ++j) {
+    for (int j = 0; j < mesh.elements_across(); ++j) {
       const double t = cell_thickness(body, i, j);
       if (t == 0) continue;
-      const PlateMesh::Element& element = mesh.element(i, j);
-      ElementMatrices e;
-      e.bending = t * t * t * element.bending;
-      if (!mesh.shape().free_edge_torsion)  // else the mesh has it
-        for (int side = 0; side < 2; ++side)
-          if (body.free_edges[side] && j == (side == 0 ? 0 : ny - 1))
-            e.bending -= edge_torsion(mesh, i, j, side, t);
-      set_membrane(e, mesh.membrane(), element.gradient, t * element.weight);
-      e.mass = t * element.mass;
-      all.add(i, j, e);
+      const ElementMatrices e = element_matrices(body, mesh, i, j, t);
+      std::array<std::array<int, 16>, 3> at;
+      for (int c = 0; c < 3; ++c)
+        for (int f = 0; f < functions; ++f) {
+          const int s = f % side;
+          at[c][f] = dof(i + f / side, j + s / 4, c, s % 4);
+        }
+      for (int a = 0; a < functions; ++a)
+        for (int b = 0; b < functions; ++b) {
+          K.emplace_back(at[u][a], at[u][b], e.uu(a, b) + e.bending(a, b));
+          K.emplace_back(at[v][a], at[v][b], e.vv(a, b) + e.bending(a, b));
+          K.emplace_back(at[u][a], at[v][b], e.uv(a, b));
+          K.emplace_back(at[v][a], at[u][b], e.uv(b, a));
+          K.emplace_back(at[w][a], at[w][b], e.bending(a, b));
+          for (int c = 0; c < 3; ++c) M.emplace_back(at[c][a], at[c][b], e.mass(a, b));
+        }
     }
-  return all.matrices();
+  Matrices result{SparseMatrix(dof.count(), dof.count()), SparseMatrix(dof.count(), dof.count())};
+  result.stiffness.setFromTriplets(K.begin(), K.end());
+  result.mass.setFromTriplets(M.begin(), M.end());
+  return result;
 }
 
 namespace {
@@ -259,39 +241,18 @@ Interfaces corners(const PlateMesh& mesh, FreeDofs& free) {
 
 // Rows of the displacement and rotation (w,y, −w,x, ½(v,x − u,y)) in the middle.
 MatrixXd motion_of_middle(const PlateMesh& mesh) {
-  const auto locate = [](const std::vector<double>& points, double s) {
-    int i = 0;
-    while (i + 2 < static_cast<int>(points.size()) && s > points[i + 1]) ++i;
-    return i;
-  };
   const Dofs dof(mesh);
-  const int i = locate(mesh.x(), 0.5), side = mesh.functions_per_side();
-  const double hx = mesh.x()[i + 1] - mesh.x()[i];  // the middle keeps its share of it, by symmetry
-  const HermiteValues X = hermite((0.5 - mesh.x()[i]) / (mesh.x()[i + 1] - mesh.x()[i]), hx);
-  Eigen::Matrix<double, 16, 1> N, Nx, Ny;
-  int j = 0;
-  if (mesh.shape().is_beam()) {
-    N = beam_functions(X.value, 1, 0);
-    Nx = beam_functions(X.slope, 1, 0);
-    Ny = beam_functions(X.value, 0, 1);
-  } else {
-    j = locate(mesh.y(), 0);
-    const HermiteValues Y =
-        hermite(-mesh.y()[j] / (mesh.y()[j + 1] - mesh.y()[j]), mesh.y()[j + 1] - mesh.y()[j]);
-    N = hermite_products(X.value, Y.value);
-    Nx = hermite_products(X.slope, Y.value);
-    Ny = hermite_products(X.value, Y.slope);
-  }
   MatrixXd rows = MatrixXd::Zero(6, dof.count());
-  for (int f = 0; f < 2 * side; ++f) {
-    const int s = f % side;
-    const auto at = [&](int c) { return dof(i + f / side, j + s / 4, c, s % 4); };
-    for (int c = 0; c < 3; ++c) rows(c, at(c)) = N[f];
-    rows(3, at(w)) = Ny[f];
-    rows(4, at(w)) = -Nx[f];
-    rows(5, at(v)) = 0.5 * Nx[f];
-    rows(5, at(u)) = -0.5 * Ny[f];
-  }
+  const auto add = [&](int row, double factor, int component, std::array<int, 2> derivative) {
+    for (const NodalWeight& at : point_weights(mesh, 0.5, 0.5, derivative))
+      rows(row, dof(at.line, at.function / 4, component, at.function % 4)) += factor * at.weight;
+  };
+  const double per_width = 1 / mesh.shape().width;
+  for (const int c : {u, v, w}) add(c, 1, c, {0, 0});
+  add(3, per_width, w, {0, 1});
+  add(4, -1, w, {1, 0});
+  add(5, 0.5, v, {1, 0});
+  add(5, -0.5 * per_width, u, {0, 1});
   return rows;
 }
 

@@ -3,6 +3,7 @@
 // evaluates them must agree on.
 #include <array>
 #include <utility>
+#include <vector>
 
 #include "core/reduction/expansion/point_lanes.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
@@ -74,5 +75,11 @@ auto dispatch(int degree, bool odd, F&& f) {
     if (odd) return f.template operator()<Degree, true>();
   return f.template operator()<Degree, false>();
 }
+
+/// Coefficients of an interval in the order in which TubePotential::evaluate() reads them. `odd`:
+/// with odd powers of (φ, M1, M2); `mirrored`: about sigma = 0, without what the mirror symmetry in
+/// the thickness forbids.
+std::vector<Lanes> interval_coefficients(int degree, bool odd, const TubeNode& a, const TubeNode& b,
+                                         bool mirrored);
 
 }  // namespace flexopt::potential

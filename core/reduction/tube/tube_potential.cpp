@@ -11,7 +11,6 @@
 
 #include "core/math/polynomial.hpp"
 #include "core/reduction/expansion/point_lanes.hpp"
-#include "core/reduction/tube/interval_coefficients.hpp"
 #include "core/reduction/tube/potential_terms.hpp"
 
 // How a value with all derivatives stays cheap. Sort the terms by their degree k in
