@@ -23,6 +23,7 @@ Local locate(double s, int intervals) {
   const int i = std::clamp(static_cast<int>(s * intervals), 0, intervals - 1);
   return {i, s * intervals - i};
 }
+
 using Gradient = Eigen::Matrix<double, 16, 3>;
 
 }  // namespace
@@ -101,11 +102,7 @@ namespace {
 Strains linear_strains(const Gradient& U, const HermiteValues& X, const HermiteValues& Y, double a,
                        const Vector3d& turn) {
   const auto at = [&](const std::array<double, 4>& x, const std::array<double, 4>& y) {
-    const Eigen::Matrix<double, 16, 1> N = hermite_products(x, y);
-    Vector3d r = Vector3d::Zero();
-    for (int f = 0; f < 16; ++f)
-      for (int c = 0; c < 3; ++c) r[c] += N[f] * U(f, c);
-    return r;
+    return Vector3d(U.transpose() * hermite_products(x, y));
   };
   const Vector3d d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
                  d11 = at(X.curvature, Y.value) - turn, d22 = at(X.value, Y.curvature),
