@@ -260,26 +260,22 @@ Check write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   Head head{};
   std::memcpy(head.magic, magic, sizeof magic);
   head.byte_order = byte_order;
-  head.text = padded(sizeof head);
+  std::string contents(padded(sizeof head), '\0');
+  head.text = contents.size();
   head.text_size = text.size();
-  head.potentials = head.text + padded(head.text_size);
-  std::string potentials;
+  append_part(contents, text.data(), text.size());
+  head.potentials = contents.size();
   each_potential_part(s, atlas.numbers(), [&](const auto* part, std::uint64_t count) {
-    append_part(potentials, part, count);
+    append_part(contents, part, count);
   });
-  head.tables = head.potentials + potentials.size();
-  std::string tables;
+  head.tables = contents.size();
   for (const auto* some : {&atlas.numbers().dynamics, &atlas.numbers().stations})
-    for (const CompressedTable& table : *some) append_table(tables, table);
-  head.stress = head.tables + tables.size();
+    for (const CompressedTable& table : *some) append_table(contents, table);
+  head.stress = contents.size();
   const std::string stress = atlas.stress() ? atlas.stress()->pack() : std::string();
   head.stress_size = stress.size();
-  head.size = head.stress + padded(head.stress_size);
-  std::string contents(head.size, '\0');
-  std::memcpy(contents.data() + head.tables, tables.data(), tables.size());
-  std::memcpy(contents.data() + head.text, text.data(), text.size());
-  std::memcpy(contents.data() + head.potentials, potentials.data(), potentials.size());
-  std::memcpy(contents.data() + head.stress, stress.data(), stress.size());
+  append_part(contents, stress.data(), stress.size());
+  head.size = contents.size();
   head.contents = hash(contents.data() + head.text, head.size - head.text);
   std::memcpy(contents.data(), &head, sizeof head);
 

@@ -214,7 +214,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   };
   /// Changes by the highest degree for a leaf within a mechanism; after evaluate().
   DegreeChanges changes_in(const EdgeSurroundings& surroundings) const;
-  const Vector3d& forces() const { return state_.mixed.f; }  ///< (N, M1, M2) over their scale
   LeafReport report() const override {
     const bool both = !condensed_because_.empty() && !rebuilt_because_.empty();
     const std::string full = condensed_because_ + (both ? "; " : "") + rebuilt_because_;
