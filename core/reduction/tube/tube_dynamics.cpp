@@ -170,8 +170,7 @@ TubeDynamics::Answer TubeDynamics::evaluate(const Place& place) const {
   // a' = S (s', f') + eta', the field's f' less X eta'
   Six S;
   S << e.g, e.G.transpose();
-  solve_lower(e.k, S);
-  solve_upper(e.k, S);
+  solve_factorised(e.k, S);
   RateMatrix MT = e.mass;
   MT.template middleCols<6>(6).noalias() += e.mass.template rightCols<P>() * S;
   MT.template rightCols<P>().noalias() -= e.mass.template middleCols<3>(9) * X;
@@ -199,9 +198,9 @@ double TubeDynamics::change(const Place& place) const {
   if (!e.stiffness(K, X) || !lower.stiffness(less, X)) return endless;
   less -= K;
   if (!factorise(K)) return endless;
-  solve_lower(K, less);
+  K.triangularView<Eigen::Lower>().solveInPlace(less);
   less.transposeInPlace();
-  solve_lower(K, less);
+  K.triangularView<Eigen::Lower>().solveInPlace(less);
   return less.norm();
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
 #include "core/reduction/tube/table_sums.hpp"
 
@@ -20,20 +21,15 @@ constexpr std::array<double, 3> place_in_width{1, -1, 1}, place_in_thickness{1, 
 
 // The interpolating polynomial through up to four of the points about x: first index and weights.
 struct Lagrange {
-  int first, count;
-  std::array<double, 4> weight{};
+  int first;
+  std::vector<double> weight;
 };
 Lagrange lagrange(const std::vector<double>& points, double x) {
-  const int n = static_cast<int>(points.size());
-  Lagrange l{0, std::min(n, 4)};
-  while (l.first + l.count < n && points[l.first + l.count / 2] < x) ++l.first;
-  for (int i = 0; i < l.count; ++i) {
-    l.weight[i] = 1;
-    for (int k = 0; k < l.count; ++k)
-      if (k != i)
-        l.weight[i] *= (x - points[l.first + k]) / (points[l.first + i] - points[l.first + k]);
-  }
-  return l;
+  const int n = static_cast<int>(points.size()), count = std::min(n, 4);
+  int first = 0;
+  while (first + count < n && points[first + count / 2] < x) ++first;
+  const auto begin = points.begin() + first;
+  return {first, polynomial_weights({begin, begin + count}, x).value};
 }
 
 }  // namespace
@@ -288,12 +284,13 @@ Vector3d TubeStress::material_point(const Place& place, double along, double acr
                  y = lagrange(places_.nodes, turned * (across - 0.5) * shape_.width);
   const int per_line = 3 * places_.half_nodes();
   const Weights w = weights(at, 2);
-  const MatrixXd parts =
-      read(at, w, places_.strain_rows() + per_line * x.first, per_line * x.count);
+  const MatrixXd parts = read(at, w, places_.strain_rows() + per_line * x.first,
+                              per_line * static_cast<Eigen::Index>(x.weight.size()));
   Vector3d r = Vector3d::Zero();
-  for (int i = 0; i < x.count; ++i)
-    for (int j = 0; j < y.count; ++j)
-      r += x.weight[i] * y.weight[j] * node_place(at, parts, i, y.first + j);
+  for (std::size_t i = 0; i < x.weight.size(); ++i)
+    for (std::size_t j = 0; j < y.weight.size(); ++j)
+      r += x.weight[i] * y.weight[j] *
+           node_place(at, parts, static_cast<int>(i), y.first + static_cast<int>(j));
   return seen(r);
 }
 
