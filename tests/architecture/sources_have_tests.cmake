@@ -57,16 +57,12 @@ set(tested_by
   core/reduction/atlas/expanded_leaf core/reduction/atlas/test_looked_up_mechanism
   core/reduction/atlas/table_parts core/reduction/atlas/test_dynamics_atlas
   core/elements/leaf/chord_gradient core/reduction/tube/test_tube_leaf_gradient
-  core/reduction/tube/bent_states core/reduction/atlas/test_tube_atlas
   core/reduction/expansion/dynamics_expansion core/reduction/tube/test_tube_dynamics
-  core/reduction/expansion/field_solver core/reduction/tube/test_tube_leaf
   core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/stress_expansion core/reduction/tube/test_tube_stress
   core/reduction/expansion/tube_expansion core/reduction/tube/test_tube_leaf
   core/reduction/tube/interval_coefficients core/reduction/tube/test_tube_potential
-  core/reduction/tube/tube_rates core/reduction/tube/test_tube_leaf_gradient
   core/elements/leaf/chord_edges core/reduction/superelement/test_modal_derivatives
-  core/reduction/tube/plate_pool core/reduction/tube/test_equal_states
   core/reduction/tube/dynamics_entries core/reduction/tube/test_dynamics_form
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics

@@ -1,56 +1,38 @@
 #include "core/reduction/atlas/atlas_dynamics.hpp"
 
 #include <array>
-#include <cmath>
 #include <utility>
-
-#include "core/reduction/atlas/ray_interpolation.hpp"
 
 namespace flexopt {
 namespace {
 
 constexpr int evens_each = StateTable::even_monomials, odds_each = StateTable::odd_monomials;
 
-void append(VectorXd& all, const MatrixXd& part, Eigen::Index& at) {
-  all.segment(at, part.size()) = part.reshaped();
-  at += part.size();
+// The numbers of all parts in a row.
+VectorXd joined(const std::vector<const MatrixXd*>& parts) {
+  Eigen::Index size = 0, at = 0;
+  for (const MatrixXd* part : parts) size += part->size();
+  VectorXd all(size);
+  for (const MatrixXd* part : parts) {
+    all.segment(at, part->size()) = part->reshaped();
+    at += part->size();
+  }
+  return all;
 }
 
 }  // namespace
 
 VectorXd table_numbers(const std::vector<DynamicsNode>& nodes) {
-  Eigen::Index size = 0;
-  for (const DynamicsNode& node : nodes) size += node.table.even.size() + node.table.odd.size();
-  VectorXd all(size);
-  Eigen::Index at = 0;
-  for (const DynamicsNode& node : nodes) {
-    append(all, node.table.even, at);
-    append(all, node.table.odd, at);
-  }
-  return all;
+  std::vector<const MatrixXd*> parts;
+  for (const DynamicsNode& node : nodes)
+    parts.insert(parts.end(), {&node.table.even, &node.table.odd});
+  return joined(parts);
 }
 
 VectorXd station_numbers(const std::vector<DynamicsNode>& nodes) {
-  Eigen::Index size = 0;
-  for (const DynamicsNode& node : nodes) size += node.stations.size();
-  VectorXd all(size);
-  Eigen::Index at = 0;
-  for (const DynamicsNode& node : nodes) append(all, node.stations, at);
-  return all;
-}
-
-RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho) {
-  // A leaf whose ray is this near to one of the atlas uses that ray: half the look-up, and the
-  // model does not change with a design that turns its rays by next to nothing.
-  constexpr double near_ray = 1e-3;
-  RayNeighbours ray;
-  while (ray.left + 2 < static_cast<int>(rays.size()) && rho >= rays[ray.left + 1]) ++ray.left;
-  ray.a = rays[ray.left];
-  ray.b = rays[ray.left + 1];
-  ray.on_left = std::abs(rho - ray.a) < near_ray;
-  ray.on_right = std::abs(rho - ray.b) < near_ray;
-  ray.rho = ray.on_left ? ray.a : ray.on_right ? ray.b : rho;
-  return ray;
+  std::vector<const MatrixXd*> parts;
+  for (const DynamicsNode& node : nodes) parts.push_back(&node.stations);
+  return joined(parts);
 }
 
 namespace {
@@ -75,19 +57,31 @@ std::vector<StateTable> tables_of(const double* a, const double* b, const RayNei
   return found;
 }
 
-int numbers_of(std::size_t nodes) {
-  return static_cast<int>(nodes) *
-         (evens_each * TubeDynamics::entries()[0] + odds_each * TubeDynamics::entries()[1]);
+// The first numbers of the tables of both rays, where they are wanted.
+std::array<MatrixXd, 2> on_rays(const std::vector<CompressedTable>& tables,
+                                const RayNeighbours& ray, const ShapeWeights& weights,
+                                int numbers) {
+  const auto at = [&](int k) {
+    return tables[static_cast<std::size_t>(k)].look_up(weights, numbers);
+  };
+  return {ray.on_right ? MatrixXd() : at(ray.left), ray.on_left ? MatrixXd() : at(ray.left + 1)};
 }
 
-// What `look_up(table)` says of both rays, where they are wanted.
-template <class LookUp>
-auto on_rays(const std::vector<CompressedTable>& tables, const RayNeighbours& ray,
-             const LookUp& look_up) {
-  const auto left = static_cast<std::size_t>(ray.left);
-  using Numbers = decltype(look_up(tables[left]));
-  return std::array<Numbers, 2>{ray.on_right ? Numbers() : look_up(tables[left]),
-                                ray.on_left ? Numbers() : look_up(tables[left + 1])};
+// Tables of the bent states, then what they change by, as many slopes as the weights have.
+std::vector<std::vector<StateTable>> look_up_tables(const std::vector<CompressedTable>& tables,
+                                                    const ShapeWeights& weights,
+                                                    const RayNeighbours& ray,
+                                                    const std::vector<double>& sigmas) {
+  const int numbers = static_cast<int>(sigmas.size()) * (evens_each * TubeDynamics::entries()[0] +
+                                                         odds_each * TubeDynamics::entries()[1]);
+  const auto [a, b] = on_rays(tables, ray, weights, numbers);
+  const auto column = [](const MatrixXd& all, Eigen::Index c) {
+    return all.rows() == 0 ? nullptr : all.col(c).data();
+  };
+  std::vector<std::vector<StateTable>> found;
+  for (Eigen::Index c = 0; c < weights.of.cols(); ++c)
+    found.push_back(tables_of(column(a, c), column(b, c), ray, sigmas));
+  return found;
 }
 
 }  // namespace
@@ -98,20 +92,16 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
                                            const std::vector<double>& sigmas, int all_nodes) {
   const int motions =
       stations.empty() ? 0 : stations[static_cast<std::size_t>(ray.left)].all / all_nodes;
-  const auto [a, b] = on_rays(tables, ray, [&](const CompressedTable& table) {
-    return table.look_up(weights, numbers_of(sigmas.size()));
-  });
   std::array<MatrixXd, 2> moving;
   if (!stations.empty())
-    moving = on_rays(stations, ray, [&](const CompressedTable& table) {
-      return table.look_up(weights, static_cast<int>(sigmas.size()) * motions);
-    });
+    moving = on_rays(stations, ray, weights, static_cast<int>(sigmas.size()) * motions);
   const auto& [stations_a, stations_b] = moving;
   const double t = (ray.rho - ray.a) / (ray.b - ray.a);
   std::vector<DynamicsNode> found;
-  for (StateTable& table : tables_of(a.data(), b.data(), ray, sigmas)) {
+  std::vector<std::vector<StateTable>> all = look_up_tables(tables, weights, ray, sigmas);
+  for (StateTable& table : all.front()) {
     const auto first = static_cast<Eigen::Index>(found.size()) * motions;
-    const auto of = [&](const MatrixXd& all) { return all.col(0).segment(first, motions); };
+    const auto of = [&](const MatrixXd& m) { return m.col(0).segment(first, motions); };
     const VectorXd motion = ray.on_left ? of(stations_a)
                             : ray.on_right
                                 ? of(stations_b)
@@ -124,15 +114,8 @@ std::vector<DynamicsNode> look_up_dynamics(const std::vector<CompressedTable>& t
 DynamicsRates look_up_dynamics_rates(const std::vector<CompressedTable>& tables,
                                      const ShapeWeights& weights, const RayNeighbours& ray,
                                      const std::vector<double>& sigmas) {
-  const auto [a, b] = on_rays(tables, ray, [&](const CompressedTable& table) {
-    return table.look_up(weights, numbers_of(sigmas.size()));
-  });
-  const auto column = [](const MatrixXd& all, std::size_t p) {
-    return all.rows() == 0 ? nullptr : all.col(static_cast<Eigen::Index>(1 + p)).data();
-  };
-  DynamicsRates rates;
-  for (std::size_t p = 0; p < weights.slope.size(); ++p)
-    rates.push_back(tables_of(column(a, p), column(b, p), ray, sigmas));
+  DynamicsRates rates = look_up_tables(tables, weights, ray, sigmas);
+  rates.erase(rates.begin());
   return rates;
 }
 

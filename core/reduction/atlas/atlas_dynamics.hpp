@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/reduction/atlas/compressed_table.hpp"
+#include "core/reduction/atlas/ray_interpolation.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 
 namespace flexopt {
@@ -10,15 +11,6 @@ namespace flexopt {
 /// Numbers of the tables of bent states, and of their stations.
 VectorXd table_numbers(const std::vector<DynamicsNode>& nodes);
 VectorXd station_numbers(const std::vector<DynamicsNode>& nodes);
-
-/// The rays of an atlas between which a ray lies. Where it is one of them, the other is not needed.
-struct RayNeighbours {
-  int left = 0;
-  double a = 0, b = 0, rho = 0;
-  bool on_left = false, on_right = false;
-};
-/// `rays`: ascending from −1 to 1.
-RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho);
 
 /// The tables of the bent states `sigmas` (some of the first that the atlas has). `tables`,
 /// `stations`: of each ray, these empty where not wanted.

@@ -54,34 +54,31 @@ std::uint64_t hash(const char* data, std::uint64_t size) {
   return h[0];
 }
 
+template <class Settings, class Visit>
+void each_setting(Settings& s, const Visit& visit) {
+  visit("mesh", s.mesh);
+  visit("free_edge_torsion", s.free_edge_torsion);
+  visit("width", s.width);
+  visit("thickness", s.thickness);
+  visit("points", s.points);
+  visit("poissons_ratios", s.poissons_ratios);
+  visit("rays", s.rays);
+  visit("sigmas", s.sigmas);
+  visit("dynamics", s.dynamics);
+  visit("stress_patterns", s.stress_patterns);
+  visit("stress_samples", s.stress_samples);
+}
+
 json settings_json(const AtlasSettings& s) {
-  return {{"mesh", s.mesh},
-          {"free_edge_torsion", s.free_edge_torsion},
-          {"width", s.width},
-          {"thickness", s.thickness},
-          {"points", s.points},
-          {"poissons_ratios", s.poissons_ratios},
-          {"rays", s.rays},
-          {"sigmas", s.sigmas},
-          {"degree", atlas_degree},
-          {"dynamics", s.dynamics},
-          {"stress_patterns", s.stress_patterns},
-          {"stress_samples", s.stress_samples}};
+  json j;
+  j["degree"] = atlas_degree;
+  each_setting(s, [&](const char* name, const auto& value) { j[name] = value; });
+  return j;
 }
 
 AtlasSettings settings_of(const json& j) {
   AtlasSettings s;
-  j.at("mesh").get_to(s.mesh);
-  j.at("free_edge_torsion").get_to(s.free_edge_torsion);
-  j.at("width").get_to(s.width);
-  j.at("thickness").get_to(s.thickness);
-  j.at("points").get_to(s.points);
-  j.at("poissons_ratios").get_to(s.poissons_ratios);
-  j.at("rays").get_to(s.rays);
-  j.at("sigmas").get_to(s.sigmas);
-  j.at("dynamics").get_to(s.dynamics);
-  j.at("stress_patterns").get_to(s.stress_patterns);
-  j.at("stress_samples").get_to(s.stress_samples);
+  each_setting(s, [&](const char* name, auto& value) { j.at(name).get_to(value); });
   return s;
 }
 
@@ -179,14 +176,9 @@ void each_potential_part(const AtlasSettings& s, Numbers& numbers, const Part& p
 // Reads the potentials of a file; false where they are incomplete.
 bool read_potentials(const AtlasSettings& settings, PartReader& reader,
                      TubeAtlas::Numbers& numbers) {
-  bool whole = true;
-  each_potential_part(settings, numbers, [&](const auto*& part, std::uint64_t count) {
-    using Number =
-        std::remove_const_t<std::remove_pointer_t<std::remove_reference_t<decltype(part)>>>;
-    part = reader.next<Number>(count);
-    whole = whole && part;
-  });
-  return whole;
+  each_potential_part(settings, numbers,
+                      [&](const auto*& part, std::uint64_t count) { reader.read(part, count); });
+  return reader.whole;
 }
 
 struct Mapping {
@@ -268,26 +260,22 @@ Check write_atlas(const TubeAtlas& atlas, const fs::path& file) {
   Head head{};
   std::memcpy(head.magic, magic, sizeof magic);
   head.byte_order = byte_order;
-  head.text = padded(sizeof head);
+  std::string contents(padded(sizeof head), '\0');
+  head.text = contents.size();
   head.text_size = text.size();
-  head.potentials = head.text + padded(head.text_size);
-  std::string potentials;
+  append_part(contents, text.data(), text.size());
+  head.potentials = contents.size();
   each_potential_part(s, atlas.numbers(), [&](const auto* part, std::uint64_t count) {
-    append_part(potentials, part, count);
+    append_part(contents, part, count);
   });
-  head.tables = head.potentials + potentials.size();
-  std::string tables;
+  head.tables = contents.size();
   for (const auto* some : {&atlas.numbers().dynamics, &atlas.numbers().stations})
-    for (const CompressedTable& table : *some) append_table(tables, table);
-  head.stress = head.tables + tables.size();
+    for (const CompressedTable& table : *some) append_table(contents, table);
+  head.stress = contents.size();
   const std::string stress = atlas.stress() ? atlas.stress()->pack() : std::string();
   head.stress_size = stress.size();
-  head.size = head.stress + padded(head.stress_size);
-  std::string contents(head.size, '\0');
-  std::memcpy(contents.data() + head.tables, tables.data(), tables.size());
-  std::memcpy(contents.data() + head.text, text.data(), text.size());
-  std::memcpy(contents.data() + head.potentials, potentials.data(), potentials.size());
-  std::memcpy(contents.data() + head.stress, stress.data(), stress.size());
+  append_part(contents, stress.data(), stress.size());
+  head.size = contents.size();
   head.contents = hash(contents.data() + head.text, head.size - head.text);
   std::memcpy(contents.data(), &head, sizeof head);
 

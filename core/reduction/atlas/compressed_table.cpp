@@ -8,19 +8,13 @@
 #include "core/math/decompositions.hpp"
 
 namespace flexopt {
-namespace {
 
-constexpr int most_power = 16;  // doubled
-
-// (w/L)^(p/2) for all p from −16 to 16.
-std::array<double, 2 * most_power + 1> half_powers(double log_size) {
-  std::array<double, 2 * most_power + 1> powers;
-  for (int k = -most_power; k <= most_power; ++k)
-    powers[k + most_power] = std::exp(0.5 * k * log_size);
-  return powers;
+HalfPowers::HalfPowers(const Vector3d& place) {
+  for (int k = -most; k <= most; ++k) {
+    width_[k + most] = std::exp(0.5 * k * place[0]);
+    thickness_[k + most] = std::exp(0.5 * k * place[1]);
+  }
 }
-
-}  // namespace
 
 Vector3d ShapeGrid::shape(int k) const {
   const int thick = static_cast<int>(log_thickness.size()),
@@ -34,19 +28,16 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSl
   const std::array<PointWeights, 3> axis{polynomial_weights(grid.log_width, place[0]),
                                          polynomial_weights(grid.log_thickness, place[1]),
                                          polynomial_weights(grid.poissons_ratios, place[2])};
-  const auto product = [&](int slope) {
-    const auto of = [&](int a) -> const std::vector<double>& {
-      return a == slope ? axis[a].slope : axis[a].value;
+  ShapeWeights weights{place, MatrixXd(grid.size(), 1 + slope_count(slopes))};
+  for (int column = 0; column < weights.of.cols(); ++column) {
+    const auto along = [&](int a) -> const std::vector<double>& {
+      return a == column - 1 ? axis[a].slope : axis[a].value;
     };
-    VectorXd all(grid.size());
     Eigen::Index n = 0;
-    for (const double v : of(2))
-      for (const double x : of(0))
-        for (const double y : of(1)) all[n++] = v * x * y;
-    return all;
-  };
-  ShapeWeights weights{place, product(-1), {}};
-  for (int a = 0; a < slope_count(slopes); ++a) weights.slope.push_back(product(a));
+    for (const double v : along(2))
+      for (const double x : along(0))
+        for (const double y : along(1)) weights.of(n++, column) = v * x * y;
+  }
   return weights;
 }
 
@@ -56,15 +47,10 @@ Vector3d place_in_grid(const PlateShape& shape) {
 Vector3d slope_units(const PlateShape& shape) { return {1 / shape.width, 1 / shape.thickness, 1}; }
 
 MatrixXd ShapeCoordinates::at(int directions, const ShapeWeights& weights) const {
-  using Whole = Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>;
-  const Eigen::Map<const Whole> at_shapes(numbers, directions, weights.value.size());
-  MatrixXd x = MatrixXd::Zero(1 + static_cast<Eigen::Index>(weights.slope.size()), directions);
-  for (Eigen::Index row = 0; row < x.rows(); ++row) {
-    const VectorXd& w = row == 0 ? weights.value : weights.slope[static_cast<std::size_t>(row - 1)];
-    for (Eigen::Index k = 0; k < w.size(); ++k)
-      if (w[k] != 0) x.row(row) += w[k] * at_shapes.col(k).cast<double>().transpose();
-  }
-  return x * Eigen::Map<const Eigen::VectorXf>(units, directions).cast<double>().asDiagonal();
+  const MatrixXd x =
+      weighted_sums(weights, directions, [&](Eigen::Index k) { return numbers + k * directions; });
+  return x.transpose() *
+         Eigen::Map<const Eigen::VectorXf>(units, directions).cast<double>().asDiagonal();
 }
 
 MadeCoordinates::MadeCoordinates(const MatrixXd& coordinates)
@@ -84,16 +70,14 @@ MatrixXd CompressedTable::look_up(const ShapeWeights& weights, int first) const 
   const MatrixXd y =
       direction_sums(basis, directions, blocks(count), coordinates.at(directions, weights));
   // a power law and the size of each number, in the places of all
-  const auto width = half_powers(weights.place[0]), thickness = half_powers(weights.place[1]);
+  const HalfPowers law(weights.place);
   MatrixXd in_place = MatrixXd::Zero(first, y.cols());
   for (int i = 0; i < count; ++i) {
-    const std::int8_t p = exponents[2 * i], q = exponents[2 * i + 1];
-    const double size =
-        static_cast<double>(sizes[i]) * width[p + most_power] * thickness[q + most_power];
+    const double size = static_cast<double>(sizes[i]) * law(exponents + 2 * i);
     for (Eigen::Index a = 0; a < y.cols(); ++a) in_place(places[i], a) = size * y(i, a);
     if (y.cols() == 1) continue;
-    in_place(places[i], 1) += 0.5 * p * in_place(places[i], 0);
-    in_place(places[i], 2) += 0.5 * q * in_place(places[i], 0);
+    for (int a = 0; a < 2; ++a)
+      in_place(places[i], 1 + a) += 0.5 * exponents[2 * i + a] * in_place(places[i], 0);
   }
   return in_place;
 }
@@ -113,36 +97,24 @@ std::array<std::int8_t, 2> power_law(const MatrixXd& log_shapes, const VectorXd&
   const VectorXd x = Lu(A.transpose() * A).solve(A.transpose() * b);
   const auto rounded = [&](double p) {
     return static_cast<std::int8_t>(
-        std::clamp(static_cast<int>(std::lround(2 * p)), -most_power, most_power));
+        std::clamp(static_cast<int>(std::lround(2 * p)), -HalfPowers::most, HalfPowers::most));
   };
   return {rounded(x[1]), rounded(x[2])};
 }
 
-namespace {
-
-// Directions that represent the columns of `values`, and the columns' coordinates in them. What is
-// left of any number, times the share of its column, is at most `tolerance`.
-struct Directions {
-  MatrixXd basis, coordinates;
-};
-Directions directions_of(const MatrixXd& values, const VectorXd& share, double tolerance) {
-  const int shapes = static_cast<int>(values.cols());
-  const MatrixXd scaled = values * share.asDiagonal();
-  // the left singular vectors, by those of VᵀV
-  const MatrixXd V = SymmetricEigen(scaled.transpose() * scaled).eigenvectors().rowwise().reverse();
-  MatrixXd rest = scaled;
-  int directions = 0;
-  while (directions < shapes && (directions == 0 || rest.cwiseAbs().maxCoeff() > tolerance)) {
-    const int more = std::min(8, shapes - directions);
+MatrixXd leading_directions(const MatrixXd& values, double tolerance, int at_a_time) {
+  // the right singular vectors
+  const MatrixXd V = SymmetricEigen(values.transpose() * values).eigenvectors().rowwise().reverse();
+  MatrixXd rest = values;
+  Eigen::Index directions = 0;
+  while (directions < V.cols() && (directions == 0 || rest.cwiseAbs().maxCoeff() > tolerance)) {
+    const Eigen::Index more = std::min<Eigen::Index>(at_a_time, V.cols() - directions);
     const MatrixXd W = V.middleCols(directions, more);
     rest.noalias() -= (rest * W) * W.transpose();
     directions += more;
   }
-  return {scaled * V.leftCols(directions),
-          V.leftCols(directions).transpose() * share.cwiseInverse().asDiagonal()};
+  return V.leftCols(directions);
 }
-
-}  // namespace
 
 CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixXd& weights,
                            const std::vector<bool>& trusted, double tolerance) {
@@ -177,22 +149,20 @@ CompressedNumbers compress(const ShapeGrid& grid, MatrixXd values, const MatrixX
     sizes.push_back(size / weight);
   }
   const auto numbers = static_cast<Eigen::Index>(sizes.size());
-  const Directions found = directions_of(values.topRows(numbers), share, tolerance);
-  const Eigen::Index directions = found.basis.cols();
+  // what is left of any number, times the share of its shape, is at most the tolerance
+  const MatrixXd scaled = values.topRows(numbers) * share.asDiagonal(),
+                 V = leading_directions(scaled, tolerance, 8), basis = scaled * V;
   made.numbers = static_cast<int>(numbers);
-  made.directions = static_cast<int>(directions);
-  constexpr Eigen::Index block = CompressedTable::block;
-  made.basis.resize(static_cast<std::size_t>(CompressedTable::blocks(made.numbers) * block) *
-                    static_cast<std::size_t>(directions));
-  for (Eigen::Index i = 0; i < numbers;
-       ++i) {  // to whole numbers, the unit of each row in its size
-    const double unit = whole_unit<std::int16_t>(found.basis.row(i));
+  made.directions = static_cast<int>(V.cols());
+  made.basis.resize(
+      static_cast<std::size_t>(CompressedTable::blocks(made.numbers) * CompressedTable::block) *
+      static_cast<std::size_t>(made.directions));
+  for (Eigen::Index i = 0; i < numbers; ++i) {  // the unit of each row goes into its size
+    const double unit = whole_unit<std::int16_t>(basis.row(i));
     made.sizes.push_back(static_cast<float>(sizes[static_cast<std::size_t>(i)] * unit));
-    for (Eigen::Index k = 0; k < directions; ++k)
-      made.basis[static_cast<std::size_t>((i / block * directions + k) * block + i % block)] =
-          static_cast<std::int16_t>(std::lround(found.basis(i, k) / unit));
+    put_row(made.basis, i, basis.row(i), unit);
   }
-  made.coordinates = MadeCoordinates(found.coordinates);
+  made.coordinates = MadeCoordinates(V.transpose() * share.cwiseInverse().asDiagonal());
   return made;
 }
 

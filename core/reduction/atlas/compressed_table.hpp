@@ -38,8 +38,7 @@ constexpr int slope_count(ShapeSlopes slopes) {
 /// log w/L, log t/L and ν.
 struct ShapeWeights {
   Vector3d place;  ///< log w/L, log t/L, ν
-  VectorXd value;
-  std::vector<VectorXd> slope;  ///< those that are wanted
+  MatrixXd of;     ///< shapes × (value, the derivatives that are wanted)
 };
 ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSlopes slopes);
 
@@ -47,6 +46,34 @@ ShapeWeights shape_weights(const ShapeGrid& grid, const Vector3d& place, ShapeSl
 /// these.
 Vector3d place_in_grid(const PlateShape& shape);
 Vector3d slope_units(const PlateShape& shape);
+
+/// Σ_k weights_k (column k of `numbers`, which begins at column(k)): rows × (value, its wanted
+/// derivatives).
+template <class Column>
+MatrixXd weighted_sums(const ShapeWeights& weights, Eigen::Index rows, const Column& column) {
+  MatrixXd sums = MatrixXd::Zero(rows, weights.of.cols());
+  for (Eigen::Index k = 0; k < weights.of.rows(); ++k)
+    for (Eigen::Index j = 0; j < sums.cols(); ++j)
+      if (const double w = weights.of(k, j); w != 0) {
+        const auto* numbers = column(k);
+        for (Eigen::Index i = 0; i < rows; ++i) sums(i, j) += w * numbers[i];
+      }
+  return sums;
+}
+
+/// (w/L)^(p/2) (t/L)^(q/2) at a place, for all p and q from −16 to 16.
+class HalfPowers {
+ public:
+  static constexpr int most = 16;
+  explicit HalfPowers(const Vector3d& place);
+  /// `exponents`: p, q.
+  double operator()(const std::int8_t* exponents) const {
+    return width_[exponents[0] + most] * thickness_[exponents[1] + most];
+  }
+
+ private:
+  std::array<double, 2 * most + 1> width_, thickness_;
+};
 
 /// Coordinates of all shapes of a grid along so many directions, in whole numbers of 16 bits.
 struct ShapeCoordinates {
@@ -85,6 +112,19 @@ double whole_unit(const Row& row) {
   const double most = row.size() > 0 ? row.cwiseAbs().maxCoeff() : 0;
   return most > 0 ? most / std::numeric_limits<Whole>::max() : 1;
 }
+
+/// Puts row i of numbers over `unit` into blocks as of CompressedTable::basis.
+template <class Whole, class Row>
+void put_row(std::vector<Whole>& blocks, Eigen::Index i, const Row& row, double unit) {
+  constexpr Eigen::Index block = direction_block;
+  for (Eigen::Index k = 0; k < row.size(); ++k)
+    blocks[static_cast<std::size_t>((i / block * row.size() + k) * block + i % block)] =
+        static_cast<Whole>(std::lround(row[k] / unit));
+}
+
+/// The first directions V of the rows of `values`, so many at a time, with which no number is off
+/// by more than `tolerance`: values ≈ values V Vᵀ.
+MatrixXd leading_directions(const MatrixXd& values, double tolerance, int at_a_time);
 
 /// Coordinates with their numbers.
 struct MadeCoordinates {

@@ -2,7 +2,6 @@
 
 #include <memory>
 
-#include "core/reduction/tube/bent_states.hpp"
 #include "core/reduction/tube/tube_stress.hpp"
 
 namespace flexopt {

@@ -11,7 +11,6 @@
 #include <random>
 #include <utility>
 
-#include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/polynomial.hpp"
 #include "core/reduction/atlas/atlas_dynamics.hpp"
@@ -27,9 +26,10 @@ void run_in_order(int count, const std::function<void(int)>& work) {
 
 namespace {
 
-PlateShape shape_at(const AtlasSettings& settings, double width, double thickness,
-                    double poissons_ratio) {
-  return {width, thickness, poissons_ratio, settings.mesh, settings.free_edge_torsion};
+// Shape of a place of the grid.
+PlateShape shape_at(const AtlasSettings& settings, const Vector3d& place) {
+  return {std::exp(place[0]), std::exp(place[1]), place[2], settings.mesh,
+          settings.free_edge_torsion};
 }
 
 BentStates bent_states(const AtlasSettings& settings, const PlateShape& shape, double rho,
@@ -64,23 +64,24 @@ struct Store {
 
 // Fills the table of one ray for all Poisson's ratios from its bent states, [ratio × shape].
 void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms, int ray,
-              const MatrixXd& log_shapes, const std::vector<BentStates>& states, Store& store) {
-  const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size());
+              const std::vector<BentStates>& states, Store& store) {
+  const ShapeGrid grid = shape_grid(settings);
+  MatrixXd places(grid.size(), 2);
+  for (int k = 0; k < grid.size(); ++k) places.row(k) = grid.shape(k).head<2>().transpose();
+  const int shapes = settings.shapes();
   const int rays = static_cast<int>(settings.rays.size());
   const auto [all_lower, all_highest] = term_counts(terms);
   const std::size_t stride = TubeAtlas::stride(all_lower),
                     stride_of_highest = TubeAtlas::stride(all_highest);
-  const auto shape = [&](int n, int k) {
-    return (static_cast<std::size_t>(n) * rays + ray) * shapes + static_cast<std::size_t>(k);
+  const auto shape = [&](int k) {
+    return (static_cast<std::size_t>(k / shapes) * rays + ray) * shapes +
+           static_cast<std::size_t>(k % shapes);
   };
   std::size_t lower = 0, highest = 0;
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    VectorXd c(ratios * shapes);
-    MatrixXd places(ratios * shapes, 2);
-    for (int k = 0; k < c.size(); ++k) {
+    VectorXd c(grid.size());
+    for (int k = 0; k < c.size(); ++k)
       c[k] = states[static_cast<std::size_t>(k)].nodes[terms[i].node].W[terms[i].monomial];
-      places.row(k) = log_shapes.row(k % shapes);
-    }
     const auto power = power_law(places, c.cwiseAbs());
     const std::size_t e = 2 * (static_cast<std::size_t>(ray) * terms.size() + i);
     store.exponents[e] = power[0];
@@ -91,15 +92,12 @@ void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms
     const double most = c.cwiseAbs().maxCoeff(), unit = most > 0 ? most / 32767 : 1;
     if (last)
       store.units[static_cast<std::size_t>(ray) * all_highest + highest] = static_cast<float>(unit);
-    for (int n = 0; n < ratios; ++n)
-      for (int k = 0; k < shapes; ++k) {
-        const double x = c[n * shapes + k];
-        if (last)
-          store.highest[shape(n, k) * stride_of_highest + highest] =
-              static_cast<std::int16_t>(std::lround(x / unit));
-        else
-          store.values[shape(n, k) * stride + lower] = static_cast<float>(x);
-      }
+    for (int k = 0; k < c.size(); ++k)
+      if (last)
+        store.highest[shape(k) * stride_of_highest + highest] =
+            static_cast<std::int16_t>(std::lround(c[k] / unit));
+      else
+        store.values[shape(k) * stride + lower] = static_cast<float>(c[k]);
     ++(last ? highest : lower);
   }
 }
@@ -116,8 +114,7 @@ void compress_dynamics(const AtlasSettings& settings, const std::vector<BentStat
       stations(motions, grid.size()), ones(motions, grid.size());
   std::vector<bool> trusted;
   for (int k = 0; k < grid.size(); ++k) {
-    const Vector3d at = grid.shape(k);
-    const PlateShape shape = shape_at(settings, std::exp(at[0]), std::exp(at[1]), at[2]);
+    const PlateShape shape = shape_at(settings, grid.shape(k));
     std::vector<DynamicsNode> nodes = states[static_cast<std::size_t>(k)].dynamics;
     values.col(k) = table_numbers(nodes);
     stations.col(k) = station_numbers(nodes);
@@ -280,7 +277,8 @@ AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
   options.loop(static_cast<int>(check.rays.size()) * per_ray, [&](int i) {
     AtlasCheck::Ray& ray = check.rays[static_cast<std::size_t>(i / per_ray)];
     AtlasCheck::Sample& sample = ray.samples[static_cast<std::size_t>(i % per_ray)];
-    const PlateShape shape = shape_at(s, sample.width, sample.thickness, sample.poissons_ratio);
+    const PlateShape shape{sample.width, sample.thickness, sample.poissons_ratio, s.mesh,
+                           s.free_edge_torsion};
     TubeAtlas::Tube tube = atlas.look_up(shape, {1, ray.rho});
     BentStates states =
         bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas,
@@ -301,25 +299,12 @@ AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
   return check;
 }
 
-// Logarithms of w/L and t/L of all shapes of the atlas, a row each.
-MatrixXd logarithms_of_shapes(const AtlasSettings& settings) {
-  const auto points = [](const std::array<double, 2>& range, int count) {
-    return chebyshev_points(std::log(range[0]), std::log(range[1]), count);
-  };
-  const std::vector<double> width = points(settings.width, settings.points[0]),
-                            thickness = points(settings.thickness, settings.points[1]);
-  MatrixXd log_shapes(settings.shapes(), 2);
-  for (int k = 0; k < settings.shapes(); ++k)
-    log_shapes.row(k) << width[k / settings.points[1]], thickness[k % settings.points[1]];
-  return log_shapes;
-}
-
 // Whether a ray has all bent states, [ratio × shape].
-Check check_states(const AtlasSettings& settings, const MatrixXd& log_shapes,
+Check check_states(const AtlasSettings& settings, const ShapeGrid& grid,
                    const std::vector<BentStates>& states, double rho) {
   for (std::size_t i = 0; i < states.size(); ++i)
     if (states[i].nodes.size() < settings.sigmas.size()) {
-      const auto at = log_shapes.row(static_cast<Eigen::Index>(i) % log_shapes.rows());
+      const Vector3d at = grid.shape(static_cast<int>(i));
       return Because(fmt::format(
           "a leaf with w/L = {:.4g}, t/L = 1/{:.4g} has only {} of {} bent states on the ray "
           "(1, {:.3g})",
@@ -332,9 +317,8 @@ Check check_states(const AtlasSettings& settings, const MatrixXd& log_shapes,
 
 Answer<std::shared_ptr<const TubeAtlas>> make_atlas(const AtlasSettings& settings,
                                                     const AtlasOptions& options) {
-  const int shapes = settings.shapes(), ratios = static_cast<int>(settings.poissons_ratios.size()),
-            rays = static_cast<int>(settings.rays.size()), per_ray = ratios * shapes;
-  const MatrixXd log_shapes = logarithms_of_shapes(settings);
+  const ShapeGrid grid = shape_grid(settings);
+  const int rays = static_cast<int>(settings.rays.size()), per_ray = grid.size();
   const int checks =
       options.check_cells[0] * options.check_cells[1] * static_cast<int>(options.check_rays.size());
   const int total = rays * per_ray + checks;
@@ -355,19 +339,15 @@ Answer<std::shared_ptr<const TubeAtlas>> make_atlas(const AtlasSettings& setting
                                         of_stress.rays.end();
     std::vector<BentStates> states(static_cast<std::size_t>(per_ray));
     options.loop(per_ray, [&](int i) {
-      const int k = i % shapes;
       BentStates& own = states[static_cast<std::size_t>(i)];
-      own = bent_states(settings,
-                        shape_at(settings, std::exp(log_shapes(k, 0)), std::exp(log_shapes(k, 1)),
-                                 settings.poissons_ratios[static_cast<std::size_t>(i / shapes)]),
-                        rho, stressed);
+      own = bent_states(settings, shape_at(settings, grid.shape(i)), rho, stressed);
       if (stressed && own.stress.size() == settings.sigmas.size()) stress->put(i, own.stress);
       own.stress.clear();
       one_more();
     });
-    if (Check complete = check_states(settings, log_shapes, states, rho); !complete)
+    if (Check complete = check_states(settings, grid, states, rho); !complete)
       return Because(std::move(complete.error()));
-    fill_ray(settings, terms, ray, log_shapes, states, *store);
+    fill_ray(settings, terms, ray, states, *store);
     if (settings.dynamics) compress_dynamics(settings, states, *store);
     if (stressed) stress->end_ray();
   }

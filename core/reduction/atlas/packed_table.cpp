@@ -4,8 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/math/decompositions.hpp"
-
 namespace flexopt {
 
 MatrixXd PackedTable::look_up(const ShapeWeights& weights) const {
@@ -22,24 +20,6 @@ MatrixXd PackedTable::look_up(const ShapeWeights& weights) const {
   return found;
 }
 
-namespace {
-
-// Directions V that represent the rows of `values` within `tolerance`: values ≈ values V Vᵀ.
-MatrixXd directions_of(const MatrixXd& values, double tolerance) {
-  const MatrixXd V = SymmetricEigen(values.transpose() * values).eigenvectors().rowwise().reverse();
-  MatrixXd rest = values;
-  Eigen::Index directions = 0;
-  while (directions < V.cols() && (directions == 0 || rest.cwiseAbs().maxCoeff() > tolerance)) {
-    const Eigen::Index more = std::min<Eigen::Index>(4, V.cols() - directions);
-    const MatrixXd W = V.middleCols(directions, more);
-    rest.noalias() -= (rest * W) * W.transpose();
-    directions += more;
-  }
-  return V.leftCols(directions);
-}
-
-}  // namespace
-
 PackedNumbers pack(MatrixXd values, const VectorXd& weights, double tolerance) {
   constexpr double negligible = 0.3;  // of the tolerance: such a number is left out
   assert(values.rows() == weights.size() && values.rows() <= 65536);
@@ -53,12 +33,12 @@ PackedNumbers pack(MatrixXd values, const VectorXd& weights, double tolerance) {
   }
   made.numbers = static_cast<int>(made.places.size());
   const auto kept = values.topRows(made.numbers);
-  const MatrixXd V = directions_of(kept, tolerance), basis = kept * V;
+  const MatrixXd V = leading_directions(kept, tolerance, 4), basis = kept * V;
   made.directions = static_cast<int>(V.cols());
 
   const int coarse = made.table().coarse_directions(), fine = made.table().fine_directions();
-  constexpr Eigen::Index block = direction_block;
-  const auto rows = static_cast<std::size_t>(CompressedTable::blocks(made.numbers) * block);
+  const auto rows =
+      static_cast<std::size_t>(CompressedTable::blocks(made.numbers) * direction_block);
   made.coarse.resize(rows * static_cast<std::size_t>(coarse));
   made.fine.resize(rows * static_cast<std::size_t>(fine));
   made.sizes.resize(2 * made.places.size());
@@ -66,9 +46,7 @@ PackedNumbers pack(MatrixXd values, const VectorXd& weights, double tolerance) {
     const auto put = [i](const auto& row, auto& numbers) {
       using Whole = typename std::decay_t<decltype(numbers)>::value_type;
       const ShortNumber unit(whole_unit<Whole>(row));
-      for (Eigen::Index k = 0; k < row.size(); ++k)
-        numbers[static_cast<std::size_t>((i / block * row.size() + k) * block + i % block)] =
-            static_cast<Whole>(std::lround(row[k] / unit.value()));
+      put_row(numbers, i, row, unit.value());
       return unit;
     };
     const auto row = static_cast<std::size_t>(i);

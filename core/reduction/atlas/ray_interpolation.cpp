@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <map>
 
 #include "core/math/polynomial.hpp"
@@ -132,6 +133,20 @@ Eigen::Matrix2d ray_directions(double rho) {
   Eigen::Matrix2d D;
   D << 1, -rho, rho, 1;
   return D;
+}
+
+RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho) {
+  // A leaf whose ray is this near to one of the atlas uses that ray: half the look-up, and the
+  // model does not change with a design that turns its rays by next to nothing.
+  constexpr double near_ray = 1e-3;
+  RayNeighbours ray;
+  while (ray.left + 2 < static_cast<int>(rays.size()) && rho >= rays[ray.left + 1]) ++ray.left;
+  ray.a = rays[ray.left];
+  ray.b = rays[ray.left + 1];
+  ray.on_left = std::abs(rho - ray.a) < near_ray;
+  ray.on_right = std::abs(rho - ray.b) < near_ray;
+  ray.rho = ray.on_left ? ray.a : ray.on_right ? ray.b : rho;
+  return ray;
 }
 
 RayRates ray_rates(const std::vector<double>& W, double sigma, double rho) {

@@ -15,6 +15,15 @@ inline constexpr int atlas_degree = 5;
 /// D of the ray (1, ρ): (θ1y, θ2y)ᵀ = D (σ, τ), D = [1, −ρ; ρ, 1].
 Eigen::Matrix2d ray_directions(double rho);
 
+/// The rays of an atlas between which a ray lies. Where it is one of them, the other is not needed.
+struct RayNeighbours {
+  int left = 0;
+  double a = 0, b = 0, rho = 0;
+  bool on_left = false, on_right = false;
+};
+/// `rays`: ascending from −1 to 1.
+RayNeighbours ray_neighbours(const std::vector<double>& rays, double rho);
+
 /// ∂W/∂ρ and ∂²W/∂ρ² at constant (σ, τ, φ, N, M1, M2). The first one is right to degree 4, the
 /// second to degree 3; higher terms are zero.
 struct RayRates {

@@ -52,12 +52,6 @@ StateTable table_of(double sigma, const MatrixXd& columns) {
   return {sigma, columns.leftCols(even_columns), columns.rightCols(odd_columns)};
 }
 
-StressPlaces places_of(std::array<int, 2> mesh) {
-  PlateShape shape;
-  shape.mesh = mesh;
-  return StressPlaces(shape);
-}
-
 // The `count` leading eigenvectors.
 MatrixXd leading(const MatrixXd& gram, Eigen::Index count) {
   return SymmetricEigen(gram).eigenvectors().rowwise().reverse().leftCols(
@@ -87,7 +81,7 @@ StrainPatterns find_patterns(const StressAtlasSettings& settings) {
   };
   const auto inside = [&](const std::vector<double>& x) { return in(x.front(), x.back()); };
   const ShapeGrid& grid = settings.grid;
-  const StressPlaces places = places_of(settings.mesh);
+  const StressPlaces places(settings.mesh);
   std::array<MatrixXd, StrainPatterns::families> grams;
   for (int f = 0; f < StrainPatterns::families; ++f) {
     const int rows = pattern_counts(settings, places, f)[0];
@@ -134,16 +128,17 @@ StrainPatterns find_patterns(const StressAtlasSettings& settings) {
 // stored table.
 template <class LookUp>
 StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& look_up) const {
-  const std::vector<double>& rays = settings_.rays;
-  std::size_t left = 0;
-  while (left + 2 < rays.size() && rho > rays[left + 1]) ++left;
-  const double a = rays[left], b = rays[left + 1], sigma = settings_.sigmas[n];
-  const auto of_ray = [&](std::size_t ray) {
-    const auto& numbers = look_up(tables_[ray * settings_.sigmas.size() + n]);
+  const RayNeighbours ray = ray_neighbours(settings_.rays, rho);
+  const double sigma = settings_.sigmas[n];
+  const auto of_ray = [&](int k) {
+    const auto& numbers =
+        look_up(tables_[static_cast<std::size_t>(k) * settings_.sigmas.size() + n]);
     return table_of(sigma, numbers.reshaped(patterns_->all(), even_columns + odd_columns));
   };
-  if (rho == a || rho == b) return of_ray(rho == a ? left : left + 1);
-  return blended(of_ray(left), of_ray(left + 1), blend_between_rays(a, b, sigma, rho));
+  if (ray.on_left) return of_ray(ray.left);
+  if (ray.on_right) return of_ray(ray.left + 1);
+  return blended(of_ray(ray.left), of_ray(ray.left + 1),
+                 blend_between_rays(ray.a, ray.b, sigma, rho));
 }
 
 std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
@@ -156,45 +151,20 @@ std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho
 }
 
 StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSlopes slopes) const {
-  struct Known {  // of a bent state
-    StateTable coefficients;
-    std::vector<StateTable> by_shape;
-  };
-  return [this, shape, rho, slopes, known = std::map<std::size_t, Known>(),
-          at = shape_weights(settings_.grid, place_in_grid(shape), slopes)](
-             std::size_t interval, const StressWeights& weights) mutable {
-    const Eigen::Index strains = patterns_->strains(), stretching = patterns_->stretching();
-    StressRates rates{MatrixXd::Zero(strains, 3), MatrixXd::Zero(strains, 3)};
-    for (const std::size_t end : {0, 1}) {
-      Known& node = known[interval + end];
-      if (node.by_shape.empty()) {
-        std::map<const PackedTable*, MatrixXd> of_ray;
-        const auto column = [&](Eigen::Index c) {
-          return coefficients(rho, interval + end, [&](const PackedTable& t) {
-            const auto [found, fresh] = of_ray.try_emplace(&t);
-            if (fresh) found->second = t.look_up(at);
-            return found->second.col(c);
-          });
-        };
-        node.coefficients = column(0);
-        const Vector3d per = slope_units(shape);
-        for (Eigen::Index p = 0; p < slope_count(slopes); ++p) {
-          StateTable& rate = node.by_shape.emplace_back(column(1 + p));
-          rate.even *= per[p];
-          rate.odd *= per[p];
-        }
-      }
-      const auto add = [&](const auto& w, MatrixXd StateTable::*part, MatrixXd& sum) {
-        for (std::size_t p = 0; p < node.by_shape.size(); ++p) {
-          const VectorXd by = (node.by_shape[p].*part).topRows(strains) * w;
-          auto to = sum.col(static_cast<Eigen::Index>(p));
-          to.head(stretching) += shape.thickness * by.head(stretching);
-          to.tail(strains - stretching) += 2 * by.tail(strains - stretching);
-        }
-        sum.col(1).head(stretching) += (node.coefficients.*part).topRows(stretching) * w;
-      };
-      add(weights.even[end], &StateTable::even, rates.even);
-      add(weights.odd[end], &StateTable::odd, rates.odd);
+  return [this, rho, known = std::map<std::size_t, std::vector<StateTable>>(),
+          at = shape_weights(settings_.grid, place_in_grid(shape), slopes),
+          per = slope_units(shape)](std::size_t n) mutable -> const std::vector<StateTable>& {
+    std::vector<StateTable>& rates = known[n];
+    if (!rates.empty()) return rates;
+    std::map<const PackedTable*, MatrixXd> of_ray;
+    for (Eigen::Index p = 0; p + 1 < at.of.cols(); ++p) {
+      StateTable& rate = rates.emplace_back(coefficients(rho, n, [&](const PackedTable& t) {
+        const auto [found, fresh] = of_ray.try_emplace(&t);
+        if (fresh) found->second = t.look_up(at);
+        return found->second.col(1 + p);
+      }));
+      rate.even *= per[p];
+      rate.odd *= per[p];
     }
     return rates;
   };
@@ -223,7 +193,7 @@ std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings
                                                        std::shared_ptr<const void> owner) {
   PartReader read{data, size};
   const std::size_t tables = settings.rays.size() * settings.sigmas.size();
-  const StressPlaces places = places_of(settings.mesh);
+  const StressPlaces places(settings.mesh);
   const auto* sizes = read.next<std::int32_t>(2 * tables);
   std::array<MatrixXd, StrainPatterns::families> P;
   int coefficients = 0;
@@ -265,7 +235,7 @@ void StressAtlasMaker::put(int k, const std::vector<StateTable>& nodes) {
 }
 
 void StressAtlasMaker::end_ray() {
-  const StressPlaces places = places_of(settings_.mesh);
+  const StressPlaces places(settings_.mesh);
   for (std::size_t n = 0; n < values_.size(); ++n) {
     const double sigma = settings_.sigmas[n];
     VectorXd share(patterns_->all());

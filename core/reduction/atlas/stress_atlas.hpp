@@ -40,7 +40,6 @@ class StressAtlas {
 
   const StressAtlasSettings& settings() const { return settings_; }
   const std::shared_ptr<const StrainPatterns>& patterns() const { return patterns_; }
-  const std::vector<PackedTable>& tables() const { return tables_; }
   /// Coefficients of the patterns about the first `nodes` bent states of a leaf in the box on the
   /// ray (1, rho), rho within the rays.
   std::vector<StateTable> look_up(const PlateShape& shape, double rho, int nodes) const;

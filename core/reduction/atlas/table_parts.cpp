@@ -33,14 +33,8 @@ template <class Table>
 bool read(PartReader& reader, Table& table) {
   if (table.numbers < 0 || table.numbers > table.all || table.directions < 1 || table.shapes < 1)
     return false;
-  bool whole = true;
-  each_part(table, [&](const auto*& part, std::uint64_t n) {
-    using Number =
-        std::remove_const_t<std::remove_pointer_t<std::remove_reference_t<decltype(part)>>>;
-    part = reader.next<Number>(n);
-    whole = whole && part;
-  });
-  return whole;
+  each_part(table, [&](const auto*& part, std::uint64_t n) { reader.read(part, n); });
+  return reader.whole;
 }
 
 }  // namespace

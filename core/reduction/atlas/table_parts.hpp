@@ -25,6 +25,7 @@ void append_part(std::string& block, const T* data, std::uint64_t count) {
 struct PartReader {
   const char* data;
   std::uint64_t size, at = 0;
+  bool whole = true;  ///< whether all that was read was there
 
   /// The next `count` numbers; null beyond the end.
   template <class T>
@@ -33,6 +34,12 @@ struct PartReader {
     const T* part = reinterpret_cast<const T*>(data + at);
     at += padded(count * sizeof(T));
     return part;
+  }
+  /// Points `part` to the next `count` numbers.
+  template <class T>
+  void read(const T*& part, std::uint64_t count) {
+    part = next<T>(count);
+    whole = whole && part;
   }
 };
 

@@ -9,7 +9,6 @@
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
-#include "core/math/wide.hpp"
 #include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 
@@ -32,34 +31,32 @@ RayPlace place_of(const Eigen::Vector2d& ray) {
   return place;
 }
 
-double median_of(std::vector<double> x) {
-  if (x.empty()) return 0;
-  std::sort(x.begin(), x.end());
-  return x[x.size() / 2];
+// The errors of all samples together, each kind by summary(errors).
+template <class Summary>
+AtlasCheck::Errors summarised(const std::vector<AtlasCheck::Sample>& samples,
+                              const Summary& summary) {
+  using Errors = AtlasCheck::Errors;
+  Errors all;
+  for (double Errors::*const part :
+       {&Errors::drive, &Errors::on_ray, &Errors::off_ray, &Errors::frequency, &Errors::stress}) {
+    std::vector<double> errors;
+    for (const AtlasCheck::Sample& s : samples) errors.push_back(s.errors.*part);
+    if (!errors.empty()) all.*part = summary(errors);
+  }
+  return all;
 }
 
 }  // namespace
 
 AtlasCheck::Errors AtlasCheck::Ray::largest() const {
-  Errors worst;
-  for (const Sample& s : samples) {
-    worst.drive = std::max(worst.drive, s.errors.drive);
-    worst.on_ray = std::max(worst.on_ray, s.errors.on_ray);
-    worst.off_ray = std::max(worst.off_ray, s.errors.off_ray);
-    worst.frequency = std::max(worst.frequency, s.errors.frequency);
-    worst.stress = std::max(worst.stress, s.errors.stress);
-  }
-  return worst;
+  return summarised(samples, [](const std::vector<double>& x) { return std::ranges::max(x); });
 }
 
 AtlasCheck::Errors AtlasCheck::Ray::median() const {
-  const auto of = [&](double Errors::*part) {
-    std::vector<double> all;
-    for (const Sample& s : samples) all.push_back(s.errors.*part);
-    return median_of(std::move(all));
-  };
-  return {of(&Errors::drive), of(&Errors::on_ray), of(&Errors::off_ray), of(&Errors::frequency),
-          of(&Errors::stress)};
+  return summarised(samples, [](std::vector<double>& x) {
+    std::ranges::sort(x);
+    return x[x.size() / 2];
+  });
 }
 
 ShapeGrid shape_grid(const AtlasSettings& s) {
@@ -156,132 +153,69 @@ Check TubeAtlas::covers(const PlateShape& shape, const TubeRange& range) const {
   return {};
 }
 
-// What the numbers of all shapes and Poisson's ratios are weighted with, and what (A1) multiplies
-// the sums by.
-struct TubeAtlas::Weights {
-  PointWeights width, thickness, poissons_ratio;
-  double log_width = 0, log_thickness = 0;
-  int slopes = 0;  ///< so many of the derivatives by log w/L, log t/L and ν beside the value
-  std::size_t wanted() const { return static_cast<std::size_t>(1 + slopes); }
-};
-
-TubeAtlas::Weights TubeAtlas::weights(const PlateShape& shape, ShapeSlopes slopes) const {
-  const double width = std::log(shape.width), thickness = std::log(shape.thickness);
-  return {polynomial_weights(grid_.log_width, width),
-          polynomial_weights(grid_.log_thickness, thickness),
-          polynomial_weights(settings_.poissons_ratios, shape.poissons_ratio),
-          width,
-          thickness,
-          slope_count(slopes)};
-}
-
-namespace {
-
-// out += weight x
-void add(double weight, const Wide& x, double* out) {
-  store_wide(load_wide(out) + weight * x, out);
-}
-
-}  // namespace
-
-// Sums over Poisson's ratios and shapes of the first terms of a ray: the value, then its
-// derivatives by log w/L, log t/L and ν. Double sums of single and of whole numbers: what is looked
-// up is then smooth to rounding.
+// Sums (A1) over the shapes of the first terms of a ray: terms × (value, its derivatives by log
+// w/L, log t/L and ν). Double sums of single and of whole numbers: what is looked up is then smooth
+// to rounding.
 template <class Number>
-std::vector<std::vector<double>> TubeAtlas::sums(const Number* numbers, int all_terms, int ray,
-                                                 int terms, const Weights& weights) const {
-  const int padded = TubeAtlas::stride(terms), stride = TubeAtlas::stride(all_terms),
-            rays = static_cast<int>(settings_.rays.size()), count = settings_.shapes(),
-            thicknesses = settings_.points[1];
-  std::vector<std::vector<double>> all(weights.wanted(),
-                                       std::vector<double>(static_cast<std::size_t>(padded), 0.0));
-  const PointWeights &x = weights.width, &y = weights.thickness, &nu = weights.poissons_ratio;
-  for (std::size_t n = 0; n < nu.value.size(); ++n) {
-    const double v = nu.value[n], dv = weights.slopes == 3 ? nu.slope[n] : 0;
-    if (v == 0 && dv == 0) continue;
-    const Number* table = numbers + (n * rays + ray) * static_cast<std::size_t>(count) * stride;
-    for (std::size_t i = 0; i < x.value.size(); ++i) {
-      const double w = x.value[i], dw = weights.slopes > 0 ? x.slope[i] : 0;
-      if (w == 0 && dw == 0) continue;
-      const Number* shapes = table + i * static_cast<std::size_t>(thicknesses) * stride;
-      for (int first = 0; first < padded; first += wide) {
-        Wide value{}, slope{};
-        for (int j = 0; j < thicknesses; ++j) {
-          const Wide c = load_wide(shapes + static_cast<std::size_t>(j) * stride + first);
-          value += y.value[static_cast<std::size_t>(j)] * c;
-          if (v != 0 && weights.slopes > 0) slope += y.slope[static_cast<std::size_t>(j)] * c;
-        }
-        const auto at = static_cast<std::size_t>(first);
-        if (v != 0) add(v * w, value, &all[0][at]);
-        if (weights.slopes == 0) continue;
-        if (v != 0) {
-          add(v * dw, value, &all[1][at]);
-          add(v * w, slope, &all[2][at]);
-        }
-        if (dv != 0) add(dv * w, value, &all[3][at]);
-      }
-    }
-  }
-  return all;
+MatrixXd TubeAtlas::sums(const Number* numbers, int all_terms, int ray, int terms,
+                         const ShapeWeights& weights) const {
+  const Eigen::Index rays = static_cast<Eigen::Index>(settings_.rays.size()),
+                     count = settings_.shapes(), stride = TubeAtlas::stride(all_terms);
+  return weighted_sums(weights, terms, [&](Eigen::Index k) {
+    return numbers + ((k / count * rays + ray) * count + k % count) * stride;
+  });
 }
 
 // Taylor coefficients (A1) of the bent states of a ray, then their derivatives as those of sums().
-std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray, const Weights& weights,
+std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray,
+                                                                const ShapeWeights& weights,
                                                                 int nodes) const {
   int terms = 0;
   while (terms < static_cast<int>(terms_.size()) && terms_[terms].node < nodes) ++terms;
-  const std::vector<AtlasTerm> wanted(terms_.begin(), terms_.begin() + terms);
-  const auto [lower, highest] = term_counts(wanted);
+  const auto [lower, highest] = term_counts({terms_.begin(), terms_.begin() + terms});
   const auto [all_lower, all_highest] = counts_;
-  const std::vector<std::vector<double>> of_lower =
-                                             sums(numbers_.values, all_lower, ray, lower, weights),
-                                         of_highest = sums(numbers_.highest, all_highest, ray,
-                                                           highest, weights);
+  const MatrixXd of_lower = sums(numbers_.values, all_lower, ray, lower, weights),
+                 of_highest = sums(numbers_.highest, all_highest, ray, highest, weights);
   const float* const units = numbers_.units + static_cast<std::size_t>(ray) * all_highest;
-  // halves of powers, from −8 to 8
-  constexpr int most = 16;
-  std::array<double, 2 * most + 1> powers[2];
-  for (int k = -most; k <= most; ++k) {
-    powers[0][k + most] = std::exp(0.5 * k * weights.log_width);
-    powers[1][k + most] = std::exp(0.5 * k * weights.log_thickness);
-  }
+  const HalfPowers law(weights.place);
   const std::int8_t* e = numbers_.exponents + 2 * static_cast<std::size_t>(ray) * terms_.size();
   const std::vector<std::vector<double>> none(
       static_cast<std::size_t>(nodes),
       std::vector<double>(static_cast<std::size_t>(monomial_count(6, atlas_degree)), 0.0));
-  std::vector<std::vector<std::vector<double>>> W(weights.wanted(), none);
-  for (std::size_t s = 0; s < W.size(); ++s)
-    for (int i = 0, low = 0, high = 0; i < terms; ++i) {
-      const bool last = is_highest(terms_[i]);
-      const int at = last ? high++ : low++;
-      const auto sum = [&](std::size_t k) {
-        return last ? units[at] * of_highest[k][at] : of_lower[k][at];
-      };
-      double c = sum(s);
-      if (s == 1 || s == 2) c += 0.5 * e[2 * i + static_cast<int>(s) - 1] * sum(0);
+  std::vector<std::vector<std::vector<double>>> W(static_cast<std::size_t>(weights.of.cols()),
+                                                  none);
+  for (int i = 0, low = 0, high = 0; i < terms; ++i) {
+    const bool last = is_highest(terms_[i]);
+    const double size = law(e + 2 * i) * (last ? static_cast<double>(units[high]) : 1);
+    const auto sum = last ? of_highest.row(high++) : of_lower.row(low++);
+    for (int s = 0; s < static_cast<int>(W.size()); ++s)
       W[s][terms_[i].node][terms_[i].monomial] =
-          c * powers[0][e[2 * i] + most] * powers[1][e[2 * i + 1] + most];
-    }
+          size * (sum[s] + (s == 1 || s == 2 ? 0.5 * e[2 * i + s - 1] * sum[0] : 0));
+  }
   return W;
 }
 
 // Expansions on any ray: interpolated between the stored rays, and seen from the other end of the
 // leaf where that is needed.
-std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const Eigen::Vector2d& ray,
-                                                 int nodes) const {
+std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const PlateShape& shape,
+                                                 const Eigen::Vector2d& ray, int nodes,
+                                                 ShapeSlopes slopes) const {
+  const ShapeWeights at = weights(shape, slopes);
+  const int all = static_cast<int>(settings_.sigmas.size());
+  nodes = nodes > 0 ? std::min(nodes, all) : all;
   assert(ray.cwiseAbs().maxCoeff() == 1 && (ray[0] > 0 || (ray[0] == 0 && ray[1] != 0)));
   const RayPlace place = place_of(ray);
   const RayNeighbours between = ray_neighbours(settings_.rays, place.rho);
   using Taylor = std::vector<std::vector<std::vector<double>>>;
-  const Taylor at_a = between.on_right ? Taylor() : taylor(between.left, weights, nodes);
-  const Taylor at_b = between.on_left ? Taylor() : taylor(between.left + 1, weights, nodes);
+  const Taylor at_a = between.on_right ? Taylor() : taylor(between.left, at, nodes);
+  const Taylor at_b = between.on_left ? Taylor() : taylor(between.left + 1, at, nodes);
   Eigen::Matrix2d directions = ray_directions(between.rho);
   if (place.other_end) {
     directions.row(0).swap(directions.row(1));
     if (!place.same_sign) directions *= -1;
   }
   std::vector<Tube> tubes;
-  for (std::size_t s = 0; s < weights.wanted(); ++s) {
+  for (std::size_t s = 0; s < static_cast<std::size_t>(at.of.cols()); ++s) {
     Tube& tube = tubes.emplace_back();
     tube.directions = directions;
     for (int n = 0; n < nodes; ++n) {
@@ -297,6 +231,10 @@ std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const Weights& weights, const E
   return tubes;
 }
 
+ShapeWeights TubeAtlas::weights(const PlateShape& shape, ShapeSlopes slopes) const {
+  return shape_weights(grid_, place_in_grid(shape), slopes);
+}
+
 int TubeAtlas::nodes_to(double sigma) const {
   const std::vector<double>& all = settings_.sigmas;
   return static_cast<int>(std::lower_bound(all.begin() + 1, all.end() - 1, sigma) - all.begin()) +
@@ -310,8 +248,7 @@ std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eig
   return look_up_dynamics(
       numbers_.dynamics,
       stations == StationsWanted::yes ? numbers_.stations : std::vector<CompressedTable>(),
-      shape_weights(grid_, place_in_grid(shape), ShapeSlopes::none),
-      ray_neighbours(settings_.rays, place_of(ray).rho),
+      weights(shape, ShapeSlopes::none), ray_neighbours(settings_.rays, place_of(ray).rho),
       {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()));
 }
 
@@ -319,10 +256,9 @@ DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Ve
                                         double sigma, ShapeSlopes slopes) const {
   assert(settings_.dynamics);
   const std::vector<double>& all = settings_.sigmas;
-  DynamicsRates rates =
-      look_up_dynamics_rates(numbers_.dynamics, shape_weights(grid_, place_in_grid(shape), slopes),
-                             ray_neighbours(settings_.rays, place_of(ray).rho),
-                             {all.begin(), all.begin() + nodes_to(sigma)});
+  DynamicsRates rates = look_up_dynamics_rates(numbers_.dynamics, weights(shape, slopes),
+                                               ray_neighbours(settings_.rays, place_of(ray).rho),
+                                               {all.begin(), all.begin() + nodes_to(sigma)});
   const Vector3d per = slope_units(shape);
   for (std::size_t p = 0; p < 2; ++p)
     for (StateTable& table : rates[p]) {
@@ -334,10 +270,7 @@ DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Ve
 
 TubeAtlas::Tube TubeAtlas::look_up(const PlateShape& shape, const Eigen::Vector2d& ray,
                                    int nodes) const {
-  const int all = static_cast<int>(settings_.sigmas.size());
-  return std::move(
-      assemble(weights(shape, ShapeSlopes::none), ray, nodes > 0 ? std::min(nodes, all) : all)
-          .front());
+  return std::move(assemble(shape, ray, nodes, ShapeSlopes::none).front());
 }
 
 TubeView TubeAtlas::view(const Eigen::Vector2d& ray) {
@@ -361,9 +294,7 @@ StressRateSource TubeAtlas::stress_rates(const PlateShape& shape, const Eigen::V
 
 TubeNodeRates TubeAtlas::look_up_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
                                        int nodes, ShapeSlopes slopes) const {
-  const int all = static_cast<int>(settings_.sigmas.size());
-  std::vector<Tube> found =
-      assemble(weights(shape, slopes), ray, nodes > 0 ? std::min(nodes, all) : all);
+  std::vector<Tube> found = assemble(shape, ray, nodes, slopes);
   const Vector3d per = slope_units(shape);
   TubeNodeRates rates;
   for (std::size_t p = 0; p + 1 < found.size(); ++p) {

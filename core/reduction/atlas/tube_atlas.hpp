@@ -12,7 +12,6 @@
 #include "core/reduction/atlas/stress_atlas.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
-#include "core/reduction/tube/tube_range.hpp"
 #include "core/reduction/tube/tube_view.hpp"
 
 namespace flexopt {
@@ -148,14 +147,14 @@ class TubeAtlas {
                               ShapeSlopes slopes = ShapeSlopes::all) const;
 
  private:
-  struct Weights;
-  Weights weights(const PlateShape& shape, ShapeSlopes slopes) const;
+  ShapeWeights weights(const PlateShape& shape, ShapeSlopes slopes) const;
   template <class Number>
-  std::vector<std::vector<double>> sums(const Number* numbers, int all_terms, int ray, int terms,
-                                        const Weights& weights) const;
-  std::vector<std::vector<std::vector<double>>> taylor(int ray, const Weights& weights,
+  MatrixXd sums(const Number* numbers, int all_terms, int ray, int terms,
+                const ShapeWeights& weights) const;
+  std::vector<std::vector<std::vector<double>>> taylor(int ray, const ShapeWeights& weights,
                                                        int nodes) const;
-  std::vector<Tube> assemble(const Weights& weights, const Eigen::Vector2d& ray, int nodes) const;
+  std::vector<Tube> assemble(const PlateShape& shape, const Eigen::Vector2d& ray, int nodes,
+                             ShapeSlopes slopes) const;
 
   AtlasSettings settings_;
   Numbers numbers_;

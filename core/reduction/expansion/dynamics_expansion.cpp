@@ -17,18 +17,6 @@ Eigen::Index nodal_row(const PlateMesh& mesh, int line, int component, int funct
   return (3 * line + component) * mesh.functions_per_line() + function;
 }
 
-// Nodal values of fields: rows as ChordLeaf::unknowns, and those of the edges' lines.
-MatrixXd nodal_values(const ChordLeaf& leaf, const MatrixXd& fields, const MatrixXd& edge_nodal) {
-  const PlateMesh& mesh = leaf.plate().mesh();
-  const Eigen::Index n3 = 3 * mesh.functions_per_line(), last = mesh.lines() - 1;
-  MatrixXd nodal(n3 * (last + 1), fields.cols());
-  nodal.topRows(n3) = edge_nodal.topRows(n3);
-  nodal.bottomRows(n3) = edge_nodal.bottomRows(n3);
-  for (int i = 1; i < last; ++i)
-    nodal.middleRows(i * n3, n3) = fields.middleRows(leaf.plate().block_offset(i), n3);
-  return nodal;
-}
-
 MatrixXd nodal_mass_times(const PlateMesh& mesh, const MatrixXd& V) {
   const int n = mesh.functions_per_line(), lines = mesh.lines();
   const Eigen::Index columns = V.cols();
@@ -145,9 +133,8 @@ Motions motions_of(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Inte
   const MonomialTable &table = monomials<6, 2>(), &higher = monomials<6, 3>();
   const PlateMesh& mesh = leaf.plate().mesh();
   const FieldExpansion fields = expand_fields(leaf, ray, 3);
-  const LoadFields by_load = expand_load_fields(leaf, ray, fields.fields, loads);
-  const MatrixXd r = nodal_values(leaf, fields.fields, fields.edge_nodal),
-                 by_loads = nodal_values(leaf, by_load.fields, by_load.edge_nodal);
+  const FieldExpansion by_load = expand_load_fields(leaf, ray, fields.fields, loads);
+  const MatrixXd& r = fields.nodal;
   const Eigen::Index m = table.size();
   const Eigen::Matrix2d per_rotation = ray.inverse();
   Motions all{MatrixXd(r.rows(), motions * m), MatrixXd::Zero(3, motions * m)};
@@ -167,7 +154,7 @@ Motions motions_of(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const Inte
     all.nodal.middleCols<2>(o + 3) = (all.nodal.middleCols<2>(o + 3) * per_rotation).eval();
     all.stiff.middleCols<2>(o + 3) = (all.stiff.middleCols<2>(o + 3) * per_rotation).eval();
     for (int p = 0; p < P; ++p) {
-      all.nodal.col(o + 9 + p) = by_loads.col(p * m + k);
+      all.nodal.col(o + 9 + p) = by_load.nodal.col(p * m + k);
       all.stiff.col(o + 9 + p) = by_load.fields.col(p * m + k).tail<3>();
     }
   }

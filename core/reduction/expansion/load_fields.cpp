@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "core/math/dual.hpp"
-#include "core/reduction/expansion/field_solver.hpp"
 #include "core/reduction/expansion/tube_series.hpp"
 
 namespace flexopt {
@@ -97,8 +96,8 @@ std::vector<Numbers> nodal_loads(const PlateMesh& mesh, const MatrixXd& loads) {
 
 }  // namespace
 
-LoadFields expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
-                              const MatrixXd& fields, const InternalLoads& loads) {
+FieldExpansion expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
+                                  const MatrixXd& fields, const InternalLoads& loads) {
   const MonomialTable& table = monomials<6, load_order>();
   const PlateMesh& mesh = leaf.plate().mesh();
   const int m = table.size();
@@ -119,7 +118,7 @@ LoadFields expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
       all.middleCols((1 + p) * m + table.count(d - 1), nd) = Y.middleCols(p * nd, nd);
   }
   series->set_fields(numbers_of(all, m));
-  return {all.rightCols(field_loads * m), parts_of(series->edge_nodal(), 1, field_loads)};
+  return {all.rightCols(field_loads * m), parts_of(series->nodal(), 1, field_loads)};
 }
 
 }  // namespace flexopt

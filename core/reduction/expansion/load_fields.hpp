@@ -20,17 +20,12 @@ struct InternalLoads {
   LoadParity parity;
 };
 
-/// Taylor coefficients in x to degree 2, a block of monomial_count(6, 2) columns for each load.
-struct LoadFields {
-  MatrixXd fields;      ///< rows as ChordLeaf::unknowns
-  MatrixXd edge_nodal;  ///< nodal values of both edges' lines, as in FieldExpansion
-};
-
 /// Derivatives by the size of each load of the state (σ, τ, φ, N, M1, M2) about the present one, of
 /// a flat leaf of uniform width and thickness. `fields`: expand_fields of the same leaf, degree 2
 /// at least. `loads`: a column each; functions_per_line × 3 numbers a line, component by component,
-/// in the chord frame.
-LoadFields expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
-                              const MatrixXd& fields, const InternalLoads& loads);
+/// in the chord frame. Taylor coefficients to degree 2, a block of monomial_count(6, 2) columns for
+/// each load.
+FieldExpansion expand_load_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
+                                  const MatrixXd& fields, const InternalLoads& loads);
 
 }  // namespace flexopt

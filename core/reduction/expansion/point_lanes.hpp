@@ -1,5 +1,6 @@
 #pragma once
-// Numbers at the eight membrane points of an element at once, with derivatives or without.
+// Eight numbers at once, with derivatives or without: those at the membrane points of an element,
+// or eight coefficients of a potential.
 #include <array>
 
 #include "core/math/dual.hpp"
@@ -51,6 +52,13 @@ struct DualLanes8 {
   }
 };
 
+template <int n>
+DualLanes8<n> operator*(const Dual<n>& a, const Lanes8& b) {
+  DualLanes8<n> c{a.value * b, {}};
+  for (int k = 0; k < n; ++k) c.derivatives[k] = a.derivatives[k] * b;
+  return c;
+}
+
 template <class S>
 struct PointLanes;
 template <>
@@ -78,5 +86,12 @@ struct PointLanes<Dual<n>> {
     return value;
   }
 };
+/// Eight numbers that stand one after the other.
+template <class S>
+typename PointLanes<S>::type lanes_from(const S* numbers) {
+  typename PointLanes<S>::type lanes;
+  for (int g = 0; g < 8; ++g) PointLanes<S>::set(lanes, g, numbers[g]);
+  return lanes;
+}
 
 }  // namespace flexopt

@@ -20,25 +20,6 @@ StressPlaces::StressPlaces(const PlateShape& shape) {
 
 namespace {
 
-// Nodal values of the lines of a leaf, functions × (3 components of each monomial), component by
-// component.
-std::vector<MatrixXd> lines_of(const ChordLeaf& leaf, const MatrixXd& fields,
-                               const MatrixXd& edges) {
-  const PlateMesh& mesh = leaf.plate().mesh();
-  const int n = mesh.functions_per_line(), last = mesh.lines() - 1;
-  const Eigen::Index m = fields.cols();
-  std::vector<MatrixXd> lines;
-  for (int i = 0; i <= last; ++i) {
-    MatrixXd& line = lines.emplace_back(n, 3 * m);
-    for (int c = 0; c < 3; ++c)
-      line.middleCols(c * m, m) = i == 0 ? edges.middleRows(c * n, n)
-                                  : i == last
-                                      ? edges.middleRows((3 + c) * n, n)
-                                      : fields.middleRows(leaf.plate().block_offset(i) + c * n, n);
-  }
-  return lines;
-}
-
 // Strains and places as polynomials in so many variables.
 template <int NV, int ORDER>
 class StrainExpansion {
@@ -47,9 +28,10 @@ class StrainExpansion {
 
   explicit StrainExpansion(const PlateMesh& mesh) : mesh_(mesh), places_(mesh.shape()) {}
 
-  /// Rows as of StressPlaces, from the nodal values of all lines.
-  MatrixXd rows(const std::vector<MatrixXd>& lines) const {
+  /// Rows as of StressPlaces, from FieldExpansion::nodal.
+  MatrixXd rows(const MatrixXd& nodal) const {
     MatrixXd rows(places_.rows(), size);
+    const int n = mesh_.functions_per_line();
     const int stations = places_.stations_along() * places_.half_across();
     Eigen::Matrix<double, 5, 16> operators;
     MatrixXd U(16, 3 * size), D(5, 3 * size);
@@ -74,16 +56,18 @@ class StrainExpansion {
         operators.row(4) = hermite_products(X.slope, Y.slope).transpose();
         const PlateMesh::Element::Shear& shear = mesh_.element(i, j).shear;  // (E11)
         operators.row(2) -= shear.per_x * (station[s % 2] - 0.5) * hx * shear.force.transpose();
-        U << lines[i].template middleRows<8>(4 * j), lines[i + 1].template middleRows<8>(4 * j);
+        for (int p = 0; p < 2; ++p)
+          for (int c = 0; c < 3; ++c)
+            U.block<8, size>(8 * p, c * size) = nodal.middleRows<8>((3 * (i + p) + c) * n + 4 * j);
         D.noalias() = operators * U;
         put_strains(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),
                     s + t * places_.stations_along(), stations, rows);
       }
     }
     int row = places_.strain_rows();
-    for (const MatrixXd& line : lines)
+    for (int i = 0; i < mesh_.lines(); ++i)
       for (int j = 0; j < places_.half_nodes(); ++j)
-        for (int c = 0; c < 3; ++c) rows.row(row++) = line.block(4 * j, c * size, 1, size);
+        for (int c = 0; c < 3; ++c) rows.row(row++) = nodal.row((3 * i + c) * n + 4 * j);
     return rows;
   }
 
@@ -131,11 +115,9 @@ MatrixXd expand_stress(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const 
   [[maybe_unused]] const PlateShape& shape = mesh.shape();
   assert(!shape.curve && !shape.has_profile() && !shape.fold && !shape.is_beam());
   assert(fields.cols() == monomial_count(6, 2));
-  const FieldExpansion bending = expand_bending_fields(leaf, ray, fields);
-  const MatrixXd to_second = StrainExpansion<6, 2>(mesh).rows(
-                     lines_of(leaf, fields, expand_edges(leaf, ray, fields))),
+  const MatrixXd to_second = StrainExpansion<6, 2>(mesh).rows(nodal_values(leaf, ray, fields)),
                  of_bending = StrainExpansion<2, 3>(mesh).rows(
-                     lines_of(leaf, bending.fields, bending.edge_nodal));
+                     expand_bending_fields(leaf, ray, fields).nodal);
   constexpr int cubic = monomial_count(2, 3) - monomial_count(2, 2);
   MatrixXd rows(to_second.rows(), to_second.cols() + cubic);
   rows << to_second, of_bending.rightCols<cubic>();

@@ -5,9 +5,7 @@
 #include <cmath>
 
 #include "core/math/rotation.hpp"
-#include "core/math/small_lu.hpp"
 #include "core/math/work_limit.hpp"
-#include "core/reduction/expansion/field_solver.hpp"
 #include "core/reduction/expansion/tube_series.hpp"
 
 namespace flexopt {
@@ -122,7 +120,44 @@ VectorXd ChordLeaf::unknowns() const {
 
 double ChordLeaf::potential() const { return plate_.energy() - f_.dot(c_); }
 
+double bend(ChordLeaf& leaf, const Eigen::Vector2d& ray, double from, double to) {
+  constexpr int most_halvings = 6;
+  const Vector3d f = leaf.forces();
+  const double smallest = std::abs(to - from) / (1 << most_halvings);
+  double at = from, step = to - from;
+  while (at != to) {
+    const Vector3d s = leaf.soft();
+    const VectorXd unknowns = leaf.unknowns();
+    const double next = std::abs(step) >= std::abs(to - at) ? to : at + step;
+    if (leaf.solve({ray[0] * next, ray[1] * next, 0}, f).converged &&
+        leaf.plate().negative_pivots() == 0) {
+      at = next;
+      continue;
+    }
+    leaf.stand_at(s, f, unknowns);
+    step *= 0.5;
+    if (std::abs(step) < smallest) break;
+  }
+  return at;
+}
+
 // ---------------------------------------------------------------------------- fields
+
+FieldSolver::FieldSolver(const ChordLeaf& leaf) : plate_(leaf.plate()), S_(leaf.stiff_tangent()) {
+  X_ = plate_.coupling() * leaf.stiff_map();  // K_fb G, then K_ff⁻¹ of it
+  KcT_ = X_.transpose();
+  plate_.solve(X_);
+}
+
+MatrixXd FieldSolver::operator()(const MatrixXd& R) const {
+  const int n = plate_.unknowns();
+  MatrixXd Y(n + 3, R.cols());
+  MatrixXd top = -R.topRows(n);
+  plate_.solve(top);
+  Y.bottomRows(3) = S_.solve_columns(-R.bottomRows(3) - KcT_ * top);
+  Y.topRows(n) = top - X_ * Y.bottomRows(3);
+  return Y;
+}
 
 namespace {
 
@@ -143,26 +178,34 @@ MatrixXd perturbation_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray) 
 }
 
 template <int ORDER>
-MatrixXd edges_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
+MatrixXd nodal_to(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
   auto series = std::make_unique<TubeSeries<ORDER>>(leaf, leaf.plate().mesh(), ray, ORDER);
   series->set_fields(fields);
-  return series->edge_nodal();
+  return series->nodal();
+}
+
+template <int ORDER>
+TubeExpansion expanded(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray) {
+  auto series = std::make_unique<TubeSeries<2 * ORDER + 1>>(leaf, leaf.plate().mesh(), ray, ORDER);
+  MatrixXd fields = perturbation_fields<ORDER>(leaf, ray);
+  series->set_fields(fields);
+  return {sigma, series->potential(), std::move(fields)};
 }
 
 }  // namespace
 
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order) {
   assert(order == 2 || order == 3);
-  FieldExpansion result{
-      order == 2 ? perturbation_fields<2>(leaf, ray) : perturbation_fields<3>(leaf, ray), {}};
-  result.edge_nodal = expand_edges(leaf, ray, result.fields);
-  return result;
+  MatrixXd fields =
+      order == 2 ? perturbation_fields<2>(leaf, ray) : perturbation_fields<3>(leaf, ray);
+  MatrixXd nodal = nodal_values(leaf, ray, fields);
+  return {std::move(fields), std::move(nodal)};
 }
 
-MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
+MatrixXd nodal_values(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields) {
   assert(fields.cols() == monomial_count(6, 2) || fields.cols() == monomial_count(6, 3));
-  return fields.cols() == monomial_count(6, 2) ? edges_to<2>(leaf, ray, fields)
-                                               : edges_to<3>(leaf, ray, fields);
+  return fields.cols() == monomial_count(6, 2) ? nodal_to<2>(leaf, ray, fields)
+                                               : nodal_to<3>(leaf, ray, fields);
 }
 
 FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
@@ -180,26 +223,13 @@ FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2
   const MatrixXd R = series->residual(order);
   result.fields.rightCols(R.cols()) = FieldSolver(leaf)(R);
   series->set_fields(result.fields);
-  result.edge_nodal = series->edge_nodal();
+  result.nodal = series->nodal();
   return result;
 }
 
 TubeExpansion expand(ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray, int order) {
   assert(order == 2 || order == 3);
-  TubeExpansion expansion;
-  expansion.sigma = sigma;
-  if (order == 2) {
-    expansion.fields = perturbation_fields<2>(leaf, ray);
-    auto series = std::make_unique<TubeSeries<5>>(leaf, leaf.plate().mesh(), ray, 2);
-    series->set_fields(expansion.fields);
-    expansion.W = series->potential();
-  } else {
-    expansion.fields = perturbation_fields<3>(leaf, ray);
-    auto series = std::make_unique<TubeSeries<7>>(leaf, leaf.plate().mesh(), ray, 3);
-    series->set_fields(expansion.fields);
-    expansion.W = series->potential();
-  }
-  return expansion;
+  return order == 2 ? expanded<2>(leaf, sigma, ray) : expanded<3>(leaf, sigma, ray);
 }
 
 }  // namespace flexopt

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/elements/plate/plate_leaf.hpp"
+#include "core/math/small_lu.hpp"
 
 namespace flexopt {
 
@@ -58,6 +59,33 @@ class ChordLeaf {
   Vector3d s_ = Vector3d::Zero(), c_ = Vector3d::Zero(), f_ = Vector3d::Zero();
 };
 
+/// How far states stand apart at least [rad], but for those of arcs near the straightened leaf:
+/// rounding of the plate's forces goes into the stiffness between two over their distance, that of
+/// its energy over the square.
+inline constexpr double least_distance_of_states = 0.03;
+
+/// Bends `leaf` to (θ1y, θ2y) = ray σ without twist, under its present forces, in one step or,
+/// where that fails, in smaller ones. Returns the σ that was reached: `to`, or less where no stable
+/// equilibrium was found beyond; the leaf then is in the last equilibrium. `from`: σ of its present
+/// state.
+double bend(ChordLeaf& leaf, const Eigen::Vector2d& ray, double from, double to);
+
+/// Linear answers of a leaf in its chord frame, soft deformations held, stiff ones free: solves for
+/// the unknowns of the plate and the stiff deformations c at once, on the factor of the
+/// leaf, which must keep its state.
+class FieldSolver {
+ public:
+  explicit FieldSolver(const ChordLeaf& leaf);
+
+  /// Solution −K⁻¹ R, rows as in ChordLeaf::unknowns.
+  MatrixXd operator()(const MatrixXd& R) const;
+
+ private:
+  const PlateLeaf& plate_;
+  SmallLu<3> S_;
+  MatrixXd X_, KcT_;
+};
+
 /// Expansion about one bent state.
 struct TubeExpansion {
   double sigma = 0;
@@ -65,17 +93,17 @@ struct TubeExpansion {
   MatrixXd fields;        ///< unknowns + 3 rows; Taylor coefficients to degree `order`
 };
 
-/// TubeExpansion::fields alone, and the Taylor coefficients of the nodal values of both edges'
-/// lines: rows (base, tip) of 3 functions_per_line each.
+/// TubeExpansion::fields alone, and the Taylor coefficients of the nodal values of all lines: rows
+/// line by line, in each functions_per_line for each of three components.
 struct FieldExpansion {
-  MatrixXd fields, edge_nodal;
+  MatrixXd fields, nodal;
 };
 FieldExpansion expand_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, int order);
-/// FieldExpansion::edge_nodal of fields to order 2 or 3 that are known.
-MatrixXd expand_edges(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
+/// FieldExpansion::nodal of fields to order 2 or 3 that are known.
+MatrixXd nodal_values(const ChordLeaf& leaf, const Eigen::Matrix2d& ray, const MatrixXd& fields);
 
-/// Fields and edges in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³:
-/// from `fields` to order 2 or more. `leaf` stands at the state.
+/// Fields in (σ, τ) alone to degree 3, columns 1; σ, τ; σ², στ, τ²; σ³, σ²τ, στ², τ³: from `fields`
+/// to order 2 or more. `leaf` stands at the state.
 FieldExpansion expand_bending_fields(const ChordLeaf& leaf, const Eigen::Matrix2d& ray,
                                      const MatrixXd& fields);
 

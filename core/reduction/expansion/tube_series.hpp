@@ -102,14 +102,13 @@ class TubeSeries {
     }
   }
 
-  /// Nodal values of the edges' lines, a column a monomial: FieldExpansion::edge_nodal.
-  Matrix edge_nodal() const {
-    const int n = mesh_.functions_per_line();
-    Matrix values(6 * n, size);
-    for (int e = 0; e < 2; ++e)
+  /// Nodal values of fields to ORDER: FieldExpansion::nodal.
+  Matrix nodal() const {
+    const int n = mesh_.functions_per_line(), lines = mesh_.lines();
+    Matrix values(3 * n * lines, size);
+    for (int i = 0; i < lines; ++i)
       for (int c = 0; c < 3; ++c)
-        values.middleRows((3 * e + c) * n, n) =
-            (e == 0 ? nodal_.front() : nodal_.back()).middleCols(c * size, size);
+        values.middleRows((3 * i + c) * n, n) = nodal_[i].middleCols(c * size, size);
     return values;
   }
 

@@ -17,32 +17,18 @@ struct ElementMatrices {
   Matrix16 uu, vv, uv, bending, mass;
 };
 
-// Integrals of the products of first derivatives, weights included: those of the stretching, which
-// are the same along and across, and those of the shear.
-struct MembraneProducts {
-  Matrix16 xx, yy, xy, shear_xx, shear_yy, shear_xy;
-};
-using Points16 = Eigen::Matrix<double, PlateMesh::points, 16>;
-using Weights = Eigen::Array<double, PlateMesh::points, 3>;  // of e11, e22 and 2 e12
-MembraneProducts membrane_products(const Matrix16& left, const Weights& weight,
-                                   const Matrix16& right) {
+// The membrane's share, for the area weights of e11, e22 (the same) and 2 e12.
+void set_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const Matrix16& gradient,
+                  const PlateMesh::Weights& weight) {
   constexpr int points = PlateMesh::points;
-  const auto Lx = left.topRows<points>(), Ly = left.bottomRows<points>();
-  const auto weighted = [&](const auto& G, int strain) {
-    return Points16(weight.col(strain).matrix().asDiagonal() * G);
+  using Points16 = Eigen::Matrix<double, points, 16>;
+  const Points16 x = gradient.topRows<points>(), y = gradient.bottomRows<points>();
+  const auto product = [&](const Points16& left, int strain, const Points16& right) {
+    return Matrix16(left.transpose() * (weight.col(strain).matrix().asDiagonal() * right));
   };
-  const Points16 Gx = weighted(right.topRows<points>(), 0),
-                 Gy = weighted(right.bottomRows<points>(), 0),
-                 Sx = weighted(right.topRows<points>(), 2),
-                 Sy = weighted(right.bottomRows<points>(), 2);
-  return {Lx.transpose() * Gx, Ly.transpose() * Gy, Lx.transpose() * Gy,
-          Lx.transpose() * Sx, Ly.transpose() * Sy, Lx.transpose() * Sy};
-}
-
-void add_membrane(ElementMatrices& to, const PlateMesh::Membrane& A, const MembraneProducts& p) {
-  to.uu += A.A11 * p.xx + A.A33 * p.shear_yy;
-  to.vv += A.A11 * p.yy + A.A33 * p.shear_xx;
-  to.uv += A.A12 * p.xy + A.A33 * p.shear_xy.transpose();
+  to.uu = A.A11 * product(x, 0, x) + A.A33 * product(y, 2, y);
+  to.vv = A.A11 * product(y, 0, y) + A.A33 * product(x, 2, x);
+  to.uv = A.A12 * product(x, 0, y) + A.A33 * product(y, 2, x);
 }
 
 // Elements at a free edge that are narrower than this times t have a smaller c of (E2), in
@@ -68,85 +54,51 @@ Matrix16 edge_torsion(const PlateMesh& mesh, int i, int j, int side, double cell
   return torsion;
 }
 
-// Adds the elements' matrices to those of the mesh.
-class Assembler {
- public:
-  explicit Assembler(const PlateMesh& mesh) : dof_(mesh), side_(mesh.functions_per_side()) {
-    const auto entries = static_cast<std::size_t>(4 * side_ * side_ * mesh.elements_along() *
-                                                  mesh.elements_across());
-    K_.reserve(5 * entries);
-    M_.reserve(3 * entries);
-  }
-
-  void add(int i, int j, const ElementMatrices& e) {
-    const int functions = 2 * side_;
-    std::array<std::array<int, 16>, 3> at;
-    for (int c = 0; c < 3; ++c)
-      for (int f = 0; f < functions; ++f) {
-        const int s = f % side_;
-        at[c][f] = dof_(i + f / side_, j + s / 4, c, s % 4);
-      }
-    for (int a = 0; a < functions; ++a)
-      for (int b = 0; b < functions; ++b) {
-        K_.emplace_back(at[u][a], at[u][b], e.uu(a, b) + e.bending(a, b));
-        K_.emplace_back(at[v][a], at[v][b], e.vv(a, b) + e.bending(a, b));
-        K_.emplace_back(at[u][a], at[v][b], e.uv(a, b));
-        K_.emplace_back(at[v][a], at[u][b], e.uv(b, a));
-        K_.emplace_back(at[w][a], at[w][b], e.bending(a, b));
-        for (int c = 0; c < 3; ++c) M_.emplace_back(at[c][a], at[c][b], e.mass(a, b));
-      }
-  }
-  Matrices matrices() const {
-    const int n = dof_.count();
-    Matrices result{SparseMatrix(n, n), SparseMatrix(n, n)};
-    result.stiffness.setFromTriplets(K_.begin(), K_.end());
-    result.mass.setFromTriplets(M_.begin(), M_.end());
-    return result;
-  }
-
- private:
-  Dofs dof_;
-  int side_;
-  Triplets K_, M_;
-};
-
-ElementMatrices no_matrices() {
-  const Matrix16 none = Matrix16::Zero();
-  return {none, none, none, none, none};
-}
-
-// `add(i, j, t)` for every element that is there, and its thickness over that of the plate.
-template <class Add>
-void each_element(const PlateBody& body, const PlateMesh& mesh, const Add& add) {
-  for (int i = 0; i < mesh.elements_along(); ++i)
-    for (int j = 0; j < mesh.elements_across(); ++j)
-      if (const double t = cell_thickness(body, i, j); t != 0) add(i, j, t);
-}
-// `add(torsion)` for every side of an element that is a free edge, where the mesh has it not.
-template <class Add>
-void each_free_edge(const PlateBody& body, const PlateMesh& mesh, int i, int j, double t,
-                    const Add& add) {
-  if (mesh.shape().free_edge_torsion) return;
-  for (int side = 0; side < 2; ++side)
-    if (body.free_edges[side] && (side == 0 ? j == 0 : j == mesh.elements_across() - 1))
-      add(edge_torsion(mesh, i, j, side, t));
+ElementMatrices element_matrices(const PlateBody& body, const PlateMesh& mesh, int i, int j,
+                                 double t) {
+  const PlateMesh::Element& element = mesh.element(i, j);
+  ElementMatrices e;
+  e.bending = t * t * t * element.bending;
+  if (!mesh.shape().free_edge_torsion)  // else the mesh has it
+    for (int side = 0; side < 2; ++side)
+      if (body.free_edges[side] && j == (side == 0 ? 0 : mesh.elements_across() - 1))
+        e.bending -= edge_torsion(mesh, i, j, side, t);
+  set_membrane(e, mesh.membrane(), element.gradient, t * element.weight);
+  e.mass = t * element.mass;
+  return e;
 }
 
 }  // namespace
 
 Matrices assemble(const PlateBody& body, const PlateMesh& mesh) {
-  Assembler all(mesh);
-  each_element(body, mesh, [&](int i, int j, double t) {
-    const PlateMesh::Element& element = mesh.element(i, j);
-    ElementMatrices e = no_matrices();
-    e.bending = t * t * t * element.bending;
-    each_free_edge(body, mesh, i, j, t, [&](const Matrix16& x) { e.bending -= x; });
-    add_membrane(e, mesh.membrane(),
-                 membrane_products(element.gradient, t * element.weight, element.gradient));
-    e.mass = t * element.mass;
-    all.add(i, j, e);
-  });
-  return all.matrices();
+  const Dofs dof(mesh);
+  const int side = mesh.functions_per_side(), functions = 2 * side;
+  Triplets K, M;
+  for (int i = 0; i < mesh.elements_along(); ++i)
+    for (int j = 0; j < mesh.elements_across(); ++j) {
+      const double t = cell_thickness(body, i, j);
+      if (t == 0) continue;
+      const ElementMatrices e = element_matrices(body, mesh, i, j, t);
+      std::array<std::array<int, 16>, 3> at;
+      for (int c = 0; c < 3; ++c)
+        for (int f = 0; f < functions; ++f) {
+          const int s = f % side;
+          at[c][f] = dof(i + f / side, j + s / 4, c, s % 4);
+        }
+      for (int a = 0; a < functions; ++a)
+        for (int b = 0; b < functions; ++b) {
+          K.emplace_back(at[u][a], at[u][b], e.uu(a, b) + e.bending(a, b));
+          K.emplace_back(at[v][a], at[v][b], e.vv(a, b) + e.bending(a, b));
+          K.emplace_back(at[u][a], at[v][b], e.uv(a, b));
+          K.emplace_back(at[v][a], at[u][b], e.uv(b, a));
+          K.emplace_back(at[w][a], at[w][b], e.bending(a, b));
+          for (int c = 0; c < 3; ++c) M.emplace_back(at[c][a], at[c][b], e.mass(a, b));
+        }
+    }
+  Matrices result{SparseMatrix(dof.count(), dof.count()), SparseMatrix(dof.count(), dof.count())};
+  result.stiffness.setFromTriplets(K.begin(), K.end());
+  result.mass.setFromTriplets(M.begin(), M.end());
+  return result;
 }
 
 namespace {
@@ -289,39 +241,18 @@ Interfaces corners(const PlateMesh& mesh, FreeDofs& free) {
 
 // Rows of the displacement and rotation (w,y, −w,x, ½(v,x − u,y)) in the middle.
 MatrixXd motion_of_middle(const PlateMesh& mesh) {
-  const auto locate = [](const std::vector<double>& points, double s) {
-    int i = 0;
-    while (i + 2 < static_cast<int>(points.size()) && s > points[i + 1]) ++i;
-    return i;
-  };
   const Dofs dof(mesh);
-  const int i = locate(mesh.x(), 0.5), side = mesh.functions_per_side();
-  const double hx = mesh.x()[i + 1] - mesh.x()[i];  // the middle keeps its share of it, by symmetry
-  const HermiteValues X = hermite((0.5 - mesh.x()[i]) / (mesh.x()[i + 1] - mesh.x()[i]), hx);
-  Eigen::Matrix<double, 16, 1> N, Nx, Ny;
-  int j = 0;
-  if (mesh.shape().is_beam()) {
-    N = beam_functions(X.value, 1, 0);
-    Nx = beam_functions(X.slope, 1, 0);
-    Ny = beam_functions(X.value, 0, 1);
-  } else {
-    j = locate(mesh.y(), 0);
-    const HermiteValues Y =
-        hermite(-mesh.y()[j] / (mesh.y()[j + 1] - mesh.y()[j]), mesh.y()[j + 1] - mesh.y()[j]);
-    N = hermite_products(X.value, Y.value);
-    Nx = hermite_products(X.slope, Y.value);
-    Ny = hermite_products(X.value, Y.slope);
-  }
   MatrixXd rows = MatrixXd::Zero(6, dof.count());
-  for (int f = 0; f < 2 * side; ++f) {
-    const int s = f % side;
-    const auto at = [&](int c) { return dof(i + f / side, j + s / 4, c, s % 4); };
-    for (int c = 0; c < 3; ++c) rows(c, at(c)) = N[f];
-    rows(3, at(w)) = Ny[f];
-    rows(4, at(w)) = -Nx[f];
-    rows(5, at(v)) = 0.5 * Nx[f];
-    rows(5, at(u)) = -0.5 * Ny[f];
-  }
+  const auto add = [&](int row, double factor, int component, std::array<int, 2> derivative) {
+    for (const NodalWeight& at : point_weights(mesh, 0.5, 0.5, derivative))
+      rows(row, dof(at.line, at.function / 4, component, at.function % 4)) += factor * at.weight;
+  };
+  const double per_width = 1 / mesh.shape().width;
+  for (const int c : {u, v, w}) add(c, 1, c, {0, 0});
+  add(3, per_width, w, {0, 1});
+  add(4, -1, w, {1, 0});
+  add(5, 0.5, v, {1, 0});
+  add(5, -0.5 * per_width, u, {0, 1});
   return rows;
 }
 

@@ -131,15 +131,17 @@ VectorXd edge_second_derivative(const PlateMesh& mesh, const Eigen::Matrix<doubl
 // The terms of degree 3.
 FieldExpansion third_order(const FieldExpansion& expansion) {
   constexpr int terms = monomial_count(6, 3) - monomial_count(6, 2);
-  return {expansion.fields.rightCols(terms), expansion.edge_nodal.rightCols(terms)};
+  return {expansion.fields.rightCols(terms), expansion.nodal.rightCols(terms)};
 }
 
 // What interface deformations and the lines that follow the edges have of them: X c + X_b b.
 MatrixXd edge_share(const FieldExpansion& third, const MatrixXd& X, const MatrixXd& follow) {
   constexpr std::array<int, 3> stiff{elongation, theta1z, theta2z};
   MatrixXd share = X(Eigen::all, stiff) * third.fields.bottomRows(3);
-  const Eigen::Index inner = follow.rows();
-  share.middleRows((X.rows() - inner) / 2, inner) += follow * third.edge_nodal;
+  const Eigen::Index inner = follow.rows(), n3 = follow.cols() / 2;
+  share.middleRows((X.rows() - inner) / 2, inner) +=
+      follow.leftCols(n3) * third.nodal.topRows(n3) +
+      follow.rightCols(n3) * third.nodal.bottomRows(n3);
   return share;
 }
 

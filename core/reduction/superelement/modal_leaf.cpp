@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "core/elements/plate/deformed_plate.hpp"
@@ -217,13 +216,7 @@ LeafDynamics ModalLeaf::dynamics(DynamicsRequest request) {
   LeafScale seen = scale_;  // the plate lies in the frame
   seen.axes = scale_.axes * frame_.axes;
   if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate_, seen, all_rates);
-  dynamics.mode_frequencies.resize(kept);
-  const double unit = scale_.energy / scale_.mass;
-  dynamics.internal_stiffness = unit * MatrixXd(omega2.asDiagonal());
-  for (int k = 0; k < kept; ++k)
-    dynamics.mode_frequencies[k] = std::sqrt(std::abs(omega2[k]) * unit) / (2 * std::numbers::pi);
-  // half: no shapes of the boundary's own inertia, so more modes are needed
-  dynamics.highest_mode = kept > 0 ? 0.5 * dynamics.mode_frequencies.maxCoeff() : 0;
+  set_modes(dynamics, scale_.energy / scale_.mass * omega2);
   return dynamics;
 }
 

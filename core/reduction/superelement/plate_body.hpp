@@ -8,6 +8,7 @@
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/elements/plate/plate_mesh.hpp"
 #include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/model_options.hpp"
 #include "core/reduction/superelement/superelement.hpp"
 
 namespace flexopt {
@@ -60,5 +61,11 @@ CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensa
 /// On a mesh of one's own, of a beam too.
 CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation,
                         std::shared_ptr<const PlateMesh> mesh);
+
+/// A straight beam or wire between two nodes, the middles of its ends, which hold it as rigid edges
+/// hold a leaf: beams.md, "Ends". `elements`: along, even; the frame sits in the middle. The
+/// `recovery` has the order (line, component, function) of PlateLeaf::nodal.
+CondensedPlate condense_beam(const LeafSpring& beam, int elements, Warping warping,
+                             int vibration_modes, bool transverse_shear = true);
 
 }  // namespace flexopt

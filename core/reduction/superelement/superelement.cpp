@@ -15,18 +15,6 @@ constexpr double frame_tolerance = 1e-14;  // lengths / size of the body, radian
 constexpr double rounding_floor = 1e-9;    // a step below it that no longer shrinks is rounding
 constexpr int max_frame_steps = 30;        // 2 to 5 happen
 
-/// Rigid motions of the nodes about the origin: rows (1, −hat y; 0, 1).
-template <class Places>
-Eigen::Matrix<double, Eigen::Dynamic, 6> rigid_motions(const Places& places) {
-  const int m = static_cast<int>(places.size());
-  Eigen::Matrix<double, Eigen::Dynamic, 6> Phi(6 * m, 6);
-  for (int a = 0; a < m; ++a) {
-    Phi.block<6, 6>(6 * a, 0).setIdentity();
-    Phi.block<3, 3>(6 * a, 3) = -hat(places[a]);
-  }
-  return Phi;
-}
-
 }  // namespace
 
 double SuperelementModel::size() const {

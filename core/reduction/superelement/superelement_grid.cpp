@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/elements/plate/element_numbers.hpp"
-#include "core/reduction/superelement/beam_body.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
 
 namespace flexopt {
@@ -24,23 +23,8 @@ Local locate(double s, int intervals) {
   const int i = std::clamp(static_cast<int>(s * intervals), 0, intervals - 1);
   return {i, s * intervals - i};
 }
-Local locate(double s, const std::vector<double>& points) {
-  int i = 0;
-  while (i + 2 < static_cast<int>(points.size()) && s > points[i + 1]) ++i;
-  return {i, (s - points[i]) / (points[i + 1] - points[i])};
-}
 
 using Gradient = Eigen::Matrix<double, 16, 3>;
-
-// Nodal displacements of an element over the superelement's length.
-Gradient element_dofs(const PlateMesh& mesh, const VectorXd& dofs, int i, int j) {
-  Gradient U;
-  const int n = mesh.functions_per_line();
-  for (int p = 0; p < 2; ++p)
-    for (int c = 0; c < 3; ++c)
-      U.block<8, 1>(8 * p, c) = dofs.segment<8>(3 * n * (i + p) + n * c + 4 * j);
-  return U;
-}
 
 }  // namespace
 
@@ -102,27 +86,23 @@ SuperelementGrid::Node SuperelementGrid::node(int element, int k) const {
   return {i + k / 2, j + k % 2};  // (0, −), (0, +), (L, −), (L, +)
 }
 
-std::vector<MatrixXd> SuperelementGrid::beam_displacements(const State& state, int e) const {
+std::vector<MatrixXd> SuperelementGrid::displacements(const State& state, int e) const {
   const VectorXd dofs = model(e).recovery * *state.q[e];
+  const PlateMesh& mesh = *plate(e).mesh;
+  const Eigen::Index n = mesh.functions_per_line();
   std::vector<MatrixXd> nodal;
-  for (int i = 0; i < kinds_[0]->mesh->lines(); ++i)
-    nodal.push_back(dofs.segment<12>(12 * i).reshaped(4, 3));
+  for (int i = 0; i < mesh.lines(); ++i)
+    nodal.push_back(dofs.segment(3 * n * i, 3 * n).reshaped(n, 3));
   return nodal;
 }
 
 namespace {
 
-constexpr double strain_station[2] = {0.21132486540518713, 0.7886751345948129};
-
 // Linear strains of a superelement of length `a` over L, its dofs over that length.
 Strains linear_strains(const Gradient& U, const HermiteValues& X, const HermiteValues& Y, double a,
                        const Vector3d& turn) {
   const auto at = [&](const std::array<double, 4>& x, const std::array<double, 4>& y) {
-    const Eigen::Matrix<double, 16, 1> N = hermite_products(x, y);
-    Vector3d r = Vector3d::Zero();
-    for (int f = 0; f < 16; ++f)
-      for (int c = 0; c < 3; ++c) r[c] += N[f] * U(f, c);
-    return r;
+    return Vector3d(U.transpose() * hermite_products(x, y));
   };
   const Vector3d d1 = at(X.slope, Y.value), d2 = at(X.value, Y.slope),
                  d11 = at(X.curvature, Y.value) - turn, d22 = at(X.value, Y.curvature),
@@ -134,46 +114,26 @@ Strains linear_strains(const Gradient& U, const HermiteValues& X, const HermiteV
 
 }  // namespace
 
-std::vector<double> SuperelementGrid::strain_stations_along() const {
-  const PlateMesh& mesh = *kinds_[0]->mesh;
-  const double a = 1.0 / along_;
-  std::vector<double> x;
-  for (int i = 0; i < along_; ++i)
-    for (int p = 0; p < mesh.elements_along(); ++p)
-      for (const double s : strain_station)
-        x.push_back(a * (i + mesh.x()[p] + s * (mesh.x()[p + 1] - mesh.x()[p])));
-  return x;
-}
-
-std::vector<double> SuperelementGrid::strain_stations_across() const {
-  const PlateMesh& mesh = *kinds_[0]->mesh;
-  const double a = 1.0 / along_, b = shape_.width / rows();
-  std::vector<double> y;
-  for (int j = 0; j < rows(); ++j)
-    for (int q = 0; q < mesh.elements_across(); ++q)
-      for (const double s : strain_station)
-        y.push_back(-0.5 * shape_.width + b * (j + 0.5) +
-                    a * (mesh.y()[q] + s * (mesh.y()[q + 1] - mesh.y()[q])));
-  return y;
-}
-
 StrainField SuperelementGrid::strains(const State& state) const {
   const PlateMesh& mesh = *kinds_[0]->mesh;
   const int nx = mesh.elements_along(), ny = mesh.elements_across();
-  std::vector<double> x = strain_stations_along(), y = strain_stations_across();
+  std::vector<double> across = stations_across();
+  for (double& y : across) y = (y - 0.5) * shape_.width;
+  std::vector<double> x = strain_stations(stations_along()), y = strain_stations(across);
   std::vector<Strains> values(x.size() * y.size());
   for (int e = 0; e < elements(); ++e) {
     const int i = e / rows(), j = e % rows();
-    const VectorXd dofs = model(e).recovery * *state.q[e];
+    const std::vector<MatrixXd> nodal = displacements(state, e);
     for (int p = 0; p < nx; ++p)
       for (int q = 0; q < ny; ++q) {
-        const Gradient U = element_dofs(mesh, dofs, p, q);
+        Gradient U;
+        U << nodal[p].middleRows<8>(4 * q), nodal[p + 1].middleRows<8>(4 * q);
         const double hx = mesh.x()[p + 1] - mesh.x()[p], hy = mesh.y()[q + 1] - mesh.y()[q];
         for (int r = 0; r < 2; ++r)
           for (int s = 0; s < 2; ++s)
             values[(2 * (i * nx + p) + r) * y.size() + 2 * (j * ny + q) + s] =
-                linear_strains(U, hermite(strain_station[r], hx), hermite(strain_station[s], hy),
-                               1.0 / along_, section_turn(mesh, p, q, U, strain_station[r]));
+                linear_strains(U, hermite(station[r], hx), hermite(station[s], hy), 1.0 / along_,
+                               section_turn(mesh, p, q, U, station[r]));
       }
   }
   return {std::move(x), std::move(y), std::move(values)};
@@ -186,25 +146,13 @@ SuperelementGrid::Point SuperelementGrid::locate(double along, double across) co
 
 Vector3d SuperelementGrid::place(const State& state, double along, double across) const {
   const Point at = locate(along, across);
-  const int e = at.element;
-  const CondensedPlate& p = plate(e);
-  const PlateMesh& mesh = *p.mesh;
-  const FloatingFrame& frame = *state.frames[e];
-  if (shape_.is_beam()) {
-    const std::vector<MatrixXd> nodal = beam_displacements(state, e);
-    Vector3d r(at.along, (at.across - 0.5) * mesh.shape().width, 0);
-    for (const NodalWeight& w : point_weights(mesh, at.along, at.across))
-      r += w.weight * nodal[w.line].row(w.function).transpose();
-    return frame.position + frame.axes * (p.scale.length * r - p.frame_point);
-  }
-  const double x = at.along, y = (at.across - 0.5) * mesh.shape().width;
-  const Local cx = flexopt::locate(x, mesh.x()), cy = flexopt::locate(y, mesh.y());
-  const VectorXd dofs = model(e).recovery * *state.q[e];
-  const double hx = mesh.x()[cx.index + 1] - mesh.x()[cx.index],
-               hy = mesh.y()[cy.index + 1] - mesh.y()[cy.index];
-  const Vector3d u = element_dofs(mesh, dofs, cx.index, cy.index).transpose() *
-                     hermite_products(hermite(cx.place, hx).value, hermite(cy.place, hy).value);
-  return frame.position + frame.axes * (p.scale.length * (Vector3d(x, y, 0) + u) - p.frame_point);
+  const CondensedPlate& p = plate(at.element);
+  const std::vector<MatrixXd> nodal = displacements(state, at.element);
+  Vector3d r(at.along, (at.across - 0.5) * p.mesh->shape().width, 0);
+  for (const NodalWeight& w : point_weights(*p.mesh, at.along, at.across))
+    r += w.weight * nodal[w.line].row(w.function).transpose();
+  const FloatingFrame& frame = *state.frames[at.element];
+  return frame.position + frame.axes * (p.scale.length * r - p.frame_point);
 }
 
 namespace {

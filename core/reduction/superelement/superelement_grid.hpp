@@ -56,8 +56,8 @@ class SuperelementGrid {
     std::vector<const VectorXd*> q;
     std::vector<const FloatingFrame*> frames;
   };
-  /// Nodal displacements over its length of a segment of a beam, in its frame.
-  std::vector<MatrixXd> beam_displacements(const State& state, int element) const;
+  /// Nodal displacements of a superelement over its length, in its frame.
+  std::vector<MatrixXd> displacements(const State& state, int element) const;
   /// Linear strains of the local displacements of a plate; lengths over L, as in plate_stress.
   StrainField strains(const State& state) const;
   /// Where a point of the leaf lies: all coordinates in [0, 1].
@@ -74,9 +74,6 @@ class SuperelementGrid {
 
  private:
   int kind(int row) const;
-  /// Places at which the strains are taken, over L.
-  std::vector<double> strain_stations_along() const;
-  std::vector<double> strain_stations_across() const;
   int along_, across_;
   double length_, width_;
   PlateShape shape_;  ///< of the whole leaf

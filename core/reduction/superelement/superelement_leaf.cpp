@@ -46,12 +46,6 @@ void SuperelementLeaf::displace_point(const Vector3d& displacement, const Vector
   increment_ = du;
 }
 
-VectorXd SuperelementLeaf::internal_step(const Vector12d& dq, const Vector3d& du,
-                                         Vector3d& df) const {
-  df.setZero();
-  return unknowns() == 0 ? VectorXd(0) : interior_.step(K_, dq, du, df);
-}
-
 void SuperelementLeaf::solve(Eigen::Ref<MatrixXd> b) const {
   if (unknowns() > 0) interior_.solve(K_, b);
 }
@@ -83,9 +77,10 @@ MatrixXd SuperelementLeaf::node_rates(int element, const MatrixXd& T) const {
 }
 
 void SuperelementLeaf::move(const EdgePoses& edges, const Vector12d& dq) {
-  Vector3d df;
+  Vector3d df = Vector3d::Zero();
   VectorXd T(unknowns() + 12);
-  T << internal_step(dq, increment_, df), dq;
+  if (unknowns() > 0) T.head(unknowns()) = interior_.step(K_, dq, increment_, df);
+  T.tail<12>() = dq;
   point_force_ += df;
   linearised_.resize(elements_.size());
   for (int e = 0; e < grid_->elements(); ++e)

@@ -57,9 +57,6 @@ class SuperelementLeaf final : public LeafElement {
   void assemble_lines();
   void condense();
   void hold_point();
-  /// Internal step for an increment of the edges and the material point; the change of the point's
-  /// force goes to `df`.
-  VectorXd internal_step(const Vector12d& dq, const Vector3d& du, Vector3d& df) const;
   /// Rates of a superelement's nodes for the columns of T (unknowns + 12 rows).
   MatrixXd node_rates(int element, const MatrixXd& T) const;
   SuperelementGrid::State grid_state() const;

@@ -36,8 +36,8 @@ LeafStress SuperelementLeaf::stress() {
     const int n = grid_->along();
     std::vector<LeafStress::Sections> own;
     for (int e = 0; e < n; ++e)
-      own.push_back(beam_sections(*grid_->plate(e).mesh, grid_->beam_displacements(state, e),
-                                  modulus, BeamStrain::linear));
+      own.push_back(beam_sections(*grid_->plate(e).mesh, grid_->displacements(state, e), modulus,
+                                  BeamStrain::linear));
     stress.leaf = index_;
     stress.stations = stress_stations(grid_->plate(0).mesh->shape());
     stress.stations.segments = n;

@@ -13,18 +13,16 @@ std::optional<int> node_at(double place, int intervals) {
 }
 
 Check check_rules(const LeafSpring& leaf, const ModelOptions& model) {
-  if (leaf.curve)
+  const auto takes = [](const char* leaves, const char* is) {
     return Because(
-        "it is curved, and this method takes flat leaves alone: expected \"mixed_potential\", "
-        "or \"accuracy\": \"full\"");
-  if (leaf.fold)
-    return Because(
-        "it is folded, and this method takes flat leaves alone: expected \"mixed_potential\", "
-        "or \"accuracy\": \"full\"");
+        fmt::format("{}, and this method takes {} alone: expected \"mixed_potential\", or "
+                    "\"accuracy\": \"full\"",
+                    is, leaves));
+  };
+  if (leaf.curve) return takes("flat leaves", "it is curved");
+  if (leaf.fold) return takes("flat leaves", "it is folded");
   if (leaf.has_profile())
-    return Because(
-        "its width or thickness varies, and this method takes leaves of one width and thickness "
-        "alone: expected \"mixed_potential\", or \"accuracy\": \"full\"");
+    return takes("leaves of one width and thickness", "its width or thickness varies");
   if (model.method != Reduction::linear_craig_bampton) return {};
   if (flexure_of(leaf, model) == Flexure::beam && model.superelements[1] != 0)
     return Because("a beam is cut along only: expected the number of superelements along");

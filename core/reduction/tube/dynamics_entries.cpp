@@ -48,41 +48,38 @@ const DynamicsLayout& DynamicsLayout::get() {
   return found;
 }
 
-void DynamicsEntries::put(const Slot& s, double x) {
+namespace {
+
+// Calls use(matrix, whether it is symmetric) for the matrix of a slot.
+template <class Entries, class Use>
+auto in_matrix(Entries& e, const DynamicsEntries::Slot& s, const Use& use) {
   switch (s.matrix) {
-    case k_part:
-      k(s.row, s.column) = k(s.column, s.row) = x;
-      break;
-    case G_part:
-      G(s.row, s.column) = x;
-      break;
-    case F_part:
-      F(s.row, s.column) = F(s.column, s.row) = x;
-      break;
-    case g_part:
-      g(s.row, s.column) = x;
-      break;
+    case DynamicsEntries::k_part:
+      return use(e.k, true);
+    case DynamicsEntries::G_part:
+      return use(e.G, false);
+    case DynamicsEntries::F_part:
+      return use(e.F, true);
+    case DynamicsEntries::g_part:
+      return use(e.g, false);
     default:
-      mass(s.row, s.column) = mass(s.column, s.row) = x;
+      return use(e.mass, true);
   }
 }
 
+}  // namespace
+
+void DynamicsEntries::put(const Slot& s, double x) {
+  in_matrix(*this, s, [&](auto& A, bool symmetric) {
+    A(s.row, s.column) = x;
+    if (symmetric) A(s.column, s.row) = x;
+  });
+}
+
 double DynamicsEntries::taken(const Slot& s) const {
-  const auto both = [&](const auto& A) {
-    return s.row == s.column ? A(s.row, s.row) : A(s.row, s.column) + A(s.column, s.row);
-  };
-  switch (s.matrix) {
-    case k_part:
-      return both(k);
-    case G_part:
-      return G(s.row, s.column);
-    case F_part:
-      return both(F);
-    case g_part:
-      return g(s.row, s.column);
-    default:
-      return both(mass);
-  }
+  return in_matrix(*this, s, [&](const auto& A, bool symmetric) -> double {
+    return A(s.row, s.column) + (symmetric && s.row != s.column ? A(s.column, s.row) : 0);
+  });
 }
 
 bool DynamicsEntries::stiffness(Square& K, Flat& X) const {

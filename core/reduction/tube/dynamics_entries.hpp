@@ -54,20 +54,11 @@ bool factorise(Eigen::Matrix<double, n, n>& A) {
   }
   return true;
 }
-/// L⁻¹ B, all columns of B at once.
+/// (L Lᵀ)⁻¹ B in place, L the lower triangle.
 template <int n, class B>
-void solve_lower(const Eigen::Matrix<double, n, n>& L, B& X) {
-  for (int j = 0; j < n; ++j) {
-    X.row(j) /= L(j, j);
-    for (int i = j + 1; i < n; ++i) X.row(i) -= L(i, j) * X.row(j);
-  }
-}
-template <int n, class B>
-void solve_upper(const Eigen::Matrix<double, n, n>& L, B& X) {
-  for (int j = n - 1; j >= 0; --j) {
-    X.row(j) /= L(j, j);
-    for (int i = 0; i < j; ++i) X.row(i) -= L(j, i) * X.row(j);
-  }
+void solve_factorised(const Eigen::Matrix<double, n, n>& L, B& X) {
+  L.template triangularView<Eigen::Lower>().solveInPlace(X);
+  L.transpose().template triangularView<Eigen::Upper>().solveInPlace(X);
 }
 
 }  // namespace flexopt

@@ -45,8 +45,7 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
   [[maybe_unused]] const bool positive = factorise(factor_);
   assert(positive);
   static_ << entries_.g, entries_.G.transpose();
-  solve_lower(factor_, static_);
-  solve_upper(factor_, static_);
+  solve_factorised(factor_, static_);
 }
 
 auto DynamicsForm::at(Rates r, double mu) const -> Value {
@@ -73,8 +72,7 @@ auto DynamicsForm::at(Rates r, double mu) const -> Value {
   of.G = 2 * x * eta.transpose();
   of.F = -x * x.transpose();
   Eigen::Matrix<double, P, 1> pulled = -2 * mu * moved.tail<P>();
-  solve_lower(factor_, pulled);
-  solve_upper(factor_, pulled);
+  solve_factorised(factor_, pulled);
   const Vector3d held = 2 * mu * F_inverse_ * moved.segment<3>(9);
   of.g = pulled * along.head<3>().transpose();
   of.G += along.tail<3>() * pulled.transpose() + held * eta.transpose();

@@ -37,7 +37,6 @@ class EqualStates {
   /// Keeps the leaf's result; only the latest `most` are kept.
   void keep(const LeafStand& stand, DynamicsRequest request, const CondensedLeaf& leaf,
             std::size_t most);
-  void clear() { kept_.clear(); }
 
  private:
   struct Kept {

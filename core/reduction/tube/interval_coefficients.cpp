@@ -1,5 +1,4 @@
-#include "core/reduction/tube/interval_coefficients.hpp"
-
+// Coefficients of a tube potential between two bent states.
 #include <array>
 #include <cassert>
 #include <cstdint>

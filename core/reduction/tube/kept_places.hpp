@@ -30,7 +30,6 @@ class KeptPlaces {
     if (kept_.size() == most) kept_.erase(kept_.begin());
     return kept_.emplace_back(place, std::make_shared<const T>(make())).second;
   }
-  void clear() { kept_.clear(); }
 
  private:
   static constexpr std::size_t most = 4;

@@ -3,13 +3,17 @@
 // evaluates them must agree on.
 #include <array>
 #include <utility>
+#include <vector>
 
+#include "core/reduction/expansion/point_lanes.hpp"
 #include "core/reduction/tube/tube_potential.hpp"
 
 namespace flexopt::potential {
 
 using Lanes = TubePotential::Lanes;
 constexpr int lanes = 8;
+template <class T>
+using LanesOf = typename PointLanes<T>::type;
 
 /// Calls f(integral_constant<int, i>) for i = 0 … N − 1, unrolled.
 template <int N, class F>
@@ -71,5 +75,11 @@ auto dispatch(int degree, bool odd, F&& f) {
     if (odd) return f.template operator()<Degree, true>();
   return f.template operator()<Degree, false>();
 }
+
+/// Coefficients of an interval in the order in which TubePotential::evaluate() reads them. `odd`:
+/// with odd powers of (φ, M1, M2); `mirrored`: about sigma = 0, without what the mirror symmetry in
+/// the thickness forbids.
+std::vector<Lanes> interval_coefficients(int degree, bool odd, const TubeNode& a, const TubeNode& b,
+                                         bool mirrored);
 
 }  // namespace flexopt::potential

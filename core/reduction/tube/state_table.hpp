@@ -31,14 +31,6 @@ struct StateMonomial {
     for (int f = 0; f < off_ray; ++f) others += variable[f];
     return others == 0;
   }
-
-  /// Whether the mirror in the thickness, which turns (σ, τ, φ), changes its sign about a flat
-  /// leaf.
-  bool turned() const {
-    int sum = along;
-    for (int f = 0; f < off_ray; ++f) sum += variable[f] < 2;
-    return sum % 2 != 0;
-  }
 };
 /// Monomials in the order of the columns of a table.
 template <int evens = StateTable::even_monomials>

@@ -11,16 +11,10 @@ namespace {
 // leaf's width onto the other.
 constexpr std::array<double, 3> turned_sign{1, 1, -1};
 
-StressPlaces places_of_mesh(std::array<int, 2> mesh) {
-  PlateShape shape;
-  shape.mesh = mesh;
-  return StressPlaces(shape);
-}
-
 }  // namespace
 
 StrainPatterns::StrainPatterns(std::array<int, 2> mesh, const std::array<MatrixXd, families>& P)
-    : places_(places_of_mesh(mesh)),
+    : places_(mesh),
       along_(places_.stations_along()),
       across_(places_.half_across()),
       P_(P),

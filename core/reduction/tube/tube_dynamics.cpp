@@ -33,6 +33,29 @@ void change_amplitudes(DynamicsExpansion& e, const MatrixXd& U) {
   }
 }
 
+// Table of number(slot, monomial) about a bent state.
+template <class Number>
+StateTable table_of(double sigma, const Number& number) {
+  const auto filled = [&](const std::vector<Slot>& slots, const auto& monomials) {
+    MatrixXd table(static_cast<Eigen::Index>(slots.size()),
+                   static_cast<Eigen::Index>(monomials.size()));
+    for (std::size_t s = 0; s < slots.size(); ++s)
+      for (std::size_t c = 0; c < monomials.size(); ++c)
+        table(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c)) =
+            number(slots[s], monomials[c]);
+    return table;
+  };
+  return {sigma, filled(layout().even, even_monomials()), filled(layout().odd, odd_monomials())};
+}
+
+// The numbers at the bent state itself, where the odd ones vanish.
+DynamicsEntries entries_at(const StateTable& table) {
+  DynamicsEntries e;
+  for (std::size_t s = 0; s < layout().even.size(); ++s)
+    e.put(layout().even[s], table.even(static_cast<Eigen::Index>(s), 0));
+  return e;
+}
+
 }  // namespace
 
 DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
@@ -43,17 +66,9 @@ DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Mat
   change_amplitudes(e, units);
   const MatrixPolynomial* parts[] = {&e.k, &e.G, &e.F, &e.g, &e.mass};
   DynamicsNode node;
-  node.table.sigma = sigma;
-  const auto fill = [&](const std::vector<Slot>& slots, const auto& monomials, MatrixXd& table) {
-    table.resize(static_cast<Eigen::Index>(slots.size()),
-                 static_cast<Eigen::Index>(monomials.size()));
-    for (std::size_t s = 0; s < slots.size(); ++s)
-      for (std::size_t c = 0; c < monomials.size(); ++c)
-        table(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c)) =
-            (*parts[slots[s].matrix])[monomials[c].number](slots[s].row, slots[s].column);
-  };
-  fill(layout().even, even_monomials(), node.table.even);
-  fill(layout().odd, odd_monomials(), node.table.odd);
+  node.table = table_of(sigma, [&](const Slot& s, const StateMonomial& m) {
+    return (*parts[s.matrix])[m.number](s.row, s.column);
+  });
   node.stations.resize(e.stations.rows() * e.stations.cols(), 2);
   for (int k = 0; k < 2; ++k) node.stations.col(k) = e.stations[k].reshaped();
   return node;
@@ -63,9 +78,7 @@ DynamicsNode dynamics_node(const ChordLeaf& leaf, double sigma, const Eigen::Mat
 
 DynamicsNode TubeDynamics::weights(const DynamicsNode& node, const PlateShape& shape,
                                    double along) {
-  DynamicsEntries e;
-  for (std::size_t s = 0; s < layout().even.size(); ++s)
-    e.put(layout().even[s], node.table.even(static_cast<Eigen::Index>(s), 0));
+  const DynamicsEntries e = entries_at(node.table);
   const RateSigns m = e.mass.diagonal().cwiseSqrt();
   const Eigen::Matrix<double, P, 1> k = e.k.diagonal().cwiseSqrt();
   const Vector3d F = e.F.diagonal().cwiseSqrt();
@@ -87,20 +100,12 @@ DynamicsNode TubeDynamics::weights(const DynamicsNode& node, const PlateShape& s
   const double N =
       0.4 * std::numbers::pi * std::numbers::pi * shape.width / tube_force_scale(shape)[0];
   const std::array<double, 5> away{0.05, 0.01, N, 1, 1};
-  const auto fill = [&](const std::vector<Slot>& slots, const auto& monomials, MatrixXd& out) {
-    out.resize(static_cast<Eigen::Index>(slots.size()),
-               static_cast<Eigen::Index>(monomials.size()));
-    for (std::size_t c = 0; c < monomials.size(); ++c) {
-      double size = std::pow(along, monomials[c].along);
-      for (int f = 0; f < monomials[c].off_ray; ++f) size *= away[monomials[c].variable[f]];
-      for (std::size_t s = 0; s < slots.size(); ++s)
-        out(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c)) = size / unit(slots[s]);
-    }
-  };
   DynamicsNode weights;
-  weights.table.sigma = node.table.sigma;
-  fill(layout().even, even_monomials(), weights.table.even);
-  fill(layout().odd, odd_monomials(), weights.table.odd);
+  weights.table = table_of(node.table.sigma, [&](const Slot& s, const StateMonomial& m) {
+    double size = std::pow(along, m.along);
+    for (int f = 0; f < m.off_ray; ++f) size *= away[m.variable[f]];
+    return size / unit(s);
+  });
   const Eigen::Index rows = node.stations.rows() / (R - 3);
   weights.stations.resize(node.stations.rows(), 2);
   for (Eigen::Index j = 0; j < R - 3; ++j)
@@ -116,10 +121,7 @@ std::array<int, 2> TubeDynamics::entries() {
 void TubeDynamics::add(DynamicsNode node) {
   assert(nodes_.empty() ? node.table.sigma == 0 : node.table.sigma > nodes_.back().table.sigma);
   // the highest internal frequency that the loads tell well, at the bent state itself
-  const std::vector<Slot>& slots = layout().even;  // the others vanish there
-  DynamicsEntries e;
-  for (std::size_t s = 0; s < slots.size(); ++s)
-    e.put(slots[s], node.table.even(static_cast<Eigen::Index>(s), 0));
+  const DynamicsEntries e = entries_at(node.table);
   Square K;
   Flat X;
   double reach = 0;
@@ -134,15 +136,8 @@ void TubeDynamics::add(DynamicsNode node) {
 }
 
 TubeDynamics::Local TubeDynamics::locate(const Place& place) const {
-  assert(nodes_.size() >= 2);
-  Local at;
-  at.mirrored = place.sigma < 0;
-  const double sign = at.mirrored ? -1 : 1;
-  at.sigma = sign * place.sigma;
-  while (at.interval + 2 < nodes_.size() && at.sigma > nodes_[at.interval + 1].table.sigma)
-    ++at.interval;
-  at.z = {sign * place.tau, sign * place.twist, place.f[0] - force_centre_, place.f[1], place.f[2]};
-  return at;
+  return locate_among(
+      nodes_, [](const DynamicsNode& n) { return n.table.sigma; }, place, force_centre_);
 }
 
 // Reads all entries to a total degree of 2, or those of the stiffness to degree 1 or 2.
@@ -175,8 +170,7 @@ TubeDynamics::Answer TubeDynamics::evaluate(const Place& place) const {
   // a' = S (s', f') + eta', the field's f' less X eta'
   Six S;
   S << e.g, e.G.transpose();
-  solve_lower(e.k, S);
-  solve_upper(e.k, S);
+  solve_factorised(e.k, S);
   RateMatrix MT = e.mass;
   MT.template middleCols<6>(6).noalias() += e.mass.template rightCols<P>() * S;
   MT.template rightCols<P>().noalias() -= e.mass.template middleCols<3>(9) * X;
@@ -204,9 +198,9 @@ double TubeDynamics::change(const Place& place) const {
   if (!e.stiffness(K, X) || !lower.stiffness(less, X)) return endless;
   less -= K;
   if (!factorise(K)) return endless;
-  solve_lower(K, less);
+  K.triangularView<Eigen::Lower>().solveInPlace(less);
   less.transposeInPlace();
-  solve_lower(K, less);
+  K.triangularView<Eigen::Lower>().solveInPlace(less);
   return less.norm();
 }
 

@@ -3,6 +3,7 @@
 // polynomials about its bent states, joined along the ray as the fields are. Equations (D1) to
 // (D5) of core/reduction/README.md.
 #include <array>
+#include <cassert>
 #include <memory>
 #include <vector>
 
@@ -66,6 +67,21 @@ class TubeDynamics {
   };
   /// Locates a place among the bent states, of which there must be two.
   Local locate(const Place& place) const;
+  /// Likewise among any nodes, of which sigma(node) returns the σ.
+  template <class Nodes, class Sigma>
+  static Local locate_among(const Nodes& nodes, const Sigma& sigma, const Place& place,
+                            double force_centre) {
+    assert(nodes.size() >= 2);
+    Local at;
+    at.mirrored = place.sigma < 0;
+    const double sign = at.mirrored ? -1 : 1;
+    at.sigma = sign * place.sigma;
+    while (at.interval + 2 < nodes.size() && at.sigma > sigma(nodes[at.interval + 1]))
+      ++at.interval;
+    at.z = {sign * place.tau, sign * place.twist, place.f[0] - force_centre, place.f[1],
+            place.f[2]};
+    return at;
+  }
 
   /// Dynamics of the leaf in the scaled units of the plate, chord axes.
   struct Answer {

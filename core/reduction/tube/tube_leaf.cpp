@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "core/math/polynomial.hpp"
-#include "core/reduction/tube/bent_states.hpp"
 
 namespace flexopt {
 namespace {
@@ -67,19 +66,9 @@ TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& ran
 }
 
 TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube)
-    : shape_(shape),
-      range_(range),
-      directions_(tube.directions),
-      known_(true),
-      rates_(std::move(tube.rates)),
-      dynamics_rates_(std::move(tube.dynamics_rates)),
-      stress_rates_(std::move(tube.stress_rates)),
-      known_dynamics_(std::move(tube.dynamics)),
-      view_(tube.view),
-      known_stress_(std::move(tube.stress)),
-      stress_patterns_(std::move(tube.stress_patterns)) {
+    : shape_(shape), range_(range), directions_(tube.directions), known_(std::move(tube)) {
   range_.ray = directions_.col(0);
-  make_potentials(tube.nodes);
+  make_potentials(std::exchange(known_->nodes, {}));
 }
 
 std::vector<double> TubeModel::planned_states() const {
@@ -146,9 +135,7 @@ bool TubeModel::add(double sigma) {
   const Vector3d s(range_.ray[0] * sigma, range_.ray[1] * sigma, 0);
   const Vector3d f = range_.centre().cwiseProduct(tube_force_scale(shape_));
   if (!leaf().solve(s, f).converged || leaf().plate().negative_pivots() > 0) return false;
-  const auto place =
-      std::lower_bound(expansions_.begin(), expansions_.end(), sigma,
-                       [](const TubeExpansion& e, double at) { return e.sigma < at; });
+  const auto place = std::ranges::lower_bound(expansions_, sigma, {}, &TubeExpansion::sigma);
   expansions_.insert(place, expand(leaf(), sigma, directions_, range_.order));
   return true;
 }
@@ -157,8 +144,8 @@ void TubeModel::cover(double sigma) {
   if (!known_ || covered_) return;
   const auto expand_here = [&](double at) {
     expansions_.push_back({at, {}, expand_fields(leaf(), directions_, range_.order).fields});
-    if (dynamics_ && !known_dynamics_) add_dynamics(at);
-    if (stress_ && !known_stress_) add_stress(expansions_.back());
+    if (dynamics_ && !dynamics_known()) add_dynamics(at);
+    if (stress_ && !stress_known()) add_stress(expansions_.back());
   };
   // on to the next node, or as far as the leaf can be bent
   const auto bend_on = [&](double to) {
@@ -180,27 +167,23 @@ void TubeModel::cover(double sigma) {
 }
 
 bool TubeModel::extend(double sigma) {
-  equal_states_.clear();
+  equal_states_ = {};
   kept_ = {};
   if (known_) {  // its own states, mesh and all, take the place of the known ones
     const TubeRange before = range_;
     const bool tables = dynamics_ != nullptr;
-    auto known_dynamics = std::exchange(known_dynamics_, nullptr);
-    known_ = false;
+    std::optional<KnownTube> known = std::exchange(known_, std::nullopt);
     range_.sigma_max = sigma;
     expansions_.clear();
     dynamics_.reset();
     stress_.reset();
-    auto known_stress = std::exchange(known_stress_, nullptr);
     build();
     if (static_cast<int>(potential_->nodes().size()) == static_cast<int>(expansions_.size()) &&
         potential_->last_sigma() == sigma) {
       if (tables) make_dynamics();
       return true;
     }
-    known_ = true;
-    known_dynamics_ = std::move(known_dynamics);
-    known_stress_ = std::move(known_stress);
+    known_ = std::move(known);
     stress_.reset();
     range_ = before;
     expansions_.clear();

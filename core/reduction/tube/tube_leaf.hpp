@@ -15,8 +15,6 @@
 #include "core/reduction/tube/mixed_condensation.hpp"
 #include "core/reduction/tube/plate_pool.hpp"
 #include "core/reduction/tube/tube_dynamics.hpp"
-#include "core/reduction/tube/tube_range.hpp"
-#include "core/reduction/tube/tube_rates.hpp"
 #include "core/reduction/tube/tube_stress.hpp"
 #include "core/reduction/tube/tube_view.hpp"
 
@@ -75,15 +73,19 @@ class TubeModel {
   /// Poses of both edges, undeflected.
   EdgePoses rest() const;
   /// Whether the potential is made of known expansions.
-  bool known() const { return known_; }
+  bool known() const { return known_.has_value(); }
   /// Whether rates() has an answer: of a known potential that has not been extended.
-  bool differentiable() const { return known_ && rates_; }
+  bool differentiable() const { return known_ && known_->rates; }
   /// Derivatives of the nodes of potential() by the leaf's shape, made anew each time.
-  TubeNodeRates rates() const { return rates_(); }
-  bool differentiable_dynamics() const { return differentiable() && dynamics_ && dynamics_rates_; }
+  TubeNodeRates rates() const { return known_->rates(); }
+  bool differentiable_dynamics() const {
+    return differentiable() && dynamics_ && known_->dynamics_rates;
+  }
   /// Derivatives of the tables of dynamics(), made when they are first wanted.
   const DynamicsRates& dynamics_rates();
-  bool differentiable_stress() const { return differentiable() && known_stress_ && stress_rates_; }
+  bool differentiable_stress() const {
+    return differentiable() && stress_known() && known_->stress_rates;
+  }
   /// Derivatives of the tables of stress(), made when they are first wanted.
   const StressRateSource& stress_rates();
 
@@ -115,13 +117,13 @@ class TubeModel {
   /// with these. None for leaves with a profile, curved ones and beams.
   /// Those that are known reach sigma.
   const TubeStress* stress(double sigma = 0);
-  bool stress_known() const { return known_stress_ != nullptr; }
+  bool stress_known() const { return known_ && known_->stress; }
   /// Whether no bent state had to be solved for.
   bool unsolved() const { return expansions_.empty(); }
   /// Makes the tables of the dynamics reach sigma, where there are any.
   void reach_dynamics(double sigma, StationsWanted stations);
   /// How the tables of the dynamics see the leaf.
-  TubeView view() const { return known_dynamics_ ? view_ : TubeView{}; }
+  TubeView view() const { return dynamics_known() ? known_->view : TubeView{}; }
   /// Sees to it that fields and tables of dynamics reach as far as sigma, where they were not
   /// known.
   void cover(double sigma);
@@ -142,6 +144,7 @@ class TubeModel {
 
  private:
   void build();
+  bool dynamics_known() const { return known_ && known_->dynamics; }
   std::vector<double> planned_states() const;  ///< where bent states are to stand, ascending
   int bent_states() const;                     ///< so many carry the fields
   void stand_at(const TubeExpansion& expansion);
@@ -157,15 +160,10 @@ class TubeModel {
   mutable std::shared_ptr<const PlateMesh> mesh_;
   TubeRange range_;
   Eigen::Matrix2d directions_;
-  bool known_ = false;
-  std::function<TubeNodeRates()> rates_;
-  std::function<DynamicsRates(double)> dynamics_rates_;
-  DynamicsRates known_dynamics_rates_;  ///< of the present tables; empty before they are wanted
-  std::function<StressRateSource()> stress_rates_;
+  std::optional<KnownTube> known_;       ///< without the nodes, which the potentials have
+  DynamicsRates known_dynamics_rates_;   ///< of the present tables; empty before they are wanted
   StressRateSource known_stress_rates_;  ///< derivatives of the present tables of stress
-  std::function<std::vector<DynamicsNode>(double, StationsWanted)> known_dynamics_;
-  TubeView view_;
-  bool successor_ = false;  ///< of other forces or another degree: it has no tables
+  bool successor_ = false;               ///< of other forces or another degree: it has no tables
   std::shared_ptr<PlatePool> pool_;
   EqualStates equal_states_;
   KeptAnswers kept_;                       ///< of the present tables
@@ -175,8 +173,6 @@ class TubeModel {
   InternalLoads loads_;  ///< none before they are wanted
   MatrixXd amplitude_units_;
   std::unique_ptr<TubeDynamics> dynamics_;
-  std::function<std::vector<StateTable>(double)> known_stress_;
-  std::shared_ptr<const StrainPatterns> stress_patterns_;
   std::unique_ptr<TubeStress> stress_;
   std::vector<std::weak_ptr<TubeModel>> successors_;
   int expected_ = 0;  ///< states at which the dynamics are wanted
@@ -212,8 +208,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   };
   /// Changes by the highest degree for a leaf within a mechanism; after evaluate().
   DegreeChanges changes_in(const EdgeSurroundings& surroundings) const;
-  const TubeLocation& location() const { return response_.location; }
-  const Vector3d& forces() const { return state_.mixed.f; }  ///< (N, M1, M2) over their scale
   LeafReport report() const override {
     const bool both = !condensed_because_.empty() && !rebuilt_because_.empty();
     const std::string full = condensed_because_ + (both ? "; " : "") + rebuilt_because_;

@@ -23,7 +23,7 @@ void TubeModel::expect_dynamics(int states) {
   // States, for each bent state of the tube, from which tables cost less; measured on the default
   // mesh.
   constexpr int states_that_pay = 10;
-  const int enough = known_dynamics_ ? 1 : states_that_pay * bent_states();
+  const int enough = dynamics_known() ? 1 : states_that_pay * bent_states();
   const bool before = expected_ >= enough;
   expected_ += states;
   if (!before && expected_ >= enough) make_dynamics();
@@ -41,7 +41,7 @@ bool TubeModel::has_dynamics(const PlateShape& shape) {
 void TubeModel::make_dynamics() {
   if (dynamics_ || !built() || !has_dynamics(shape_)) return;
   if (successor_) return;  // few states will be asked for
-  if (known_dynamics_) return look_up_dynamics(range_.sigma_max, StationsWanted::no);
+  if (dynamics_known()) return look_up_dynamics(range_.sigma_max, StationsWanted::no);
   cover(range_.sigma_max);
   leaf().reset();
   dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
@@ -60,20 +60,20 @@ void TubeModel::add_dynamics(double sigma) {
 void TubeModel::look_up_dynamics(double sigma, StationsWanted stations) {
   kept_ = {};
   dynamics_ = std::make_unique<TubeDynamics>(range_.force_centre);
-  for (DynamicsNode& node : known_dynamics_(sigma, stations)) dynamics_->add(std::move(node));
+  for (DynamicsNode& node : known_->dynamics(sigma, stations)) dynamics_->add(std::move(node));
 }
 
 const DynamicsRates& TubeModel::dynamics_rates() {
   assert(differentiable_dynamics());
   if (known_dynamics_rates_.empty() ||
       known_dynamics_rates_.front().back().sigma != dynamics_->last_sigma())
-    known_dynamics_rates_ = dynamics_rates_(dynamics_->last_sigma());
+    known_dynamics_rates_ = known_->dynamics_rates(dynamics_->last_sigma());
   return known_dynamics_rates_;
 }
 
 void TubeModel::reach_dynamics(double sigma, StationsWanted stations) {
   if (!dynamics_) return;
-  if (!known_dynamics_) return cover(sigma);
+  if (!dynamics_known()) return cover(sigma);
   const bool had = dynamics_->has_stations(), more = stations == StationsWanted::yes && !had;
   if (more || sigma > dynamics_->last_sigma() * (1 + 1e-9))
     look_up_dynamics(std::max({sigma, range_.sigma_max, dynamics_->last_sigma()}),

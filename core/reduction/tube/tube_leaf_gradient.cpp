@@ -49,8 +49,7 @@ void TubeLeafLinear::solve(Eigen::Ref<MatrixXd> b) const {
   b.topRows<3>() = (leaf_->mixed().F_inverse * b.topRows<3>()).eval();
   if (!internal_) return;
   auto amplitudes = b.bottomRows<P>();
-  solve_lower(stiffness_factor_, amplitudes);
-  solve_upper(stiffness_factor_, amplitudes);
+  solve_factorised(stiffness_factor_, amplitudes);
 }
 
 MatrixXd TubeLeafLinear::static_shapes(const std::vector<int>& columns) const {

@@ -12,7 +12,6 @@
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/reduction/tube/dynamics_form.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
-#include "core/reduction/tube/tube_rates.hpp"
 
 namespace flexopt {
 

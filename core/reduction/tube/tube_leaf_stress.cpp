@@ -17,11 +17,12 @@ const TubeStress* TubeModel::stress(double sigma) {
   const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
   if (successor_ || !built() || !flat || shape_.is_beam()) return nullptr;
   const bool beyond = stress_ && sigma > stress_->last_sigma() * (1 + 1e-9);
-  if (stress_ && !(known_stress_ && beyond)) return stress_.get();
+  if (stress_ && !(stress_known() && beyond)) return stress_.get();
   kept_ = {};
-  if (known_stress_) {
-    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, view_, stress_patterns_);
-    for (StateTable& node : known_stress_(std::max(sigma, range_.sigma_max)))
+  if (stress_known()) {
+    stress_ = std::make_unique<TubeStress>(shape_, range_.force_centre, known_->view,
+                                           known_->stress_patterns);
+    for (StateTable& node : known_->stress(std::max(sigma, range_.sigma_max)))
       stress_->add(std::move(node));
     return stress_.get();
   }
@@ -33,7 +34,7 @@ const TubeStress* TubeModel::stress(double sigma) {
 
 const StressRateSource& TubeModel::stress_rates() {
   assert(differentiable_stress());
-  if (!known_stress_rates_) known_stress_rates_ = stress_rates_();
+  if (!known_stress_rates_) known_stress_rates_ = known_->stress_rates();
   return known_stress_rates_;
 }
 

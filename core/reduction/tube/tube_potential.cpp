@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/math/polynomial.hpp"
-#include "core/reduction/tube/interval_coefficients.hpp"
+#include "core/reduction/expansion/point_lanes.hpp"
 #include "core/reduction/tube/potential_terms.hpp"
 
 // How a value with all derivatives stays cheap. Sort the terms by their degree k in
@@ -32,13 +32,14 @@ namespace {
 
 // ---- Bernstein polynomials with two derivatives --------------------------------------------
 
-/// Values and derivatives in σ of the Bernstein polynomials of degree 2q − 1 for q = 2 … Q.
-template <int Q>
+/// Values and derivatives in σ of the Bernstein polynomials of degree 2q − 1 for q = 2 … Q. T here
+/// and below: double, or a Dual, whose derivatives those of the result follow.
+template <int Q, class T>
 struct BernsteinBasis {
   static constexpr int top = 2 * Q - 1;
-  double value[Q + 1][16], first[Q + 1][16], second[Q + 1][16];
+  T value[Q + 1][16], first[Q + 1][16], second[Q + 1][16];
 
-  BernsteinBasis(double t, double width) {
+  BernsteinBasis(const T& t, double width) {
     // b[m][r + 2] = C(m,r) tʳ (1−t)^(m−r), with zeros beside it
     constexpr auto C = [] {
       std::array<std::array<double, top + 1>, top + 1> c{};
@@ -46,13 +47,13 @@ struct BernsteinBasis {
         for (int r = 0; r <= m; ++r) c[m][r] = binomial(m, r);
       return c;
     }();
-    double tp[top + 1], sp[top + 1];  // tʳ and (1−t)^(top−r)
+    T tp[top + 1], sp[top + 1];  // tʳ and (1−t)^(top−r)
     tp[0] = sp[top] = 1;
     for (int r = 0; r < top; ++r) {
       tp[r + 1] = tp[r] * t;
       sp[top - r - 1] = sp[top - r] * (1 - t);
     }
-    double b[top + 1][top + 5];
+    T b[top + 1][top + 5];
     unrolled<top + 1>([&](auto m_) {
       constexpr int m = m_;
       b[m][0] = b[m][1] = b[m][m + 3] = b[m][m + 4] = 0;
@@ -70,7 +71,7 @@ struct BernsteinBasis {
   }
 
   struct Sums {
-    Lanes value, first, second;
+    LanesOf<T> value, first, second;
   };
   /// Sums of the polynomials of degree 2q − 1 times the coefficients at C, which moves on.
   template <int q>
@@ -87,21 +88,21 @@ struct BernsteinBasis {
 };
 
 /// p = (1, x, x², …).
-template <int count>
-[[gnu::always_inline]] inline void set_powers(double (&p)[count], double x) {
+template <int count, class T>
+[[gnu::always_inline]] inline void set_powers(T (&p)[count], const T& x) {
   p[0] = 1;
   for (int i = 1; i < count; ++i) p[i] = p[i - 1] * x;
 }
 
 /// τᵃ Nᵇ of every monomial in x, and its derivatives by τ, N, ττ, τN, NN.
-template <int Degree>
+template <int Degree, class T>
 struct XWeights {
   static constexpr auto X = x_monomials<Degree - 1>();
   static constexpr int vectors = x_vectors<Degree>();
-  alignas(64) double w[6][vectors * lanes] = {};
+  alignas(64) T w[6][vectors * lanes] = {};
 
-  [[gnu::always_inline]] XWeights(double tau, double N) {
-    double tp[Degree], np[Degree];
+  [[gnu::always_inline]] XWeights(const T& tau, const T& N) {
+    T tp[Degree], np[Degree];
     set_powers(tp, tau);
     set_powers(np, N);
     unrolled<static_cast<int>(X.size())>([&](auto i) {
@@ -114,148 +115,139 @@ struct XWeights {
       if constexpr (b >= 2) w[5][i] = b * (b - 1) * tp[a] * np[b - 2];
     });
   }
+  /// Derivative d of eight monomials.
+  [[gnu::always_inline]] LanesOf<T> at(int d, int vector) const {
+    if constexpr (std::is_same_v<T, double>)
+      return *reinterpret_cast<const Lanes*>(&w[d][vector * lanes]);
+    else
+      return lanes_from(&w[d][vector * lanes]);
+  }
 };
 
 /// Derivatives of a function of (σ, τ, N) to second order: where each one stands.
 enum Jet { v_, s_, t_, n_, ss_, st_, sn_, tt_, tn_, nn_, jets };
 
-/// τᵃ Nᵇ and its derivatives.
-struct Weight {
-  double v, t, n, tt, tn, nn;
-};
-
-/// Adds c · w and its derivatives; c, c1, c2: value and σ-derivatives, G: degree of w.
-template <int G>
-inline void add_jet(Lanes (&J)[jets], const Lanes& c, const Lanes& c1, const Lanes& c2,
-                    const Weight& w) {
-  J[v_] += c * w.v;
-  J[s_] += c1 * w.v;
-  J[ss_] += c2 * w.v;
+/// Adds c · w and its derivatives; c, c1, c2: value and σ-derivatives, G: degree of w at most,
+/// w(d): the derivatives of w in the order of XWeights.
+template <int G, class L, class Weight>
+[[gnu::always_inline]] inline void add_jet(L (&J)[jets], const L& c, const L& c1, const L& c2,
+                                           const Weight& w) {
+  J[v_] += w(0) * c;
+  J[s_] += w(0) * c1;
+  J[ss_] += w(0) * c2;
   if constexpr (G >= 1) {
-    J[t_] += c * w.t;
-    J[n_] += c * w.n;
-    J[st_] += c1 * w.t;
-    J[sn_] += c1 * w.n;
+    J[t_] += w(1) * c;
+    J[n_] += w(2) * c;
+    J[st_] += w(1) * c1;
+    J[sn_] += w(2) * c1;
   }
   if constexpr (G >= 2) {
-    J[tt_] += c * w.tt;
-    J[tn_] += c * w.tn;
-    J[nn_] += c * w.nn;
-  }
-}
-
-/// Adds the terms without y, k = 0; their lanes are the monomials of x.
-template <int Degree>
-[[gnu::always_inline]] inline void add_without_y(Lanes (&J)[jets],
-                                                 const BernsteinBasis<Degree + 1>& basis,
-                                                 const XWeights<Degree>& weights, const Lanes*& C) {
-  for (int v = 0; v < weights.vectors; ++v) {
-    const auto [c, c1, c2] = basis.template sums<Degree + 1>(C);
-    const auto at = [&](int d) -> const Lanes& {
-      return *reinterpret_cast<const Lanes*>(&weights.w[d][v * lanes]);
-    };
-    J[v_] += c * at(0);
-    J[t_] += c * at(1);
-    J[n_] += c * at(2);
-    J[tt_] += c * at(3);
-    J[tn_] += c * at(4);
-    J[nn_] += c * at(5);
-    J[s_] += c1 * at(0);
-    J[st_] += c1 * at(1);
-    J[sn_] += c1 * at(2);
-    J[ss_] += c2 * at(0);
+    J[tt_] += w(3) * c;
+    J[tn_] += w(4) * c;
+    J[nn_] += w(5) * c;
   }
 }
 
 inline double sum(const Lanes& a) {
   return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
 }
+template <int n>
+Dual<n> sum(const DualLanes8<n>& a) {
+  Dual<n> all(sum(a.value));
+  for (int k = 0; k < n; ++k) all.derivatives[k] = sum(a.derivatives[k]);
+  return all;
+}
 
 /// S y for S given by its lanes.
-inline Vector3d times(const Lanes& S, const double* y) {
-  return {S[0] * y[0] + S[1] * y[1] + S[2] * y[2], S[1] * y[0] + S[3] * y[1] + S[4] * y[2],
-          S[2] * y[0] + S[4] * y[1] + S[5] * y[2]};
+template <class T>
+[[gnu::always_inline]] inline Eigen::Matrix<T, 3, 1> times(const LanesOf<T>& S, const T (&y)[3]) {
+  const auto s = [&](int k) { return PointLanes<T>::get(S, k); };
+  return {s(0) * y[0] + s(1) * y[1] + s(2) * y[2], s(1) * y[0] + s(3) * y[1] + s(4) * y[2],
+          s(2) * y[0] + s(4) * y[1] + s(5) * y[2]};
 }
 
 /// Value and derivatives from the sums over all terms: J without y, G of y, S of two y, Σ k S and
 /// Σ k (k − 1) S.
-template <bool Odd>
-[[gnu::always_inline]] inline PotentialValue gathered(const Lanes (&J)[jets],
-                                                      const Lanes (&G)[jets],
-                                                      const Lanes (&S)[jets], const Lanes (&kS)[4],
-                                                      const Lanes& kkS, const double (&y)[3]) {
-  const Lanes yy = {y[0] * y[0],
-                    2 * y[0] * y[1],
-                    2 * y[0] * y[2],
-                    y[1] * y[1],
-                    2 * y[1] * y[2],
-                    y[2] * y[2],
-                    0,
-                    0};
-  double j[jets];
+template <bool Odd, class T, class L = LanesOf<T>>
+[[gnu::always_inline]] inline PotentialOf<T> gathered(const L (&J)[jets], const L (&G)[jets],
+                                                      const L (&S)[jets], const L (&kS)[4],
+                                                      const L& all_kkS, const T (&y)[3]) {
+  T squares[lanes] = {};
+  for (int p = 0; p < 6; ++p)
+    squares[p] = (pair_i[p] == pair_j[p] ? 1 : 2) * y[pair_i[p]] * y[pair_j[p]];
+  const L yy = lanes_from(squares);
+  T j[jets];
   for (int d = 0; d < jets; ++d) j[d] = sum(J[d] + S[d] * yy);
-  Vector3d gy = times(kS[v_], y), sy = times(kS[s_], y), ty = times(kS[t_], y),
-           ny = times(kS[n_], y);
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  Vector gy = times<T>(kS[v_], y), sy = times<T>(kS[s_], y), ty = times<T>(kS[t_], y),
+         ny = times<T>(kS[n_], y);
   if constexpr (Odd) {
-    const auto entries = [&](int d) { return Vector3d(G[d][0], G[d][1], G[d][2]); };
-    const Vector3d at(y[0], y[1], y[2]);
+    const auto entries = [&](int d) {
+      return Vector(PointLanes<T>::get(G[d], 0), PointLanes<T>::get(G[d], 1),
+                    PointLanes<T>::get(G[d], 2));
+    };
+    const Vector at(y[0], y[1], y[2]);
     for (int d = 0; d < jets; ++d) j[d] += entries(d).dot(at);
     gy += entries(v_);
     sy += entries(s_);
     ty += entries(t_);
     ny += entries(n_);
   }
+  const auto kkS = [&](int k) { return PointLanes<T>::get(all_kkS, k); };
 
   // order (σ, τ, φ, N, M1, M2)
-  PotentialValue p;
+  PotentialOf<T> p;
   p.value = j[v_];
   p.gradient << j[s_], j[t_], gy[0], j[n_], gy[1], gy[2];
   p.hessian << j[ss_], j[st_], sy[0], j[sn_], sy[1], sy[2],  //
       j[st_], j[tt_], ty[0], j[tn_], ty[1], ty[2],           //
-      sy[0], ty[0], kkS[0], ny[0], kkS[1], kkS[2],           //
+      sy[0], ty[0], kkS(0), ny[0], kkS(1), kkS(2),           //
       j[sn_], j[tn_], ny[0], j[nn_], ny[1], ny[2],           //
-      sy[1], ty[1], kkS[1], ny[1], kkS[3], kkS[4],           //
-      sy[2], ty[2], kkS[2], ny[2], kkS[4], kkS[5];
+      sy[1], ty[1], kkS(1), ny[1], kkS(3), kkS(4),           //
+      sy[2], ty[2], kkS(2), ny[2], kkS(4), kkS(5);
   return p;
 }
 
-}  // namespace
+/// Value and derivatives in (σ, τ, φ, N, M1, M2) on the interval from `start` with the coefficients
+/// C; z: (τ, φ, N, M1, M2).
+template <int Degree, bool Odd, class T>
+PotentialOf<T> evaluate_interval(const Lanes* C, double start, double width, const T& sigma,
+                                 const std::array<T, 5>& z) {
+  using L = LanesOf<T>;
+  const T y[3] = {z[1], z[3], z[4]};
+  const BernsteinBasis<Degree + 1, T> basis((sigma - start) / width, width);
+  const XWeights<Degree, T> weights(z[0], z[2]);
+  const auto weight = [&](int i) { return [&w = weights.w, i](int d) { return w[d][i]; }; };
 
-template <int Degree, bool Odd>
-PotentialValue TubePotential::evaluate_interval(const Interval& interval, double sigma,
-                                                const double (&z)[5]) {
-  const double tau = z[0], N = z[2], y[3] = {z[1], z[3], z[4]};
-  const BernsteinBasis<Degree + 1> basis((sigma - interval.start) / interval.width, interval.width);
-  const Lanes* C = interval.coefficients.data();
-  const XWeights<Degree> weights(tau, N);
-  const auto& w = weights.w;
-
-  Lanes J[jets] = {};
-  add_without_y(J, basis, weights, C);
+  L J[jets] = {};  // k = 0: lanes are the monomials of x
+  for (int v = 0; v < weights.vectors; ++v) {
+    const auto [c, c1, c2] = basis.template sums<Degree + 1>(C);
+    add_jet<2>(J, c, c1, c2, [&](int d) { return weights.at(d, v); });
+  }
 
   // k = 1: lanes are the entries of ∂p/∂y
-  Lanes G[jets] = {};
+  L G[jets] = {};
   if constexpr (Odd)
     unrolled<Degree - 1>([&](auto g) {
       constexpr int q = Degree - g;
       for (int i = g * (g + 1) / 2; i < (g + 1) * (g + 2) / 2; ++i) {
         const auto [c, c1, c2] = basis.template sums<q>(C);
-        add_jet<g>(G, c, c1, c2, {w[0][i], w[1][i], w[2][i], w[3][i], w[4][i], w[5][i]});
+        add_jet<g>(G, c, c1, c2, weight(i));
       }
     });
 
   // k ≥ 2: lanes are the entries of S
-  Lanes S[jets] = {}, kS[4] = {}, kkS = {};  // Σ S; Σ k S of v, s, t, n; Σ k (k − 1) S of v
-  double yp[3][Degree];
+  L S[jets] = {}, kS[4] = {}, kkS = {};  // Σ S; Σ k S of v, s, t, n; Σ k (k − 1) S of v
+  T yp[3][Degree];
   for (int i = 0; i < 3; ++i) set_powers(yp[i], y[i]);
   unrolled<y_blocks(Degree, Odd)>([&](auto block) {
     constexpr int k = y_degree(block, Odd);
     constexpr auto Y = y_monomials<k - 2>();
-    Lanes Sk[jets] = {};
+    L Sk[jets] = {};
     unrolled<Degree - k>([&](auto g) {
       constexpr int q = Degree + 1 - k - g;
       for (int i = g * (g + 1) / 2; i < (g + 1) * (g + 2) / 2; ++i) {
-        Lanes c = {}, c1 = {}, c2 = {};
+        L c = {}, c1 = {}, c2 = {};
         for (const Power3& m : Y) {
           const auto [b, b1, b2] = basis.template sums<q>(C);
           if constexpr (k == 2) {
@@ -263,21 +255,23 @@ PotentialValue TubePotential::evaluate_interval(const Interval& interval, double
             c1 = b1;
             c2 = b2;
           } else {
-            const double ym = yp[0][m.e[0]] * yp[1][m.e[1]] * yp[2][m.e[2]];
+            const T ym = yp[0][m.e[0]] * yp[1][m.e[1]] * yp[2][m.e[2]];
             c += ym * b;
             c1 += ym * b1;
             c2 += ym * b2;
           }
         }
-        add_jet<g>(Sk, c, c1, c2, {w[0][i], w[1][i], w[2][i], w[3][i], w[4][i], w[5][i]});
+        add_jet<g>(Sk, c, c1, c2, weight(i));
       }
     });
     for (int d = 0; d < jets; ++d) S[d] += Sk[d];
     for (int d = 0; d < 4; ++d) kS[d] += static_cast<double>(k) * Sk[d];
     kkS += static_cast<double>(k * (k - 1)) * Sk[v_];
   });
-  return gathered<Odd>(J, G, S, kS, kkS, y);
+  return gathered<Odd, T>(J, G, S, kS, kkS, y);
 }
+
+}  // namespace
 
 TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_scale, int degree,
                              std::vector<TubeNode> nodes, const Vector3d& force_centre,
@@ -297,27 +291,24 @@ TubePotential::TubePotential(const Eigen::Matrix2d& ray, const Vector3d& force_s
     assert(static_cast<int>(nodes_[i].W.size()) >= monomial_count(6, degree));
     assert(i == 0 || nodes_[i - 1].sigma < nodes_[i].sigma);
   }
-  for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
-    intervals_.push_back(make_interval(static_cast<int>(i)));
+  make_intervals();
 }
 
-TubePotential::Interval TubePotential::make_interval(int i) const {
-  const TubeNode &a = nodes_[i], &b = nodes_[i + 1];
-  return {a.sigma, b.sigma - a.sigma,
-          potential::interval_coefficients(degree_, odd_, a, b, mirrored_)};
+void TubePotential::make_intervals() {
+  intervals_.clear();
+  for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+    const TubeNode &a = nodes_[i], &b = nodes_[i + 1];
+    intervals_.push_back({a.sigma, b.sigma - a.sigma,
+                          potential::interval_coefficients(degree_, odd_, a, b, mirrored_)});
+  }
 }
 
 void TubePotential::add_node(TubeNode node) {
   assert(static_cast<int>(node.W.size()) >= monomial_count(6, degree_));
-  const auto place =
-      std::lower_bound(nodes_.begin(), nodes_.end(), node.sigma,
-                       [](const TubeNode& n, double sigma) { return n.sigma < sigma; });
+  const auto place = std::ranges::lower_bound(nodes_, node.sigma, {}, &TubeNode::sigma);
   assert((!mirrored_ || node.sigma >= 0) && (place == nodes_.end() || place->sigma != node.sigma));
-  const int i = static_cast<int>(place - nodes_.begin());
   nodes_.insert(place, std::move(node));
-  const int made = i == 0 ? 0 : i - 1;
-  intervals_.insert(intervals_.begin() + made, make_interval(made));
-  if (i > 0 && i + 1 < static_cast<int>(nodes_.size())) intervals_[i] = make_interval(i);
+  make_intervals();
 }
 
 TubeLocation TubePotential::locate(const Vector3d& s) const {
@@ -330,16 +321,22 @@ TubeLocation TubePotential::locate(const Vector3d& s) const {
   return where;
 }
 
-PotentialValue TubePotential::evaluate(const Vector3d& s, const Vector3d& f) const {
+TubePotential::Local TubePotential::local(const Vector3d& s, const Vector3d& f) const {
   const TubeLocation where = locate(s);
   const double mirror = mirrored_ && where.sigma < 0 ? -1 : 1;
   const Vector3d df = f - force_centre_;
-  const double z[5] = {mirror * where.tau, mirror * s[2], df[0], df[1], df[2]};
-  const double sigma = mirror * where.sigma;
-  const Interval& interval = intervals_[where.interval];
-  PotentialValue p = dispatch(degree_, odd_, [&]<int Degree, bool Odd>() {
-    return evaluate_interval<Degree, Odd>(interval, sigma, z);
-  });
+  return {&intervals_[where.interval],
+          mirror,
+          mirror * where.sigma,
+          {mirror * where.tau, mirror * s[2], df[0], df[1], df[2]}};
+}
+
+PotentialValue TubePotential::evaluate(const Vector3d& s, const Vector3d& f) const {
+  const auto [interval, mirror, sigma, z] = local(s, f);
+  PotentialValue p =
+      dispatch(degree_, odd_, [&, &on = *interval, at = sigma, &off = z]<int Degree, bool Odd>() {
+        return evaluate_interval<Degree, Odd>(on.coefficients.data(), on.start, on.width, at, off);
+      });
 
   // (σ, τ, φ) = A (θ1y, θ2y, φx) up to the mirror
   const Eigen::Matrix2d A = mirror * ray_inverse_;
@@ -354,6 +351,45 @@ PotentialValue TubePotential::evaluate(const Vector3d& s, const Vector3d& f) con
   H.bottomLeftCorner<4, 2>() = H.topRightCorner<2, 4>().transpose();
   H.block<3, 1>(3, 2) = H.block<1, 3>(2, 3).transpose();
   return p;
+}
+
+std::array<Matrix6d, 6> TubePotential::third(const Vector3d& s, const Vector3d& f) const {
+  assert(degree_ == 5 && !odd_);
+  const Local at = local(s, f);
+  using Number = Dual<6>;
+  std::array<Number, 5> z;
+  for (int v = 0; v < 5; ++v) z[v] = Number::variable(at.z[v], 1 + v);
+  const auto p = evaluate_interval<5, false>(at.interval->coefficients.data(), at.interval->start,
+                                             at.interval->width, Number::variable(at.sigma, 0), z);
+  Matrix6d J = Matrix6d::Identity();  // (σ, τ, φ) of (θ1y, θ2y, φx) up to the mirror
+  J.topLeftCorner<2, 2>() = at.mirror * ray_inverse_;
+  J(2, 2) = at.mirror;
+  std::array<Matrix6d, 6> third;
+  for (Matrix6d& along : third) along.setZero();
+  for (int l = 0; l < 6; ++l) {
+    const Matrix6d rate = p.hessian.unaryExpr([&](const Number& x) { return x.derivatives[l]; });
+    const Matrix6d along = J.transpose() * rate * J;
+    for (int k = 0; k < 6; ++k)
+      if (J(l, k) != 0) third[k] += J(l, k) * along;
+  }
+  return third;
+}
+
+TubeRates::TubeRates(const TubePotential& potential, const TubeNodeRates& rates)
+    : potential_(&potential) {
+  for (const std::vector<TubeNode>& nodes : rates) {
+    assert(nodes.size() == potential.nodes().size());
+    by_shape_.emplace_back(potential.ray(), potential.force_scale(), potential.degree(), nodes,
+                           potential.force_centre(), potential.mirrored());
+  }
+}
+
+auto TubeRates::evaluate(const Vector3d& s, const Vector3d& f) const -> Answer {
+  const PotentialValue none{0, Vector6d::Zero(), Matrix6d::Zero()};
+  Answer answer{potential_->evaluate(s, f), potential_->third(s, f), {none, none, none}};
+  for (std::size_t p = 0; p < by_shape_.size(); ++p)
+    answer.by_shape[p] = by_shape_[p].evaluate(s, f);
+  return answer;
 }
 
 }  // namespace flexopt

@@ -8,6 +8,17 @@
 
 namespace flexopt {
 
+/// What a tube is built for.
+struct TubeRange {
+  Eigen::Vector2d ray{1, 1};  ///< (θ1y, θ2y) of the drive, the larger one 1
+  double sigma_max = 0.3;     ///< along the ray [rad]
+  double force_centre = 0;    ///< N about which to expand, over the force scale
+  Eigen::Vector2d moment_centre = Eigen::Vector2d::Zero();  ///< (M1, M2) about which to expand
+  int order = 2;  ///< of the fields: potential of degree 2 order + 1
+
+  Vector3d centre() const { return {force_centre, moment_centre[0], moment_centre[1]}; }
+};
+
 /// Expansion of W* about one bent state of the ray.
 struct TubeNode {
   double sigma = 0;
@@ -22,11 +33,13 @@ struct TubeNode {
 using TubeNodeRates = std::vector<std::vector<TubeNode>>;
 
 /// Value and derivatives in (θ1y, θ2y, φx, N, M1, M2), forces over their scale.
-struct PotentialValue {
-  double value = 0;
-  Vector6d gradient;
-  Matrix6d hessian;
+template <class T>
+struct PotentialOf {
+  T value = 0;
+  Eigen::Matrix<T, 6, 1> gradient;
+  Eigen::Matrix<T, 6, 6> hessian;
 };
+using PotentialValue = PotentialOf<double>;
 
 /// Place of a state in the tube.
 struct TubeLocation {
@@ -62,6 +75,9 @@ class TubePotential {
   /// s = (θ1y, θ2y, φx) [rad], f = (N, M1, M2) over their scale. Beyond the last node the last
   /// interval is continued.
   PotentialValue evaluate(const Vector3d& s, const Vector3d& f) const;
+  /// ∂hessian/∂z_k of evaluate(), z = (s, f), of a potential of degree 5 without moments in its
+  /// centre.
+  std::array<Matrix6d, 6> third(const Vector3d& s, const Vector3d& f) const;
 
   TubeLocation locate(const Vector3d& s) const;
 
@@ -81,10 +97,15 @@ class TubePotential {
     double start, width;
     std::vector<Lanes> coefficients;  ///< in the order in which evaluate() reads them
   };
-  template <int Degree, bool Odd>
-  static PotentialValue evaluate_interval(const Interval& interval, double sigma,
-                                          const double (&z)[5]);
-  Interval make_interval(int i) const;
+  /// A state on its interval, mirrored to σ ≥ 0.
+  struct Local {
+    const Interval* interval;
+    double mirror;  ///< −1: mirrored
+    double sigma;
+    std::array<double, 5> z;  ///< (τ, φ, N, M1, M2) from the centre
+  };
+  Local local(const Vector3d& s, const Vector3d& f) const;
+  void make_intervals();
 
   Eigen::Matrix2d ray_, ray_inverse_;
   Vector3d force_scale_, force_centre_;
@@ -93,6 +114,26 @@ class TubePotential {
   bool odd_;  ///< odd powers of y too
   std::vector<TubeNode> nodes_;
   std::vector<Interval> intervals_;
+};
+
+/// What exact derivatives of a tube leaf need of its potential: third derivatives along the state,
+/// and the gradient and the Hessian of what the potential changes by with the leaf's shape.
+class TubeRates {
+ public:
+  /// `rates`: at the nodes of the potential, which must outlive this. Its degree is 5.
+  TubeRates(const TubePotential& potential, const TubeNodeRates& rates);
+
+  struct Answer {
+    PotentialValue potential;
+    std::array<Matrix6d, 6> third;           ///< ∂hessian/∂z_k of it
+    std::array<PotentialValue, 3> by_shape;  ///< derivatives of it by w/L, t/L and ν
+  };
+  /// z = (s, f): as of TubePotential::evaluate.
+  Answer evaluate(const Vector3d& s, const Vector3d& f) const;
+
+ private:
+  const TubePotential* potential_;
+  std::vector<TubePotential> by_shape_;  ///< the interpolant is linear in the nodes
 };
 
 }  // namespace flexopt

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "core/math/decompositions.hpp"
-#include "core/reduction/tube/bent_states.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 
 namespace flexopt {

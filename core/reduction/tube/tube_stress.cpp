@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
 #include "core/reduction/tube/table_sums.hpp"
 
@@ -20,31 +21,18 @@ constexpr std::array<double, 3> place_in_width{1, -1, 1}, place_in_thickness{1, 
 
 // The interpolating polynomial through up to four of the points about x: first index and weights.
 struct Lagrange {
-  int first, count;
-  std::array<double, 4> weight{};
+  int first;
+  std::vector<double> weight;
 };
 Lagrange lagrange(const std::vector<double>& points, double x) {
-  const int n = static_cast<int>(points.size());
-  Lagrange l{0, std::min(n, 4)};
-  while (l.first + l.count < n && points[l.first + l.count / 2] < x) ++l.first;
-  for (int i = 0; i < l.count; ++i) {
-    l.weight[i] = 1;
-    for (int k = 0; k < l.count; ++k)
-      if (k != i)
-        l.weight[i] *= (x - points[l.first + k]) / (points[l.first + i] - points[l.first + k]);
-  }
-  return l;
+  const int n = static_cast<int>(points.size()), count = std::min(n, 4);
+  int first = 0;
+  while (first + count < n && points[first + count / 2] < x) ++first;
+  const auto begin = points.begin() + first;
+  return {first, polynomial_weights({begin, begin + count}, x).value};
 }
 
 }  // namespace
-
-// A place in the tables, mirrored to σ ≥ 0.
-struct TubeStress::Local {
-  bool mirrored = false;
-  std::size_t interval = 0;
-  double sigma = 0;
-  std::array<double, 5> z{};
-};
 
 TubeStress::TubeStress(const PlateShape& shape, double force_centre, TubeView view,
                        std::shared_ptr<const StrainPatterns> patterns)
@@ -75,13 +63,8 @@ void TubeStress::add(StateTable node) {
 }
 
 TubeStress::Local TubeStress::locate(const Place& place) const {
-  assert(nodes_.size() >= 2);
-  Local at;
-  at.mirrored = place.sigma < 0;
-  const double side = at.mirrored ? -1 : 1;
-  at.sigma = side * place.sigma;
-  while (at.interval + 2 < nodes_.size() && at.sigma > nodes_[at.interval + 1].sigma) ++at.interval;
-  at.z = {side * place.tau, side * place.twist, place.f[0] - force_centre_, place.f[1], place.f[2]};
+  Local at = TubeDynamics::locate_among(
+      nodes_, [](const StateTable& n) { return n.sigma; }, place, force_centre_);
   if (view_.from_tip) std::swap(at.z[3], at.z[4]);
   if (view_.mirrored) at.z[1] *= -1;
   return at;
@@ -211,20 +194,25 @@ TubeStress::Slopes::Slopes(const TubeStress& tables, const Place& place,
   mirrored_ = at.mirrored;
   const auto weights = state_weight_slopes<StateTable::even_of_stress>(
       tables.nodes_[at.interval].sigma, tables.nodes_[at.interval + 1].sigma, at.sigma, at.z);
-  const StressRates by_shape = rates(at.interval, tables.weights(at, 2));
   const Eigen::Index all = tables.patterns_->strains(), stretching = tables.patterns_->stretching();
   std::array<MatrixXd, 2> sum{MatrixXd::Zero(all, 10), MatrixXd::Zero(all, 10)};
   for (const std::size_t end : {0, 1}) {
-    const StateTable& node = tables.nodes_[at.interval + end];
-    add_table_sums(node.even.topRows(all), weights.even[end], 1, sum[0].leftCols<7>());
-    add_table_sums(node.odd.topRows(all), weights.odd[end], 1, sum[1].leftCols<7>());
+    const auto add = [&](MatrixXd StateTable::*part, const auto& w, MatrixXd& to) {
+      const std::size_t node = at.interval + end;
+      add_table_sums((tables.nodes_[node].*part).topRows(all), w, 1, to.leftCols<7>());
+      Eigen::Index column = 7;
+      for (const StateTable& rate : rates(node))
+        add_table_sums((rate.*part).topRows(all), w.col(0).eval(), 1, to.middleCols<1>(column++));
+    };
+    add(&StateTable::even, weights.even[end], sum[0]);
+    add(&StateTable::odd, weights.odd[end], sum[1]);
   }
-  for (MatrixXd& part : sum) {
+  for (MatrixXd& part : sum) {  // e = t P a, κ = 2 P a
+    const VectorXd by_thickness = part.col(0).head(stretching);
     part.topRows(stretching) *= tables.shape_.thickness;
     part.bottomRows(all - stretching) *= 2;
+    part.col(8).head(stretching) += by_thickness;
   }
-  sum[0].rightCols<3>() = by_shape.even;
-  sum[1].rightCols<3>() = by_shape.odd;
   for (const bool image : {false, true}) {
     const Terms terms = (sum[0] + (image ? -1.0 : 1.0) * sum[1]).transpose();
     terms_[image][false] = terms.leftCols(stretching);
@@ -296,12 +284,13 @@ Vector3d TubeStress::material_point(const Place& place, double along, double acr
                  y = lagrange(places_.nodes, turned * (across - 0.5) * shape_.width);
   const int per_line = 3 * places_.half_nodes();
   const Weights w = weights(at, 2);
-  const MatrixXd parts =
-      read(at, w, places_.strain_rows() + per_line * x.first, per_line * x.count);
+  const MatrixXd parts = read(at, w, places_.strain_rows() + per_line * x.first,
+                              per_line * static_cast<Eigen::Index>(x.weight.size()));
   Vector3d r = Vector3d::Zero();
-  for (int i = 0; i < x.count; ++i)
-    for (int j = 0; j < y.count; ++j)
-      r += x.weight[i] * y.weight[j] * node_place(at, parts, i, y.first + j);
+  for (std::size_t i = 0; i < x.weight.size(); ++i)
+    for (std::size_t j = 0; j < y.weight.size(); ++j)
+      r += x.weight[i] * y.weight[j] *
+           node_place(at, parts, static_cast<int>(i), y.first + static_cast<int>(j));
   return seen(r);
 }
 

@@ -24,14 +24,9 @@ inline constexpr double largest_stress_change = 0.05;
 StateTable stress_node(const ChordLeaf& leaf, double sigma, const Eigen::Matrix2d& ray,
                        const MatrixXd& fields);
 
-/// What the coefficients of strains of two neighbouring tables, put together with the weights of a
-/// state, change by with (w/L, t/L, ν), those of e times t, those of κ times 2: × 3.
-struct StressRates {
-  MatrixXd even, odd;
-};
-/// Returns the derivatives of the tables about the bent states `interval` and `interval` + 1.
-using StressRateSource =
-    std::function<StressRates(std::size_t interval, const StressWeights& weights)>;
+/// Returns what the table about a bent state, counted from 0, changes by with w/L, t/L and ν, one
+/// after the other; of a last one that does not move nothing is there.
+using StressRateSource = std::function<const std::vector<StateTable>&(std::size_t node)>;
 
 class TubeStress {
  public:
@@ -89,7 +84,7 @@ class TubeStress {
 
  private:
   using Weights = StressWeights;
-  struct Local;
+  using Local = TubeDynamics::Local;
   /// Even and odd parts of rows on the half of the leaf that is tabulated, where a number is even +
   /// odd. On the other half it is even − odd.
   using Parts = Eigen::Ref<const MatrixXd>;  ///< even, odd

@@ -1,6 +1,6 @@
 // Beams condensed to their two ends: linear superelements.
 #include "core/math/decompositions.hpp"
-#include "core/reduction/superelement/beam_body.hpp"
+#include "core/reduction/superelement/plate_body.hpp"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>

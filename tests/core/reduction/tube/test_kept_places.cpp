@@ -23,7 +23,7 @@ TEST_CASE("leaves that stand alike but for rounding share what was made for the 
   TubeDynamics::Place mirrored = place(0.3);
   mirrored.twist *= -1;
   CHECK(*kept.at(mirrored, make) == 9);
-  kept.clear();
+  kept = {};
   CHECK(*kept.at(place(0.3), make) == 10);
 }
 

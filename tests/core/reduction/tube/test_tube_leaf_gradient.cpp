@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/reduction/tube/tube_rates.hpp"
 #include "support/held_leaf.hpp"
 #include "support/slopes.hpp"
 
