@@ -27,15 +27,10 @@ Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
   }
 }
 
-JointBody Constraints::body(const std::vector<BodyPose>& poses, int b) const {
-  if (b < 0) return {};
-  return {poses[b].position, poses[b].rotation, mechanism_->bodies[b].reference};
-}
-
-void Constraints::evaluate(const std::vector<BodyPose>& poses) {
+void Constraints::evaluate(const std::vector<JointBody>& poses) {
   int row = 0;
   for (const Joint& joint : mechanism_->joints) {
-    const JointConditions c = conditions(joint, body(poses, joint.body), body(poses, joint.other));
+    const JointConditions c = conditions(joint, body_or_ground(poses, joint.body), body_or_ground(poses, joint.other));
     const int k = static_cast<int>(c.value.size());
     value_.segment(row, k) = c.value;
     for (int i = 0; i < k; ++i) rows_[row + i].gradient = c.gradient.row(i).transpose();
@@ -44,7 +39,7 @@ void Constraints::evaluate(const std::vector<BodyPose>& poses) {
   for (const int k : drives_) {
     const Drive& drive = mechanism_->drives[k];
     const DriveStroke<double> s =
-        drive_stroke<double>(drive, body(poses, drive.body), body(poses, drive.other));
+        drive_stroke<double>(drive, body_or_ground(poses, drive.body), body_or_ground(poses, drive.other));
     value_[row] = s.value;
     rows_[row++].gradient = s.gradient;
   }
@@ -85,12 +80,12 @@ void add_between(const Matrix12d& H, int body, int other, BlockMatrix& K) {
 }
 }  // namespace
 
-void Constraints::add_curvature(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
+void Constraints::add_curvature(const std::vector<JointBody>& poses, const VectorXd& multipliers,
                                 BlockMatrix& K) const {
   int row = 0;
   for (const Joint& joint : mechanism_->joints) {
     const int k = size_of(joint.type).conditions;
-    const Matrix12d H = curvature(joint, body(poses, joint.body), body(poses, joint.other),
+    const Matrix12d H = curvature(joint, body_or_ground(poses, joint.body), body_or_ground(poses, joint.other),
                                   multipliers.segment(row, k));
     add_between(H, joint.body, joint.other, K);
     row += k;
@@ -100,7 +95,7 @@ void Constraints::add_curvature(const std::vector<BodyPose>& poses, const Vector
     if (multiplier == 0) continue;
     const Drive& drive = mechanism_->drives[k];
     const DriveStroke<double> s =
-        drive_stroke<double>(drive, body(poses, drive.body), body(poses, drive.other));
+        drive_stroke<double>(drive, body_or_ground(poses, drive.body), body_or_ground(poses, drive.other));
     add_between(multiplier * s.curvature, drive.body, drive.other, K);
   }
 }

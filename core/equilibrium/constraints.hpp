@@ -4,7 +4,6 @@
 #include <array>
 #include <vector>
 
-#include "core/equilibrium/body_pose.hpp"
 #include "core/math/block_matrix.hpp"
 #include "core/mechanism/drive.hpp"
 
@@ -23,7 +22,7 @@ class Constraints {
   const VectorXd& units() const { return units_; }
 
   /// Evaluates Ψ and Ψ_q at these poses. The results below hold afterwards.
-  void evaluate(const std::vector<BodyPose>& poses);
+  void evaluate(const std::vector<JointBody>& poses);
   const VectorXd& value() const { return value_; }
   /// One row of Ψ_q: its nonzero entries, for two bodies.
   struct Row {
@@ -34,12 +33,10 @@ class Constraints {
   MatrixXd gradient() const;                           ///< written out: count × 6 bodies
   VectorXd forces(const VectorXd& multipliers) const;  ///< Ψ_qᵀ λ
   /// K += λ·Ψ_qq at these poses, rotations varied as exp(hat δ) R.
-  void add_curvature(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
+  void add_curvature(const std::vector<JointBody>& poses, const VectorXd& multipliers,
                      BlockMatrix& K) const;
 
  private:
-  JointBody body(const std::vector<BodyPose>& poses, int body) const;
-
   const Mechanism* mechanism_;
   int joints_ = 0;
   std::vector<int> drives_;

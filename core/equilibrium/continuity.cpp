@@ -16,7 +16,7 @@ namespace {
 constexpr double rounding = 1e-6;
 
 // Displacement over the length of the system, and rotation vector.
-Vector6d motion_between(const BodyPose& from, const BodyPose& to, double length) {
+Vector6d motion_between(const JointBody& from, const JointBody& to, double length) {
   Vector6d motion;
   motion << (to.position - from.position) / length,
       rotation_log(to.rotation * from.rotation.transpose());
@@ -71,8 +71,7 @@ double inside(const LeafInterior& origin, const LeafInterior& start, const LeafI
 }  // namespace
 
 Place place_of(const System& system) {
-  Place place;
-  for (int b = 0; 6 * b < system.size(); ++b) place.poses.push_back(system.pose(b));
+  Place place{system.poses(), {}};
   const int leaves = system.leaves();
   place.energies.resize(leaves + 2);
   for (int i = 0; i < leaves; ++i) place.energies[i] = system.leaf(i).evaluation().energy;
@@ -86,7 +85,7 @@ bool is_near(const System& system, const Place& before, double energy_share) {
   const Place now = place_of(system);
   double moved = 0, apart = 0;
   for (std::size_t b = 0; b < now.poses.size(); ++b) {
-    const BodyPose rest{system.mechanism().bodies[b].reference, Matrix3d::Identity()};
+    const JointBody rest = undeflected_body(system.mechanism(), static_cast<int>(b));
     moved += motion_between(rest, before.poses[b], system.length()).squaredNorm();
     apart += motion_between(before.poses[b], now.poses[b], system.length()).squaredNorm();
   }

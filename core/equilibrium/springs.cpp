@@ -20,15 +20,10 @@ void Springs::apply(double share) {
   }
 }
 
-void Springs::add(const std::vector<BodyPose>& poses, double& energy, VectorXd& force,
+void Springs::add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
                   BlockMatrix& tangent) const {
-  const auto at = [&](int b) -> JointBody {
-    if (b < 0) return {};
-    const BodyPose& pose = poses[b];
-    return {pose.position, pose.rotation, mechanism_->bodies[b].reference};
-  };
   for (const Spring& spring : acting_) {
-    const SpringForces f = spring_forces(spring, at(spring.body), at(spring.other));
+    const SpringForces f = spring_forces(spring, body_or_ground(poses, spring.body), body_or_ground(poses, spring.other));
     energy += f.energy;
     const std::array<int, 2> body{spring.body, spring.other};
     for (int a = 0; a < 2; ++a) {
@@ -42,15 +37,12 @@ void Springs::add(const std::vector<BodyPose>& poses, double& energy, VectorXd& 
 
 VectorXd preload_forces(const Mechanism& mechanism) {
   const auto n = 6 * static_cast<Eigen::Index>(mechanism.bodies.size());
-  std::vector<BodyPose> poses;
-  for (const RigidBody& body : mechanism.bodies)
-    poses.push_back({body.reference, Matrix3d::Identity()});
   Springs springs(mechanism);
   springs.apply(1);
   double energy = 0;
   VectorXd force = VectorXd::Zero(n);
   BlockMatrix tangent(static_cast<int>(mechanism.bodies.size()));
-  springs.add(poses, energy, force, tangent);
+  springs.add(undeflected_bodies(mechanism), energy, force, tangent);
   return force;
 }
 

@@ -20,12 +20,10 @@ VectorXd present_strokes(const System& system) {
   VectorXd strokes(m.drives.size());
   for (std::size_t k = 0; k < m.drives.size(); ++k) {
     const Drive& drive = m.drives[k];
-    const auto body = [&](int b) -> JointBody {
-      if (b < 0) return {};
-      return {system.pose(b).position, system.pose(b).rotation, m.bodies[b].reference};
-    };
     strokes[static_cast<Eigen::Index>(k)] =
-        drive_stroke<double>(drive, body(drive.body), body(drive.other)).value;
+        drive_stroke(drive, body_or_ground(system.poses(), drive.body),
+                     body_or_ground(system.poses(), drive.other))
+            .value;
   }
   return strokes;
 }

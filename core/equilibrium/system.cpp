@@ -12,12 +12,12 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
                LoadCase loads, Algebra algebra)
     : mechanism_(&mechanism),
       leaves_(std::move(leaves)),
+      poses_(undeflected_bodies(mechanism)),
       loads_(std::move(loads)),
       springs_(mechanism),
       constraints_(mechanism),
       multipliers_(VectorXd::Zero(constraints_.count())) {
   assert(leaves_.size() == mechanism.leaves.size());
-  for (const RigidBody& b : mechanism.bodies) poses_.push_back({b.reference, Matrix3d::Identity()});
   for (const LeafSpring& l : mechanism.leaves) length_ = std::max(length_, l.length);
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
     for (int d = 0; d < 6; ++d)
@@ -116,8 +116,8 @@ void System::apply(LoadFactors factors) {
 double System::load_energy() const {
   double energy = 0;
   for (const BodyLoad& load : acting_) {
-    const BodyPose& pose = poses_[load.body];
-    energy -= load.force.dot(pose.position - mechanism_->bodies[load.body].reference +
+    const JointBody& pose = poses_[load.body];
+    energy -= load.force.dot(pose.position - pose.reference +
                              pose.rotation * load.arm - load.arm);
   }
   return energy;

@@ -30,7 +30,8 @@ class System {
 
   const Mechanism& mechanism() const { return *mechanism_; }
   int size() const { return 6 * static_cast<int>(poses_.size()); }
-  const BodyPose& pose(int body) const { return poses_[body]; }
+  const JointBody& pose(int body) const { return poses_[body]; }
+  const std::vector<JointBody>& poses() const { return poses_; }
   LeafElement& leaf(int i) { return *leaves_[i]; }
   const LeafElement& leaf(int i) const { return *leaves_[i]; }
   int leaves() const { return static_cast<int>(leaves_.size()); }
@@ -114,7 +115,7 @@ class System {
   void move(const VectorXd& dq);
 
   struct Snapshot {
-    std::vector<BodyPose> poses;
+    std::vector<JointBody> poses;
     std::vector<std::unique_ptr<LeafState>> leaves;
     VectorXd multipliers;
     LoadFactors factors;
@@ -156,7 +157,7 @@ class System {
 
   const Mechanism* mechanism_;
   std::vector<std::unique_ptr<LeafElement>> leaves_;
-  std::vector<BodyPose> poses_;
+  std::vector<JointBody> poses_;
   LoadCase loads_;
   LoadFactors factors_;
   std::vector<std::array<EdgeFit, 2>> fits_;

@@ -228,6 +228,13 @@ JointBody undeflected_body(const Mechanism& mechanism, int body) {
   return place;
 }
 
+std::vector<JointBody> undeflected_bodies(const Mechanism& mechanism) {
+  std::vector<JointBody> bodies;
+  for (const RigidBody& body : mechanism.bodies)
+    bodies.push_back({body.reference, Matrix3d::Identity(), body.reference});
+  return bodies;
+}
+
 JointSize size_of(JointType type) {
   if (is_held(type)) return {1, type == JointType::held_displacement ? 1 : 0};
   const int lengths = type == JointType::prismatic ? 2 : 3;

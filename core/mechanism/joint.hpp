@@ -3,6 +3,7 @@
 // exp(hat δ) R, to second order.
 #include <array>
 #include <string>
+#include <vector>
 
 #include "core/math/jet.hpp"
 #include "core/mechanism/mechanism.hpp"
@@ -21,6 +22,12 @@ struct JointBodyOf {
 using JointBody = JointBodyOf<double>;
 /// A body, or the ground, in the undeflected state.
 JointBody undeflected_body(const Mechanism& mechanism, int body);
+std::vector<JointBody> undeflected_bodies(const Mechanism& mechanism);
+/// One of these bodies, or the ground.
+template <class S>
+JointBodyOf<S> body_or_ground(const std::vector<JointBodyOf<S>>& bodies, int body) {
+  return body < 0 ? JointBodyOf<S>() : bodies[body];
+}
 
 /// How many conditions; the first `lengths` of them are lengths [m], the others cosines.
 struct JointSize {

@@ -8,18 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/joint.hpp"
 #include "core/response/response.hpp"
 
 namespace flexopt {
 
-/// Place of a body: its reference point and its rotation since the undeflected state.
-struct BodyPlace {
-  Vector3d position = Vector3d::Zero();
-  Matrix3d rotation = Matrix3d::Identity();
-};
-
-/// Derivatives of a BodyPlace along parameters: 3 × parameters each.
+/// Derivatives of the place of a body along parameters: 3 × parameters each.
 struct BodyPlaceRate {
   MatrixXd position, spin;
 };
@@ -54,7 +48,7 @@ class Solids {
  public:
   /// The mechanism must outlive this; `places` is called in the constructor alone.
   Solids(const Mechanism& mechanism, const LeafPlaces& places,
-         const std::vector<BodyPlace>& bodies);
+         const std::vector<JointBody>& bodies);
   /// Solids of the undeflected mechanism.
   static Solids undeflected(const Mechanism& mechanism);
 
@@ -127,7 +121,7 @@ class Solids {
   std::vector<Weight> weights(const SolidPoint& point) const;
   const LeafSpring& leaf_of(int solid) const { return mechanism_->leaves[part(solid).leaf]; }
   void add_leaf(const SolidPart& part, const LeafPlaces& places);
-  void add_box(const SolidPart& part, const BodyPlace& place);
+  void add_box(const SolidPart& part, const JointBody& place);
   MatrixXd sum_of_rates(int solid, const std::vector<std::pair<int, double>>& weights,
                         const PlaceRates& rates) const;
   MatrixXd node_rates(const Solid& solid, int node, const PlaceRates& rates,

@@ -130,16 +130,10 @@ void MechanismSeries::expand_leaf(std::size_t i) {
   leaf.series->expand(edges, leaf.x, point);
 }
 
-JointBodyOf<Jet> MechanismSeries::body_series(int body) const {
-  if (body < 0) return {};
-  return {jets(place_[body]), jets(rotation_[body]),
-          factor_->system().mechanism().bodies[body].reference};
-}
-
 // The stroke of a drive or of a held direction, which is no polynomial of rotation matrices.
-void MechanismSeries::expand_stroke(const Drive& drive, int row) {
-  const DriveStroke<Jet> stroke =
-      drive_stroke(drive, body_series(drive.body), body_series(drive.other));
+void MechanismSeries::expand_stroke(const Drive& drive, const MechanismState<Jet>& state, int row) {
+  const DriveStroke<Jet> stroke = drive_stroke(drive, body_or_ground(state.bodies, drive.body),
+                                               body_or_ground(state.bodies, drive.other));
   for (int o = 0; o < 3; ++o) {
     conditions_.value[o][row] = stroke.value.c[o];
     conditions_.rows[o][row].gradient = coefficients(stroke.gradient, o);
@@ -196,14 +190,16 @@ void MechanismSeries::expand_conditions() {
     conditions_.curvature[o] = BlockMatrix(bodies_ / 6);
   }
   int row = 0;
+  const MechanismState<Jet> state = path();
   for (const Joint& joint : m.joints) {
     if (is_held(joint.type))
-      expand_stroke(held_direction(joint), row);
+      expand_stroke(held_direction(joint), state, row);
     else
       expand_joint(joint, row);
     row += size_of(joint.type).conditions;
   }
-  for (const int k : factor_->system().constraints().drives()) expand_stroke(m.drives[k], row++);
+  for (const int k : factor_->system().constraints().drives())
+    expand_stroke(m.drives[k], state, row++);
   for (std::vector<Constraints::Row>& rows : conditions_.rows)
     for (Constraints::Row& r : rows)
       for (int e = 0; e < 2; ++e)
@@ -220,8 +216,8 @@ void MechanismSeries::expand_springs() {
   }
   const MechanismState<Jet> state = path();
   for (const Spring& spring : m.springs) {
-    const SpringForcesOf<Jet> f = spring_forces(spring, joint_body(m, state, spring.body),
-                                                joint_body(m, state, spring.other));
+    const SpringForcesOf<Jet> f = spring_forces(spring, body_or_ground(state.bodies, spring.body),
+                                                body_or_ground(state.bodies, spring.other));
     const std::array<int, 2> sides{spring.body, spring.other};
     Series<Matrix12d> tangent;
     for (int o = 0; o < 3; ++o) {
@@ -363,7 +359,8 @@ void MechanismSeries::expand_along_strokes(const VectorXd& strokes) {
 MechanismState<Jet> MechanismSeries::path() const {
   MechanismState<Jet> path{{}, jets(multipliers_)};
   for (std::size_t b = 0; b < place_.size(); ++b)
-    path.bodies.push_back({jets(place_[b]), jets(rotation_[b])});
+    path.bodies.push_back({jets(place_[b]), jets(rotation_[b]),
+                           factor_->system().mechanism().bodies[b].reference});
   return path;
 }
 

@@ -68,8 +68,7 @@ class MechanismSeries {
   void expand_springs();
   void expand_conditions();
   void expand_joint(const Joint& joint, int row);
-  void expand_stroke(const Drive& drive, int row);
-  JointBodyOf<Jet> body_series(int body) const;
+  void expand_stroke(const Drive& drive, const MechanismState<Jet>& state, int row);
   void add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const;
   /// result += Ψ_qᵀ Y of the coefficients of one order; Y: rows of conditions.
   void add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const;

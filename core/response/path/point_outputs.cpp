@@ -14,7 +14,7 @@ namespace {
 
 void add_motion(System& system, const StrokeRequest& request, PathPoint& point) {
   const Mechanism& mechanism = system.mechanism();
-  const BodyPose& pose = system.pose(mechanism.end_effector);
+  const JointBody& pose = system.pose(mechanism.end_effector);
   const RigidBody& body = mechanism.bodies[mechanism.end_effector];
   point.displacement = pose.position - body.reference;
   point.rotation = rotation_log(pose.rotation);
@@ -25,9 +25,8 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
           system.leaf(i).material_point(follows->along, follows->across) - body.reference;
   }
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
-    const BodyPose& at = system.pose(static_cast<int>(b));
-    point.bodies.push_back(
-        {at.position - mechanism.bodies[b].reference, rotation_log(at.rotation)});
+    const JointBody& at = system.pose(static_cast<int>(b));
+    point.bodies.push_back({at.position - at.reference, rotation_log(at.rotation)});
   }
   point.bodies[mechanism.end_effector].displacement = point.displacement;
   for (const Probe& probe : request.probes) {
@@ -92,14 +91,11 @@ void add_sections(System& system, std::vector<std::vector<StressPlace>>& places,
 
 Solids solids_of(System& system) {
   const Mechanism& mechanism = system.mechanism();
-  std::vector<BodyPlace> bodies;
-  for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
-    bodies.push_back({system.pose(b).position, system.pose(b).rotation});
   return {mechanism,
           [&](int leaf, const std::vector<std::array<double, 2>>& points) {
             return system.leaf(leaf).material_points(points);
           },
-          bodies};
+          system.poses()};
 }
 
 }  // namespace

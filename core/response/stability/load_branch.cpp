@@ -68,9 +68,7 @@ BodyLoad LoadBranch::named() const {
 }
 
 VectorXd LoadBranch::load() const {
-  std::vector<BodyPose> poses;
-  for (int b = 0; b < system_->size() / 6; ++b) poses.push_back(system_->pose(b));
-  VectorXd forces = forces_of({named()}, poses);
+  VectorXd forces = forces_of({named()}, system_->poses());
   for (const int k : system_->held()) forces[k] = 0;
   return forces;
 }

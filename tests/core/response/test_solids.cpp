@@ -45,7 +45,7 @@ Matrix3d bend_slope(const Vector3d& x) {
 const Matrix3d body_turn = Eigen::AngleAxisd(0.3, Vector3d::UnitY()).toRotationMatrix();
 
 Solids bent_solids(const Mechanism& m) {
-  std::vector<BodyPlace> bodies;
+  std::vector<JointBody> bodies;
   for (const RigidBody& b : m.bodies) bodies.push_back({bent(b.reference), body_turn});
   return {m,
           [&](int i, const std::vector<std::array<double, 2>>& points) {

@@ -64,7 +64,7 @@ class State {
     const Equilibrium e = step_to(*moved, strokes, exactly);
     INFO(e.message);
     REQUIRE(e.converged);
-    const BodyPose &a = system_->pose(mechanism_->end_effector),
+    const JointBody &a = system_->pose(mechanism_->end_effector),
                    &b = moved->pose(mechanism_->end_effector);
     VectorXd all(strokes.size() + 6);
     all << e.drive_loads, b.position - a.position,
