@@ -51,23 +51,15 @@ void Constraints::evaluate(const std::vector<JointBody>& poses) {
 
 MatrixXd Constraints::gradient() const {
   MatrixXd all = MatrixXd::Zero(count(), 6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
-  for (int k = 0; k < count(); ++k) {
-    const Row& r = rows_[k];
-    for (int e = 0; e < 2; ++e)
-      if (r.body[e] >= 0)
-        all.block<1, 6>(k, 6 * r.body[e]) += r.gradient.segment<6>(6 * e).transpose();
-  }
+  for (int k = 0; k < count(); ++k)
+    rows_[k].each([&](int c, double value) { all(k, c) += value; });
   return all;
 }
 
 VectorXd Constraints::forces(const VectorXd& multipliers) const {
   VectorXd all = VectorXd::Zero(6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
-  for (int k = 0; k < count(); ++k) {
-    const Row& r = rows_[k];
-    for (int e = 0; e < 2; ++e)
-      if (r.body[e] >= 0)
-        all.segment<6>(6 * r.body[e]) += multipliers[k] * r.gradient.segment<6>(6 * e);
-  }
+  for (int k = 0; k < count(); ++k)
+    rows_[k].each([&](int c, double value) { all[c] += multipliers[k] * value; });
   return all;
 }
 

@@ -28,6 +28,13 @@ class Constraints {
   struct Row {
     std::array<int, 2> body;  ///< index of a body, or ground
     Vector12d gradient;       ///< by (displacement, spin) of the one, then of the other
+
+    /// visit(coordinate, entry) for those of bodies.
+    template <class Visit>
+    void each(const Visit& visit) const {
+      for (int e = 0; e < 2; ++e)
+        for (int d = 0; d < 6 && body[e] >= 0; ++d) visit(6 * body[e] + d, gradient[6 * e + d]);
+    }
   };
   const std::vector<Row>& rows() const { return rows_; }
   MatrixXd gradient() const;                           ///< written out: count × 6 bodies

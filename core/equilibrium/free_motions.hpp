@@ -1,7 +1,6 @@
 #pragma once
 // The motions that the joints of a mechanism leave free at a state, for all that is linear there:
-// stability, compliance, vibration. Of use where there are conditions, or where the system is
-// solved sparse.
+// stability, compliance, vibration.
 #include <array>
 
 #include "core/equilibrium/tangent_factor.hpp"
@@ -9,9 +8,10 @@
 namespace flexopt {
 
 /// Z of dq = Z ξ with Ψ_q Z = 0: stability, compliance and vibration are those of Zᵀ K Z, where K
-/// contains λ·Ψ_qq. Columns orthonormal in lengths over the longest leaf; directions in which a
-/// body cannot move, and coordinates of drives that are held, have zero rows. A system that is
-/// solved sparse has no basis: the conditions border its tangent instead.
+/// contains λ·Ψ_qq. Columns orthonormal in lengths over the longest leaf, coordinates where there
+/// are no conditions; directions in which a body cannot move, and coordinates of drives that are
+/// held, have zero rows. A system that is solved sparse has no basis: the conditions border its
+/// tangent instead.
 class FreeMotions {
  public:
   FreeMotions(const System& system, bool drives_held);
@@ -32,7 +32,6 @@ class FreeMotions {
 
   const System* system_;
   bool drives_held_;
-  VectorXd scale_;
   MatrixXd basis_;
 };
 

@@ -11,7 +11,6 @@
 #include "core/equilibrium/continuity.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/held_meanwhile.hpp"
-#include "core/math/decompositions.hpp"
 
 namespace flexopt {
 
@@ -29,19 +28,7 @@ VectorXd present_strokes(const System& system) {
 }
 
 int negative_pivots(const System& system, bool drives_held) {
-  if (system.constraints().count() > 0 || system.analyses())
-    return system.negative_pivots() + FreeMotions(system, drives_held).negative_pivots();
-  const MatrixXd K = system.tangent_stiffness();
-  const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  MatrixXd H = s.asDiagonal() * K * s.asDiagonal();
-  if (drives_held)  // a decoupled positive one in the place of each drive
-    for (const int d : system.driven_coordinates()) {
-      H.row(d).setZero();
-      H.col(d).setZero();
-      H(d, d) = 1;
-    }
-  return system.negative_pivots() +
-         static_cast<int>((symmetric_eigenvalues(H).array() < 0).count());
+  return system.negative_pivots() + FreeMotions(system, drives_held).negative_pivots();
 }
 
 std::string stretch_message(double strain) {

@@ -19,6 +19,8 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
       multipliers_(VectorXd::Zero(constraints_.count())) {
   assert(leaves_.size() == mechanism.leaves.size());
   for (const LeafSpring& l : mechanism.leaves) length_ = std::max(length_, l.length);
+  units_ = VectorXd::Ones(size());
+  for (int b = 0; b < size(); b += 6) units_.segment<3>(b).setConstant(length_);
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
     for (int d = 0; d < 6; ++d)
       if (mechanism.bodies[b].held[d]) held_.push_back(6 * b + d);
@@ -52,10 +54,8 @@ MatrixXd System::drive_forces() const {
     if (drives_[k].coordinate) {
       forces(*drives_[k].coordinate, k) = 1;
     } else {
-      const Constraints::Row& row = constraints_.rows()[*drives_[k].condition];
-      for (int e = 0; e < 2; ++e)
-        if (row.body[e] >= 0)
-          forces.block<6, 1>(6 * row.body[e], k) += row.gradient.segment<6>(6 * e);
+      constraints_.rows()[*drives_[k].condition].each(
+          [&](int c, double value) { forces(c, k) += value; });
     }
   return forces;
 }

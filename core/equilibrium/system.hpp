@@ -106,6 +106,12 @@ class System {
   std::vector<int> driven_coordinates() const;
   /// Forces of unit drive loads, one column for each drive; after assemble().
   MatrixXd drive_forces() const;
+  /// Load that a drive exerts on its body [N or N m]; after assemble().
+  double drive_load(std::size_t drive) const {
+    const DriveRow& row = drives_[drive];
+    return row.condition ? -multipliers_[*row.condition]
+                         : force_[*row.coordinate] - load_[*row.coordinate];
+  }
   void add_to_multipliers(const VectorXd& change) {
     multipliers_ += change;
     assembled_ = false;
@@ -143,6 +149,8 @@ class System {
 
   /// Longest leaf: the length that displacements are compared with [m].
   double length() const { return length_; }
+  /// Of the coordinates: that length for displacements, 1 for rotations.
+  const VectorXd& units() const { return units_; }
   /// What is kept of the patterns where the equations are solved sparse; else null.
   const std::shared_ptr<SparseAnalyses>& analyses() const { return analyses_; }
 
@@ -168,7 +176,7 @@ class System {
   VectorXd multipliers_;
   double length_ = 0;
   std::vector<int> held_;
-  VectorXd force_, load_;
+  VectorXd units_, force_, load_;
   BlockMatrix tangent_;
   std::shared_ptr<SparseAnalyses> analyses_;
   double energy_ = 0, correction_ = 0, strain_ = 0;

@@ -11,9 +11,8 @@ namespace flexopt {
 /// Dense or sparse, as the system is.
 class TangentFactor {
  public:
-  /// The system must be assembled. K: its tangent, or another matrix in its place.
+  /// The system must be assembled.
   TangentFactor(const System& system, bool drives_held);
-  TangentFactor(const System& system, const BlockMatrix& K, bool drives_held);
 
   /// Answers (bodies, then multipliers) to B (forces on the bodies, then values of the conditions),
   /// of which the rows that hold nothing here, or cannot move, are left out.

@@ -1,4 +1,4 @@
-#include "core/response/extents.hpp"
+#include "core/response/room_taken.hpp"
 
 #include <algorithm>
 #include <cmath>

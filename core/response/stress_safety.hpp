@@ -38,10 +38,10 @@ VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,
                            const Mechanism& mechanism, const std::vector<Mechanism>& directions,
                            double fillet);
 
-/// Derivative of a safety from that of the stress behind it; the strengths are constants.
-VectorXd safety_rates(const StressSafety& safety, const VectorXd& stress_rates);
-/// Derivatives of a fatigue safety and of a life by a stress ratio from those of the stress.
-VectorXd ratio_safety_rates(const FatigueCycle& safety, const VectorXd& stress_rates);
+/// Derivative of a safety, against fatigue by a stress ratio, from that of the stress behind it; the
+/// strengths are constants.
+VectorXd safety_rates(double safety, double stress, const VectorXd& stress_rates);
+/// Derivative of a life by a stress ratio from that of the stress.
 VectorXd ratio_life_rates(const FatigueCycle& life, const Material& material,
                           const FatigueRule& rule, const VectorXd& stress_rates);
 

@@ -239,9 +239,10 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
   if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
   if (point.notch_stress) gradients.notch_stress = notched_rate(*point.notch_stress);
   if (const auto& safety = point.yield_safety)
-    gradients.yield_safety = safety_rates(*safety, notched_rate(safety->stress));
+    gradients.yield_safety = safety_rates(safety->value, safety->stress.value, notched_rate(safety->stress));
   if (const auto& safety = point.fatigue_safety)
-    gradients.fatigue_safety = ratio_safety_rates(*safety, notched_rate(safety->stress));
+    gradients.fatigue_safety =
+        safety_rates(safety->value, safety->stress.value, notched_rate(safety->stress));
   if (const auto& life = point.fatigue_life)
     gradients.fatigue_life = ratio_life_rates(*life, mechanism.leaves[life->stress.leaf].material,
                                               rules.fatigue_rule, notched_rate(life->stress));

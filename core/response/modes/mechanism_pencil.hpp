@@ -20,7 +20,6 @@ struct MechanismPencil {
   int bodies = 0;          ///< coordinates of the bodies
   BlockMatrix K_bodies;    ///< the leaves add a block each beside it: no coupling
   BlockMatrix M_bodies;    ///< of the rigid bodies alone
-  std::vector<int> group;  ///< of every body: what rigid joints make it part of
   VectorXd highest;        ///< highest kept mode of each leaf [Hz]
   double check = 0;
   struct Leaf {

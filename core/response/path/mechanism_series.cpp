@@ -236,22 +236,16 @@ void MechanismSeries::add_conditions(const MatrixXd& Y, int order, MatrixXd& res
   result.topRows(bodies_) += conditions_.curvature[order] * Y.topRows(bodies_);
   add_condition_forces(Y.bottomRows(m), order, result);
   result.bottomRows(m).setZero();
-  for (int k = 0; k < m; ++k) {
-    const Constraints::Row& row = conditions_.rows[order][k];
-    for (int e = 0; e < 2; ++e)
-      if (row.body[e] >= 0)
-        result.row(result.rows() - m + k) +=
-            row.gradient.segment<6>(6 * e).transpose() * Y.middleRows<6>(6 * row.body[e]);
-  }
+  for (int k = 0; k < m; ++k)
+    conditions_.rows[order][k].each([&](int c, double value) {
+      result.row(result.rows() - m + k) += value * Y.row(c);
+    });
 }
 
 void MechanismSeries::add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const {
-  for (int k = 0; k < factor_->conditions(); ++k) {
-    const Constraints::Row& row = conditions_.rows[order][k];
-    for (int e = 0; e < 2; ++e)
-      if (row.body[e] >= 0)
-        result.middleRows<6>(6 * row.body[e]) += row.gradient.segment<6>(6 * e) * Y.row(k);
-  }
+  for (int k = 0; k < factor_->conditions(); ++k)
+    conditions_.rows[order][k].each(
+        [&](int c, double value) { result.row(c) += value * Y.row(k); });
 }
 
 template <class Apply>

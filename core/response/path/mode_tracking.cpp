@@ -105,10 +105,6 @@ void follow(std::span<FrequencyDerivatives> modes, const std::vector<PointAlong>
   }
 }
 
-}  // namespace
-
-namespace {
-
 // Sets valid_to by the points of the path that lie on the way, and their places on it.
 template <class PlaceOf>
 void set_validity(std::span<FrequencyDerivatives> modes, const std::vector<PathPoint>& path,

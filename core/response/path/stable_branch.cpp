@@ -31,8 +31,8 @@ std::optional<Push> push_of_bodies(const System& system, bool driven) {
   const MatrixXd K = Z.transpose() * (system.tangent() * Z);
   const SymmetricEigen eigen(0.5 * (K + K.transpose()));
   if (!(eigen.eigenvalues()[0] < 0)) return std::nullopt;
-  VectorXd motion = Z * eigen.eigenvectors().col(0), counted = motion;
-  for (Eigen::Index b = 0; b < counted.size(); b += 6) counted.segment<3>(b) /= system.length();
+  const VectorXd motion = Z * eigen.eigenvectors().col(0),
+                 counted = motion.cwiseQuotient(system.units());
   Eigen::Index largest = 0;
   counted.cwiseAbs().maxCoeff(&largest);
   return Push{motion / (counted[largest] > 0 ? counted.norm() : -counted.norm())};

@@ -42,16 +42,13 @@ constexpr double first_step = 1, last_stretch = 0.01;
 // What a limit is missed by.
 constexpr double at_the_limit = 1e-11;
 
-VectorXd over_length(const VectorXd& bodies, double length) {
-  VectorXd scaled = bodies;
-  for (Eigen::Index b = 0; b < scaled.size(); b += 6) scaled.segment<3>(b) /= length;
-  return scaled;
-}
-
 // Motions of the bodies, over the largest unknown of all.
 std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& mode) {
   const double L = factor.system().length();
-  double largest = over_length(mode.head(factor.bodies()), L).cwiseAbs().maxCoeff();
+  double largest = mode.head(factor.bodies())
+                       .cwiseQuotient(factor.system().units())
+                       .cwiseAbs()
+                       .maxCoeff();
   for (const MechanismFactor::Leaf& leaf : factor.leaves())
     largest =
         std::max(largest, mode.segment(leaf.offset, leaf.rows.unknowns).cwiseAbs().maxCoeff());
@@ -64,13 +61,12 @@ std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& m
 }  // namespace
 
 double BranchTracer::measure(const VectorXd& bodies) const {
-  return over_length(bodies, branch_->system().length()).norm();
+  return bodies.cwiseQuotient(branch_->system().units()).norm();
 }
 
 double BranchTracer::product(const BranchDirection& a, const BranchDirection& b) const {
-  const double L = branch_->system().length();
-  return weight_ * weight_ * over_length(a.bodies, L).dot(over_length(b.bodies, L)) +
-         a.factor * b.factor;
+  const VectorXd weights = (weight_ * branch_->system().units().cwiseInverse()).cwiseAbs2();
+  return a.bodies.dot(weights.cwiseProduct(b.bodies)) + a.factor * b.factor;
 }
 
 // The motions of bodies count as the factor does, by how they go with it where the branch begins.

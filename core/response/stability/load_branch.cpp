@@ -91,11 +91,8 @@ Check LoadBranch::advance(const BranchDirection& along, double size, double weig
   system_->move(size * along.bodies);
   apply(factor() + size * along.factor);
   system_->assemble();
-  BranchDirection across = along;
-  const double L = system_->length();
-  for (int b = 0; b < system_->size(); b += 6) across.bodies.segment<3>(b) /= L * L;
-  across.bodies *= weight * weight;
-  Check met = correct(across);
+  const VectorXd weights = (weight * system_->units().cwiseInverse()).cwiseAbs2();
+  Check met = correct({along.bodies.cwiseProduct(weights), along.factor});
   if (!met) restore(kept);
   return met;
 }

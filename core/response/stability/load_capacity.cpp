@@ -33,10 +33,8 @@ std::vector<Mechanism> with_load(const Mechanism& mechanism, std::vector<Mechani
 double size_of_load(LoadBranch& branch, const ModelOptions& model) {
   BranchTracer tracer(branch, model);
   const BranchTracer::Look here = tracer.look(1, {});
-  double motion = 0;
-  for (Eigen::Index k = 0; k < here.along.bodies.size(); ++k)
-    motion = std::max(
-        motion, std::abs(here.along.bodies[k]) / (k % 6 < 3 ? branch.system().length() : 1.0));
+  const double motion =
+      here.along.bodies.cwiseQuotient(branch.system().units()).cwiseAbs().maxCoeff();
   double size = large_motion * std::abs(here.along.factor) / std::max(motion, 1e-300);
   if (here.ahead) size = std::min(size, std::abs(here.estimate(0, *here.ahead)));
   return size;

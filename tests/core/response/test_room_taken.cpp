@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "core/mechanism/profile.hpp"
-#include "core/response/extents.hpp"
 #include "core/response/quantities.hpp"
 #include "core/response/undeflected_place.hpp"
 #include "support/gradient_checks.hpp"
