@@ -51,16 +51,6 @@ class ForceSum {
 
 }  // namespace
 
-Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates) {
-  LeafGradients<double> gradients;
-  for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
-    auto own = leaf.linear->gradient(rates, leaf.rows);
-    if (!own) return Because(fmt::format("leaf {}: {}", gradients.size(), own.error()));
-    gradients.push_back(std::move(*own));
-  }
-  return gradients;
-}
-
 template <class S>
 DesignRates<S>::DesignRates(const MechanismFactor& factor, LeafGradients<S> leaves,
                             MechanismState<S> state, const std::vector<Mechanism>& directions,
@@ -283,5 +273,17 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matr
 
 template class DesignRates<double>;
 template class DesignRates<Jet>;
+
+Answer<DesignRates<double>> design_rates(const MechanismFactor& factor,
+                                         DesignDirections& directions, const ModelOptions& model) {
+  LeafGradients<double> gradients;
+  for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
+    auto own = leaf.linear->gradient(directions.rates, leaf.rows);
+    if (!own) return Because(fmt::format("leaf {}: {}", gradients.size(), own.error()));
+    gradients.push_back(std::move(*own));
+  }
+  return DesignRates<double>(factor, std::move(gradients), present_state(factor), directions.list,
+                             model);
+}
 
 }  // namespace flexopt

@@ -295,16 +295,13 @@ void set_room_taken(const Solids& solids, const PathPoint& point, const PlaceRat
 
 }  // namespace
 
-PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
-                               const std::vector<Mechanism>& directions, const ModelOptions& model,
+PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<double>& design,
                                const StrokeRequest& request, const PathPoint& point,
                                const FullModeLists& lists, const Solids* solids,
                                const DynamicsMeasures* dynamics,
                                const std::vector<std::vector<StressPlace>>& stress_places) {
   const Mechanism& mechanism = factor.system().mechanism();
-  const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
-                                   model);
-
+  const std::vector<Mechanism>& directions = design.directions();
   // (S7)
   std::optional<MatrixXd> same_stroke;
   if (request.loads.driven()) same_stroke = MatrixXd::Zero(factor.drives(), directions.size());

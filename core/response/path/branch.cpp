@@ -70,7 +70,7 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
     for (std::size_t k = 0; k < request.points.size(); ++k)
       several.push_back(request.strokes_at(k, mechanism.drives.size()));
   auto leaves = make_reduced_leaves(mechanism, model, largest, request.loads, several,
-                                    path && moves_poissons_ratio(path->directions));
+                                    path && moves_poissons_ratio(path->design.list));
   const int dynamics = points_with_dynamics(model, request, points, differentiable);
   // derivatives of leaves that have none of their own are those of full ones
   const auto wants_tables = [&](LeafElement& leaf) {
@@ -319,8 +319,8 @@ void BranchWalk::visit(std::size_t k) {
   if (equilibrium.converged && request_.branch == BranchChoice::stable &&
       negative_pivots(system(), request_.loads.driven()) > 0)
     left = leave_branch(system(), away_, model_, request_, k, equilibrium, other_branch_);
-  const bool gradients = differentiable_ && !differentiable_->directions.empty();
-  PointGradients* own = gradients ? &differentiable_->gradients.path[k] : nullptr;
+  StrokeGradients* gradients = gradients_of(differentiable_);
+  PointGradients* own = gradients ? &gradients->path[k] : nullptr;
   std::unique_ptr<System> full;
   if (equilibrium.converged)
     full = evaluate_point(system(), model_, request_, k, differentiable_ != nullptr, outputs_,
@@ -372,8 +372,7 @@ void follow_ways(const Mechanism& mechanism, const ModelOptions& model,
       point = before;
       point.status = PointStatus::limit_reached;
       point.message = *limit;
-      if (differentiable && !differentiable->directions.empty())
-        differentiable->gradients.path[k] = {};
+      if (StrokeGradients* gradients = gradients_of(differentiable)) gradients->path[k] = {};
     }
   };
   for (const std::vector<int>& way : ways) {

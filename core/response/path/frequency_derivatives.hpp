@@ -15,8 +15,7 @@ namespace flexopt {
 
 /// Modes to rounding (vectors to 1e-11), and derivatives along the design.
 struct ExactDerivatives {
-  LeafRates* rates;
-  const std::vector<Mechanism>* directions;  ///< as in DesignRates; may be empty
+  DesignDirections* design;  ///< may be empty
   ModelOptions model;
 };
 

@@ -140,9 +140,6 @@ void PointOutputs::add_stress_peaks(System& system, int wanted, PathPoint& point
 void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
                                 PathPoint& point, PointGradients* gradients) {
   const double growing = request_->loads.driven() ? 0 : request_->points[index];
-  std::optional<DesignDirections> design;
-  if (gradients)
-    design = {&differentiable_->directions, &differentiable_->rates, request_->loads.driven()};
   Buckling& buckling = point.buckling.emplace();
   for (const DriveState drive : {DriveState::locked, DriveState::free}) {
     const bool locked = drive == DriveState::locked;
@@ -153,7 +150,8 @@ void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, 
     }
     LoadBranch branch(system, *request_->growing_load(), growing, drive, equilibrium.drive_loads,
                       request_->newton);
-    CriticalLoadResult found = find_critical_load(branch, *model_, design ? &*design : nullptr);
+    CriticalLoadResult found = find_critical_load(
+        branch, *model_, gradients ? &differentiable_->design : nullptr, request_->loads.driven());
     (locked ? buckling.drive_locked : buckling.drive_free) = std::move(found.load);
     if (gradients)
       (locked ? gradients->buckling_locked : gradients->buckling_free) = std::move(found.gradient);
@@ -164,7 +162,7 @@ void PointOutputs::add_load_capacity(System& system, std::size_t index, PathPoin
                                      PointGradients* gradients) {
   const double growing = request_->loads.driven() ? 0 : request_->points[index];
   if (gradients && !capacity_)
-    capacity_.emplace(system.mechanism(), differentiable_->directions, differentiable_->rates);
+    capacity_.emplace(system.mechanism(), differentiable_->design);
   for (std::size_t k = 0; k < request_->capacity.directions.size(); ++k) {
     if (!request_->capacity.directions[k]) continue;
     LoadCapacityResult found = find_load_capacity(system, static_cast<int>(k), growing, *request_,

@@ -90,7 +90,7 @@ BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   // states that are kept have no negative pivot (stride), so that the load does not turn between
   // them: P·u̇ = u̇ᵀK u̇ > 0
   here.along = {side / size * bodies, side / size};
-  here.rate = std::make_unique<StiffnessRate>(factor, shared_, *model_, branch_->named());
+  here.rate = std::make_unique<StiffnessRate>(factor, still_, *model_, branch_->named());
   here.rate->set_direction(side / size * state, side / size);
   Softening soft = soften(factor, *here.rate, branch_->locked(), start);
   here.ahead = std::move(soft.ahead);
@@ -354,16 +354,13 @@ std::string BranchTracer::shown(double factor) const {
 }
 
 // (S25): the stiffness of the critical mode stays zero.
-VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& drive_load_rates) {
+VectorXd BranchTracer::gradient(DesignDirections& design, const MatrixXd& drive_load_rates) {
   const MechanismFactor& factor = *critical_->factor;
   // by inverse iteration, which leaves no rounding along stiff motions
   VectorXd mode = critical_->rate->times(critical_->ahead->mode);
   mode = branch_->locked() ? factor.solve_locked(mode) : factor.solve(mode);
   mode /= mode.norm();
-  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
-  assert(leaves);
-  const DesignRates<double> rates(factor, std::move(*leaves), present_state(factor),
-                                  *design.directions, *model_);
+  const DesignRates<double> rates = design_rates(factor, design, *model_).value();
   MatrixXd residual = rates.residual();
   if (!branch_->locked())
     residual.topRows(factor.bodies()) -= branch_->system().drive_forces() * drive_load_rates;

@@ -7,18 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "core/mechanism/each_number.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stability/load_branch.hpp"
 #include "core/response/stability/softening.hpp"
 
 namespace flexopt {
-
-/// Derivatives of a factor are along these.
-struct DesignDirections {
-  const std::vector<Mechanism>* directions = nullptr;
-  LeafRates* rates = nullptr;
-  bool driven = true;  ///< the drives' loads are those of their strokes; else there are none
-};
 
 /// A limit that is watched along a branch beside its tangent.
 class BranchLimit {
@@ -39,7 +33,7 @@ class BranchTracer {
         model_(&model),
         limit_(limit),
         unit_(unit),
-        shared_(branch.system().mechanism()) {}
+        still_(branch.system().mechanism(), {zero_rate(branch.system().mechanism())}) {}
 
   /// What is linear at a state of the branch.
   struct Look {
@@ -73,7 +67,7 @@ class BranchTracer {
   Trial put_on(const LoadBranch::State& begin, double factor);
 
   /// Derivatives of the factor of a singular state that was followed to.
-  VectorXd gradient(const DesignDirections& design, const MatrixXd& drive_load_rates);
+  VectorXd gradient(DesignDirections& design, const MatrixXd& drive_load_rates);
 
  private:
   struct Stride {
@@ -124,7 +118,7 @@ class BranchTracer {
   const ModelOptions* model_;
   BranchLimit* limit_;
   double unit_;
-  StiffnessRate::Shared shared_;
+  DesignDirections still_;  ///< a design that does not change
   /// Size of the motions of the bodies by the factor where the branch began, over the longest leaf.
   double first_rate_ = 0, weight_ = 0;
   bool at_limit_ = false;

@@ -30,10 +30,8 @@ Rates rates_of(System& system, CapacityDirections& directions, const ModelOption
   Rates rates;
   rates.factor = std::make_unique<MechanismFactor>(MechanismFactor::of(system).value());
   const MechanismFactor& factor = *rates.factor;
-  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, directions.rates);
-  assert(leaves);  // full leaves have them
   rates.design = std::make_unique<DesignRates<double>>(
-      factor, std::move(*leaves), present_state(factor), directions.with_load, model);
+      design_rates(factor, directions.with_load, model).value());
   MatrixXd forces = -rates.design->residual();
   if (load) forces.col(forces.cols() - 1).head(factor.bodies()) += *load;
   const MatrixXd still = MatrixXd::Zero(factor.drives(), forces.cols());
@@ -64,13 +62,13 @@ VectorXd peak_rates(const Rates& rates, const StressPeak& peak, const Mechanism&
   const auto leaf = static_cast<std::size_t>(peak.leaf);
   const auto fields = rates.design->leaf(peak.leaf).fields(
       factor.leaf_rows(factor.leaves()[leaf], rates.state), rates.design->variations(peak.leaf));
-  VectorXd moduli(directions.with_load.size());
+  VectorXd moduli(directions.with_load.list.size());
   for (Eigen::Index p = 0; p < moduli.size(); ++p)
-    moduli[p] = directions.with_load[p].leaves[leaf].material.youngs_modulus;
+    moduli[p] = directions.with_load.list[p].leaves[leaf].material.youngs_modulus;
   VectorXd of_stress =
       fields->stress_rates(peak, mechanism.leaves[leaf].material.youngs_modulus, moduli);
   if (!rules.fillet) return of_stress;
-  return with_fillet_rates(std::move(of_stress), peak, mechanism, directions.with_load,
+  return with_fillet_rates(std::move(of_stress), peak, mechanism, directions.with_load.list,
                            *rules.fillet);
 }
 

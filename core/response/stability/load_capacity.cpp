@@ -49,19 +49,15 @@ LoadCapacity none_left(const CapacityLimits& limits) {
 
 }  // namespace
 
-CapacityDirections::CapacityDirections(const Mechanism& mechanism,
-                                       const std::vector<Mechanism>& directions,
-                                       LeafRates& design_rates)
-    : design{&directions, &design_rates},
-      with_load(flexopt::with_load(mechanism, directions)),
-      rates(ProfileDirections(mechanism, with_load)) {}
+CapacityDirections::CapacityDirections(const Mechanism& mechanism, DesignDirections& directions)
+    : design(directions), with_load(mechanism, flexopt::with_load(mechanism, directions.list)) {}
 
 LoadCapacityResult find_load_capacity(System& system, int direction, double growing,
                                       const StrokeRequest& request, const ModelOptions& model,
                                       CapacityDirections* design) {
   LoadCapacityResult result;
   LoadCapacity& capacity = result.capacity;
-  const auto count = design ? static_cast<Eigen::Index>(design->design.directions->size()) : 0;
+  const auto count = design ? static_cast<Eigen::Index>(design->design.list.size()) : 0;
   const auto without_load = [&](LoadCapacity found) {
     if (design) result.gradient = VectorXd(VectorXd::Zero(count));
     capacity = std::move(found);

@@ -1,13 +1,11 @@
 #include "core/response/stability/softening.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <utility>
 
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/mechanism/each_number.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
@@ -28,17 +26,9 @@ VectorXd on_motions(const MechanismFactor& factor, MatrixXd column) {
 
 }  // namespace
 
-StiffnessRate::Shared::Shared(const Mechanism& mechanism)
-    : still{zero_rate(mechanism)}, rates(ProfileDirections(mechanism, still)) {}
-
-StiffnessRate::StiffnessRate(const MechanismFactor& factor, Shared& shared,
+StiffnessRate::StiffnessRate(const MechanismFactor& factor, DesignDirections& still,
                              const ModelOptions& model, const BodyLoad& named)
-    : factor_(&factor), named_(named) {
-  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, shared.rates);
-  assert(leaves);  // full leaves have them
-  design_ = std::make_unique<DesignRates<double>>(factor, std::move(*leaves), present_state(factor),
-                                                  shared.still, model);
-}
+    : factor_(&factor), design_(design_rates(factor, still, model).value()), named_(named) {}
 
 // Derivative by the state of yᵀK y of the leaves, column by column.
 MatrixXd StiffnessRate::leaf_gradients_of(const MatrixXd& Y) const {
@@ -48,7 +38,7 @@ MatrixXd StiffnessRate::leaf_gradients_of(const MatrixXd& Y) const {
     const MechanismFactor::Leaf& leaf = factor_->leaves()[i];
     const MatrixXd rows = factor_->leaf_rows(leaf, Y);
     factor_->add_leaf_force(leaf, leaf.linear->scale().energy,
-                            design_->leaf(static_cast<int>(i)).quadratic(rows, none).state, forces);
+                            design_.leaf(static_cast<int>(i)).quadratic(rows, none).state, forces);
   }
   return forces;
 }
@@ -69,7 +59,7 @@ MatrixXd StiffnessRate::forms(const MatrixXd& Y) const {
   Eigen::Index column = n;
   for (Eigen::Index a = 0; a < n; ++a)
     for (Eigen::Index b = a + 1; b < n; ++b) all.col(column++) = Y.col(a) + Y.col(b);
-  VectorXd q = design_->quadratic(all, VectorXd::Zero(all.cols()), state_);
+  VectorXd q = design_.quadratic(all, VectorXd::Zero(all.cols()), state_);
   // growing forces on the present arms
   const Eigen::Index r = 6 * static_cast<Eigen::Index>(named_.body) + 3;
   const Vector3d arm = factor_->system().pose(named_.body).rotation * named_.arm;
