@@ -30,7 +30,8 @@ Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
 void Constraints::evaluate(const std::vector<JointBody>& poses) {
   int row = 0;
   for (const Joint& joint : mechanism_->joints) {
-    const JointConditions c = conditions(joint, body_or_ground(poses, joint.body), body_or_ground(poses, joint.other));
+    const JointConditions c =
+        conditions(joint, body_or_ground(poses, joint.body), body_or_ground(poses, joint.other));
     const int k = static_cast<int>(c.value.size());
     value_.segment(row, k) = c.value;
     for (int i = 0; i < k; ++i) rows_[row + i].gradient = c.gradient.row(i).transpose();
@@ -38,8 +39,8 @@ void Constraints::evaluate(const std::vector<JointBody>& poses) {
   }
   for (const int k : drives_) {
     const Drive& drive = mechanism_->drives[k];
-    const DriveStroke<double> s =
-        drive_stroke<double>(drive, body_or_ground(poses, drive.body), body_or_ground(poses, drive.other));
+    const DriveStroke<double> s = drive_stroke<double>(drive, body_or_ground(poses, drive.body),
+                                                       body_or_ground(poses, drive.other));
     value_[row] = s.value;
     rows_[row++].gradient = s.gradient;
   }
@@ -51,8 +52,7 @@ void Constraints::evaluate(const std::vector<JointBody>& poses) {
 
 MatrixXd Constraints::gradient() const {
   MatrixXd all = MatrixXd::Zero(count(), 6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
-  for (int k = 0; k < count(); ++k)
-    rows_[k].each([&](int c, double value) { all(k, c) += value; });
+  for (int k = 0; k < count(); ++k) rows_[k].each([&](int c, double value) { all(k, c) += value; });
   return all;
 }
 
@@ -77,8 +77,8 @@ void Constraints::add_curvature(const std::vector<JointBody>& poses, const Vecto
   int row = 0;
   for (const Joint& joint : mechanism_->joints) {
     const int k = size_of(joint.type).conditions;
-    const Matrix12d H = curvature(joint, body_or_ground(poses, joint.body), body_or_ground(poses, joint.other),
-                                  multipliers.segment(row, k));
+    const Matrix12d H = curvature(joint, body_or_ground(poses, joint.body),
+                                  body_or_ground(poses, joint.other), multipliers.segment(row, k));
     add_between(H, joint.body, joint.other, K);
     row += k;
   }
@@ -86,8 +86,8 @@ void Constraints::add_curvature(const std::vector<JointBody>& poses, const Vecto
     const double multiplier = multipliers[row++];
     if (multiplier == 0) continue;
     const Drive& drive = mechanism_->drives[k];
-    const DriveStroke<double> s =
-        drive_stroke<double>(drive, body_or_ground(poses, drive.body), body_or_ground(poses, drive.other));
+    const DriveStroke<double> s = drive_stroke<double>(drive, body_or_ground(poses, drive.body),
+                                                       body_or_ground(poses, drive.other));
     add_between(multiplier * s.curvature, drive.body, drive.other, K);
   }
 }

@@ -1,4 +1,3 @@
-#include "core/equilibrium/held_meanwhile.hpp"
 
 #include <fmt/format.h>
 

@@ -23,7 +23,8 @@ void Springs::apply(double share) {
 void Springs::add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
                   BlockMatrix& tangent) const {
   for (const Spring& spring : acting_) {
-    const SpringForces f = spring_forces(spring, body_or_ground(poses, spring.body), body_or_ground(poses, spring.other));
+    const SpringForces f = spring_forces(spring, body_or_ground(poses, spring.body),
+                                         body_or_ground(poses, spring.other));
     energy += f.energy;
     const std::array<int, 2> body{spring.body, spring.other};
     for (int a = 0; a < 2; ++a) {

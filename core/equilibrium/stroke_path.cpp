@@ -10,7 +10,6 @@
 
 #include "core/equilibrium/continuity.hpp"
 #include "core/equilibrium/free_motions.hpp"
-#include "core/equilibrium/held_meanwhile.hpp"
 
 namespace flexopt {
 

@@ -117,8 +117,7 @@ double System::load_energy() const {
   double energy = 0;
   for (const BodyLoad& load : acting_) {
     const JointBody& pose = poses_[load.body];
-    energy -= load.force.dot(pose.position - pose.reference +
-                             pose.rotation * load.arm - load.arm);
+    energy -= load.force.dot(pose.position - pose.reference + pose.rotation * load.arm - load.arm);
   }
   return energy;
 }

@@ -77,7 +77,6 @@ class System {
   double load_energy() const;
   /// Second derivative of energy and load energy along exp(hat δ) R; symmetric.
   const BlockMatrix& tangent() const { return tangent_; }
-  MatrixXd tangent_stiffness() const { return tangent_.dense(); }  ///< written out
   /// Derivative of internal_force − load by (displacement, spin) of the bodies, joints' multipliers
   /// held: spins do not commute, README.md (Q1). Rows of held coordinates are those of the
   /// identity.
@@ -87,9 +86,6 @@ class System {
   int negative_pivots() const { return negative_pivots_; }  ///< of all leaf interiors
   /// Coordinates of bodies that cannot move: in tangent and force they are decoupled ones.
   const std::vector<int>& held() const { return held_; }
-  bool is_held(int coordinate) const {
-    return mechanism_->bodies[coordinate / 6].held[coordinate % 6];
-  }
 
   /// The conditions of joints and drives at the present state, and the forces that hold them: of a
   /// drive the negative of its load.

@@ -1,4 +1,4 @@
-#include "core/equilibrium/tangent_factor.hpp"
+#include "core/equilibrium/free_motions.hpp"
 
 #include <algorithm>
 #include <cmath>

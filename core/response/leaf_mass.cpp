@@ -5,7 +5,7 @@
 
 #include "core/math/dual.hpp"
 #include "core/mechanism/fold_corner.hpp"
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
 
 namespace flexopt {
 
@@ -48,8 +48,10 @@ double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
     for (std::size_t p = 0; p < directions.size(); ++p) {
       const LeafSpring& d = directions[p].leaves[i];
       const double dw = (wire ? d.thickness : d.width) * pw +
-                        reference * profile_rate(wire ? d.thickness_profile : d.width_profile, at.along),
-                   dt = d.thickness * pt + leaf.thickness * profile_rate(d.thickness_profile, at.along),
+                        reference *
+                            profile_rate(wire ? d.thickness_profile : d.width_profile, at.along),
+                   dt = d.thickness * pt +
+                        leaf.thickness * profile_rate(d.thickness_profile, at.along),
                    dl = d.length;
       rates[static_cast<Eigen::Index>(p)] +=
           share * (dw * thickness * length + width * dt * length + width * thickness * dl) +

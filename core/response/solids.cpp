@@ -7,7 +7,6 @@
 
 #include "core/mechanism/profile.hpp"
 #include "core/response/solid_stations.hpp"
-#include "core/response/undeflected_place.hpp"
 
 namespace flexopt {
 

@@ -7,8 +7,7 @@
 
 #include "core/elements/leaf/fillet.hpp"
 #include "core/elements/leaf/leaf_element.hpp"
-#include "core/response/fatigue_law.hpp"
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
 
 namespace flexopt {
 namespace {

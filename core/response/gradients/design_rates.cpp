@@ -8,7 +8,7 @@
 
 #include "core/math/rotation.hpp"
 #include "core/response/gradients/link_gradients.hpp"
-#include "core/response/modes/rigid_motion.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
 namespace {

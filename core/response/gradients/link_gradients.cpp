@@ -59,8 +59,8 @@ std::vector<Link<S>> links_of(const MechanismFactor& factor, const MechanismStat
     const S multiplier = state.multipliers[row];
     const auto rates = [=](const Mechanism& d, const LinkMotion<S>& m) -> LinkRates<S> {
       const DriveStroke<S> r = drive_stroke_rate(at, {d.drives[k], m.body, m.other});
-      LinkRates<S> all{{}, multiplier * r.gradient,
-                       multiplier * r.curvature + S(m.multipliers[0]) * curvature};
+      LinkRates<S> all{
+          {}, multiplier * r.gradient, multiplier * r.curvature + S(m.multipliers[0]) * curvature};
       all.conditions.value.setConstant(1, r.value);
       all.conditions.gradient = r.gradient.transpose();
       return all;

@@ -13,9 +13,9 @@ template <class S>
 void add_link_residual_rates(const MechanismFactor& factor, const MechanismState<S>& state,
                              const std::vector<Mechanism>& directions, Eigen::MatrixX<S>& R);
 
-/// rates += derivatives of yᵀ (μ·Ψ_qq + K) y + 2 y_μᵀ Ψ_q y of every column y of Y, K the tangent of
-/// springs and dead loads, along the directions and the state rates that belong to them: columns of
-/// Y × directions.
+/// rates += derivatives of yᵀ (μ·Ψ_qq + K) y + 2 y_μᵀ Ψ_q y of every column y of Y, K the tangent
+/// of springs and dead loads, along the directions and the state rates that belong to them: columns
+/// of Y × directions.
 template <class S>
 void add_link_quadratic_rates(const MechanismFactor& factor, const MechanismState<S>& state,
                               const std::vector<Mechanism>& directions,

@@ -93,7 +93,7 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
       drive_locked ? MatrixXd(factor.size(), 0) : factor.drive_answers(),
       [&](const MatrixXd& B) { return factor.mass(B); },
       [&](const MatrixXd& B) { return factor.condensed(B); });
-  if (motions == ModeMotions::no) return modes;
+  if (motions == ModeMotions::no || modes.empty()) return modes;
   const MatrixXd motion = factor.motion(phi);
   for (std::size_t k = 0; k < modes.size(); ++k)
     modes[k].motion = motion.col(static_cast<Eigen::Index>(k));

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/response/modes/harmonic_answer.hpp"
-#include "core/response/modes/rigid_motion.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
 namespace {

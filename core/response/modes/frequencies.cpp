@@ -47,6 +47,7 @@ std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismP
 std::vector<Mode> classify(const MechanismPencil& pencil, const System& system,
                            const EigenPairs& pairs, MatrixXd shapes,
                            const FrequencyOptions& options) {
+  if (pairs.values.size() == 0) return {};
   const LinearMap mass = [&](const MatrixXd& B) { return pencil.mass_times(B); };
   const MatrixXd& phi = pairs.vectors;
   std::vector<Mode> modes =

@@ -135,6 +135,7 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
 FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
                         const Eigen::Ref<const MatrixXd>& KY, ModeMotions motions) {
+  if (Y.cols() == 0) return {0, {}, Y, {}, false};  // nothing moves
   const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
   const SymmetricEigen ritz(A, G);
   const MatrixXd& Z = ritz.eigenvectors();

@@ -8,7 +8,7 @@
 
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_rows.hpp"
-#include "core/equilibrium/tangent_factor.hpp"
+#include "core/equilibrium/free_motions.hpp"
 #include "core/math/answer.hpp"
 
 namespace flexopt {
@@ -39,6 +39,11 @@ class MechanismFactor {
   /// State and drive loads (last rows) that balance forces B while the strokes (rows) grow by
   /// `strokes` (column by column), or where nothing is driven.
   MatrixXd balance(const MatrixXd& B, const std::optional<MatrixXd>& strokes) const;
+  /// The same while the strokes stay, or where nothing is driven.
+  MatrixXd balance(const MatrixXd& B, bool driven) const {
+    return balance(
+        B, driven ? std::optional<MatrixXd>(MatrixXd::Zero(drives(), B.cols())) : std::nullopt);
+  }
 
   struct Leaf {
     std::shared_ptr<const LeafLinear> linear;
@@ -90,5 +95,19 @@ class MechanismFactor {
   MatrixXd drive_answers_, drive_compliance_;
   BlockMatrix body_mass_;
 };
+
+// The whole of a mechanism moved as one body, the ground with it: how its ground shakes it.
+
+/// Columns: unit translations of everything along the global axes, then unit rotations about the
+/// global axes through the origin, at the present state.
+struct RigidMotion {
+  MatrixXd motion;   ///< rows of the factor × 6: bodies, and leaves as their edges take them along
+  MatrixXd inertia;  ///< M times it, that of the grounded edges included
+};
+
+RigidMotion rigid_motion(const MechanismFactor& factor);
+
+/// Rows of a leaf's edges on the ground (LeafRows) for translations of the ground, 3 × columns.
+MatrixXd grounded_rows(const MechanismFactor& factor, int leaf, const MatrixXd& translations);
 
 }  // namespace flexopt

@@ -11,8 +11,6 @@
 #include "core/equilibrium/edge_compliance.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/path/full_finish.hpp"
-#include "core/response/path/stable_branch.hpp"
 
 namespace flexopt {
 
@@ -106,7 +104,7 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   if (good) good = check_reduced(system, point);
   if (good) return nullptr;
   point = before;
-  auto full = finish_on_full_leaves(system, model, request, k, good.error(), equilibrium);
+  auto full = finish_on_full_leaves(system, model, request, k, good, equilibrium);
   if (equilibrium.converged) outputs.evaluate(*full, equilibrium, k, point, gradients);
   return full;
 }
@@ -302,14 +300,11 @@ Equilibrium BranchWalk::reach(std::size_t k) {
 // What follows other branches from the point.
 void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::size_t k,
                                PathPoint& point, PointGradients* own) {
-  System* loaded = &system;
-  std::unique_ptr<System> whole;  // reduced leaves do not reach so far
-  if (!loaded->all_full()) {
-    whole = finish_on_full_leaves(*loaded, model_, request_, k, {}, equilibrium);
-    loaded = whole.get();
-  }
-  if (request_.growing_load()) outputs_.add_buckling(*loaded, equilibrium, k, point, own);
-  if (request_.wants_capacity()) outputs_.add_load_capacity(*loaded, k, point, own);
+  const auto whole = finish_on_full_leaves(system, model_, request_, k, check_full(system),
+                                           equilibrium);  // reduced leaves do not reach so far
+  System& loaded = whole ? *whole : system;
+  if (request_.growing_load()) outputs_.add_buckling(loaded, equilibrium, k, point, own);
+  if (request_.wants_capacity()) outputs_.add_load_capacity(loaded, k, point, own);
 }
 
 void BranchWalk::visit(std::size_t k) {
@@ -334,10 +329,9 @@ void BranchWalk::visit(std::size_t k) {
   }
   if (!differentiable_ && (request_.wants_dynamics() || request_.wants_state_space(k))) {
     // reduced leaves that know no interior leave the dynamics to full ones
-    std::unique_ptr<System> whole;
     Equilibrium there = equilibrium;
-    if (const Check has = check_interior(system(), request_, k); !has)
-      whole = finish_on_full_leaves(system(), model_, request_, k, has.error(), there);
+    const auto whole = finish_on_full_leaves(system(), model_, request_, k,
+                                             check_interior(system(), request_, k), there);
     if (there.converged) outputs_.add_dynamics(whole ? *whole : system(), k, point);
   }
   point.other_branch = other_branch_.has_value();

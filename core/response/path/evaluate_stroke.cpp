@@ -12,10 +12,10 @@
 #include "core/mechanism/joint.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
-#include "core/response/path/stroke_ways.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/room_taken.hpp"
-#include "core/response/stress_history.hpp"
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
+#include "core/response/stress_safety.hpp"
 
 namespace flexopt {
 namespace {
@@ -114,14 +114,16 @@ void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
   StrokeGradients* gradients = gradients_of(differentiable);
   MatrixXd rest_rates;
   if (gradients)
-    rest_rates = extent_rates(solids, rest,
-                              undeflected_rates(mechanism, differentiable->design.list));
+    rest_rates =
+        extent_rates(solids, rest, undeflected_rates(mechanism, differentiable->design.list));
   std::vector<const Extents*> states{&rest};
   std::vector<const MatrixXd*> state_rates{&rest_rates};
   bool whole = moving;
   for (std::size_t k = 0; k < response.path.size() && whole; ++k) {
-    if (const auto& extents = response.path[k].extents) states.push_back(&*extents);
-    else whole = false;
+    if (const auto& extents = response.path[k].extents)
+      states.push_back(&*extents);
+    else
+      whole = false;
     if (gradients) state_rates.push_back(&gradients->path[k].extents);
   }
   PathPoint found;

@@ -13,7 +13,6 @@
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/full_modes.hpp"
-#include "core/response/path/low_modes.hpp"
 #include "core/response/path/mechanism_series.hpp"
 
 namespace flexopt {

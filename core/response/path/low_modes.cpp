@@ -1,4 +1,4 @@
-#include "core/response/path/low_modes.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 
 #include <fmt/format.h>
 

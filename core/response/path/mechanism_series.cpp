@@ -237,9 +237,8 @@ void MechanismSeries::add_conditions(const MatrixXd& Y, int order, MatrixXd& res
   add_condition_forces(Y.bottomRows(m), order, result);
   result.bottomRows(m).setZero();
   for (int k = 0; k < m; ++k)
-    conditions_.rows[order][k].each([&](int c, double value) {
-      result.row(result.rows() - m + k) += value * Y.row(c);
-    });
+    conditions_.rows[order][k].each(
+        [&](int c, double value) { result.row(result.rows() - m + k) += value * Y.row(c); });
 }
 
 void MechanismSeries::add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const {
@@ -353,8 +352,8 @@ void MechanismSeries::expand_along_strokes(const VectorXd& strokes) {
 MechanismState<Jet> MechanismSeries::path() const {
   MechanismState<Jet> path{{}, jets(multipliers_)};
   for (std::size_t b = 0; b < place_.size(); ++b)
-    path.bodies.push_back({jets(place_[b]), jets(rotation_[b]),
-                           factor_->system().mechanism().bodies[b].reference});
+    path.bodies.push_back(
+        {jets(place_[b]), jets(rotation_[b]), factor_->system().mechanism().bodies[b].reference});
   return path;
 }
 
@@ -377,10 +376,9 @@ Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int or
 }
 
 Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const {
-  const MatrixXd still = MatrixXd::Zero(factor_->drives(), B.cols());
   Series<MatrixXd> Y, force = series(B);
   for (int o = 0; o < 3; ++o) {
-    Y[o] = factor_->balance(force[o], still).topRows(factor_->size());
+    Y[o] = factor_->balance(force[o], true).topRows(factor_->size());
     if (o == 2) break;
     const Series<MatrixXd> KY = tilted_tangent_times(Y[o], 3 - o);
     for (int k = 1; o + k < 3; ++k) force[o + k] -= KY[k];

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "core/response/path/frequency_derivatives.hpp"
-#include "core/response/path/stroke_ways.hpp"
 
 namespace flexopt {
 namespace {

@@ -6,9 +6,8 @@
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/modes/state_space.hpp"
-#include "core/response/path/low_modes.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/path/point_outputs.hpp"
-#include "core/response/path/stroke_ways.hpp"
 
 namespace flexopt {
 namespace {

@@ -161,8 +161,7 @@ void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, 
 void PointOutputs::add_load_capacity(System& system, std::size_t index, PathPoint& point,
                                      PointGradients* gradients) {
   const double growing = request_->loads.driven() ? 0 : request_->points[index];
-  if (gradients && !capacity_)
-    capacity_.emplace(system.mechanism(), differentiable_->design);
+  if (gradients && !capacity_) capacity_.emplace(system.mechanism(), differentiable_->design);
   for (std::size_t k = 0; k < request_->capacity.directions.size(); ++k) {
     if (!request_->capacity.directions[k]) continue;
     LoadCapacityResult found = find_load_capacity(system, static_cast<int>(k), growing, *request_,

@@ -7,8 +7,8 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/response/gradients/design_rates.hpp"
-#include "core/response/modes/constant_mass.hpp"
 #include "core/response/modes/dynamics_measures.hpp"
+#include "core/response/modes/frequencies.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/response.hpp"
 #include "core/response/solids.hpp"

@@ -45,10 +45,8 @@ constexpr double at_the_limit = 1e-11;
 // Motions of the bodies, over the largest unknown of all.
 std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& mode) {
   const double L = factor.system().length();
-  double largest = mode.head(factor.bodies())
-                       .cwiseQuotient(factor.system().units())
-                       .cwiseAbs()
-                       .maxCoeff();
+  double largest =
+      mode.head(factor.bodies()).cwiseQuotient(factor.system().units()).cwiseAbs().maxCoeff();
   for (const MechanismFactor::Leaf& leaf : factor.leaves())
     largest =
         std::max(largest, mode.segment(leaf.offset, leaf.rows.unknowns).cwiseAbs().maxCoeff());
@@ -78,9 +76,7 @@ BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   const MechanismFactor& factor = *here.factor;
   MatrixXd forces = MatrixXd::Zero(factor.size(), 1);
   forces.topRows(factor.bodies()) = branch_->load();
-  std::optional<MatrixXd> still;
-  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), 1);
-  const VectorXd state = factor.balance(forces, still).topRows(factor.size());
+  const VectorXd state = factor.balance(forces, branch_->locked()).topRows(factor.size());
   const VectorXd bodies = state.head(factor.bodies());
   if (weight_ == 0) {
     first_rate_ = std::max(measure(bodies), least_rate);
@@ -92,9 +88,7 @@ BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   here.along = {side / size * bodies, side / size};
   here.rate = std::make_unique<StiffnessRate>(factor, still_, *model_, branch_->named());
   here.rate->set_direction(side / size * state, side / size);
-  Softening soft = soften(factor, *here.rate, branch_->locked(), start);
-  here.ahead = std::move(soft.ahead);
-  here.behind = std::move(soft.behind);
+  static_cast<Softening&>(here) = soften(factor, *here.rate, branch_->locked(), start);
   return here;
 }
 
@@ -229,15 +223,15 @@ BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double 
 bool BranchTracer::close_in(const LoadBranch::State& from, const BranchDirection& along,
                             double step) {
   constexpr int most_rounds = 60;
-  double high = step, above = limit_->beyond(branch_->system());
+  double high = step, above = limit_(branch_->system());
   branch_->restore(from);
-  double low = 0, below = limit_->beyond(branch_->system());
+  double low = 0, below = limit_(branch_->system());
   int last = 0;  // the side that moved
   for (int round = 0; round < most_rounds; ++round) {
     const double middle = (low * above - high * below) / (above - below);
     branch_->restore(from);
     if (!branch_->advance(along, middle, weight_)) return false;
-    const double here = limit_->beyond(branch_->system());
+    const double here = limit_(branch_->system());
     if (std::abs(here) < at_the_limit || high - low < 1e-14 * step) return true;
     const int side = here > 0 ? 1 : -1;
     (side > 0 ? high : low) = middle;
@@ -288,7 +282,7 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     std::optional<LoadBranch::State> from;
     if (limit_) from = branch_->save();
     const Stride went = stride(here.along, step);
-    if (went.taken && limit_ && limit_->beyond(branch_->system()) > 0) {
+    if (went.taken && limit_ && limit_(branch_->system()) > 0) {
       at_limit_ = close_in(*from, here.along, step);
       if (!at_limit_)
         result.reason = fmt::format("no equilibrium was found next to the limit, at {}",
@@ -370,9 +364,7 @@ VectorXd BranchTracer::gradient(DesignDirections& design, const MatrixXd& drive_
   MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
   forces.leftCols(count) = -residual;
   forces.col(count).head(factor.bodies()) = branch_->load();
-  std::optional<MatrixXd> still;
-  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), count + 1);
-  const MatrixXd moved = factor.balance(forces, still).topRows(factor.size());
+  const MatrixXd moved = factor.balance(forces, branch_->locked()).topRows(factor.size());
   MatrixXd state = moved.leftCols(count);
   if (!branch_->locked())
     for (int k = 0; k < factor.drives(); ++k)

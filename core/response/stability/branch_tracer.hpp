@@ -1,10 +1,12 @@
 #pragma once
 // Follows a branch of equilibria under a growing load to where its tangent is singular, or to where
 // a limit that is watched is reached: README.md of core/response, (S24), (S25), (S30).
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/mechanism/each_number.hpp"
@@ -14,33 +16,27 @@
 
 namespace flexopt {
 
-/// A limit that is watched along a branch beside its tangent.
-class BranchLimit {
- public:
-  virtual ~BranchLimit() = default;
-  /// At the equilibrium at which the system stands assembled: below zero within the limit, above
-  /// beyond it; continuous.
-  virtual double beyond(System& system) = 0;
-};
+/// A limit that is watched along a branch beside its tangent. At the equilibrium at which the
+/// system stands assembled: below zero within the limit, above beyond it; continuous.
+using BranchLimit = std::function<double(System&)>;
 
 class BranchTracer {
  public:
-  /// All arguments must outlive it. `limit`: null where the tangent alone is watched. `unit`: what
-  /// a factor of 1 is [N or N m], where messages are to name loads; else 0.
-  BranchTracer(LoadBranch& branch, const ModelOptions& model, BranchLimit* limit = nullptr,
+  /// Branch and model must outlive it. `limit`: empty where the tangent alone is watched. `unit`:
+  /// what a factor of 1 is [N or N m], where messages are to name loads; else 0.
+  BranchTracer(LoadBranch& branch, const ModelOptions& model, BranchLimit limit = {},
                double unit = 0)
       : branch_(&branch),
         model_(&model),
-        limit_(limit),
+        limit_(std::move(limit)),
         unit_(unit),
         still_(branch.system().mechanism(), {zero_rate(branch.system().mechanism())}) {}
 
   /// What is linear at a state of the branch.
-  struct Look {
+  struct Look : Softening {
     std::unique_ptr<MechanismFactor> factor;
     std::unique_ptr<StiffnessRate> rate;
     BranchDirection along;  ///< per σ
-    std::optional<SoftMode> ahead, behind;
 
     double estimate(double at, const SoftMode& mode) const { return at + mode.step * along.factor; }
     /// Distance of the factor from that of the singular state ahead.
@@ -116,7 +112,7 @@ class BranchTracer {
 
   LoadBranch* branch_;
   const ModelOptions* model_;
-  BranchLimit* limit_;
+  BranchLimit limit_;
   double unit_;
   DesignDirections still_;  ///< a design that does not change
   /// Size of the motions of the bodies by the factor where the branch began, over the longest leaf.

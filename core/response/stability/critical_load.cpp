@@ -25,15 +25,14 @@ bool unload_to_stable(LoadBranch& branch) {
 }
 
 // Derivatives of the drives' loads, their strokes and the load kept: drives × parameters.
-MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model,
-                          DesignDirections& design, bool driven) {
+MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model, DesignDirections& design,
+                          bool driven) {
   const Answer<MechanismFactor> linear = MechanismFactor::of(branch.system());
   const MechanismFactor& factor = *linear;
   const auto count = static_cast<Eigen::Index>(design.list.size());
   if (!driven || factor.drives() == 0) return MatrixXd::Zero(factor.drives(), count);
   const DesignRates<double> rates = design_rates(factor, design, model).value();
-  return factor.balance(-rates.residual(), MatrixXd::Zero(factor.drives(), count))
-      .bottomRows(factor.drives());
+  return factor.balance(-rates.residual(), true).bottomRows(factor.drives());
 }
 
 }  // namespace

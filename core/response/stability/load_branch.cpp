@@ -13,29 +13,22 @@
 namespace flexopt {
 namespace {
 
-// Loads that were growing stand still.
-LoadCase at_rest(LoadCase loads, double growing) {
+// One load alone grows; those that were growing stand still.
+LoadCase with_growing(LoadCase loads, DeadLoad one, double growing) {
   for (DeadLoad still : loads.growing) {
     still.force *= growing;
     still.moment *= growing;
     loads.constant.push_back(std::move(still));
   }
-  loads.growing.clear();
+  loads.growing = {std::move(one)};
   return loads;
 }
 
 // One of the constant loads alone grows.
-LoadCase with_growing(const LoadCase& loads, std::size_t load, double growing) {
-  LoadCase own = at_rest(loads, growing);
-  own.growing = {loads.constant[load]};
-  own.constant.erase(own.constant.begin() + static_cast<std::ptrdiff_t>(load));
-  return own;
-}
-
-LoadCase with_more(const LoadCase& loads, const DeadLoad& more, double growing) {
-  LoadCase own = at_rest(loads, growing);
-  own.growing = {more};
-  return own;
+LoadCase with_growing(LoadCase loads, std::size_t load, double growing) {
+  DeadLoad one = loads.constant[load];
+  loads.constant.erase(loads.constant.begin() + static_cast<std::ptrdiff_t>(load));
+  return with_growing(std::move(loads), std::move(one), growing);
 }
 
 }  // namespace
@@ -60,8 +53,8 @@ LoadBranch::LoadBranch(System& system, std::size_t load, double growing, DriveSt
 
 LoadBranch::LoadBranch(System& system, const DeadLoad& more, double growing,
                        const NewtonOptions& options)
-    : LoadBranch(system, with_more(system.loads(), more, growing), 0, DriveState::locked, options) {
-}
+    : LoadBranch(system, with_growing(system.loads(), more, growing), 0, DriveState::locked,
+                 options) {}
 
 BodyLoad LoadBranch::named() const {
   return acting_loads(system_->loads(), {.growing = 1}, system_->mechanism()).front();

@@ -74,7 +74,8 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   const double size = size_of_load(unit, model);
   LoadBranch branch(system, load_along(direction, size), growing, request.newton);
   const LoadBranch::State begin = branch.save();
-  BranchTracer tracer(branch, model, &limits, size);
+  BranchTracer tracer(
+      branch, model, [&](System& at) { return limits.beyond(at); }, size);
   const std::optional<double>& largest =
       direction % 6 < 3 ? request.capacity.largest_force : request.capacity.largest_moment;
   const double bound = largest ? *largest / size : std::numeric_limits<double>::infinity();

@@ -30,7 +30,7 @@ VectorXd places(const System& system) {
 
 bool BranchTracer::stands_within() const {
   LoadBranch& branch = *branch_;
-  return branch.negative_pivots() == 0 && (!limit_ || limit_->beyond(branch.system()) <= 0);
+  return branch.negative_pivots() == 0 && (!limit_ || limit_(branch.system()) <= 0);
 }
 
 BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double factor) {

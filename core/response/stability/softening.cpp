@@ -105,20 +105,17 @@ VectorXd StiffnessRate::times(const VectorXd& y) const {
 
 namespace {
 
-// The first roots of either sign in a basis with YᵀK Y = diag(values), from exact forms.
-void add_roots(const MatrixXd& Y, const VectorXd& stiffness, const StiffnessRate& rate,
-               Softening& found) {
-  if (Y.cols() == 0) return;
-  const VectorXd by = stiffness.cwiseSqrt().cwiseInverse();
-  const MatrixXd T = by.asDiagonal() * rate.forms(Y) * by.asDiagonal();
-  const SymmetricEigen eigen(T);
-  const MatrixXd modes = Y * (by.asDiagonal() * eigen.eigenvectors());
-  const Eigen::Index last = T.cols() - 1;
-  const double least = 1e-13 * eigen.eigenvalues().cwiseAbs().maxCoeff();
-  if (eigen.eigenvalues()[0] < -least)
-    found.ahead = SoftMode{-1 / eigen.eigenvalues()[0], modes.col(0)};
-  if (eigen.eigenvalues()[last] > least)
-    found.behind = SoftMode{-1 / eigen.eigenvalues()[last], modes.col(last)};
+// The first roots of either sign in a basis with YᵀK Y = 1, from exact forms.
+Softening roots_in(const MatrixXd& Y, const StiffnessRate& rate) {
+  Softening found;
+  const SymmetricEigen eigen(rate.forms(Y));
+  const VectorXd& values = eigen.eigenvalues();
+  const Eigen::Index last = values.size() - 1;
+  const double least = 1e-13 * values.cwiseAbs().maxCoeff();
+  if (values[0] < -least) found.ahead = SoftMode{-1 / values[0], Y * eigen.eigenvectors().col(0)};
+  if (values[last] > least)
+    found.behind = SoftMode{-1 / values[last], Y * eigen.eigenvectors().col(last)};
+  return found;
 }
 
 }  // namespace
@@ -177,15 +174,12 @@ Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool 
     behind = values[count - 1];
     if (still && count >= (start.size() == n ? 5 : 12)) break;
   }
-  Softening found;
-  if (count == 0) return found;
+  if (count == 0) return {};
   std::vector<int> wanted;
   for (int k = 0; k < std::min(exact_vectors, count); ++k) wanted.push_back(k);
   for (int k = std::max(count - exact_vectors, static_cast<int>(wanted.size())); k < count; ++k)
     wanted.push_back(k);
-  const MatrixXd Y = V.leftCols(count) * vectors(Eigen::all, wanted);
-  add_roots(Y, VectorXd::Ones(Y.cols()), rate, found);
-  return found;
+  return roots_in(V.leftCols(count) * vectors(Eigen::all, wanted), rate);
 }
 
 }  // namespace flexopt

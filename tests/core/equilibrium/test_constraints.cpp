@@ -22,9 +22,7 @@ Mechanism jointed() {
   return m;
 }
 
-std::vector<JointBody> poses_at_rest(const Mechanism& m) {
-  return undeflected_bodies(m);
-}
+std::vector<JointBody> poses_at_rest(const Mechanism& m) { return undeflected_bodies(m); }
 
 /// Moved by increments (displacement, spin) of the bodies.
 std::vector<JointBody> moved(std::vector<JointBody> poses, const VectorXd& q) {

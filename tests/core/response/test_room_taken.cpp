@@ -9,7 +9,7 @@
 
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 #include "support/strokes.hpp"

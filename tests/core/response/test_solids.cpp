@@ -8,7 +8,6 @@
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
-#include "core/response/undeflected_place.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
