@@ -63,14 +63,12 @@ VectorXd Constraints::forces(const VectorXd& multipliers) const {
   return all;
 }
 
-namespace {
 void add_between(const Matrix12d& H, int body, int other, BlockMatrix& K) {
   const int at[2] = {body, other};
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b)
       if (at[a] >= 0 && at[b] >= 0) K.block(at[a], at[b]) += H.block<6, 6>(6 * a, 6 * b);
 }
-}  // namespace
 
 void Constraints::add_curvature(const std::vector<JointBody>& poses, const VectorXd& multipliers,
                                 BlockMatrix& K) const {

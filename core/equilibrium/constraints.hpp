@@ -9,6 +9,9 @@
 
 namespace flexopt {
 
+/// K += H, second derivatives by (displacement, spin) of two bodies; either may be the ground.
+void add_between(const Matrix12d& H, int body, int other, BlockMatrix& K);
+
 class Constraints {
  public:
   /// The mechanism must outlive it.

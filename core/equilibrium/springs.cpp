@@ -1,7 +1,8 @@
 #include "core/equilibrium/springs.hpp"
 
 #include <algorithm>
-#include <array>
+
+#include "core/equilibrium/constraints.hpp"
 
 namespace flexopt {
 
@@ -26,13 +27,10 @@ void Springs::add(const std::vector<JointBody>& poses, double& energy, VectorXd&
     const SpringForces f = spring_forces(spring, body_or_ground(poses, spring.body),
                                          body_or_ground(poses, spring.other));
     energy += f.energy;
-    const std::array<int, 2> body{spring.body, spring.other};
-    for (int a = 0; a < 2; ++a) {
-      if (body[a] < 0) continue;
-      force.segment<6>(6 * body[a]) += f.force.segment<6>(6 * a);
-      for (int b = 0; b < 2; ++b)
-        if (body[b] >= 0) tangent.block(body[a], body[b]) += f.tangent.block<6, 6>(6 * a, 6 * b);
-    }
+    for (int a = 0; a < 2; ++a)
+      if (const int b = a == 0 ? spring.body : spring.other; b >= 0)
+        force.segment<6>(6 * b) += f.force.segment<6>(6 * a);
+    add_between(f.tangent, spring.body, spring.other, tangent);
   }
 }
 

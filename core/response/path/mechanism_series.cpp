@@ -10,19 +10,6 @@
 #include "core/mechanism/spring.hpp"
 
 namespace flexopt {
-namespace {
-
-// Adds the second derivatives H by two bodies to those of all.
-void add_blocks(const std::array<int, 2>& sides, const Series<Matrix12d>& H,
-                Series<BlockMatrix>& all) {
-  for (int o = 0; o < 3; ++o)
-    for (int e = 0; e < 2; ++e)
-      for (int f = 0; f < 2; ++f)
-        if (sides[e] >= 0 && sides[f] >= 0)
-          all[o].block(sides[e], sides[f]) += H[o].block<6, 6>(6 * e, 6 * f);
-}
-
-}  // namespace
 
 Answer<MechanismSeries> MechanismSeries::of(const MechanismFactor& factor) {
   std::vector<std::unique_ptr<LeafSeries>> leaves;
@@ -138,8 +125,8 @@ void MechanismSeries::expand_condition(const std::array<int, 2>& sides, int row,
     conditions_.value[o].segment(row, count) = coefficients(of.value, o);
     for (int i = 0; i < count; ++i)
       conditions_.rows[o][row + i].gradient = coefficients(of.gradient, o).row(i).transpose();
+    add_between(coefficients(curvature, o), sides[0], sides[1], conditions_.curvature[o]);
   }
-  add_blocks(sides, series(curvature), conditions_.curvature);
 }
 
 void MechanismSeries::expand_conditions() {
@@ -192,8 +179,8 @@ void MechanismSeries::expand_springs() {
       const Vector12d force = coefficients(f.force, o);
       for (int e = 0; e < 2; ++e)
         if (sides[e] >= 0) springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
+      add_between(coefficients(f.tangent, o), sides[0], sides[1], springs_.tangent[o]);
     }
-    add_blocks(sides, series(f.tangent), springs_.tangent);
   }
 }
 
