@@ -88,11 +88,10 @@ std::vector<Mode> classified_modes(const Mechanism& mechanism, const VectorXd& o
 std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
                                    const VectorXd& lambda, const MatrixXd& phi,
                                    const MatrixXd& M_phi, ModeMotions motions) {
-  std::vector<Mode> modes = classified_modes(
-      factor.system().mechanism(), lambda, phi, M_phi,
-      drive_locked ? MatrixXd(factor.size(), 0) : factor.drive_answers(),
-      [&](const MatrixXd& B) { return factor.mass(B); },
-      [&](const MatrixXd& B) { return factor.condensed(B); });
+  std::vector<Mode> modes =
+      classified_modes(factor.system().mechanism(), lambda, phi, M_phi,
+                       drive_locked ? MatrixXd(factor.size(), 0) : factor.drive_answers(),
+                       factor.masses(), [&](const MatrixXd& B) { return factor.condensed(B); });
   if (motions == ModeMotions::no || modes.empty()) return modes;
   const MatrixXd motion = factor.motion(phi);
   for (std::size_t k = 0; k < modes.size(); ++k)

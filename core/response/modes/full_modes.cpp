@@ -254,8 +254,7 @@ FullModeLists iterated_modes(const MechanismFactor& factor, const BlockKrylov& k
 // The lowest modes of both lists, from one Krylov space.
 std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
-  const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
-  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
+  const LinearMap solve = factor.solver(true), mass = factor.masses();
   DriveShapes drive{factor.drive_shapes(), {}, factor.drive_compliance()};
   drive.mass = factor.mass(drive.shapes);
 

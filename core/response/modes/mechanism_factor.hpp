@@ -10,6 +10,7 @@
 #include "core/elements/leaf/leaf_rows.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/math/answer.hpp"
+#include "core/math/lanczos.hpp"
 
 namespace flexopt {
 
@@ -33,6 +34,14 @@ class MechanismFactor {
   MatrixXd solve_locked(const MatrixXd& B) const;  ///< drives held
   MatrixXd solve_held(const MatrixXd& B) const;    ///< all bodies held
   MatrixXd mass(const MatrixXd& B) const;
+  /// solve() or solve_locked(), and mass(), as maps that live as long as this.
+  LinearMap solver(bool drives_held) const {
+    return
+        [this, drives_held](const MatrixXd& B) { return drives_held ? solve_locked(B) : solve(B); };
+  }
+  LinearMap masses() const {
+    return [this](const MatrixXd& B) { return mass(B); };
+  }
   /// Motions that bodies moving by the columns of q leave the leaves in, without force on them.
   MatrixXd static_motion(const MatrixXd& q) const;
 

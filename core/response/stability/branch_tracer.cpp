@@ -153,8 +153,7 @@ bool BranchTracer::next_to(const Heading& heading, double size) {
 VectorXd BranchTracer::nearly_singular_motion(const MechanismFactor& factor,
                                               const VectorXd& known) const {
   if (known.size() == factor.size()) return known;
-  const VectorXd force = any_force(factor);
-  return branch_->locked() ? factor.solve_locked(force) : factor.solve(force);
+  return factor.solver(branch_->locked())(any_force(factor));
 }
 
 CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd& mode,
@@ -351,8 +350,7 @@ std::string BranchTracer::shown(double factor) const {
 VectorXd BranchTracer::gradient(DesignDirections& design, const MatrixXd& drive_load_rates) {
   const MechanismFactor& factor = *critical_->factor;
   // by inverse iteration, which leaves no rounding along stiff motions
-  VectorXd mode = critical_->rate->times(critical_->ahead->mode);
-  mode = branch_->locked() ? factor.solve_locked(mode) : factor.solve(mode);
+  VectorXd mode = factor.solver(branch_->locked())(critical_->rate->times(critical_->ahead->mode));
   mode /= mode.norm();
   const DesignRates<double> rates = design_rates(factor, design, *model_).value();
   MatrixXd residual = rates.residual();

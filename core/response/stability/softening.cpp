@@ -133,9 +133,7 @@ VectorXd any_force(const MechanismFactor& factor) {
 // Lanczos with K⁻¹ dK/dσ in the product of K: of v = K⁻¹ r it is vᵀr.
 Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool drives_locked,
                  const VectorXd& start) {
-  const auto solve = [&](const VectorXd& b) -> VectorXd {
-    return drives_locked ? factor.solve_locked(b) : factor.solve(b);
-  };
+  const LinearMap solve = factor.solver(drives_locked);
   const Eigen::Index n = factor.size();
   VectorXd r = any_force(factor);
   if (start.size() == n) {
