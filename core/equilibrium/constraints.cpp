@@ -27,15 +27,11 @@ Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
   }
 }
 
-JointBody Constraints::body(const std::vector<BodyPose>& poses, int b) const {
-  if (b < 0) return {};
-  return {poses[b].position, poses[b].rotation, mechanism_->bodies[b].reference};
-}
-
-void Constraints::evaluate(const std::vector<BodyPose>& poses) {
+void Constraints::evaluate(const std::vector<JointBody>& poses) {
   int row = 0;
   for (const Joint& joint : mechanism_->joints) {
-    const JointConditions c = conditions(joint, body(poses, joint.body), body(poses, joint.other));
+    const JointConditions c =
+        conditions(joint, body_or_ground(poses, joint.body), body_or_ground(poses, joint.other));
     const int k = static_cast<int>(c.value.size());
     value_.segment(row, k) = c.value;
     for (int i = 0; i < k; ++i) rows_[row + i].gradient = c.gradient.row(i).transpose();
@@ -43,8 +39,8 @@ void Constraints::evaluate(const std::vector<BodyPose>& poses) {
   }
   for (const int k : drives_) {
     const Drive& drive = mechanism_->drives[k];
-    const DriveStroke<double> s =
-        drive_stroke<double>(drive, body(poses, drive.body), body(poses, drive.other));
+    const DriveStroke<double> s = drive_stroke<double>(drive, body_or_ground(poses, drive.body),
+                                                       body_or_ground(poses, drive.other));
     value_[row] = s.value;
     rows_[row++].gradient = s.gradient;
   }
@@ -56,42 +52,31 @@ void Constraints::evaluate(const std::vector<BodyPose>& poses) {
 
 MatrixXd Constraints::gradient() const {
   MatrixXd all = MatrixXd::Zero(count(), 6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
-  for (int k = 0; k < count(); ++k) {
-    const Row& r = rows_[k];
-    for (int e = 0; e < 2; ++e)
-      if (r.body[e] >= 0)
-        all.block<1, 6>(k, 6 * r.body[e]) += r.gradient.segment<6>(6 * e).transpose();
-  }
+  for (int k = 0; k < count(); ++k) rows_[k].each([&](int c, double value) { all(k, c) += value; });
   return all;
 }
 
 VectorXd Constraints::forces(const VectorXd& multipliers) const {
   VectorXd all = VectorXd::Zero(6 * static_cast<Eigen::Index>(mechanism_->bodies.size()));
-  for (int k = 0; k < count(); ++k) {
-    const Row& r = rows_[k];
-    for (int e = 0; e < 2; ++e)
-      if (r.body[e] >= 0)
-        all.segment<6>(6 * r.body[e]) += multipliers[k] * r.gradient.segment<6>(6 * e);
-  }
+  for (int k = 0; k < count(); ++k)
+    rows_[k].each([&](int c, double value) { all[c] += multipliers[k] * value; });
   return all;
 }
 
-namespace {
 void add_between(const Matrix12d& H, int body, int other, BlockMatrix& K) {
   const int at[2] = {body, other};
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b)
       if (at[a] >= 0 && at[b] >= 0) K.block(at[a], at[b]) += H.block<6, 6>(6 * a, 6 * b);
 }
-}  // namespace
 
-void Constraints::add_curvature(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
+void Constraints::add_curvature(const std::vector<JointBody>& poses, const VectorXd& multipliers,
                                 BlockMatrix& K) const {
   int row = 0;
   for (const Joint& joint : mechanism_->joints) {
     const int k = size_of(joint.type).conditions;
-    const Matrix12d H = curvature(joint, body(poses, joint.body), body(poses, joint.other),
-                                  multipliers.segment(row, k));
+    const Matrix12d H = curvature(joint, body_or_ground(poses, joint.body),
+                                  body_or_ground(poses, joint.other), multipliers.segment(row, k));
     add_between(H, joint.body, joint.other, K);
     row += k;
   }
@@ -99,8 +84,8 @@ void Constraints::add_curvature(const std::vector<BodyPose>& poses, const Vector
     const double multiplier = multipliers[row++];
     if (multiplier == 0) continue;
     const Drive& drive = mechanism_->drives[k];
-    const DriveStroke<double> s =
-        drive_stroke<double>(drive, body(poses, drive.body), body(poses, drive.other));
+    const DriveStroke<double> s = drive_stroke<double>(drive, body_or_ground(poses, drive.body),
+                                                       body_or_ground(poses, drive.other));
     add_between(multiplier * s.curvature, drive.body, drive.other, K);
   }
 }

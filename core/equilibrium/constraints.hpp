@@ -4,11 +4,13 @@
 #include <array>
 #include <vector>
 
-#include "core/equilibrium/body_pose.hpp"
 #include "core/math/block_matrix.hpp"
 #include "core/mechanism/drive.hpp"
 
 namespace flexopt {
+
+/// K += H, second derivatives by (displacement, spin) of two bodies; either may be the ground.
+void add_between(const Matrix12d& H, int body, int other, BlockMatrix& K);
 
 class Constraints {
  public:
@@ -23,23 +25,28 @@ class Constraints {
   const VectorXd& units() const { return units_; }
 
   /// Evaluates Ψ and Ψ_q at these poses. The results below hold afterwards.
-  void evaluate(const std::vector<BodyPose>& poses);
+  void evaluate(const std::vector<JointBody>& poses);
   const VectorXd& value() const { return value_; }
   /// One row of Ψ_q: its nonzero entries, for two bodies.
   struct Row {
     std::array<int, 2> body;  ///< index of a body, or ground
     Vector12d gradient;       ///< by (displacement, spin) of the one, then of the other
+
+    /// visit(coordinate, entry) for those of bodies.
+    template <class Visit>
+    void each(const Visit& visit) const {
+      for (int e = 0; e < 2; ++e)
+        for (int d = 0; d < 6 && body[e] >= 0; ++d) visit(6 * body[e] + d, gradient[6 * e + d]);
+    }
   };
   const std::vector<Row>& rows() const { return rows_; }
   MatrixXd gradient() const;                           ///< written out: count × 6 bodies
   VectorXd forces(const VectorXd& multipliers) const;  ///< Ψ_qᵀ λ
   /// K += λ·Ψ_qq at these poses, rotations varied as exp(hat δ) R.
-  void add_curvature(const std::vector<BodyPose>& poses, const VectorXd& multipliers,
+  void add_curvature(const std::vector<JointBody>& poses, const VectorXd& multipliers,
                      BlockMatrix& K) const;
 
  private:
-  JointBody body(const std::vector<BodyPose>& poses, int body) const;
-
   const Mechanism* mechanism_;
   int joints_ = 0;
   std::vector<int> drives_;

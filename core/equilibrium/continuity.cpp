@@ -16,31 +16,18 @@ namespace {
 constexpr double rounding = 1e-6;
 
 // Displacement over the length of the system, and rotation vector.
-Vector6d motion_between(const BodyPose& from, const BodyPose& to, double length) {
+Vector6d motion_between(const JointBody& from, const JointBody& to, double length) {
   Vector6d motion;
   motion << (to.position - from.position) / length,
       rotation_log(to.rotation * from.rotation.transpose());
   return motion;
 }
 
-// Returns the norm of the motions of all bodies; displacements count over the length.
-double size_of(const VectorXd& motion, double length) {
-  double sum = 0;
-  for (Eigen::Index b = 0; b < motion.size(); b += 6)
-    sum += (motion.segment<3>(b) / length).squaredNorm() + motion.segment<3>(b + 3).squaredNorm();
-  return std::sqrt(sum);
-}
-
 // What rounding makes of the energies: strains are differences of lengths.
 double rounding_of_energies(const System& system) {
   constexpr double share = 1e-12;
-  double largest = 0;
-  const VectorXd diagonal = system.tangent().diagonal();
-  for (Eigen::Index b = 0; b < diagonal.size(); b += 6)
-    largest = std::max(
-        {largest, system.length() * system.length() * diagonal.segment<3>(b).cwiseAbs().maxCoeff(),
-         diagonal.segment<3>(b + 3).cwiseAbs().maxCoeff()});
-  return share * largest;
+  const VectorXd energies = system.tangent().diagonal().cwiseProduct(system.units().cwiseAbs2());
+  return share * energies.cwiseAbs().maxCoeff();
 }
 
 // How far the end is from where both slopes lead the interior of a leaf, a quarter of it where they
@@ -71,8 +58,7 @@ double inside(const LeafInterior& origin, const LeafInterior& start, const LeafI
 }  // namespace
 
 Place place_of(const System& system) {
-  Place place;
-  for (int b = 0; 6 * b < system.size(); ++b) place.poses.push_back(system.pose(b));
+  Place place{system.poses(), {}};
   const int leaves = system.leaves();
   place.energies.resize(leaves + 2);
   for (int i = 0; i < leaves; ++i) place.energies[i] = system.leaf(i).evaluation().energy;
@@ -86,7 +72,7 @@ bool is_near(const System& system, const Place& before, double energy_share) {
   const Place now = place_of(system);
   double moved = 0, apart = 0;
   for (std::size_t b = 0; b < now.poses.size(); ++b) {
-    const BodyPose rest{system.mechanism().bodies[b].reference, Matrix3d::Identity()};
+    const JointBody rest = undeflected_body(system.mechanism(), static_cast<int>(b));
     moved += motion_between(rest, before.poses[b], system.length()).squaredNorm();
     apart += motion_between(before.poses[b], now.poses[b], system.length()).squaredNorm();
   }
@@ -108,11 +94,8 @@ BranchState branch_state_of_strokes(const System& system, const VectorXd& stroke
   equations.read_loads(x, change);
   const VectorXd multipliers = equations.conditions() > 0 ? equations.multipliers(x) : VectorXd();
   for (Eigen::Index k = 0; k < strokes.size(); ++k) {
-    const System::DriveRow& at = system.drives()[k];
-    loads[k] = at.coordinate
-                   ? system.internal_force()[*at.coordinate] - system.load()[*at.coordinate]
-                   : -system.multipliers()[*at.condition];
-    if (at.condition) change[k] = -multipliers[*at.condition];
+    loads[k] = system.drive_load(k);
+    if (const auto& row = system.drives()[k].condition) change[k] = -multipliers[*row];
   }
   state.work = {.rate = loads.dot(strokes), .slope = change.dot(strokes)};
   return state;
@@ -130,8 +113,8 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
   // the tangent here: where loads have changed the leaves are out of balance, and a soft motion
   // takes what they pull for its stiffness
   const LinearSolver solver(equations.matrix(), system.analyses());
-  state.noise =
-      size_of(equations.motion(solver.solve(equations.right_side())), system.length()) / step;
+  const VectorXd off = equations.motion(solver.solve(equations.right_side()));
+  state.noise = off.cwiseQuotient(system.units()).norm() / step;
   // where errors of assembly grow, the unstable state is wanted
   const bool assembles = growth.constant != 0 && !system.loads().assembly.empty(),
              settled = system.correction() < rounding * step;

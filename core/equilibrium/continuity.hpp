@@ -9,7 +9,7 @@ namespace flexopt {
 
 /// Poses of the bodies and energies of the parts of a mechanism.
 struct Place {
-  std::vector<BodyPose> poses;
+  std::vector<JointBody> poses;
   VectorXd energies;  ///< of each leaf, of the springs, of the dead forces [J]
 };
 /// The system must be assembled.

@@ -30,7 +30,7 @@ std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
   return acting;
 }
 
-VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<BodyPose>& poses) {
+VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<JointBody>& poses) {
   VectorXd forces = VectorXd::Zero(6 * static_cast<Eigen::Index>(poses.size()));
   for (const BodyLoad& load : loads) {
     const Vector3d arm = poses[load.body].rotation * load.arm;
@@ -41,10 +41,7 @@ VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<BodyPos
 }
 
 VectorXd forces_at_rest(const LoadCase& loads, LoadFactors factors, const Mechanism& mechanism) {
-  std::vector<BodyPose> poses;
-  for (const RigidBody& body : mechanism.bodies)
-    poses.push_back({body.reference, Matrix3d::Identity()});
-  return forces_of(acting_loads(loads, factors, mechanism), poses);
+  return forces_of(acting_loads(loads, factors, mechanism), undeflected_bodies(mechanism));
 }
 
 }  // namespace flexopt

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/equilibrium/body_pose.hpp"
+#include "core/mechanism/joint.hpp"
 #include "core/mechanism/load_case.hpp"
 
 namespace flexopt {
@@ -24,7 +24,7 @@ std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
                                    const Mechanism& mechanism);
 
 /// Force and moment about the moved reference point of every body.
-VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<BodyPose>& poses);
+VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<JointBody>& poses);
 
 /// Force and moment on every body in the undeflected state, at the given factors of the loads.
 VectorXd forces_at_rest(const LoadCase& loads, LoadFactors factors, const Mechanism& mechanism);

@@ -7,12 +7,9 @@
 namespace flexopt {
 
 MatrixXd EdgeCompliance::edges(int leaf, const MatrixXd& motions) const {
-  const LeafSpring& spring = system_->mechanism().leaves[leaf];
-  const std::array<int, 2> body{spring.base, spring.tip};
-  MatrixXd moved = MatrixXd::Zero(12, motions.cols());
-  for (int e = 0; e < 2; ++e)
-    if (body[e] >= 0)
-      moved.middleRows<6>(6 * e) = system_->edge_map(leaf, e) * motions.middleRows<6>(6 * body[e]);
+  MatrixXd moved(12, motions.cols());
+  for (Eigen::Index k = 0; k < moved.cols(); ++k)
+    moved.col(k) = system_->edge_increment(leaf, motions.col(k));
   return moved;
 }
 
@@ -30,12 +27,7 @@ void EdgeCompliance::look() {
   const MatrixXd stiffness = Lu(MatrixXd(E.transpose() * answers)).inverse();
   common_.drive_stiffness = 0.5 * (stiffness + stiffness.transpose());
   strokes_.noalias() = answers * stiffness;
-  const VectorXd residual = system_->internal_force() - system_->load();
-  for (Eigen::Index k = 0; k < drives; ++k) {
-    const System::DriveRow& row = system_->drives()[k];
-    common_.drive_loads[k] =
-        row.condition ? -system_->multipliers()[*row.condition] : residual[*row.coordinate];
-  }
+  for (Eigen::Index k = 0; k < drives; ++k) common_.drive_loads[k] = system_->drive_load(k);
   for (int i = 0; i < system_->leaves(); ++i) {
     const LeafEvaluation& leaf = system_->leaf(i).evaluation();
     const MatrixXd moved = edges(i, strokes_);

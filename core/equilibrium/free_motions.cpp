@@ -16,23 +16,25 @@ void FreeMotions::make_basis() {
   const System& system = *system_;
   const int n = system.size();
   const Constraints& c = system.constraints();
-  scale_ = VectorXd::Ones(n);
-  for (int b = 0; b < n; b += 6) scale_.segment<3>(b).setConstant(system.length());
+  const VectorXd& units = system.units();
   std::vector<int> fixed = system.held();
   if (drives_held_)
     for (const int k : system.driven_coordinates()) fixed.push_back(k);
   const int conditions = drives_held_ ? c.count() : c.joints();
+  if (conditions == 0) {  // coordinates
+    std::vector<int> kept;
+    for (int k = 0; k < n; ++k)
+      if (std::ranges::find(fixed, k) == fixed.end()) kept.push_back(k);
+    basis_ = MatrixXd(units.asDiagonal())(Eigen::all, kept);
+    return;
+  }
   MatrixXd rows = MatrixXd::Zero(conditions + static_cast<Eigen::Index>(fixed.size()), n);
   rows.topRows(conditions) =
-      (c.units().cwiseInverse().asDiagonal() * c.gradient() * scale_.asDiagonal())
+      (c.units().cwiseInverse().asDiagonal() * c.gradient() * units.asDiagonal())
           .topRows(conditions);
   int row = conditions;
   for (const int k : fixed) rows(row++, k) = 1;
-  if (rows.rows() == 0) {
-    basis_ = scale_.asDiagonal();
-    return;
-  }
-  basis_ = scale_.asDiagonal() * null_space_of_transpose(rows.transpose(), 1e-9);
+  basis_ = units.asDiagonal() * null_space_of_transpose(rows.transpose(), 1e-9);
 }
 
 int FreeMotions::count() const {
@@ -49,7 +51,7 @@ std::array<bool, 6> FreeMotions::still(int body) const {
     std::ranges::copy(found, still.begin());
   } else {
     for (const int k : coordinates)
-      still[k - 6 * body] = !(basis_.row(k).norm() > 1e-9 * scale_[k]);
+      still[k - 6 * body] = !(basis_.row(k).norm() > 1e-9 * system_->units()[k]);
   }
   return still;
 }

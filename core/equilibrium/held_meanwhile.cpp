@@ -1,4 +1,3 @@
-#include "core/equilibrium/held_meanwhile.hpp"
 
 #include <fmt/format.h>
 
@@ -9,13 +8,6 @@
 
 namespace flexopt {
 namespace {
-
-// Load that a drive exerts on its body [N or N m].
-double load_of(const System& system, std::size_t drive) {
-  const System::DriveRow& row = system.drives()[drive];
-  if (row.condition) return -system.multipliers()[*row.condition];
-  return system.internal_force()[*row.coordinate] - system.load()[*row.coordinate];
-}
 
 std::string name_of(const Mechanism& mechanism, const Drive& drive) {
   const std::string motion = fmt::format("{} of {}", direction_names[index(drive.direction)],
@@ -48,7 +40,7 @@ std::string held_meanwhile(const System& system) {
   for (std::size_t k = 0; system.loads().driven() && k < mechanism.drives.size(); ++k) {
     const Drive& drive = mechanism.drives[k];
     const bool turns = is_rotation(drive.direction);
-    const double load = load_of(system, k), stroke = strokes[k],
+    const double load = system.drive_load(k), stroke = strokes[k],
                  rest = 1e-12 * (turns ? 1 : system.length());
     text += fmt::format("; meanwhile {} is held at {:.4g} {}", name_of(mechanism, drive),
                         std::abs(stroke) < rest ? 0 : stroke, turns ? "rad" : "m");

@@ -9,10 +9,9 @@ NewtonEquations::NewtonEquations(const System& system, bool driven, int more)
     : system_(&system),
       bodies_(system.size()),
       conditions_(system.constraints().count()),
-      scale_(VectorXd::Ones(system.size())),
+      scale_(system.units()),
       size_(0),
       matrix_(0) {
-  for (int b = 0; b < bodies_; b += 6) scale_.segment<3>(b).setConstant(system.length());
   if (driven)
     for (std::size_t k = 0; k < system.drives().size(); ++k)
       if (system.drives()[k].coordinate) owned_.push_back(static_cast<int>(k));
@@ -27,15 +26,11 @@ int NewtonEquations::coordinate(int load) const {
 
 void NewtonEquations::add_condition(int j, bool held) {
   const Constraints& c = system_->constraints();
-  const Constraints::Row& row = c.rows()[j];
   const int at = first_condition() + j;
-  for (int e = 0; e < 2; ++e)
-    for (int i = 0; i < 6 && row.body[e] >= 0; ++i) {
-      const int d = 6 * row.body[e] + i;
-      const double value = row.gradient[6 * e + i];
-      matrix_.add(d, at, scale_[d] * value * reaction_[j]);
-      if (held) matrix_.add(at, d, 1 / c.units()[j] * value * scale_[d]);
-    }
+  c.rows()[j].each([&](int d, double value) {
+    matrix_.add(d, at, scale_[d] * value * reaction_[j]);
+    if (held) matrix_.add(at, d, 1 / c.units()[j] * value * scale_[d]);
+  });
 }
 
 void NewtonEquations::assemble(const VectorXd& residual, const std::optional<VectorXd>& strokes) {

@@ -37,54 +37,49 @@ Check check_conditions(const System& system, bool driven) {
 // not have: a first iterate says nothing about those.
 class Prospect {
  public:
-  enum class Says { go_on, too_far, stretched, no_progress };
   explicit Prospect(const System& system) : full_(system.all_full()) {}
 
-  Says look(int iteration, double step, double strain) {
+  // Looks at an iteration; fills in how it ends, false where it goes on.
+  bool ends(const System& system, Equilibrium& result) {
+    const int iteration = result.iterations;
+    const double step = result.step, strain = system.strain(),
+                 before = std::exchange(strain_, strain);
     steps_.push_back(step);
-    const double before = std::exchange(strain_, strain);
-    if (full_ && iteration == 1 && strain > 25 * largest_strain) return Says::too_far;
-    if (iteration < 2) return Says::go_on;
-    const bool settled = std::abs(strain - before) < 0.05 * strain && step < 0.05;
-    if (settled && strain > 2 * largest_strain) return Says::stretched;
-    if (iteration >= 4 && strain > 10 * largest_strain) return Says::no_progress;
-    if (iteration < window || step < 1e-3) return Says::go_on;
-    const auto recent = steps_.end() - window;
-    const double least = *std::min_element(steps_.begin(), recent);
-    return *std::min_element(recent, steps_.end()) > 0.5 * least ? Says::no_progress : Says::go_on;
+    if (full_ && iteration == 1 && strain > 25 * largest_strain) {
+      result.too_far = true;
+      result.message =
+          fmt::format("the first iterates stretch a leaf by {:.3g} > {:.3g}: beyond its reach",
+                      strain, largest_strain);
+      return true;
+    }
+    if (iteration < 2) return false;
+    if (std::abs(strain - before) < 0.05 * strain && step < 0.05 && strain > 2 * largest_strain) {
+      result.stretched = true;
+      result.message = stretch_message(strain);
+      return true;
+    }
+    if ((iteration < 4 || strain <= 10 * largest_strain) && !stands_still(step)) return false;
+    result.message = fmt::format(
+        "Newton makes no progress after {} iterations: step {:.1e} (lengths / L), "
+        "a leaf stretched by {:.3g}",
+        iteration, step, strain);
+    return true;
   }
 
  private:
-  static constexpr int window = 8;
+  // Whether the steps of late are no shorter than those before.
+  bool stands_still(double step) const {
+    constexpr int window = 8;
+    if (static_cast<int>(steps_.size()) <= window || step < 1e-3) return false;
+    const auto recent = steps_.end() - window;
+    const double least = *std::min_element(steps_.begin(), recent);
+    return *std::min_element(recent, steps_.end()) > 0.5 * least;
+  }
+
   bool full_;
   std::vector<double> steps_;
   double strain_ = 0;
 };
-
-// Fills in how it ends; false where it goes on.
-bool give_up(Prospect::Says says, const System& system, Equilibrium& result) {
-  switch (says) {
-    case Prospect::Says::go_on:
-      return false;
-    case Prospect::Says::too_far:
-      result.too_far = true;
-      result.message =
-          fmt::format("the first iterates stretch a leaf by {:.3g} > {:.3g}: beyond its reach",
-                      system.strain(), largest_strain);
-      break;
-    case Prospect::Says::stretched:
-      result.stretched = true;
-      result.message = stretch_message(system.strain());
-      break;
-    case Prospect::Says::no_progress:
-      result.message = fmt::format(
-          "Newton makes no progress after {} iterations: step {:.1e} (lengths / L), "
-          "a leaf stretched by {:.3g}",
-          result.iterations, result.step, system.strain());
-      break;
-  }
-  return true;
-}
 
 // Drives that are free carry no load: their multipliers go to zero.
 void unload_drives(const System& system, NewtonEquations& equations) {
@@ -156,7 +151,7 @@ Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& str
                       inside ? system.correction() : result.step, options.tolerance);
       return result;
     }
-    if (give_up(prospect.look(it, result.step, system.strain()), system, result)) return result;
+    if (prospect.ends(system, result)) return result;
     previous = size;
     advance(x);
   }

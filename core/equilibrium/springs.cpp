@@ -1,7 +1,8 @@
 #include "core/equilibrium/springs.hpp"
 
 #include <algorithm>
-#include <array>
+
+#include "core/equilibrium/constraints.hpp"
 
 namespace flexopt {
 
@@ -20,37 +21,27 @@ void Springs::apply(double share) {
   }
 }
 
-void Springs::add(const std::vector<BodyPose>& poses, double& energy, VectorXd& force,
+void Springs::add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
                   BlockMatrix& tangent) const {
-  const auto at = [&](int b) -> JointBody {
-    if (b < 0) return {};
-    const BodyPose& pose = poses[b];
-    return {pose.position, pose.rotation, mechanism_->bodies[b].reference};
-  };
   for (const Spring& spring : acting_) {
-    const SpringForces f = spring_forces(spring, at(spring.body), at(spring.other));
+    const SpringForces f = spring_forces(spring, body_or_ground(poses, spring.body),
+                                         body_or_ground(poses, spring.other));
     energy += f.energy;
-    const std::array<int, 2> body{spring.body, spring.other};
-    for (int a = 0; a < 2; ++a) {
-      if (body[a] < 0) continue;
-      force.segment<6>(6 * body[a]) += f.force.segment<6>(6 * a);
-      for (int b = 0; b < 2; ++b)
-        if (body[b] >= 0) tangent.block(body[a], body[b]) += f.tangent.block<6, 6>(6 * a, 6 * b);
-    }
+    for (int a = 0; a < 2; ++a)
+      if (const int b = a == 0 ? spring.body : spring.other; b >= 0)
+        force.segment<6>(6 * b) += f.force.segment<6>(6 * a);
+    add_between(f.tangent, spring.body, spring.other, tangent);
   }
 }
 
 VectorXd preload_forces(const Mechanism& mechanism) {
   const auto n = 6 * static_cast<Eigen::Index>(mechanism.bodies.size());
-  std::vector<BodyPose> poses;
-  for (const RigidBody& body : mechanism.bodies)
-    poses.push_back({body.reference, Matrix3d::Identity()});
   Springs springs(mechanism);
   springs.apply(1);
   double energy = 0;
   VectorXd force = VectorXd::Zero(n);
   BlockMatrix tangent(static_cast<int>(mechanism.bodies.size()));
-  springs.add(poses, energy, force, tangent);
+  springs.add(undeflected_bodies(mechanism), energy, force, tangent);
   return force;
 }
 

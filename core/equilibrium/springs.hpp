@@ -2,7 +2,6 @@
 // The springs of a mechanism as part of its energy: README.md (Q6).
 #include <vector>
 
-#include "core/equilibrium/body_pose.hpp"
 #include "core/math/block_matrix.hpp"
 #include "core/mechanism/spring.hpp"
 
@@ -20,7 +19,7 @@ class Springs {
   void apply(double share);
 
   /// Adds energy, forces on the bodies and tangent at these poses.
-  void add(const std::vector<BodyPose>& poses, double& energy, VectorXd& force,
+  void add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
            BlockMatrix& tangent) const;
 
  private:

@@ -10,8 +10,6 @@
 
 #include "core/equilibrium/continuity.hpp"
 #include "core/equilibrium/free_motions.hpp"
-#include "core/equilibrium/held_meanwhile.hpp"
-#include "core/math/decompositions.hpp"
 
 namespace flexopt {
 
@@ -20,30 +18,16 @@ VectorXd present_strokes(const System& system) {
   VectorXd strokes(m.drives.size());
   for (std::size_t k = 0; k < m.drives.size(); ++k) {
     const Drive& drive = m.drives[k];
-    const auto body = [&](int b) -> JointBody {
-      if (b < 0) return {};
-      return {system.pose(b).position, system.pose(b).rotation, m.bodies[b].reference};
-    };
     strokes[static_cast<Eigen::Index>(k)] =
-        drive_stroke<double>(drive, body(drive.body), body(drive.other)).value;
+        drive_stroke(drive, body_or_ground(system.poses(), drive.body),
+                     body_or_ground(system.poses(), drive.other))
+            .value;
   }
   return strokes;
 }
 
 int negative_pivots(const System& system, bool drives_held) {
-  if (system.constraints().count() > 0 || system.analyses())
-    return system.negative_pivots() + FreeMotions(system, drives_held).negative_pivots();
-  const MatrixXd K = system.tangent_stiffness();
-  const VectorXd s = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  MatrixXd H = s.asDiagonal() * K * s.asDiagonal();
-  if (drives_held)  // a decoupled positive one in the place of each drive
-    for (const int d : system.driven_coordinates()) {
-      H.row(d).setZero();
-      H.col(d).setZero();
-      H(d, d) = 1;
-    }
-  return system.negative_pivots() +
-         static_cast<int>((symmetric_eigenvalues(H).array() < 0).count());
+  return system.negative_pivots() + FreeMotions(system, drives_held).negative_pivots();
 }
 
 std::string stretch_message(double strain) {

@@ -59,4 +59,11 @@ Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions
 /// present strokes, or with nothing driven where the load case says so.
 Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options);
 
+// What holds a mechanism while its loads come, told where they find no equilibrium.
+
+/// Describes what is held in an assembled equilibrium: the prescribed strokes, with the load that
+/// each takes and the direction in which its drive would have to give, and the directions in which
+/// bodies are held. Empty where nothing is held.
+std::string held_meanwhile(const System& system);
+
 }  // namespace flexopt

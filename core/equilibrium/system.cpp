@@ -12,13 +12,15 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
                LoadCase loads, Algebra algebra)
     : mechanism_(&mechanism),
       leaves_(std::move(leaves)),
+      poses_(undeflected_bodies(mechanism)),
       loads_(std::move(loads)),
       springs_(mechanism),
       constraints_(mechanism),
       multipliers_(VectorXd::Zero(constraints_.count())) {
   assert(leaves_.size() == mechanism.leaves.size());
-  for (const RigidBody& b : mechanism.bodies) poses_.push_back({b.reference, Matrix3d::Identity()});
   for (const LeafSpring& l : mechanism.leaves) length_ = std::max(length_, l.length);
+  units_ = VectorXd::Ones(size());
+  for (int b = 0; b < size(); b += 6) units_.segment<3>(b).setConstant(length_);
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
     for (int d = 0; d < 6; ++d)
       if (mechanism.bodies[b].held[d]) held_.push_back(6 * b + d);
@@ -52,10 +54,8 @@ MatrixXd System::drive_forces() const {
     if (drives_[k].coordinate) {
       forces(*drives_[k].coordinate, k) = 1;
     } else {
-      const Constraints::Row& row = constraints_.rows()[*drives_[k].condition];
-      for (int e = 0; e < 2; ++e)
-        if (row.body[e] >= 0)
-          forces.block<6, 1>(6 * row.body[e], k) += row.gradient.segment<6>(6 * e);
+      constraints_.rows()[*drives_[k].condition].each(
+          [&](int c, double value) { forces(c, k) += value; });
     }
   return forces;
 }
@@ -116,9 +116,8 @@ void System::apply(LoadFactors factors) {
 double System::load_energy() const {
   double energy = 0;
   for (const BodyLoad& load : acting_) {
-    const BodyPose& pose = poses_[load.body];
-    energy -= load.force.dot(pose.position - mechanism_->bodies[load.body].reference +
-                             pose.rotation * load.arm - load.arm);
+    const JointBody& pose = poses_[load.body];
+    energy -= load.force.dot(pose.position - pose.reference + pose.rotation * load.arm - load.arm);
   }
   return energy;
 }

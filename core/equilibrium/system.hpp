@@ -30,7 +30,8 @@ class System {
 
   const Mechanism& mechanism() const { return *mechanism_; }
   int size() const { return 6 * static_cast<int>(poses_.size()); }
-  const BodyPose& pose(int body) const { return poses_[body]; }
+  const JointBody& pose(int body) const { return poses_[body]; }
+  const std::vector<JointBody>& poses() const { return poses_; }
   LeafElement& leaf(int i) { return *leaves_[i]; }
   const LeafElement& leaf(int i) const { return *leaves_[i]; }
   int leaves() const { return static_cast<int>(leaves_.size()); }
@@ -76,7 +77,6 @@ class System {
   double load_energy() const;
   /// Second derivative of energy and load energy along exp(hat δ) R; symmetric.
   const BlockMatrix& tangent() const { return tangent_; }
-  MatrixXd tangent_stiffness() const { return tangent_.dense(); }  ///< written out
   /// Derivative of internal_force − load by (displacement, spin) of the bodies, joints' multipliers
   /// held: spins do not commute, README.md (Q1). Rows of held coordinates are those of the
   /// identity.
@@ -86,9 +86,6 @@ class System {
   int negative_pivots() const { return negative_pivots_; }  ///< of all leaf interiors
   /// Coordinates of bodies that cannot move: in tangent and force they are decoupled ones.
   const std::vector<int>& held() const { return held_; }
-  bool is_held(int coordinate) const {
-    return mechanism_->bodies[coordinate / 6].held[coordinate % 6];
-  }
 
   /// The conditions of joints and drives at the present state, and the forces that hold them: of a
   /// drive the negative of its load.
@@ -105,6 +102,12 @@ class System {
   std::vector<int> driven_coordinates() const;
   /// Forces of unit drive loads, one column for each drive; after assemble().
   MatrixXd drive_forces() const;
+  /// Load that a drive exerts on its body [N or N m]; after assemble().
+  double drive_load(std::size_t drive) const {
+    const DriveRow& row = drives_[drive];
+    return row.condition ? -multipliers_[*row.condition]
+                         : force_[*row.coordinate] - load_[*row.coordinate];
+  }
   void add_to_multipliers(const VectorXd& change) {
     multipliers_ += change;
     assembled_ = false;
@@ -114,7 +117,7 @@ class System {
   void move(const VectorXd& dq);
 
   struct Snapshot {
-    std::vector<BodyPose> poses;
+    std::vector<JointBody> poses;
     std::vector<std::unique_ptr<LeafState>> leaves;
     VectorXd multipliers;
     LoadFactors factors;
@@ -142,6 +145,8 @@ class System {
 
   /// Longest leaf: the length that displacements are compared with [m].
   double length() const { return length_; }
+  /// Of the coordinates: that length for displacements, 1 for rotations.
+  const VectorXd& units() const { return units_; }
   /// What is kept of the patterns where the equations are solved sparse; else null.
   const std::shared_ptr<SparseAnalyses>& analyses() const { return analyses_; }
 
@@ -156,7 +161,7 @@ class System {
 
   const Mechanism* mechanism_;
   std::vector<std::unique_ptr<LeafElement>> leaves_;
-  std::vector<BodyPose> poses_;
+  std::vector<JointBody> poses_;
   LoadCase loads_;
   LoadFactors factors_;
   std::vector<std::array<EdgeFit, 2>> fits_;
@@ -167,7 +172,7 @@ class System {
   VectorXd multipliers_;
   double length_ = 0;
   std::vector<int> held_;
-  VectorXd force_, load_;
+  VectorXd units_, force_, load_;
   BlockMatrix tangent_;
   std::shared_ptr<SparseAnalyses> analyses_;
   double energy_ = 0, correction_ = 0, strain_ = 0;

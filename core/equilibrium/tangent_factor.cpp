@@ -1,27 +1,22 @@
-#include "core/equilibrium/tangent_factor.hpp"
+#include "core/equilibrium/free_motions.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "core/math/sparse_rank.hpp"
 
 namespace flexopt {
 namespace {
 
-// Scales of the coordinates: displacements over the longest leaf, rotations as they are.
-VectorXd lengths(const System& system) {
-  VectorXd unit = VectorXd::Ones(system.size());
-  for (int b = 0; b < system.size(); b += 6) unit.segment<3>(b).setConstant(system.length());
-  return unit;
-}
-
 // Unit diagonal: translations and rotations differ by many orders of magnitude. Bodies that hang on
 // joints alone have no stiffness of their own: where there are conditions, one energy for all.
-VectorXd scale_of(const System& system, const BlockMatrix& K) {
+VectorXd scale_of(const System& system) {
   const Constraints& c = system.constraints();
-  const VectorXd diagonal = K.diagonal();
+  const VectorXd diagonal = system.tangent().diagonal();
   if (c.count() == 0) return diagonal.cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const VectorXd unit = lengths(system);
+  const VectorXd& unit = system.units();
   const double energy = diagonal.cwiseProduct(unit.cwiseAbs2()).cwiseAbs().maxCoeff();
   VectorXd scale(system.size() + c.count());
   scale << unit / std::sqrt(energy), std::sqrt(energy) * c.units().cwiseInverse();
@@ -41,59 +36,42 @@ void add_conditions(const System& system, const VectorXd& scale, SparseMatrix& A
   const std::vector<Constraints::Row>& rows = system.constraints().rows();
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const int row = system.size() + static_cast<int>(k);
-    for (int e = 0; e < 2; ++e) {
-      if (rows[k].body[e] < 0) continue;
-      for (int d = 0; d < 6; ++d) {
-        const int column = 6 * rows[k].body[e] + d;
-        const double value = rows[k].gradient[6 * e + d];
-        A.add(row, column, scale[row] * value * scale[column]);
-        A.add(column, row, scale[column] * value * scale[row]);
-      }
-    }
+    rows[k].each([&](int column, double value) {
+      A.add(row, column, scale[row] * value * scale[column]);
+      A.add(column, row, scale[column] * value * scale[row]);
+    });
     A.add(row, row, 0);
   }
 }
 
-// Entries (coordinate, value) of a condition that holds, on both of its bodies, in scaled units.
-struct ScaledRow {
-  std::array<int, 12> coordinate;
-  std::array<double, 12> value;
-  int count = 0;
-};
-
+// Entries (coordinate, value) of each condition that holds, on both of its bodies, in scaled units.
+using ScaledRow = std::vector<std::pair<int, double>>;
 std::vector<ScaledRow> scaled_rows(const System& system, bool drives_held) {
   const Constraints& c = system.constraints();
-  const VectorXd unit = lengths(system);
-  const int count = drives_held ? c.count() : c.joints();
-  std::vector<bool> fixed(static_cast<std::size_t>(system.size()), false);
+  VectorXd unit = system.units();
   if (drives_held)
-    for (const int k : system.driven_coordinates()) fixed[k] = true;
-  std::vector<ScaledRow> all;
-  for (int k = 0; k < count; ++k) {
-    const Constraints::Row& row = c.rows()[k];
-    ScaledRow& scaled = all.emplace_back();
-    for (int e = 0; e < 2; ++e) {
-      if (row.body[e] < 0) continue;
-      for (int d = 0; d < 6; ++d) {
-        const int at = 6 * row.body[e] + d;
-        scaled.coordinate[scaled.count] = at;
-        scaled.value[scaled.count++] =
-            fixed[at] ? 0 : row.gradient[6 * e + d] * unit[at] / c.units()[k];
-      }
-    }
-  }
+    for (const int k : system.driven_coordinates()) unit[k] = 0;
+  std::vector<ScaledRow> all(static_cast<std::size_t>(drives_held ? c.count() : c.joints()));
+  for (std::size_t k = 0; k < all.size(); ++k)
+    c.rows()[k].each([&](int at, double value) {
+      all[k].emplace_back(at, value * unit[at] / c.units()[static_cast<Eigen::Index>(k)]);
+    });
   return all;
+}
+
+// Coordinates of bodies that cannot move.
+std::vector<int> fixed_coordinates(const System& system, bool drives_held) {
+  std::vector<int> fixed = system.held();
+  if (drives_held) std::ranges::copy(system.driven_coordinates(), std::back_inserter(fixed));
+  return fixed;
 }
 
 }  // namespace
 
 TangentFactor::TangentFactor(const System& system, bool drives_held)
-    : TangentFactor(system, system.tangent(), drives_held) {}
-
-TangentFactor::TangentFactor(const System& system, const BlockMatrix& K, bool drives_held)
-    : bodies_(system.size()), scale_(scale_of(system, K)) {
+    : bodies_(system.size()), scale_(scale_of(system)) {
   SparseMatrix A(static_cast<int>(scale_.size()));
-  A.add(K, scale_, scale_);
+  A.add(system.tangent(), scale_, scale_);
   add_conditions(system, scale_, A);
   const std::vector<int> released = released_rows(system, drives_held);
   A.release(released);
@@ -118,7 +96,7 @@ MatrixXd TangentFactor::answer(const MatrixXd& forces) const {
 // follows the later of its bodies, and has a negative pivot.
 std::optional<int> negative_pivots_sparse(const System& system, bool drives_held) {
   const Constraints& c = system.constraints();
-  const VectorXd scale = scale_of(system, system.tangent());
+  const VectorXd scale = scale_of(system);
   const int n = system.size();
   SparseMatrix A(static_cast<int>(scale.size()));
   A.add(system.tangent(), scale, scale);
@@ -126,9 +104,8 @@ std::optional<int> negative_pivots_sparse(const System& system, bool drives_held
   A.release(released_rows(system, drives_held));
   const std::vector<ScaledRow> rows = scaled_rows(system, drives_held);
   for (const ScaledRow& row : rows)
-    for (int i = 0; i < row.count; ++i)
-      for (int j = 0; j < row.count; ++j)
-        A.add(row.coordinate[i], row.coordinate[j], row.value[i] * row.value[j]);
+    for (const auto& [i, value] : row)
+      for (const auto& [j, other] : row) A.add(i, j, value * other);
 
   std::vector<int> order;
   if (c.count() > 0) {
@@ -160,21 +137,16 @@ std::vector<bool> still_coordinates(const System& system, bool drives_held,
                                     const std::vector<int>& coordinates) {
   const std::vector<ScaledRow> rows = scaled_rows(system, drives_held);
   const int n = system.size(), m = static_cast<int>(rows.size());
-  std::vector<int> fixed = system.held();
-  if (drives_held) {
-    const std::vector<int> driven = system.driven_coordinates();
-    fixed.insert(fixed.end(), driven.begin(), driven.end());
-  }
+  const std::vector<int> fixed = fixed_coordinates(system, drives_held);
   std::vector<bool> still;
   for (const int k : coordinates) still.push_back(std::ranges::find(fixed, k) != fixed.end());
   if (m == 0) return still;
   SparseMatrix A(n + m);
   for (int k = 0; k < n; ++k) A.add(k, k, 1);
   for (int k = 0; k < m; ++k) {
-    const ScaledRow& row = rows[k];
-    for (int i = 0; i < row.count; ++i) {
-      A.add(n + k, row.coordinate[i], row.value[i]);
-      A.add(row.coordinate[i], n + k, row.value[i]);
+    for (const auto& [i, value] : rows[k]) {
+      A.add(n + k, i, value);
+      A.add(i, n + k, value);
     }
     A.add(n + k, n + k, 0);
   }
@@ -190,13 +162,11 @@ int rank_of_conditions(const System& system, bool drives_held) {
   std::vector<SparseEntry> entries;
   int row = 0;
   for (const ScaledRow& scaled : scaled_rows(system, drives_held)) {
-    for (int i = 0; i < scaled.count; ++i)
-      entries.push_back({row, scaled.coordinate[i], scaled.value[i]});
+    for (const auto& [i, value] : scaled) entries.push_back({row, i, value});
     ++row;
   }
-  const int fixed = static_cast<int>(system.held().size()) +
-                    (drives_held ? static_cast<int>(system.driven_coordinates().size()) : 0);
-  return fixed + rank_of(row, system.size(), entries, 1e-9);
+  const int fixed = static_cast<int>(fixed_coordinates(system, drives_held).size());
+  return row == 0 ? fixed : fixed + rank_of(row, system.size(), entries, 1e-9);
 }
 
 }  // namespace flexopt

@@ -228,6 +228,13 @@ JointBody undeflected_body(const Mechanism& mechanism, int body) {
   return place;
 }
 
+std::vector<JointBody> undeflected_bodies(const Mechanism& mechanism) {
+  std::vector<JointBody> bodies;
+  for (const RigidBody& body : mechanism.bodies)
+    bodies.push_back({body.reference, Matrix3d::Identity(), body.reference});
+  return bodies;
+}
+
 JointSize size_of(JointType type) {
   if (is_held(type)) return {1, type == JointType::held_displacement ? 1 : 0};
   const int lengths = type == JointType::prismatic ? 2 : 3;
@@ -250,40 +257,50 @@ DriveStroke<S> held_stroke(const Joint& joint, const JointBodyOf<S>& body) {
 }
 }  // namespace
 
-JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other) {
+template <class S>
+JointConditionsOf<S> conditions(const Joint& joint, const JointBodyOf<S>& body,
+                                const JointBodyOf<S>& other) {
+  JointConditionsOf<S> c = no_conditions<S>(joint.type);
   if (is_held(joint.type)) {
-    const DriveStroke<double> stroke = held_stroke<double>(joint, body);
-    JointConditions c = no_conditions<double>(joint.type);
+    const DriveStroke<S> stroke = held_stroke<S>(joint, body);
     c.value[0] = stroke.value;
     c.gradient.row(0) = stroke.gradient.transpose();
     return c;
   }
-  const Geometry<double> g = geometry(joint, body, other);
-  JointConditions c = no_conditions<double>(joint.type);
-  if (joint.type != JointType::prismatic) {
-    c.gradient.topLeftCorner<3, 3>().setIdentity();
-    c.gradient.block<3, 3>(0, 6) = -Matrix3d::Identity();
-  }
+  const Geometry<S> g = geometry(joint, body, other);
+  if (joint.type != JointType::prismatic)
+    for (int i = 0; i < 3; ++i) {
+      c.gradient(i, i) = 1;
+      c.gradient(i, 6 + i) = -1;
+    }
   add_linear(c, joint.type, g);
   add_bilinear(c, joint.type, g.axes, g);
   return c;
 }
+template JointConditions conditions(const Joint&, const JointBody&, const JointBody&);
+template JointConditionsOf<Jet> conditions(const Joint&, const JointBodyOf<Jet>&,
+                                           const JointBodyOf<Jet>&);
 
 JointConditions undeflected_conditions(const Mechanism& mechanism, const Joint& joint) {
   return conditions(joint, undeflected_body(mechanism, joint.body),
                     undeflected_body(mechanism, joint.other));
 }
 
-Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
-                    const Eigen::Ref<const VectorXd>& multipliers) {
-  if (is_held(joint.type)) return multipliers[0] * held_stroke<double>(joint, body).curvature;
-  const Geometry<double> g = geometry(joint, body, other);
-  const Loads<double> loads = loads_of<double>(joint.type, g.axes, multipliers);
-  Matrix12d H = Matrix12d::Zero();
+template <class S>
+Eigen::Matrix<S, 12, 12> curvature(const Joint& joint, const JointBodyOf<S>& body,
+                                   const JointBodyOf<S>& other,
+                                   const std::type_identity_t<Eigen::VectorX<S>>& multipliers) {
+  if (is_held(joint.type)) return S(multipliers[0]) * held_stroke<S>(joint, body).curvature;
+  const Geometry<S> g = geometry(joint, body, other);
+  const Loads<S> loads = loads_of<S>(joint.type, g.axes, multipliers);
+  Eigen::Matrix<S, 12, 12> H = Eigen::Matrix<S, 12, 12>::Zero();
   add_linear_curvature(H, joint.type, loads);
   add_bilinear_curvature(H, joint.type, loads, g);
   return H;
 }
+template Matrix12d curvature(const Joint&, const JointBody&, const JointBody&, const VectorXd&);
+template Eigen::Matrix<Jet, 12, 12> curvature(const Joint&, const JointBodyOf<Jet>&,
+                                              const JointBodyOf<Jet>&, const Eigen::VectorX<Jet>&);
 
 template <class S>
 JointRates<S> joint_rates(const JointState<S>& state, const JointState<S>& rate) {

@@ -3,6 +3,8 @@
 // exp(hat δ) R, to second order.
 #include <array>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 #include "core/math/jet.hpp"
 #include "core/mechanism/mechanism.hpp"
@@ -21,6 +23,12 @@ struct JointBodyOf {
 using JointBody = JointBodyOf<double>;
 /// A body, or the ground, in the undeflected state.
 JointBody undeflected_body(const Mechanism& mechanism, int body);
+std::vector<JointBody> undeflected_bodies(const Mechanism& mechanism);
+/// One of these bodies, or the ground.
+template <class S>
+JointBodyOf<S> body_or_ground(const std::vector<JointBodyOf<S>>& bodies, int body) {
+  return body < 0 ? JointBodyOf<S>() : bodies[body];
+}
 
 /// How many conditions; the first `lengths` of them are lengths [m], the others cosines.
 struct JointSize {
@@ -46,12 +54,16 @@ struct JointConditionsOf {
   Eigen::Matrix<S, Eigen::Dynamic, 12, 0, 6, 12> gradient;
 };
 using JointConditions = JointConditionsOf<double>;
-JointConditions conditions(const Joint& joint, const JointBody& body, const JointBody& other);
+template <class S>
+JointConditionsOf<S> conditions(const Joint& joint, const JointBodyOf<S>& body,
+                                const JointBodyOf<S>& other);
 JointConditions undeflected_conditions(const Mechanism& mechanism, const Joint& joint);
 
 /// Second derivative of multipliers · Ψ, symmetric.
-Matrix12d curvature(const Joint& joint, const JointBody& body, const JointBody& other,
-                    const Eigen::Ref<const VectorXd>& multipliers);
+template <class S>
+Eigen::Matrix<S, 12, 12> curvature(const Joint& joint, const JointBodyOf<S>& body,
+                                   const JointBodyOf<S>& other,
+                                   const std::type_identity_t<Eigen::VectorX<S>>& multipliers);
 
 /// State on which the conditions of a joint depend, or the derivative of that state. Of a joint
 /// that moves, only place and axis count.

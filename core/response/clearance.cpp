@@ -1,4 +1,4 @@
-#include "core/response/clearance.hpp"
+#include "core/response/room_taken.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/response/solid_search.hpp"
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
 
 namespace flexopt {
 

@@ -1,4 +1,4 @@
-#include "core/response/extents.hpp"
+#include "core/response/room_taken.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -213,20 +213,21 @@ MatrixXd extent_rates(const Solids& solids, const Extents& extents, const PlaceR
 
 namespace {
 
-// The states that reach furthest: low x, y, z, high x, y, z, radius.
+// How far a state reaches to low x, y, z, high x, y, z, and off the axis.
+using Reach = Eigen::Matrix<double, 7, 1>;
+Reach reach_of(const Extents& state) {
+  return (Reach() << -state.low, state.high, state.radius).finished();
+}
+
+// The states that reach furthest.
 std::array<std::size_t, 7> furthest_states(const std::vector<const Extents*>& states) {
   std::array<std::size_t, 7> of{};
-  for (std::size_t i = 1; i < states.size(); ++i) {
-    const auto further = [&](std::size_t k, double a, double b) {
-      if (a > b + equal_distance * std::abs(b)) of[k] = i;
-    };
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto axis = static_cast<Eigen::Index>(k);
-      further(k, -states[i]->low[axis], -states[of[k]]->low[axis]);
-      further(3 + k, states[i]->high[axis], states[of[3 + k]]->high[axis]);
+  for (std::size_t i = 1; i < states.size(); ++i)
+    for (std::size_t k = 0; k < of.size(); ++k) {
+      const auto row = static_cast<Eigen::Index>(k);
+      const double most = reach_of(*states[of[k]])[row];
+      if (reach_of(*states[i])[row] > most + equal_distance * std::abs(most)) of[k] = i;
     }
-    further(6, states[i]->radius, states[of[6]]->radius);
-  }
   return of;
 }
 

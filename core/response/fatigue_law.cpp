@@ -1,4 +1,4 @@
-#include "core/response/fatigue_law.hpp"
+#include "core/response/stress_safety.hpp"
 
 #include <fmt/format.h>
 

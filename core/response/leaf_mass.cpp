@@ -1,11 +1,11 @@
-#include "core/response/leaf_mass.hpp"
+#include "core/response/room_taken.hpp"
 
 #include <array>
 #include <numbers>
 
 #include "core/math/dual.hpp"
 #include "core/mechanism/fold_corner.hpp"
-#include "core/mechanism/profile.hpp"
+#include "core/response/solids.hpp"
 
 namespace flexopt {
 
@@ -37,9 +37,6 @@ double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
   const double shape = wire ? std::numbers::pi / 4 : 1.0;
   const std::vector<double>& across = wire ? leaf.thickness_profile : leaf.width_profile;
   const double reference = wire ? leaf.thickness : leaf.width;
-  const auto rate_of = [](const std::vector<double>& profile, double s) {
-    return profile.empty() ? 0 : profile_at(profile, s);
-  };
   double mass = 0;
   VectorXd own = VectorXd::Zero(directions.size());
   VectorXd& rates = leaf.fold || !sum ? own : *sum;
@@ -51,8 +48,10 @@ double mass_of_leaf(const Mechanism& mechanism, std::size_t i,
     for (std::size_t p = 0; p < directions.size(); ++p) {
       const LeafSpring& d = directions[p].leaves[i];
       const double dw = (wire ? d.thickness : d.width) * pw +
-                        reference * rate_of(wire ? d.thickness_profile : d.width_profile, at.along),
-                   dt = d.thickness * pt + leaf.thickness * rate_of(d.thickness_profile, at.along),
+                        reference *
+                            profile_rate(wire ? d.thickness_profile : d.width_profile, at.along),
+                   dt = d.thickness * pt +
+                        leaf.thickness * profile_rate(d.thickness_profile, at.along),
                    dl = d.length;
       rates[static_cast<Eigen::Index>(p)] +=
           share * (dw * thickness * length + width * dt * length + width * thickness * dl) +

@@ -1,4 +1,4 @@
-#include "core/response/minimise.hpp"
+#include "core/response/solid_search.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -136,16 +136,17 @@ std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients
 
 int component_of(std::string_view name) { return find(name).component; }
 
-bool is_of_design(std::string_view name) {
+namespace {
+// Row of a number, also under the name of any drive.
+const QuantityRow& row_of(std::string_view name) {
   for (const QuantityRow& row : quantity_rows())
-    if (row.of_drives && name.starts_with(row.name + ".")) return false;
-  return find(name).row->of_design;
+    if (row.of_drives && name.starts_with(row.name + ".")) return row;
+  return *find(name).row;
 }
+}  // namespace
 
-const Outputs& needs_of(std::string_view name) {
-  for (const QuantityRow& row : quantity_rows())
-    if (row.of_drives && name.starts_with(row.name + ".")) return row.needs;
-  return find(name).row->needs;
-}
+bool is_of_design(std::string_view name) { return row_of(name).of_design; }
+
+const Outputs& needs_of(std::string_view name) { return row_of(name).needs; }
 
 }  // namespace flexopt

@@ -1,7 +1,7 @@
 #include <map>
 
 #include "core/response/solid_stations.hpp"
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
 
 namespace flexopt {
 namespace {

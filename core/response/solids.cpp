@@ -7,7 +7,6 @@
 
 #include "core/mechanism/profile.hpp"
 #include "core/response/solid_stations.hpp"
-#include "core/response/undeflected_place.hpp"
 
 namespace flexopt {
 
@@ -24,7 +23,7 @@ std::vector<SolidPart> solid_parts(const Mechanism& mechanism) {
 }
 
 Solids::Solids(const Mechanism& mechanism, const LeafPlaces& places,
-               const std::vector<BodyPlace>& bodies)
+               const std::vector<JointBody>& bodies)
     : mechanism_(&mechanism) {
   for (const SolidPart& part : solid_parts(mechanism))
     if (part.leaf >= 0)
@@ -105,7 +104,7 @@ void Solids::add_leaf(const SolidPart& part, const LeafPlaces& places) {
     }
 }
 
-void Solids::add_box(const SolidPart& part, const BodyPlace& place) {
+void Solids::add_box(const SolidPart& part, const JointBody& place) {
   const RigidBody& of = mechanism_->bodies[part.body];
   Solid& solid = solids_.emplace_back();
   solid.part = part;
@@ -115,9 +114,6 @@ void Solids::add_box(const SolidPart& part, const BodyPlace& place) {
 }
 
 Solids Solids::undeflected(const Mechanism& mechanism) {
-  std::vector<BodyPlace> bodies;
-  for (const RigidBody& body : mechanism.bodies)
-    bodies.push_back({body.reference, Matrix3d::Identity()});
   return {mechanism,
           [&](int leaf, const std::vector<std::array<double, 2>>& points) {
             std::vector<Vector3d> places;
@@ -125,7 +121,7 @@ Solids Solids::undeflected(const Mechanism& mechanism) {
               places.push_back(undeflected_place(mechanism.leaves[leaf], along, across));
             return places;
           },
-          bodies};
+          undeflected_bodies(mechanism)};
 }
 
 const std::string& Solids::name(int solid) const {

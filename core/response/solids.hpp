@@ -8,18 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "core/mechanism/mechanism.hpp"
+#include "core/mechanism/joint.hpp"
+#include "core/mechanism/profile.hpp"
 #include "core/response/response.hpp"
 
 namespace flexopt {
 
-/// Place of a body: its reference point and its rotation since the undeflected state.
-struct BodyPlace {
-  Vector3d position = Vector3d::Zero();
-  Matrix3d rotation = Matrix3d::Identity();
-};
-
-/// Derivatives of a BodyPlace along parameters: 3 × parameters each.
+/// Derivatives of the place of a body along parameters: 3 × parameters each.
 struct BodyPlaceRate {
   MatrixXd position, spin;
 };
@@ -54,7 +49,7 @@ class Solids {
  public:
   /// The mechanism must outlive this; `places` is called in the constructor alone.
   Solids(const Mechanism& mechanism, const LeafPlaces& places,
-         const std::vector<BodyPlace>& bodies);
+         const std::vector<JointBody>& bodies);
   /// Solids of the undeflected mechanism.
   static Solids undeflected(const Mechanism& mechanism);
 
@@ -127,7 +122,7 @@ class Solids {
   std::vector<Weight> weights(const SolidPoint& point) const;
   const LeafSpring& leaf_of(int solid) const { return mechanism_->leaves[part(solid).leaf]; }
   void add_leaf(const SolidPart& part, const LeafPlaces& places);
-  void add_box(const SolidPart& part, const BodyPlace& place);
+  void add_box(const SolidPart& part, const JointBody& place);
   MatrixXd sum_of_rates(int solid, const std::vector<std::pair<int, double>>& weights,
                         const PlaceRates& rates) const;
   MatrixXd node_rates(const Solid& solid, int node, const PlaceRates& rates,
@@ -136,5 +131,22 @@ class Solids {
   const Mechanism* mechanism_;
   std::vector<Solid> solids_;
 };
+
+// Places of the undeflected mechanism, and what they change by along parameters.
+
+/// Place of a point of a leaf's undeflected mid-surface [m].
+Vector3d undeflected_place(const LeafSpring& leaf, double along, double across);
+/// What it changes by while the leaf's numbers change by those of `direction`, and the point moves
+/// along it by `along_rate`.
+Vector3d undeflected_place_rate(const LeafSpring& leaf, const LeafSpring& direction, double along,
+                                double across, double along_rate = 0);
+/// Derivatives of all places of the undeflected mechanism. `mechanism` and `directions` must
+/// outlive the result.
+PlaceRates undeflected_rates(const Mechanism& mechanism, const std::vector<Mechanism>& directions);
+
+/// A profile of rates; factors of a profile that stays as it is have none.
+inline double profile_rate(const std::vector<double>& rates, double along) {
+  return rates.empty() ? 0 : profile_at(rates, along);
+}
 
 }  // namespace flexopt

@@ -1,4 +1,3 @@
-#include "core/response/stress_history.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "core/response/fatigue_law.hpp"
 #include "core/response/stress_safety.hpp"
 
 namespace flexopt {

@@ -7,8 +7,7 @@
 
 #include "core/elements/leaf/fillet.hpp"
 #include "core/elements/leaf/leaf_element.hpp"
-#include "core/mechanism/profile.hpp"
-#include "core/response/fatigue_law.hpp"
+#include "core/response/solids.hpp"
 
 namespace flexopt {
 namespace {
@@ -20,10 +19,8 @@ double thickness_at(const LeafSpring& leaf, int end) {
 }
 
 double thickness_rate(const LeafSpring& leaf, const LeafSpring& rate, int end) {
-  double change = rate.thickness * profile_at(leaf.thickness_profile, end);
-  if (!rate.thickness_profile.empty())
-    change += leaf.thickness * profile_at(rate.thickness_profile, end);
-  return change;
+  return rate.thickness * profile_at(leaf.thickness_profile, end) +
+         leaf.thickness * profile_rate(rate.thickness_profile, end);
 }
 
 // The cycle of a stress ratio that reaches the largest stress of a leaf.
@@ -170,12 +167,8 @@ VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,
   return stress_rates;
 }
 
-VectorXd safety_rates(const StressSafety& safety, const VectorXd& stress_rates) {
-  return -safety.value / safety.stress.value * stress_rates;
-}
-
-VectorXd ratio_safety_rates(const FatigueCycle& safety, const VectorXd& stress_rates) {
-  return -safety.value / safety.stress.value * stress_rates;
+VectorXd safety_rates(double safety, double stress, const VectorXd& stress_rates) {
+  return -safety / stress * stress_rates;
 }
 
 VectorXd ratio_life_rates(const FatigueCycle& life, const Material& material,

@@ -1,8 +1,11 @@
 #pragma once
 // Stress with the fillets at the clamps, and how far it is from yield and from fatigue: equations
 // (Y1) to (Y3) of README.md.
+#include <optional>
 #include <vector>
 
+#include "core/mechanism/mechanism.hpp"
+#include "core/response/request.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stroke_gradients.hpp"
 
@@ -38,11 +41,62 @@ VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,
                            const Mechanism& mechanism, const std::vector<Mechanism>& directions,
                            double fillet);
 
-/// Derivative of a safety from that of the stress behind it; the strengths are constants.
-VectorXd safety_rates(const StressSafety& safety, const VectorXd& stress_rates);
-/// Derivatives of a fatigue safety and of a life by a stress ratio from those of the stress.
-VectorXd ratio_safety_rates(const FatigueCycle& safety, const VectorXd& stress_rates);
+/// Derivative of a safety, against fatigue by a stress ratio, from that of the stress behind it;
+/// the strengths are constants.
+VectorXd safety_rates(double safety, double stress, const VectorXd& stress_rates);
+/// Derivative of a life by a stress ratio from that of the stress.
 VectorXd ratio_life_rates(const FatigueCycle& life, const Material& material,
                           const FatigueRule& rule, const VectorXd& stress_rates);
+
+// Fatigue by the history of stress at every place of the leaves: equations (Y4) to (Y8) of
+// README.md.
+
+/// Effective amplitude and mean of the cycle between two plane stresses (σ11, σ22, σ12) [Pa]: von
+/// Mises stress of half their difference, first invariant of their mean.
+struct EffectiveCycle {
+  double amplitude = 0, mean = 0;
+};
+EffectiveCycle effective_cycle(const Vector3d& one, const Vector3d& other);
+
+/// Fills `fatigue_safety` and `fatigue_life` of every point of a path, of those that the rules ask
+/// for: the worst of the cycles between the point and all others. Takes the stresses of the
+/// sections out of the points. `directions` and `gradients`: null where no derivatives are wanted;
+/// the points' have the rates of the sections.
+void add_fatigue(const Mechanism& mechanism, const StressRules& rules,
+                 const std::vector<Mechanism>* directions, StrokeResponse& response,
+                 StrokeGradients* gradients);
+
+// What a cycle of stress does to a material: equations (Y5) to (Y7) of README.md.
+
+/// Whether the material has what a safety against fatigue, or a life, needs; else what it lacks.
+Check suffices_for_fatigue(const Material& material, const FatigueRule& rule);
+Check suffices_for_life(const Material& material, const FatigueRule& rule);
+
+/// Fatigue law for cycles with an effective amplitude ≥ 0 and an effective mean stress [Pa]. A
+/// negative (compressive) mean counts as zero.
+class FatigueLaw {
+ public:
+  /// `material` must outlive it, and have what is asked for.
+  FatigueLaw(const Material& material, const FatigueRule& rule);
+
+  struct Answer {
+    double value = 0, per_amplitude = 0, per_mean = 0;
+  };
+  /// 1 over the safety: the factor on the whole cycle that leads to the line. (Y5)
+  Answer use(double amplitude, double mean) const;
+  /// The amplitude at mean zero that does the same [Pa]. (Y6) Nothing from the mean on that breaks
+  /// the material alone.
+  std::optional<Answer> reversed(double amplitude, double mean) const;
+  /// The amplitude that is endured at mean zero, where the material has one [Pa].
+  const std::optional<double>& endured_amplitude() const { return endured_; }
+  /// Mean stress that breaks the material without any amplitude [Pa].
+  double limit() const { return *limit_; }
+  const SnCurve& curve() const { return *material_->s_n_curve; }
+
+ private:
+  const Material* material_;
+  MeanStress rule_;
+  std::optional<double> endured_, limit_;  ///< at mean zero; of the mean
+};
 
 }  // namespace flexopt

@@ -1,4 +1,4 @@
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
 
 #include "core/mechanism/arc.hpp"
 

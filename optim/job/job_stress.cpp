@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/response/fatigue_law.hpp"
 #include "core/response/stress_safety.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/record_table.hpp"

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/response/path/stroke_ways.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/response/path/stroke_ways.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/principal_stiffness.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "core/mechanism/profile.hpp"
-#include "core/response/path/profile_error.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/spec/fault_list.hpp"
 #include "designs/describe.hpp"

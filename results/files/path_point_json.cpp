@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "core/response/fatigue_law.hpp"
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
+#include "core/response/stress_safety.hpp"
 #include "results/files/result_parts.hpp"
 
 namespace flexopt {

@@ -93,7 +93,7 @@ void add_errors(const ModelOptions& model, RunListener& listener, RunRecord& rec
   const bool known = record.chosen && !record.optimum;
   for (std::size_t k = 0; k < responses.size(); ++k)
     record.errors.push_back(
-        known ? errors_of(*responses[k], record.chosen->full[k].view())
+        known ? errors_of(*responses[k], record.chosen->full[k])
               : estimate_errors(record.mechanism, model, cases[k].request, *responses[k]));
 }
 

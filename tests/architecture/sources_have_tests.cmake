@@ -99,7 +99,7 @@ set(tested_by
   core/response/quantities core/response/path/test_response
   core/response/quantity_rows core/response/path/test_response
   core/response/request core/response/path/test_response
-  core/response/gradients/load_gradients core/equilibrium/test_dead_loads
+  core/response/gradients/link_gradients core/response/gradients/test_joint_gradients
   core/response/path/branch core/response/path/test_response
   core/response/path/estimated_numbers core/response/path/test_error_estimate
   core/response/path/full_finish core/response/gradients/test_point_gradients

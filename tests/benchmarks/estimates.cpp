@@ -91,17 +91,18 @@ bool judge(const Mechanism& mechanism, const StrokeRequest& request,
            std::vector<Judged>& numbers) {
   const std::array<int, 2> mesh = default_mesh;
   const auto run = [&](Accuracy accuracy, const std::array<int, 2>& elements) {
-    return evaluate_stroke(mechanism, options(accuracy, elements), request);
+    return std::make_shared<const StrokeResponse>(
+        evaluate_stroke(mechanism, options(accuracy, elements), request));
   };
-  const StrokeResponse reduced = run(Accuracy::reduced, mesh), own = run(Accuracy::full, mesh),
-                       along = run(Accuracy::full, more_along(mesh)),
-                       across = run(Accuracy::full, more_across(mesh));
-  for (const StrokeResponse* one : {&reduced, &own, &along, &across})
+  const auto reduced = run(Accuracy::reduced, mesh), own = run(Accuracy::full, mesh),
+             along = run(Accuracy::full, more_along(mesh)),
+             across = run(Accuracy::full, more_across(mesh));
+  for (const auto& one : {reduced, own, along, across})
     if (one->status != Status::ok) return false;
   MechanismScale scale = scale_of(mechanism);
   scale.theory = {};  // the truth is that of full leaves
   each_with_truth(
-      errors_of(reduced, {&own, &along, &across, mesh, scale}), truth,
+      errors_of(*reduced, {own, along, across, mesh, scale}), truth,
       [&](const EstimatedError& number, double true_value, std::size_t) {
         numbers.push_back({number.kind, family, std::abs(number.value - true_value) / number.scale,
                            number.relative()});
@@ -184,7 +185,7 @@ void choose(const Mechanism& mechanism, const StrokeRequest& request,
   ++of.meshes[chosen.model.mesh];
   of.full += chosen.model.accuracy == Accuracy::full;
   const StrokeResponse response = evaluate_stroke(mechanism, chosen.model, request);
-  const StrokeErrors errors = errors_of(response, chosen.full.front().view());
+  const StrokeErrors errors = errors_of(response, chosen.full.front());
   bool kept = true;
   each_with_truth(errors, truth, [&](const EstimatedError& number, double true_value, std::size_t) {
     if (number.kind == ErrorKind::stress) return;

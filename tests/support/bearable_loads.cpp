@@ -18,7 +18,7 @@ AtRest at_rest(const Mechanism& mechanism, const ModelOptions& model) {
   System system(mechanism, make_full_leaves(mechanism, model));
   system.assemble();
   const double stiffness = std::abs(end_effector_compliance(system).drive_stiffness[0]);
-  const MatrixXd K = system.tangent_stiffness();
+  const MatrixXd K = system.tangent().dense();
   const FreeMotions motions(system, false);
   const MatrixXd free = motions.basis().transpose() * K * motions.basis();
   const VectorXd unit = free.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
@@ -65,7 +65,7 @@ LoadCase bearable_loads(const Mechanism& mechanism, const ModelOptions& model) {
   const auto softest = [&] {  // lengths over the longest leaf
     system.assemble();
     const MatrixXd basis = FreeMotions(system, true).basis();
-    return symmetric_eigenvalues(basis.transpose() * system.tangent_stiffness() * basis).minCoeff();
+    return symmetric_eigenvalues(basis.transpose() * system.tangent().dense() * basis).minCoeff();
   };
   const double at_rest = softest();
   double reached = 0, failed = 1;

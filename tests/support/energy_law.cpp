@@ -30,7 +30,9 @@ Deviation energy(const RandomDesign& design, unsigned long long seed, const Mode
   const double length = longest_leaf(mechanism);
   VectorXd along(n);
   for (int k = 0; k < n; ++k)
-    along[k] = system.is_held(k) ? 0 : random.between(-1, 1) * (k % 6 < 3 ? length : 1);
+    along[k] = system.mechanism().bodies[k / 6].held[k % 6]
+                   ? 0
+                   : random.between(-1, 1) * (k % 6 < 3 ? length : 1);
   // dead moments have no energy: their work along the straight line is left out on both sides; the
   // moment of the load is that of its force on its arm
   system.assemble();

@@ -122,7 +122,7 @@ std::optional<double> energy_error(const Job& job, const Mechanism& mechanism,
   };
   const auto at = [&](double share) {
     const Equilibrium e = step_to(system, share * stroke, newton);
-    const BodyPose& pose = system.pose(mechanism.drives[0].body);
+    const JointBody& pose = system.pose(mechanism.drives[0].body);
     bool pure = true;  // a rotation about another axis is no turn by the stroke
     if (const int d = index(mechanism.drives[0].direction); d >= 3)
       for (int k = 0; k < 3; ++k)

@@ -20,7 +20,7 @@ inline VectorXd settled(System& system, const VectorXd& motion) {
 /// By moving the system there and back.
 inline void check_tangent(System& system) {
   (void)settled(system, VectorXd::Zero(system.size()));
-  const MatrixXd D = system.residual_tangent().dense(), T = system.tangent_stiffness();
+  const MatrixXd D = system.residual_tangent().dense(), T = system.tangent().dense();
   CHECK((T - T.transpose()).norm() < 1e-9 * T.norm());
   const auto energy = [&] { return system.energy() + system.load_energy(); };
   for (int k = 0; k < system.size(); ++k) {

@@ -7,10 +7,8 @@
 #include <utility>
 
 #include "core/math/rotation.hpp"
-#include "core/response/gradients/joint_gradients.hpp"
-#include "core/response/gradients/load_gradients.hpp"
-#include "core/response/gradients/spring_gradients.hpp"
-#include "core/response/modes/rigid_motion.hpp"
+#include "core/response/gradients/link_gradients.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
 namespace {
@@ -52,24 +50,6 @@ class ForceSum {
 };
 
 }  // namespace
-
-MechanismState<double> present_state(const MechanismFactor& factor) {
-  const System& system = factor.system();
-  MechanismState<double> state{{}, system.multipliers()};
-  for (int b = 0; b < factor.bodies() / 6; ++b)
-    state.bodies.push_back({system.pose(b).position, system.pose(b).rotation});
-  return state;
-}
-
-Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates) {
-  LeafGradients<double> gradients;
-  for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
-    auto own = leaf.linear->gradient(rates, leaf.rows);
-    if (!own) return Because(fmt::format("leaf {}: {}", gradients.size(), own.error()));
-    gradients.push_back(std::move(*own));
-  }
-  return gradients;
-}
 
 template <class S>
 DesignRates<S>::DesignRates(const MechanismFactor& factor, LeafGradients<S> leaves,
@@ -177,7 +157,7 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
       v.edge[e].position = dplace.template cast<S>();
       continue;
     }
-    const typename MechanismState<S>::Body& at = state_.bodies[b];
+    const JointBodyOf<S>& at = state_.bodies[b];
     const RigidBody &of = mechanism.bodies[b], &db = direction.bodies[b];
     const Vector3d moves = to_leaf * (db.reference - d.origin),
                    undeflected = of.reference - leaf.origin;
@@ -227,9 +207,7 @@ auto DesignRates<S>::residual() const -> Matrix {
       }
     }
   }
-  add_joint_residual_rates(factor, state_, *directions_, R);
-  add_spring_residual_rates(factor, state_, *directions_, R);
-  add_load_residual_rates(factor, state_, *directions_, R);
+  add_link_residual_rates(factor, state_, *directions_, R);
   for (const int k : factor.system().held()) R.row(k).setZero();
   return R;
 }
@@ -283,9 +261,7 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matr
     }
   }
   rates.noalias() += forces.sum().transpose() * state_rates;
-  add_joint_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
-  add_spring_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
-  add_load_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
+  add_link_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
   for (Eigen::Index k = 0; k < n; ++k)
     if (lambda[k] != S(0))
       for (Eigen::Index p = 0; p < count; ++p)
@@ -297,5 +273,17 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matr
 
 template class DesignRates<double>;
 template class DesignRates<Jet>;
+
+Answer<DesignRates<double>> design_rates(const MechanismFactor& factor,
+                                         DesignDirections& directions, const ModelOptions& model) {
+  LeafGradients<double> gradients;
+  for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
+    auto own = leaf.linear->gradient(directions.rates, leaf.rows);
+    if (!own) return Because(fmt::format("leaf {}: {}", gradients.size(), own.error()));
+    gradients.push_back(std::move(*own));
+  }
+  return DesignRates<double>(factor, std::move(gradients), present_state(factor), directions.list,
+                             model);
+}
 
 }  // namespace flexopt

@@ -3,6 +3,7 @@
 // when a design parameter moves: at one equilibrium (S = double) or along the stroke from it (S =
 // Jet). Equations (S6), (S8)–(S12) of core/response/README.md.
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/elements/leaf/leaf_gradient.hpp"
@@ -13,12 +14,20 @@
 
 namespace flexopt {
 
+/// Along which a design is differentiated: derivative of every number of the mechanism, direction
+/// by direction, and what equal leaves share of theirs. Stays where it is.
+struct DesignDirections {
+  std::vector<Mechanism> list;
+  LeafRates rates;
+
+  DesignDirections() = default;
+  DesignDirections(const Mechanism& mechanism, std::vector<Mechanism> directions)
+      : list(std::move(directions)), rates(ProfileDirections(mechanism, list)) {}
+};
+
 /// Gradients of the leaves, one by one.
 template <class S>
 using LeafGradients = std::vector<std::unique_ptr<LeafGradient<S>>>;
-/// Gradients of all leaves at the state of the factor, which must outlive them. None where a leaf
-/// has no exact derivatives.
-Answer<LeafGradients<double>> leaf_gradients(const MechanismFactor& factor, LeafRates& rates);
 
 /// Columns of translations of the ground beside columns of motions that are relative to it.
 struct GroundShare {
@@ -46,6 +55,7 @@ class DesignRates {
   Matrix quadratic(const Matrix& Y, const Vector& lambda, const Matrix& state_rates,
                    const GroundShare* ground = nullptr) const;
 
+  const std::vector<Mechanism>& directions() const { return *directions_; }
   const LeafGradient<S>& leaf(int i) const { return *leaves_[i]; }
   /// Variations of a leaf along every parameter.
   const std::vector<LeafVariation<S>>& variations(int i) const { return variations_[i]; }
@@ -64,5 +74,10 @@ class DesignRates {
 
 extern template class DesignRates<double>;
 extern template class DesignRates<Jet>;
+
+/// Rates at the state of the factor. None where a leaf has no exact derivatives; full leaves have
+/// them.
+Answer<DesignRates<double>> design_rates(const MechanismFactor& factor,
+                                         DesignDirections& directions, const ModelOptions& model);
 
 }  // namespace flexopt

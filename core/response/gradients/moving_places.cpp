@@ -1,5 +1,9 @@
 #include "core/response/gradients/moving_places.hpp"
 
+#include <utility>
+
+#include "core/response/stress_safety.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -22,6 +26,21 @@ MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, doubl
 }
 
 }  // namespace
+
+VectorXd modulus_rates(const std::vector<Mechanism>& directions, int leaf) {
+  VectorXd rates(directions.size());
+  for (Eigen::Index p = 0; p < rates.size(); ++p)
+    rates[p] = directions[p].leaves[leaf].material.youngs_modulus;
+  return rates;
+}
+
+VectorXd stress_rates(const LeafFields& fields, const StressPeak& peak, const Mechanism& mechanism,
+                      const std::vector<Mechanism>& directions,
+                      const std::optional<double>& fillet) {
+  VectorXd rates = fields.stress_rates(peak, mechanism.leaves[peak.leaf].material.youngs_modulus,
+                                       modulus_rates(directions, peak.leaf));
+  return fillet ? with_fillet_rates(std::move(rates), peak, mechanism, directions, *fillet) : rates;
+}
 
 MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoint& point,
                                 const std::vector<Mechanism>& directions,

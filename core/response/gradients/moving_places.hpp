@@ -31,6 +31,13 @@ class MovingFields {
   std::map<int, std::unique_ptr<LeafFields>> made_;
 };
 
+/// What Young's modulus of a leaf changes by along the directions.
+VectorXd modulus_rates(const std::vector<Mechanism>& directions, int leaf);
+/// Derivatives of a stress of its leaf, and of its notch factors where there is a fillet.
+VectorXd stress_rates(const LeafFields& fields, const StressPeak& peak, const Mechanism& mechanism,
+                      const std::vector<Mechanism>& directions,
+                      const std::optional<double>& fillet = {});
+
 /// Derivatives of the displacement of O as the point of the path lists it, where the end-effector
 /// follows the mean displacement of a tip edge: 3 × parameters.
 MatrixXd tip_displacement_rates(const Mechanism& mechanism, int i, const PathPoint& point,

@@ -218,30 +218,24 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
                 const std::vector<std::vector<StressPlace>>& stress_places,
                 const std::vector<Mechanism>& directions, MovingFields& fields,
                 PointGradients& gradients) {
-  const auto modulus_rates = [&](int leaf) {
-    VectorXd rates(directions.size());
-    for (std::size_t p = 0; p < directions.size(); ++p)
-      rates[static_cast<Eigen::Index>(p)] = directions[p].leaves[leaf].material.youngs_modulus;
-    return rates;
-  };
   const auto stress_rate = [&](const StressPeak& peak) {
-    return fields.of(peak.leaf).stress_rates(
-        peak, mechanism.leaves[peak.leaf].material.youngs_modulus, modulus_rates(peak.leaf));
+    return stress_rates(fields.of(peak.leaf), peak, mechanism, directions);
   };
   for (int i = 0; i < static_cast<int>(point.sections.size()); ++i)
-    gradients.section_rates.push_back(fields.of(i).section_rates(
-        stress_places[i], mechanism.leaves[i].material.youngs_modulus, modulus_rates(i)));
+    gradients.section_rates.push_back(
+        fields.of(i).section_rates(stress_places[i], mechanism.leaves[i].material.youngs_modulus,
+                                   modulus_rates(directions, i)));
   const auto notched_rate = [&](const StressPeak& peak) {
-    VectorXd rates = stress_rate(peak);
-    if (!rules.fillet) return rates;
-    return with_fillet_rates(std::move(rates), peak, mechanism, directions, *rules.fillet);
+    return stress_rates(fields.of(peak.leaf), peak, mechanism, directions, rules.fillet);
   };
   if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
   if (point.notch_stress) gradients.notch_stress = notched_rate(*point.notch_stress);
   if (const auto& safety = point.yield_safety)
-    gradients.yield_safety = safety_rates(*safety, notched_rate(safety->stress));
+    gradients.yield_safety =
+        safety_rates(safety->value, safety->stress.value, notched_rate(safety->stress));
   if (const auto& safety = point.fatigue_safety)
-    gradients.fatigue_safety = ratio_safety_rates(*safety, notched_rate(safety->stress));
+    gradients.fatigue_safety =
+        safety_rates(safety->value, safety->stress.value, notched_rate(safety->stress));
   if (const auto& life = point.fatigue_life)
     gradients.fatigue_life = ratio_life_rates(*life, mechanism.leaves[life->stress.leaf].material,
                                               rules.fatigue_rule, notched_rate(life->stress));
@@ -294,20 +288,15 @@ void set_room_taken(const Solids& solids, const PathPoint& point, const PlaceRat
 
 }  // namespace
 
-PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
-                               const std::vector<Mechanism>& directions, const ModelOptions& model,
+PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<double>& design,
                                const StrokeRequest& request, const PathPoint& point,
                                const FullModeLists& lists, const Solids* solids,
                                const DynamicsMeasures* dynamics,
                                const std::vector<std::vector<StressPlace>>& stress_places) {
   const Mechanism& mechanism = factor.system().mechanism();
-  const DesignRates<double> design(factor, std::move(leaves), present_state(factor), directions,
-                                   model);
-
+  const std::vector<Mechanism>& directions = design.directions();
   // (S7)
-  std::optional<MatrixXd> same_stroke;
-  if (request.loads.driven()) same_stroke = MatrixXd::Zero(factor.drives(), directions.size());
-  const MatrixXd moved = factor.balance(-design.residual(), same_stroke),
+  const MatrixXd moved = factor.balance(-design.residual(), request.loads.driven()),
                  state_rates = moved.topRows(factor.size());
   MovingFields fields(factor, design, state_rates);
   PointGradients gradients;

@@ -12,12 +12,10 @@
 
 namespace flexopt {
 
-/// `leaves`: leaf_gradients(…). `directions`: derivative of every number of the mechanism along
-/// each parameter. Modes: those that the point lists. `solids`: at the point; null where neither
-/// extents nor clearance are wanted. `dynamics`: with their terms; null where not wanted.
-/// `stress_places`: of PathPoint::sections.
-PointGradients point_gradients(const MechanismFactor& factor, LeafGradients<double> leaves,
-                               const std::vector<Mechanism>& directions, const ModelOptions& model,
+/// Modes: those that the point lists. `solids`: at the point; null where neither extents nor
+/// clearance are wanted. `dynamics`: with their terms; null where not wanted. `stress_places`: of
+/// PathPoint::sections.
+PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<double>& design,
                                const StrokeRequest& request, const PathPoint& point,
                                const FullModeLists& lists, const Solids* solids,
                                const DynamicsMeasures* dynamics,

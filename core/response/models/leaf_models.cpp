@@ -170,9 +170,7 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
   system.assemble();
   // at a dead point of the conditions nothing is known; the solver then says so
   const auto answer = [&](bool drives_held, const MatrixXd& forces) -> MatrixXd {
-    const MatrixXd found = system.constraints().count() > 0
-                               ? FreeMotions(system, drives_held).answer(forces)
-                               : TangentFactor(system, drives_held).answer(forces);
+    const MatrixXd found = FreeMotions(system, drives_held).answer(forces);
     return found.allFinite() ? found : MatrixXd::Zero(found.rows(), found.cols());
   };
   const bool driven = loads.driven();

@@ -1,51 +1,101 @@
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "core/mechanism/joint.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/modes/full_modes.hpp"
 
 namespace flexopt {
+namespace {
+
+// A mode from its shares of the kinetic energy; those beside the drive's need not be normalised.
+Mode mode_of_shares(double omega2, double drive, double end_effector, double intermediate_body,
+                    double leaf) {
+  Mode mode;
+  mode.frequency = hertz(omega2);
+  const double sum = end_effector + intermediate_body + leaf;
+  const double factor = sum > 0 ? (1 - drive) / sum : 0;
+  mode.drive = drive;
+  mode.end_effector = end_effector * factor;
+  mode.intermediate_body = intermediate_body * factor;
+  mode.leaf = leaf * factor;
+  const double largest =
+      std::max({mode.drive, mode.end_effector, mode.intermediate_body, mode.leaf});
+  mode.kind = largest == mode.drive          ? ModeKind::drive
+              : largest == mode.end_effector ? ModeKind::end_effector
+              : largest == mode.leaf         ? ModeKind::leaf
+                                             : ModeKind::intermediate_body;
+  return mode;
+}
+
+}  // namespace
+
+MatrixXd stacked(const std::vector<MatrixXd>& parts) {
+  Eigen::Index rows = 0;
+  for (const MatrixXd& part : parts) rows += part.rows();
+  MatrixXd all(rows, parts.front().cols());
+  rows = 0;
+  for (const MatrixXd& part : parts) {
+    all.middleRows(rows, part.rows()) = part;
+    rows += part.rows();
+  }
+  return all;
+}
+
+double hertz(double omega2) {
+  return std::copysign(std::sqrt(std::abs(omega2)), omega2) / (2 * std::numbers::pi);
+}
+
+std::vector<Mode> classified_modes(const Mechanism& mechanism, const VectorXd& omega2,
+                                   const MatrixXd& phi, const MatrixXd& M_phi, MatrixXd shapes,
+                                   const LinearMap& mass, const LinearMap& carried) {
+  std::vector<Mode> modes;
+  if (omega2.size() == 0) return modes;
+  MatrixXd rest = phi, M_rest = M_phi, M_shapes;
+  VectorXd of_drive = VectorXd::Zero(omega2.size());
+  if (shapes.cols() > 0) M_shapes = mass(shapes);
+  for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
+    for (Eigen::Index j = 0; j < k; ++j) {  // M-orthogonal, one after the other
+      const double by = M_shapes.col(j).dot(shapes.col(k)) / M_shapes.col(j).dot(shapes.col(j));
+      shapes.col(k) -= by * shapes.col(j);
+      M_shapes.col(k) -= by * M_shapes.col(j);
+    }
+    const double b = shapes.col(k).dot(M_shapes.col(k));
+    const Eigen::RowVectorXd a = shapes.col(k).transpose() * M_phi;
+    of_drive += (a.cwiseAbs2() / b).transpose();
+    rest -= shapes.col(k) * (a / b);
+    M_rest -= M_shapes.col(k) * (a / b);
+  }
+  of_drive = of_drive.cwiseMin(1.0);
+  const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
+  const MatrixXd forces = carried(M_rest);
+  const std::vector<int> group = rigid_groups(mechanism);
+  for (Eigen::Index k = 0; k < omega2.size(); ++k) {
+    double end_effector = 0, intermediate = 0, bodies = 0;
+    for (std::size_t b = 0; b < group.size(); ++b) {
+      const auto row = static_cast<Eigen::Index>(6 * b);
+      const double e = rest.col(k).segment<6>(row).dot(forces.col(k).segment<6>(row));
+      bodies += e;
+      (group[b] == mechanism.end_effector ? end_effector : intermediate) += std::max(0.0, e);
+    }
+    modes.push_back(mode_of_shares(omega2[k], of_drive[k], end_effector, intermediate,
+                                   std::max(0.0, all[k] - bodies)));
+  }
+  return modes;
+}
 
 std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
                                    const VectorXd& lambda, const MatrixXd& phi,
                                    const MatrixXd& M_phi, ModeMotions motions) {
-  const int count = static_cast<int>(lambda.size());
-  const Mechanism& mechanism = factor.system().mechanism();
-  MatrixXd rest = phi, M_rest = M_phi;
-  VectorXd of_drive = VectorXd::Zero(count);
-  if (!drive_locked) {
-    MatrixXd shapes = factor.drive_answers(), M_shapes = factor.mass(shapes);
-    for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
-      for (Eigen::Index j = 0; j < k; ++j) {  // M-orthogonal, one after the other
-        const double by = M_shapes.col(j).dot(shapes.col(k)) / M_shapes.col(j).dot(shapes.col(j));
-        shapes.col(k) -= by * shapes.col(j);
-        M_shapes.col(k) -= by * M_shapes.col(j);
-      }
-      const double b = shapes.col(k).dot(M_shapes.col(k));
-      const Eigen::RowVectorXd a = shapes.col(k).transpose() * M_phi;
-      of_drive += (a.cwiseAbs2() / b).transpose();
-      rest -= shapes.col(k) * (a / b);
-      M_rest -= M_shapes.col(k) * (a / b);
-    }
-    of_drive = of_drive.cwiseMin(1.0);
-  }
-  const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
-  const MatrixXd carried = factor.condensed(M_rest);
-  MatrixXd motion;
-  if (motions == ModeMotions::yes) motion = factor.motion(phi);
-  const std::vector<int> group = rigid_groups(mechanism);
-  std::vector<Mode> modes;
-  for (int k = 0; k < count; ++k) {
-    double end_effector = 0, intermediate = 0, bodies = 0;
-    for (int b = 0; b < factor.bodies() / 6; ++b) {
-      const double e = rest.col(k).segment<6>(6 * b).dot(carried.col(k).segment<6>(6 * b));
-      bodies += e;
-      (group[b] == mechanism.end_effector ? end_effector : intermediate) += std::max(0.0, e);
-    }
-    modes.push_back(mode_of_shares(lambda[k], of_drive[k], end_effector, intermediate,
-                                   std::max(0.0, all[k] - bodies)));
-    if (motions == ModeMotions::yes) modes.back().motion = motion.col(k);
-  }
+  std::vector<Mode> modes =
+      classified_modes(factor.system().mechanism(), lambda, phi, M_phi,
+                       drive_locked ? MatrixXd(factor.size(), 0) : factor.drive_answers(),
+                       factor.masses(), [&](const MatrixXd& B) { return factor.condensed(B); });
+  if (motions == ModeMotions::no || modes.empty()) return modes;
+  const MatrixXd motion = factor.motion(phi);
+  for (std::size_t k = 0; k < modes.size(); ++k)
+    modes[k].motion = motion.col(static_cast<Eigen::Index>(k));
   return modes;
 }
 

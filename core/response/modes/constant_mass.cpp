@@ -1,4 +1,4 @@
-#include "core/response/modes/constant_mass.hpp"
+#include "core/response/modes/frequencies.hpp"
 
 #include "core/elements/leaf/chord_frame.hpp"
 #include "core/elements/leaf/leaf_scale.hpp"

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/response/modes/harmonic_answer.hpp"
-#include "core/response/modes/rigid_motion.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
 namespace {
@@ -203,9 +203,8 @@ std::vector<QuadraticTerm> bandwidth_terms(const MechanismFactor& factor, double
 
 std::optional<DynamicsMeasure> bandwidth(const MechanismFactor& factor, double damping,
                                          const VectorXd& unit_stroke, bool terms) {
-  const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
-  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
-  HarmonicAnswer answer(unit_stroke, std::min(factor.size(), most_columns), solve, mass);
+  HarmonicAnswer answer(unit_stroke, std::min(factor.size(), most_columns), factor.solver(true),
+                        factor.masses());
   const std::optional<double> end = end_of_mass_line(answer, damping);
   if (!end) return std::nullopt;
   DynamicsMeasure measure{*end, *end, {}};
@@ -231,10 +230,7 @@ std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
                                                 const TransmissibilityRule& rule, double damping,
                                                 bool terms) {
   const int d = index(rule.direction), unknown = 6 * factor.system().mechanism().end_effector + d;
-  const LinearMap solve = [&](const MatrixXd& B) {
-    return rule.drive == DriveState::locked ? factor.solve_locked(B) : factor.solve(B);
-  };
-  const LinearMap mass = [&](const MatrixXd& B) { return factor.mass(B); };
+  const LinearMap solve = factor.solver(rule.drive == DriveState::locked), mass = factor.masses();
   const int most = std::min(factor.size(), most_columns);
   HarmonicAnswer answer(solve(rigid.inertia.col(d)).col(0), most, solve, mass);
   // all over the band, then at the peak

@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <utility>
 
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/stroke_path.hpp"
@@ -20,7 +20,7 @@ namespace {
 std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismPencil& pencil,
                                           bool drive_locked, int count) {
   if (negative_pivots(system, drive_locked) > 0) return std::nullopt;
-  const TangentFactor factor(system, pencil.K_bodies, drive_locked);
+  const TangentFactor factor(system, drive_locked);
   std::vector<Lu> modes(pencil.leaves.size());
   for (std::size_t i = 0; i < modes.size(); ++i)
     if (pencil.leaves[i].modes > 0) modes[i].compute(pencil.leaves[i].stiffness);
@@ -42,59 +42,30 @@ std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismP
   return EigenPairs{found.values, found.vectors};
 }
 
-double hertz(double omega2) {
-  return std::copysign(std::sqrt(std::abs(omega2)), omega2) / (2 * std::numbers::pi);
-}
-
-// Shares of the modal kinetic energy. The drives' is that of the static motions under drive loads,
-// which are M-orthogonal; the rest is split between the coordinates, mixed terms half each.
+// Modes of the lists: of those with the drive free `shapes` are the static motions of the bodies
+// under the drive loads.
 std::vector<Mode> classify(const MechanismPencil& pencil, const System& system,
-                           const VectorXd& omega2, const MatrixXd& phi,
-                           const MatrixXd& drive_shapes, bool with_motions) {
-  if (phi.cols() == 0) return {};
-  MatrixXd rest = phi, M_rest = pencil.mass_times(phi);
-  VectorXd of_drive = VectorXd::Zero(phi.cols());
-  const MatrixXd M_shapes = pencil.mass_times(drive_shapes);
-  for (Eigen::Index s = 0; s < drive_shapes.cols(); ++s) {
-    const double b = M_shapes.col(s).dot(drive_shapes.col(s));
-    const Eigen::RowVectorXd a = M_shapes.col(s).transpose() * phi;
-    of_drive += (a.cwiseAbs2() / b).transpose();
-    rest -= drive_shapes.col(s) * (a / b);
-    M_rest -= M_shapes.col(s) * (a / b);
-  }
-  const MatrixXd shares = rest.cwiseProduct(M_rest);
-  MatrixXd motions;
-  if (with_motions) motions = pencil.motions(system, phi);
-  std::vector<Mode> modes;
+                           const EigenPairs& pairs, MatrixXd shapes,
+                           const FrequencyOptions& options) {
+  if (pairs.values.size() == 0) return {};
+  const LinearMap mass = [&](const MatrixXd& B) { return pencil.mass_times(B); };
+  const MatrixXd& phi = pairs.vectors;
+  std::vector<Mode> modes =
+      classified_modes(system.mechanism(), pairs.values, phi, mass(phi), std::move(shapes), mass,
+                       [](const MatrixXd& B) { return B; });
+  const MatrixXd motions = options.motions ? pencil.motions(system, phi) : MatrixXd();
   for (Eigen::Index k = 0; k < phi.cols(); ++k) {
-    double end_effector = 0, intermediate = 0;
-    const auto share = shares.col(k);
-    for (int b = 0; b < pencil.bodies / 6; ++b) {
-      const double e = std::max(0.0, share.segment<6>(6 * b).sum());
-      (pencil.group[b] == system.mechanism().end_effector ? end_effector : intermediate) += e;
-    }
-    const double leaf = std::max(0.0, share.tail(share.size() - pencil.bodies).sum());
-    modes.push_back(mode_of_shares(omega2[k], std::clamp(of_drive[k], 0.0, 1.0), end_effector,
-                                   intermediate, leaf));
-    if (with_motions) modes.back().motion = motions.col(k);
+    if (options.motions) modes[k].motion = motions.col(k);
+    if (options.shapes) pencil.add_shape(phi.col(k), modes[k]);
   }
   return modes;
 }
 
-// Static motions of the bodies under the drive loads, M-orthogonal.
 MatrixXd drive_shapes_of(const MechanismPencil& pencil, const System& system) {
   const MatrixXd forces = system.drive_forces();
   MatrixXd shapes = MatrixXd::Zero(pencil.size, forces.cols());
-  if (forces.cols() == 0) return shapes;
-  shapes.topRows(pencil.bodies) = TangentFactor(system, pencil.K_bodies, false).answer(forces);
-  for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
-    auto x = shapes.col(k);
-    x /= x.cwiseAbs().maxCoeff();
-    for (Eigen::Index j = 0; j < k; ++j) {
-      const VectorXd Mx = pencil.mass_times(shapes.col(j));
-      x -= Mx.dot(x) / Mx.dot(shapes.col(j)) * shapes.col(j);
-    }
-  }
+  if (forces.cols() > 0)
+    shapes.topRows(pencil.bodies) = TangentFactor(system, false).answer(forces);
   return shapes;
 }
 
@@ -141,42 +112,18 @@ MatrixXd body_motions(const System& system, const Eigen::Ref<const MatrixXd>& q)
   return motions;
 }
 
-Mode mode_of_shares(double omega2, double drive, double end_effector, double intermediate_body,
-                    double leaf) {
-  Mode mode;
-  mode.frequency = hertz(omega2);
-  const double sum = end_effector + intermediate_body + leaf;
-  const double factor = sum > 0 ? (1 - drive) / sum : 0;
-  mode.drive = drive;
-  mode.end_effector = end_effector * factor;
-  mode.intermediate_body = intermediate_body * factor;
-  mode.leaf = leaf * factor;
-  const double largest =
-      std::max({mode.drive, mode.end_effector, mode.intermediate_body, mode.leaf});
-  mode.kind = largest == mode.drive          ? ModeKind::drive
-              : largest == mode.end_effector ? ModeKind::end_effector
-              : largest == mode.leaf         ? ModeKind::leaf
-                                             : ModeKind::intermediate_body;
-  return mode;
-}
-
 std::optional<Frequencies> natural_frequencies(System& system, const FrequencyOptions& options) {
   Frequencies result;
   // Not the modes of the previous state: the answer would depend on the path.
   std::vector<int> leaf_modes(static_cast<std::size_t>(system.leaves()), options.leaf_modes);
-  const std::vector<int> driven = system.driven_coordinates();
-  const bool conditions = system.constraints().count() > 0;
+  const int of_bodies = FreeMotions(system, true).count();
   const auto unknowns = [&](const MechanismPencil& pencil) {  // drives held
-    return conditions ? pencil.size - pencil.bodies + FreeMotions(system, true).count()
-                      : pencil.size - static_cast<int>(driven.size() + system.held().size());
-  };
-  const auto by_krylov = [&](const MechanismPencil& pencil) {
-    return system.analyses() || pencil.size >= krylov_from;
+    return pencil.size - pencil.bodies + of_bodies;
   };
   // drive free, where that is wanted, and held
   const auto pairs =
       [&](const MechanismPencil& pencil) -> std::optional<std::array<EigenPairs, 2>> {
-    if (by_krylov(pencil)) {
+    if (system.analyses() || pencil.size >= krylov_from) {
       const int count = std::min(options.count, unknowns(pencil));
       const std::optional<EigenPairs> held = solve_by_krylov(system, pencil, true, count),
                                       free = options.free
@@ -204,16 +151,8 @@ std::optional<Frequencies> natural_frequencies(System& system, const FrequencyOp
         grow(leaf_modes, pencil.highest, highest, options.count - unknowns(pencil), options))
       continue;
     if (options.free)
-      result.free = classify(pencil, system, free.values, free.vectors,
-                             drive_shapes_of(pencil, system), options.motions);
-    result.locked = classify(pencil, system, locked.values, locked.vectors,
-                             MatrixXd(pencil.size, 0), options.motions);
-    if (options.shapes) {
-      for (int k = 0; k < static_cast<int>(result.free.size()); ++k)
-        pencil.add_shape(free.vectors.col(k), result.free[k]);
-      for (int k = 0; k < locked.values.size(); ++k)
-        pencil.add_shape(locked.vectors.col(k), result.locked[k]);
-    }
+      result.free = classify(pencil, system, free, drive_shapes_of(pencil, system), options);
+    result.locked = classify(pencil, system, locked, MatrixXd(pencil.size, 0), options);
     result.check = pencil.check;
     return result;
   }

@@ -135,6 +135,7 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
 FullModes rayleigh_ritz(const MechanismFactor& factor, bool drive_locked, int count,
                         const Eigen::Ref<const MatrixXd>& Y, const Eigen::Ref<const MatrixXd>& MY,
                         const Eigen::Ref<const MatrixXd>& KY, ModeMotions motions) {
+  if (Y.cols() == 0) return {0, {}, Y, {}, false};  // nothing moves
   const MatrixXd G = Y.transpose() * MY, A = Y.transpose() * KY;
   const SymmetricEigen ritz(A, G);
   const MatrixXd& Z = ritz.eigenvectors();
@@ -185,7 +186,7 @@ std::optional<MatrixXd> root_of_mass(const MechanismFactor& factor) {
   return R;
 }
 
-// Modes of a mechanism of few unknowns: Rᵀ K⁻¹ R z = z/λ, and one step of inverse iteration.
+// Modes by a root of the mass: Rᵀ K⁻¹ R z = z/λ, and one step of inverse iteration.
 FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, int free, int locked,
                             ModeMotions motions) {
   constexpr double nothing = 1e-13;  // of the largest: motions that are held
@@ -253,8 +254,7 @@ FullModeLists iterated_modes(const MechanismFactor& factor, const BlockKrylov& k
 // The lowest modes of both lists, from one Krylov space.
 std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
-  const auto solve = [&](const MatrixXd& B) { return factor.solve_locked(B); };
-  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
+  const LinearMap solve = factor.solver(true), mass = factor.masses();
   DriveShapes drive{factor.drive_shapes(), {}, factor.drive_compliance()};
   drive.mass = factor.mass(drive.shapes);
 
@@ -303,9 +303,7 @@ MatrixXd multipliers_of(const MechanismFactor& factor, const MechanismPencil& pe
   MatrixXd multipliers = MatrixXd::Zero(c.count(), pairs.vectors.cols());
   const int bearing = drive_locked ? c.count() : c.joints();
   if (bearing == 0) return multipliers;
-  VectorXd unit = VectorXd::Ones(pencil.bodies);
-  for (int b = 0; b < pencil.bodies; b += 6)
-    unit.segment<3>(b).setConstant(factor.system().length());
+  const VectorXd& unit = factor.system().units();
   const MatrixXd left =
       pencil.mass_times(pairs.vectors).topRows(pencil.bodies) * pairs.values.asDiagonal() -
       pencil.K_bodies * MatrixXd(pairs.vectors.topRows(pencil.bodies));
@@ -371,29 +369,9 @@ FullModeLists static_modes(const MechanismFactor& factor, int free, int locked) 
   MatrixXd R = MatrixXd::Zero(factor.size(), bodies);
   R.topRows(bodies) = unit.cwiseInverse().asDiagonal() * mass.eigenvectors() *
                       mass.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  const auto list = [&](bool drive_locked, int count) {
-    const MatrixXd X = drive_locked ? factor.solve_locked(R) : factor.solve(R);
-    const MatrixXd C = R.transpose() * X;
-    const SymmetricEigen eigen(0.5 * (C + C.transpose()));
-    const VectorXd& values = eigen.eigenvalues();
-    std::vector<int> order;
-    for (int k = 0; k < bodies; ++k)
-      if (std::abs(values[k]) > nothing * values.cwiseAbs().maxCoeff()) order.push_back(k);
-    std::sort(order.begin(), order.end(),
-              [&](int a, int b) { return 1 / values[a] < 1 / values[b]; });
-    const VectorXd lambda = values(order).cwiseInverse();
-    const MatrixXd q = (X * eigen.eigenvectors()(Eigen::all, order)).topRows(bodies);
-    FullModes found{std::min(count, static_cast<int>(order.size())), lambda, {}, {}, true};
-    found.phi = factor.static_motion(q * lambda.cwiseAbs().asDiagonal());
-    found.phi.bottomRows(factor.conditions()) =
-        (X * eigen.eigenvectors()(Eigen::all, order)).bottomRows(factor.conditions()) *
-        lambda.cwiseAbs().asDiagonal();
-    const auto phi = found.phi.leftCols(found.converged);
-    found.modes =
-        classified_modes(factor, drive_locked, lambda.head(found.converged), phi, factor.mass(phi));
-    return found;
-  };
-  return both_lists(list, free, locked);
+  FullModeLists lists = modes_of_root(factor, R, free, locked, ModeMotions::yes);
+  lists.free.static_shapes = lists.locked.static_shapes = true;
+  return lists;
 }
 
 }  // namespace flexopt

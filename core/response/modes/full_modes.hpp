@@ -32,8 +32,7 @@ std::optional<FullModeLists> full_modes(const MechanismFactor& factor, int free,
 /// Modes without internal motions of the leaves (`leaf_modes: 0`): as many as the bodies have.
 FullModeLists static_modes(const MechanismFactor& factor, int free, int locked);
 
-/// Modes by their squared frequencies, motions (columns) and M times these: shares of the kinetic
-/// energy as in natural_frequencies(), Craig–Bampton coordinates, mixed terms half each.
+/// Modes of all unknowns of the mechanism, in the shares of natural_frequencies().
 std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_locked,
                                    const VectorXd& lambda, const MatrixXd& phi,
                                    const MatrixXd& M_phi, ModeMotions motions = ModeMotions::yes);

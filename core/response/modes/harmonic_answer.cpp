@@ -7,11 +7,6 @@
 #include "core/math/decompositions.hpp"
 
 namespace flexopt {
-namespace {
-
-constexpr int columns_at_once = 8;
-
-}  // namespace
 
 Complex PoleSum::at(Complex sigma) const {
   Complex sum = 0;
@@ -45,6 +40,7 @@ HarmonicAnswer::HarmonicAnswer(const VectorXd& start, int most, const LinearMap&
 }
 
 bool HarmonicAnswer::extend() {
+  constexpr int columns_at_once = 8;
   bool more = true;
   for (int k = 0; k < columns_at_once && more; ++k) more = krylov_.extend();
   decompose();

@@ -200,18 +200,9 @@ MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
 
 MatrixXd MechanismFactor::motion(const MatrixXd& Y) const {
   std::vector<MatrixXd> parts{body_motions(*system_, Y.topRows(bodies_))};
-  Eigen::Index rows = parts[0].rows();
-  for (const Leaf& leaf : leaves_) {
+  for (const Leaf& leaf : leaves_)
     parts.push_back(leaf.linear->station_motion(leaf.rows.edge_rows(leaf_rows(leaf, Y))));
-    rows += parts.back().rows();
-  }
-  MatrixXd all(rows, Y.cols());
-  Eigen::Index o = 0;
-  for (const MatrixXd& p : parts) {
-    all.middleRows(o, p.rows()) = p;
-    o += p.rows();
-  }
-  return all;
+  return stacked(parts);
 }
 
 // K̂ − ½ hat(m), for spins do not commute, bordered by the joints, the drive loads and the strokes.
@@ -240,16 +231,12 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
   }
   const std::vector<Constraints::Row>& rows = system_->constraints().rows();
   for (int k = 0; k < conditions(); ++k) {
-    const Constraints::Row& condition = rows[k];
     const int row = bodies + k;
-    for (int e = 0; e < 2; ++e)
-      for (int i = 0; i < 6 && condition.body[e] >= 0; ++i) {
-        const int c = 6 * condition.body[e] + i;
-        const double value = condition.gradient[6 * e + i];
-        A.add(c, row, scale[c] * value * scale[row]);
-        if (strokes || k < system_->constraints().joints())
-          A.add(row, c, scale[row] * value * scale[c]);
-      }
+    rows[k].each([&](int c, double value) {
+      A.add(c, row, scale[c] * value * scale[row]);
+      if (strokes || k < system_->constraints().joints())
+        A.add(row, c, scale[row] * value * scale[c]);
+    });
   }
   for (int k = 0; k < drives(); ++k)
     if (const auto& condition = system_->drives()[k].condition) {

@@ -8,8 +8,9 @@
 
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_rows.hpp"
-#include "core/equilibrium/tangent_factor.hpp"
+#include "core/equilibrium/free_motions.hpp"
 #include "core/math/answer.hpp"
+#include "core/math/lanczos.hpp"
 
 namespace flexopt {
 
@@ -33,12 +34,25 @@ class MechanismFactor {
   MatrixXd solve_locked(const MatrixXd& B) const;  ///< drives held
   MatrixXd solve_held(const MatrixXd& B) const;    ///< all bodies held
   MatrixXd mass(const MatrixXd& B) const;
+  /// solve() or solve_locked(), and mass(), as maps that live as long as this.
+  LinearMap solver(bool drives_held) const {
+    return
+        [this, drives_held](const MatrixXd& B) { return drives_held ? solve_locked(B) : solve(B); };
+  }
+  LinearMap masses() const {
+    return [this](const MatrixXd& B) { return mass(B); };
+  }
   /// Motions that bodies moving by the columns of q leave the leaves in, without force on them.
   MatrixXd static_motion(const MatrixXd& q) const;
 
   /// State and drive loads (last rows) that balance forces B while the strokes (rows) grow by
   /// `strokes` (column by column), or where nothing is driven.
   MatrixXd balance(const MatrixXd& B, const std::optional<MatrixXd>& strokes) const;
+  /// The same while the strokes stay, or where nothing is driven.
+  MatrixXd balance(const MatrixXd& B, bool driven) const {
+    return balance(
+        B, driven ? std::optional<MatrixXd>(MatrixXd::Zero(drives(), B.cols())) : std::nullopt);
+  }
 
   struct Leaf {
     std::shared_ptr<const LeafLinear> linear;
@@ -90,5 +104,19 @@ class MechanismFactor {
   MatrixXd drive_answers_, drive_compliance_;
   BlockMatrix body_mass_;
 };
+
+// The whole of a mechanism moved as one body, the ground with it: how its ground shakes it.
+
+/// Columns: unit translations of everything along the global axes, then unit rotations about the
+/// global axes through the origin, at the present state.
+struct RigidMotion {
+  MatrixXd motion;   ///< rows of the factor × 6: bodies, and leaves as their edges take them along
+  MatrixXd inertia;  ///< M times it, that of the grounded edges included
+};
+
+RigidMotion rigid_motion(const MechanismFactor& factor);
+
+/// Rows of a leaf's edges on the ground (LeafRows) for translations of the ground, 3 × columns.
+MatrixXd grounded_rows(const MechanismFactor& factor, int leaf, const MatrixXd& translations);
 
 }  // namespace flexopt

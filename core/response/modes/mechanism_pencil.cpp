@@ -5,7 +5,6 @@
 
 #include "core/equilibrium/free_motions.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/mechanism/joint.hpp"
 
 namespace flexopt {
 
@@ -25,15 +24,7 @@ MatrixXd MechanismPencil::motions(const System& system, const MatrixXd& phi) con
   for (const Leaf& leaf : leaves)
     if (leaf.stations.rows() > 0)
       parts.push_back(leaf.stations * phi(leaf.coordinates, Eigen::all));
-  Eigen::Index rows = 0;
-  for (const MatrixXd& part : parts) rows += part.rows();
-  MatrixXd all(rows, phi.cols());
-  rows = 0;
-  for (const MatrixXd& part : parts) {
-    all.middleRows(rows, part.rows()) = part;
-    rows += part.rows();
-  }
-  return all;
+  return stacked(parts);
 }
 
 void MechanismPencil::add_shape(const VectorXd& phi, Mode& mode) const {
@@ -48,7 +39,6 @@ namespace {
 MechanismPencil without_leaves(const System& system) {
   MechanismPencil pencil;
   pencil.bodies = pencil.size = system.size();
-  pencil.group = rigid_groups(system.mechanism());
   pencil.highest.resize(system.leaves());
   pencil.K_bodies = system.tangent();
   pencil.M_bodies = system.body_mass();
@@ -166,21 +156,7 @@ struct Motions {
 };
 
 Motions motions_of(const System& system) {
-  Motions motions;
-  const std::vector<int> driven = system.driven_coordinates();
-  if (system.constraints().count() == 0) {  // coordinates
-    std::vector<int> kept;
-    for (int i = 0; i < system.size(); ++i) {
-      if (system.is_held(i)) continue;
-      if (std::ranges::find(driven, i) != driven.end())
-        motions.held.push_back(static_cast<int>(kept.size()));
-      kept.push_back(i);
-    }
-    motions.basis = MatrixXd::Zero(system.size(), kept.size());
-    for (std::size_t k = 0; k < kept.size(); ++k) motions.basis(kept[k], k) = 1;
-    return motions;
-  }
-  motions.basis = FreeMotions(system, false).basis();
+  Motions motions{FreeMotions(system, false).basis(), {}};
   if (system.drives().empty()) return motions;
   const MatrixXd strokes = motions.basis.transpose() * system.drive_forces(),
                  still = null_space_of_transpose(strokes, 1e-9);

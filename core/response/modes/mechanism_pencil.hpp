@@ -17,11 +17,10 @@ inline constexpr int krylov_from = 150;
 /// Coordinates: those of the bodies, internal ones of leaf 0, of leaf 1, …
 struct MechanismPencil {
   int size = 0;
-  int bodies = 0;          ///< coordinates of the bodies
-  BlockMatrix K_bodies;    ///< the leaves add a block each beside it: no coupling
-  BlockMatrix M_bodies;    ///< of the rigid bodies alone
-  std::vector<int> group;  ///< of every body: what rigid joints make it part of
-  VectorXd highest;        ///< highest kept mode of each leaf [Hz]
+  int bodies = 0;        ///< coordinates of the bodies
+  BlockMatrix K_bodies;  ///< the leaves add a block each beside it: no coupling
+  BlockMatrix M_bodies;  ///< of the rigid bodies alone
+  VectorXd highest;      ///< highest kept mode of each leaf [Hz]
   double check = 0;
   struct Leaf {
     std::vector<int> coordinates;  ///< of its bodies, its point and its modes in the pencil

@@ -1,4 +1,4 @@
-#include "core/response/modes/rigid_motion.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 
 #include "core/math/rotation.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/elements/leaf/leaf_gradient.hpp"
-#include "core/response/modes/rigid_motion.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
 namespace {

@@ -11,8 +11,6 @@
 #include "core/equilibrium/edge_compliance.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/path/full_finish.hpp"
-#include "core/response/path/stable_branch.hpp"
 
 namespace flexopt {
 
@@ -70,7 +68,7 @@ std::vector<std::unique_ptr<LeafElement>> make_leaves(const Mechanism& mechanism
     for (std::size_t k = 0; k < request.points.size(); ++k)
       several.push_back(request.strokes_at(k, mechanism.drives.size()));
   auto leaves = make_reduced_leaves(mechanism, model, largest, request.loads, several,
-                                    path && moves_poissons_ratio(path->directions));
+                                    path && moves_poissons_ratio(path->design.list));
   const int dynamics = points_with_dynamics(model, request, points, differentiable);
   // derivatives of leaves that have none of their own are those of full ones
   const auto wants_tables = [&](LeafElement& leaf) {
@@ -106,7 +104,7 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
   if (good) good = check_reduced(system, point);
   if (good) return nullptr;
   point = before;
-  auto full = finish_on_full_leaves(system, model, request, k, good.error(), equilibrium);
+  auto full = finish_on_full_leaves(system, model, request, k, good, equilibrium);
   if (equilibrium.converged) outputs.evaluate(*full, equilibrium, k, point, gradients);
   return full;
 }
@@ -302,14 +300,11 @@ Equilibrium BranchWalk::reach(std::size_t k) {
 // What follows other branches from the point.
 void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::size_t k,
                                PathPoint& point, PointGradients* own) {
-  System* loaded = &system;
-  std::unique_ptr<System> whole;  // reduced leaves do not reach so far
-  if (!loaded->all_full()) {
-    whole = finish_on_full_leaves(*loaded, model_, request_, k, {}, equilibrium);
-    loaded = whole.get();
-  }
-  if (request_.growing_load()) outputs_.add_buckling(*loaded, equilibrium, k, point, own);
-  if (request_.wants_capacity()) outputs_.add_load_capacity(*loaded, k, point, own);
+  const auto whole = finish_on_full_leaves(system, model_, request_, k, check_full(system),
+                                           equilibrium);  // reduced leaves do not reach so far
+  System& loaded = whole ? *whole : system;
+  if (request_.growing_load()) outputs_.add_buckling(loaded, equilibrium, k, point, own);
+  if (request_.wants_capacity()) outputs_.add_load_capacity(loaded, k, point, own);
 }
 
 void BranchWalk::visit(std::size_t k) {
@@ -319,8 +314,8 @@ void BranchWalk::visit(std::size_t k) {
   if (equilibrium.converged && request_.branch == BranchChoice::stable &&
       negative_pivots(system(), request_.loads.driven()) > 0)
     left = leave_branch(system(), away_, model_, request_, k, equilibrium, other_branch_);
-  const bool gradients = differentiable_ && !differentiable_->directions.empty();
-  PointGradients* own = gradients ? &differentiable_->gradients.path[k] : nullptr;
+  StrokeGradients* gradients = gradients_of(differentiable_);
+  PointGradients* own = gradients ? &gradients->path[k] : nullptr;
   std::unique_ptr<System> full;
   if (equilibrium.converged)
     full = evaluate_point(system(), model_, request_, k, differentiable_ != nullptr, outputs_,
@@ -334,10 +329,9 @@ void BranchWalk::visit(std::size_t k) {
   }
   if (!differentiable_ && (request_.wants_dynamics() || request_.wants_state_space(k))) {
     // reduced leaves that know no interior leave the dynamics to full ones
-    std::unique_ptr<System> whole;
     Equilibrium there = equilibrium;
-    if (const Check has = check_interior(system(), request_, k); !has)
-      whole = finish_on_full_leaves(system(), model_, request_, k, has.error(), there);
+    const auto whole = finish_on_full_leaves(system(), model_, request_, k,
+                                             check_interior(system(), request_, k), there);
     if (there.converged) outputs_.add_dynamics(whole ? *whole : system(), k, point);
   }
   point.other_branch = other_branch_.has_value();
@@ -372,8 +366,7 @@ void follow_ways(const Mechanism& mechanism, const ModelOptions& model,
       point = before;
       point.status = PointStatus::limit_reached;
       point.message = *limit;
-      if (differentiable && !differentiable->directions.empty())
-        differentiable->gradients.path[k] = {};
+      if (StrokeGradients* gradients = gradients_of(differentiable)) gradients->path[k] = {};
     }
   };
   for (const std::vector<int>& way : ways) {

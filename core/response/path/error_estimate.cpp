@@ -183,7 +183,7 @@ bool is_converged(const StrokeResponse& response, std::size_t k) {
   return k < response.path.size() && response.path[k].status == PointStatus::converged;
 }
 
-Values values_of(const StrokeResponse* response, std::size_t k) {
+Values values_of(const std::shared_ptr<const StrokeResponse>& response, std::size_t k) {
   Values values;
   if (!response || !is_converged(*response, k)) return values;
   for (const EstimatedError& number : estimated_numbers(response->path[k]))
@@ -219,15 +219,16 @@ double stiffness_of_drive(const Values& numbers, const EstimatedError& load) {
   return found == numbers.end() ? 0 : found->second;
 }
 
-LargestError largest_of(const EstimatedError& number, std::size_t point) {
-  return {number.name,
-          0,
-          point,
-          number.relative(),
-          number.along / number.scale,
-          number.across / number.scale,
-          number.reduction / number.scale,
-          number.theory / number.scale};
+// Calls `visit` for every number of several paths, with what is said of it.
+template <class Visit>
+void each_error(const std::vector<StrokeErrors>& errors, const Visit& visit) {
+  for (std::size_t path = 0; path < errors.size(); ++path)
+    for (std::size_t k = 0; k < errors[path].path.size(); ++k)
+      for (const EstimatedError& n : errors[path].path[k]) {
+        if (n.scale == 0) continue;
+        visit(n.kind, LargestError{n.name, path, k, n.relative(), n.along / n.scale,
+                                   n.across / n.scale, n.reduction / n.scale, n.theory / n.scale});
+      }
 }
 
 }  // namespace
@@ -337,56 +338,38 @@ StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& mod
     ModelOptions full = model;
     full.accuracy = Accuracy::full;
     full.mesh = mesh;
-    return evaluate_stroke(mechanism, full, asked);
+    return std::make_shared<const StrokeResponse>(evaluate_stroke(mechanism, full, asked));
   };
-  const bool reduced = model.accuracy == Accuracy::reduced,
-             across = has_elements_across(mechanism, model);
-  StrokeResponse own, wider;
-  if (reduced) own = with_mesh(model.mesh);
-  const StrokeResponse longer = with_mesh(more_along(model.mesh));
-  if (across) wider = with_mesh(more_across(model.mesh));
-  return errors_of(response, {reduced ? &own : &response, &longer, across ? &wider : nullptr,
-                              model.mesh, scale_of(mechanism)});
-}
-
-std::optional<LargestError> largest_error(const StrokeErrors& errors, bool of_stresses) {
-  std::optional<LargestError> largest;
-  for (std::size_t k = 0; k < errors.path.size(); ++k)
-    for (const EstimatedError& number : errors.path[k]) {
-      if ((number.kind == ErrorKind::stress) != of_stresses || number.scale == 0) continue;
-      if (largest && number.relative() <= largest->relative) continue;
-      largest = largest_of(number, k);
-    }
-  return largest;
-}
-
-std::vector<LargestError> errors_beyond(const std::vector<StrokeErrors>& errors, double tolerance) {
-  std::map<std::pair<std::size_t, std::string>, LargestError> beyond;
-  for (std::size_t path = 0; path < errors.size(); ++path)
-    for (std::size_t k = 0; k < errors[path].path.size(); ++k)
-      for (const EstimatedError& number : errors[path].path[k]) {
-        if (number.kind == ErrorKind::stress || number.relative() <= tolerance) continue;
-        LargestError& largest = beyond[{path, number.name}];
-        if (number.relative() <= largest.relative) continue;
-        largest = largest_of(number, k);
-        largest.path = path;
-      }
-  std::vector<LargestError> sorted;
-  for (auto& [name, error] : beyond) sorted.push_back(std::move(error));
-  std::ranges::stable_sort(sorted, std::greater{}, &LargestError::relative);
-  return sorted;
+  FullPaths full{.mesh = model.mesh, .scale = scale_of(mechanism)};
+  full.own = model.accuracy == Accuracy::reduced ? with_mesh(model.mesh)
+                                                 : std::make_shared<const StrokeResponse>(response);
+  full.along = with_mesh(more_along(model.mesh));
+  if (has_elements_across(mechanism, model)) full.across = with_mesh(more_across(model.mesh));
+  return errors_of(response, full);
 }
 
 std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,
                                           bool of_stresses) {
   std::optional<LargestError> largest;
-  for (std::size_t k = 0; k < errors.size(); ++k) {
-    auto own = largest_error(errors[k], of_stresses);
-    if (!own || (largest && own->relative <= largest->relative)) continue;
-    own->path = k;
-    largest = std::move(own);
-  }
+  each_error(errors, [&](ErrorKind kind, LargestError error) {
+    if ((kind == ErrorKind::stress) == of_stresses &&
+        !(largest && error.relative <= largest->relative))
+      largest = std::move(error);
+  });
   return largest;
+}
+
+std::vector<LargestError> errors_beyond(const std::vector<StrokeErrors>& errors, double tolerance) {
+  std::map<std::pair<std::size_t, std::string>, LargestError> beyond;
+  each_error(errors, [&](ErrorKind kind, LargestError error) {
+    if (kind == ErrorKind::stress || error.relative <= tolerance) return;
+    LargestError& largest = beyond[{error.path, error.name}];
+    if (error.relative > largest.relative) largest = std::move(error);
+  });
+  std::vector<LargestError> sorted;
+  for (auto& [name, error] : beyond) sorted.push_back(std::move(error));
+  std::ranges::stable_sort(sorted, std::greater{}, &LargestError::relative);
+  return sorted;
 }
 
 }  // namespace flexopt

@@ -12,10 +12,10 @@
 #include "core/mechanism/joint.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
-#include "core/response/path/stroke_ways.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/room_taken.hpp"
-#include "core/response/stress_history.hpp"
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
+#include "core/response/stress_safety.hpp"
 
 namespace flexopt {
 namespace {
@@ -77,14 +77,13 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
                                const StrokeRequest& request, DifferentiablePath* differentiable,
                                StrokeResponse& response) {
   const auto start = std::chrono::steady_clock::now();
-  std::optional<ExactDerivatives> exactly;
-  if (differentiable) exactly = differentiable->exact_derivatives(model);
+  const ExactDerivatives exactly{differentiable ? &differentiable->design : nullptr, model};
   Answer<FrequencyDerivativesResult> found =
       differentiable && differentiable->along_stroke
           ? std::move(*differentiable->along_stroke)
           : frequency_derivatives(mechanism, model, request.loads, request.newton,
                                   request.frequencies, stroke_ways(request),
-                                  exactly ? &*exactly : nullptr);
+                                  differentiable ? &exactly : nullptr);
   response.seconds_derivatives =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (differentiable) {
@@ -97,9 +96,9 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
   response.frequency_ways = std::move(found->ways);
   set_validity(response.frequency_derivatives, response.path);
   for (FrequencyWay& way : response.frequency_ways) set_validity(way, response.path);
-  if (differentiable && !differentiable->directions.empty()) {
-    differentiable->gradients.frequency_derivatives = std::move(found->gradients);
-    differentiable->gradients.frequency_ways = std::move(found->way_gradients);
+  if (StrokeGradients* gradients = gradients_of(differentiable)) {
+    gradients->frequency_derivatives = std::move(found->gradients);
+    gradients->frequency_ways = std::move(found->way_gradients);
   }
   add_screening(request, differentiable, response);
 }
@@ -112,48 +111,45 @@ void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
   if ((!still && !moving) || mechanism.leaves.empty()) return;
   const Solids solids = Solids::undeflected(mechanism);
   const Extents rest = extents_of(solids);
-  const bool gradients = differentiable && !differentiable->directions.empty();
-  PlaceRates rates;
+  StrokeGradients* gradients = gradients_of(differentiable);
   MatrixXd rest_rates;
-  if (gradients) {
-    rates = undeflected_rates(mechanism, differentiable->directions);
-    rest_rates = extent_rates(solids, rest, rates);
-  }
+  if (gradients)
+    rest_rates =
+        extent_rates(solids, rest, undeflected_rates(mechanism, differentiable->design.list));
   std::vector<const Extents*> states{&rest};
   std::vector<const MatrixXd*> state_rates{&rest_rates};
   bool whole = moving;
-  for (std::size_t k = 0; k < response.path.size(); ++k) {
-    whole = whole && response.path[k].extents;
-    if (!whole) break;
-    states.push_back(&*response.path[k].extents);
-    if (gradients) state_rates.push_back(&differentiable->gradients.path[k].extents);
+  for (std::size_t k = 0; k < response.path.size() && whole; ++k) {
+    if (const auto& extents = response.path[k].extents)
+      states.push_back(&*extents);
+    else
+      whole = false;
+    if (gradients) state_rates.push_back(&gradients->path[k].extents);
   }
-  std::optional<Envelope> at_rest, over_stroke;
-  std::optional<double> mass;
-  MatrixXd at_rest_rates, over_stroke_rates;
-  std::optional<VectorXd> mass_rate;
+  PathPoint found;
+  PointGradients rates;
   if (still) {
-    at_rest = envelope_of({&rest});
-    mass = leaf_mass(mechanism);
+    found.envelope = envelope_of({&rest});
+    found.leaf_mass = leaf_mass(mechanism);
     if (gradients) {
-      at_rest_rates = envelope_rates({&rest}, {&rest_rates});
-      mass_rate = leaf_mass_rate(mechanism, *rates.directions);
+      rates.envelope = envelope_rates({&rest}, {&rest_rates});
+      rates.leaf_mass = leaf_mass_rate(mechanism, differentiable->design.list);
     }
   }
   if (whole) {
-    over_stroke = envelope_of(states);
-    if (gradients) over_stroke_rates = envelope_rates(states, state_rates);
+    found.moving_envelope = envelope_of(states);
+    if (gradients) rates.moving_envelope = envelope_rates(states, state_rates);
   }
   for (std::size_t k = 0; k < response.path.size(); ++k) {
     PathPoint& point = response.path[k];
-    point.envelope = at_rest;
-    point.moving_envelope = over_stroke;
-    point.leaf_mass = mass;
+    point.envelope = found.envelope;
+    point.moving_envelope = found.moving_envelope;
+    point.leaf_mass = found.leaf_mass;
     if (!gradients) continue;
-    PointGradients& of = differentiable->gradients.path[k];
-    of.envelope = at_rest_rates;
-    of.moving_envelope = over_stroke_rates;
-    of.leaf_mass = mass_rate;
+    PointGradients& of = gradients->path[k];
+    of.envelope = rates.envelope;
+    of.moving_envelope = rates.moving_envelope;
+    of.leaf_mass = rates.leaf_mass;
   }
 }
 
@@ -218,9 +214,9 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   if (path)
     follow_ways(mechanism, model, request, ways_to_points(request), differentiable, response);
   if (path && request.outputs.has(Output::stress) && request.stress.need_history()) {
-    const bool gradients = differentiable && !differentiable->directions.empty();
-    add_fatigue(mechanism, request.stress, gradients ? &differentiable->directions : nullptr,
-                response, gradients ? &differentiable->gradients : nullptr);
+    StrokeGradients* gradients = gradients_of(differentiable);
+    add_fatigue(mechanism, request.stress, gradients ? &differentiable->design.list : nullptr,
+                response, gradients);
   }
   bool cut_short = false;
   if (request.wants_frequency_derivatives()) try {
@@ -281,11 +277,12 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
     return result;
   }
   DifferentiablePath shared;
+  std::vector<Mechanism> rates;
   for (const MechanismDirection& d : directions) {
     shared.gradients.parameters.push_back(d.parameter);
-    shared.directions.push_back(d.rate);
+    rates.push_back(d.rate);
   }
-  shared.rates = LeafRates(ProfileDirections(mechanism, shared.directions));
+  shared.design = DesignDirections(mechanism, std::move(rates));
   shared.gradients.path.resize(request.points.size());
   result.response = evaluate(own, model, request, &shared);
   result.gradients = std::move(shared.gradients);

@@ -13,7 +13,6 @@
 #include "core/math/work_limit.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/full_modes.hpp"
-#include "core/response/path/low_modes.hpp"
 #include "core/response/path/mechanism_series.hpp"
 
 namespace flexopt {
@@ -235,8 +234,8 @@ std::optional<std::vector<FrequencyDerivativeGradients>> gradients_of(const Mech
                f0.dot(path.M_phi[2].col(i)) + 2 * f1.dot(path.M_phi[1].col(i)) +
                    f1.dot(M_rate[0].col(i)) + 2 * f2.dot(path.M_phi[0].col(i))};
   }
-  const DesignRates<Jet> design(factor, series.leaf_gradients(*exact.rates), series.path(),
-                                *exact.directions, exact.model);
+  const DesignRates<Jet> design(factor, series.leaf_gradients(exact.design->rates), series.path(),
+                                exact.design->list, exact.model);
   const Eigen::MatrixX<Jet> state_rates = series.balance(-design.residual()),
                             rates = design.quadratic(Y, lambda, state_rates);
   std::vector<FrequencyDerivativeGradients> gradients;
@@ -296,7 +295,7 @@ Answer<AlongStrokes> along_strokes(const MechanismFactor& factor, const VectorXd
         (2 * d.d_omega2 * d.d_omega2 / d.omega2 - d.d2_omega2) / (d.omega2 * d.omega2);
     d.mode = std::move(classified[i]);
   }
-  if (exact && !exact->directions->empty()) {
+  if (exact && !exact->design->list.empty()) {
     auto gradients = gradients_of(factor, series, *path, *exact, listed);
     if (!gradients)
       return Because("the second derivatives of the modes were not found in 200 iterations");
@@ -362,7 +361,7 @@ Answer<FrequencyDerivativesResult> frequency_derivatives(const MechanismFactor& 
     }
     if (!along) return Because(along.error());
     result.ways.push_back({way, std::move(along->modes)});
-    if (exact && !exact->directions->empty())
+    if (exact && !exact->design->list.empty())
       result.way_gradients.push_back(std::move(along->gradients));
   }
   return result;

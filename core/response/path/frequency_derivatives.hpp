@@ -1,13 +1,16 @@
 #pragma once
 // First and second derivatives of the natural frequencies along the stroke, from one state: closed
 // formulas, no differences. Equations (S1) to (S5) of core/response/README.md.
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/equilibrium/system.hpp"
+#include "core/math/answer.hpp"
 #include "core/mechanism/model_options.hpp"
 #include "core/response/gradients/design_rates.hpp"
 #include "core/response/modes/full_modes.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stroke_gradients.hpp"
 
@@ -15,8 +18,7 @@ namespace flexopt {
 
 /// Modes to rounding (vectors to 1e-11), and derivatives along the design.
 struct ExactDerivatives {
-  LeafRates* rates;
-  const std::vector<Mechanism>* directions;  ///< as in DesignRates; may be empty
+  DesignDirections* design;  ///< may be empty
   ModelOptions model;
 };
 
@@ -70,5 +72,50 @@ std::vector<ScreeningFrequency> screening_frequencies(
 /// Derivative of (S5) along the design.
 VectorXd screening_gradient(const FrequencyDerivatives& mode,
                             const FrequencyDerivativeGradients& gradients, double stroke);
+
+// The modes that series along the stroke begin with, as many and as good as these need them.
+
+/// Frequencies nearer than this (relative, squared) are one repeated frequency.
+inline constexpr double repeated_frequency = 1e-7;
+
+struct LowModes {
+  VectorXd lambda;      ///< squares of the frequencies, ascending [rad²/s²]
+  MatrixXd phi, M_phi;  ///< M-orthonormal, rows of the factor
+  int kept = 0;         ///< the lowest of them; the others are guards
+};
+
+/// Modes that the derivatives of the lowest `count` ones take, at least.
+constexpr int modes_needed(int count) { return count + 3; }
+
+/// Lowest modes with the drives free: those asked for, a few above, all that are unstable, and
+/// whole clusters of equal frequencies. Where more equal frequencies follow than can be kept, only
+/// the modes below them. What is left out lies above, so that K − λ M is positive definite there
+/// for every λ that is kept. `exact`: to rounding; else a step of inverse iteration changes each
+/// vector by less than 1e-6. `known`: modes of the factor with the drives free, if there are some.
+Answer<LowModes> low_modes(const MechanismFactor& factor, int count, bool exact,
+                           const FullModes* known);
+
+// The straight ways of several strokes from rest to the points of a path: along each of them
+// frequencies are a series in one number, as they are in the stroke of a single drive.
+
+/// For every way, the strokes of its furthest point; opposite points share a way. Empty for one
+/// drive. For a path that stays at rest: the unit stroke of the first drive.
+std::vector<VectorXd> stroke_ways(const StrokeRequest& request);
+
+/// The part of a way at which these strokes lie, negative on the other side; nothing where they
+/// do not lie on it.
+std::optional<double> part_of_way(const VectorXd& way, const std::vector<double>& strokes);
+
+/// The modes whose parabolas foretell the frequencies of a point, and where on them it stands.
+struct ModesToPoint {
+  const std::vector<FrequencyDerivatives>* modes = nullptr;
+  const std::vector<FrequencyDerivativeGradients>* gradients = nullptr;  ///< null where none are
+  double at = 0;  ///< stroke of the only drive, or the part of the way of several
+};
+/// Modes that lead to a point; nothing where the response has no frequency derivatives. `gradients`
+/// may be null.
+std::optional<ModesToPoint> modes_to_point(const StrokeResponse& response,
+                                           const StrokeGradients* gradients,
+                                           const PathPoint& point);
 
 }  // namespace flexopt

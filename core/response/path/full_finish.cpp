@@ -1,4 +1,4 @@
-#include "core/response/path/full_finish.hpp"
+#include "core/response/path/branch.hpp"
 
 #include <fmt/format.h>
 
@@ -27,8 +27,9 @@ Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::si
 
 std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions& model,
                                               const StrokeRequest& request, std::size_t point,
-                                              const std::string& reason, Equilibrium& equilibrium) {
-  const std::string why = reason.empty() ? "exact" : "exact: " + reason;
+                                              const Check& good, Equilibrium& equilibrium) {
+  if (good) return nullptr;
+  const std::string why = good.error().empty() ? "exact" : "exact: " + good.error();
   auto full = system.on_full_leaves(system.loads(), why);
   const bool driven = request.loads.driven();
   const int before = equilibrium.iterations, steps = equilibrium.sub_steps;
@@ -46,6 +47,10 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
   equilibrium.iterations += before;
   equilibrium.sub_steps = std::max(equilibrium.sub_steps, steps);
   return full;
+}
+
+Check check_full(const System& system) {
+  return system.all_full() ? Check() : Because(std::string());
 }
 
 Check check_interior(System& system, const StrokeRequest& request, std::size_t k) {

@@ -1,4 +1,4 @@
-#include "core/response/path/low_modes.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 
 #include <fmt/format.h>
 
@@ -30,13 +30,12 @@ bool are_modes(const MechanismFactor& factor, const LowModes& modes) {
 }
 
 std::optional<LowModes> modes_of_krylov(const MechanismFactor& factor, int wanted) {
-  const auto solve = [&](const MatrixXd& B) { return factor.solve(B); };
-  const auto mass = [&](const MatrixXd& B) { return factor.mass(B); };
   const int width = std::min(std::max(3, static_cast<int>(factor.leaves().size())), wanted);
-  LowestPairs pairs = lowest_pairs(factor.size(), wanted, width, solve, mass, tolerance);
+  LowestPairs pairs =
+      lowest_pairs(factor.size(), wanted, width, factor.solver(false), factor.masses(), tolerance);
   if (!pairs.converged) return std::nullopt;
   LowModes modes{std::move(pairs.values), std::move(pairs.vectors), {}};
-  modes.M_phi = mass(modes.phi);
+  modes.M_phi = factor.mass(modes.phi);
   if (!are_modes(factor, modes)) return std::nullopt;
   return modes;
 }

@@ -10,20 +10,6 @@
 #include "core/mechanism/spring.hpp"
 
 namespace flexopt {
-namespace {
-
-// Adds the second derivatives H s^order by two bodies to those of all.
-template <class Block>
-void add_blocks(const std::array<int, 2>& sides, int order, const Series<Block>& H,
-                Series<BlockMatrix>& all) {
-  for (int p = 0; order + p < 3; ++p)
-    for (int e = 0; e < 2; ++e)
-      for (int f = 0; f < 2; ++f)
-        if (sides[e] >= 0 && sides[f] >= 0)
-          all[order + p].block(sides[e], sides[f]) += H[p].template block<6, 6>(6 * e, 6 * f);
-}
-
-}  // namespace
 
 Answer<MechanismSeries> MechanismSeries::of(const MechanismFactor& factor) {
   std::vector<std::unique_ptr<LeafSeries>> leaves;
@@ -130,60 +116,16 @@ void MechanismSeries::expand_leaf(std::size_t i) {
   leaf.series->expand(edges, leaf.x, point);
 }
 
-JointBodyOf<Jet> MechanismSeries::body_series(int body) const {
-  if (body < 0) return {};
-  return {jets(place_[body]), jets(rotation_[body]),
-          factor_->system().mechanism().bodies[body].reference};
-}
-
-// The stroke of a drive or of a held direction, which is no polynomial of rotation matrices.
-void MechanismSeries::expand_stroke(const Drive& drive, int row) {
-  const DriveStroke<Jet> stroke =
-      drive_stroke(drive, body_series(drive.body), body_series(drive.other));
+// Ψ and Ψ_q of a joint or drive, and its λ·Ψ_qq.
+void MechanismSeries::expand_condition(const std::array<int, 2>& sides, int row,
+                                       const JointConditionsOf<Jet>& of,
+                                       const Eigen::Matrix<Jet, 12, 12>& curvature) {
+  const int count = static_cast<int>(of.value.size());
   for (int o = 0; o < 3; ++o) {
-    conditions_.value[o][row] = stroke.value.c[o];
-    conditions_.rows[o][row].gradient = coefficients(stroke.gradient, o);
-    Series<MatrixXd> H;
-    for (int p = 0; p < 3; ++p) H[p] = multipliers_[o][row] * coefficients(stroke.curvature, p);
-    add_blocks({drive.body, drive.other}, o, H, conditions_.curvature);
-  }
-}
-
-// Ψ, Ψ_q and λ·Ψ_qq are polynomials of second degree in the places and rotation matrices X of the
-// bodies, for which differences are exact: f(X0 + X1 s + X2 s²) from f at X0, X0 ± X1, X0 ± X2.
-void MechanismSeries::expand_joint(const Joint& joint, int row) {
-  const Mechanism& m = factor_->system().mechanism();
-  const auto body = [&](int b, int order, double sign) {
-    JointBody at;
-    if (b < 0) return at;
-    at = {place_[b][0], rotation_[b][0], m.bodies[b].reference};
-    if (order > 0) {
-      at.position += sign * place_[b][order];
-      at.rotation += sign * rotation_[b][order];
-    }
-    return at;
-  };
-  const auto series = [&](const auto& f) {
-    const auto at = [&](int order, double sign) {
-      return MatrixXd(f(body(joint.body, order, sign), body(joint.other, order, sign)));
-    };
-    const MatrixXd here = at(0, 0), up = at(1, 1), down = at(1, -1);
-    return Series<MatrixXd>{here, 0.5 * (up - down),
-                            0.5 * (at(2, 1) - at(2, -1)) + 0.5 * (up + down) - here};
-  };
-  const int k = size_of(joint.type).conditions;
-  const Series<MatrixXd> value =
-      series([&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).value; });
-  const Series<MatrixXd> gradient = series(
-      [&](const JointBody& a, const JointBody& b) { return conditions(joint, a, b).gradient; });
-  for (int o = 0; o < 3; ++o) {
-    conditions_.value[o].segment(row, k) = value[o];
-    for (int i = 0; i < k; ++i)
-      conditions_.rows[o][row + i].gradient = gradient[o].row(i).transpose();
-    const VectorXd weights = multipliers_[o].segment(row, k);
-    const Series<MatrixXd> H = series(
-        [&](const JointBody& a, const JointBody& b) { return curvature(joint, a, b, weights); });
-    add_blocks({joint.body, joint.other}, o, H, conditions_.curvature);
+    conditions_.value[o].segment(row, count) = coefficients(of.value, o);
+    for (int i = 0; i < count; ++i)
+      conditions_.rows[o][row + i].gradient = coefficients(of.gradient, o).row(i).transpose();
+    add_between(coefficients(curvature, o), sides[0], sides[1], conditions_.curvature[o]);
   }
 }
 
@@ -195,15 +137,25 @@ void MechanismSeries::expand_conditions() {
     for (Constraints::Row& row : conditions_.rows[o]) row.gradient.setZero();
     conditions_.curvature[o] = BlockMatrix(bodies_ / 6);
   }
+  const MechanismState<Jet> state = path();
+  const auto body = [&](int b) { return body_or_ground(state.bodies, b); };
   int row = 0;
   for (const Joint& joint : m.joints) {
-    if (is_held(joint.type))
-      expand_stroke(held_direction(joint), row);
-    else
-      expand_joint(joint, row);
-    row += size_of(joint.type).conditions;
+    const JointBodyOf<Jet> a = body(joint.body), b = body(joint.other);
+    const int count = size_of(joint.type).conditions;
+    expand_condition({joint.body, joint.other}, row, conditions(joint, a, b),
+                     curvature(joint, a, b, state.multipliers.segment(row, count)));
+    row += count;
   }
-  for (const int k : factor_->system().constraints().drives()) expand_stroke(m.drives[k], row++);
+  for (const int k : factor_->system().constraints().drives()) {
+    const Drive& drive = m.drives[k];
+    const DriveStroke<Jet> stroke = drive_stroke(drive, body(drive.body), body(drive.other));
+    JointConditionsOf<Jet> condition;
+    condition.value.setConstant(1, stroke.value);
+    condition.gradient = stroke.gradient.transpose();
+    const Jet multiplier = state.multipliers[row];
+    expand_condition({drive.body, drive.other}, row++, condition, multiplier * stroke.curvature);
+  }
   for (std::vector<Constraints::Row>& rows : conditions_.rows)
     for (Constraints::Row& r : rows)
       for (int e = 0; e < 2; ++e)
@@ -220,17 +172,15 @@ void MechanismSeries::expand_springs() {
   }
   const MechanismState<Jet> state = path();
   for (const Spring& spring : m.springs) {
-    const SpringForcesOf<Jet> f = spring_forces(spring, joint_body(m, state, spring.body),
-                                                joint_body(m, state, spring.other));
+    const SpringForcesOf<Jet> f = spring_forces(spring, body_or_ground(state.bodies, spring.body),
+                                                body_or_ground(state.bodies, spring.other));
     const std::array<int, 2> sides{spring.body, spring.other};
-    Series<Matrix12d> tangent;
     for (int o = 0; o < 3; ++o) {
       const Vector12d force = coefficients(f.force, o);
-      tangent[o] = coefficients(f.tangent, o);
       for (int e = 0; e < 2; ++e)
         if (sides[e] >= 0) springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
+      add_between(coefficients(f.tangent, o), sides[0], sides[1], springs_.tangent[o]);
     }
-    add_blocks(sides, 0, tangent, springs_.tangent);
   }
 }
 
@@ -240,22 +190,15 @@ void MechanismSeries::add_conditions(const MatrixXd& Y, int order, MatrixXd& res
   result.topRows(bodies_) += conditions_.curvature[order] * Y.topRows(bodies_);
   add_condition_forces(Y.bottomRows(m), order, result);
   result.bottomRows(m).setZero();
-  for (int k = 0; k < m; ++k) {
-    const Constraints::Row& row = conditions_.rows[order][k];
-    for (int e = 0; e < 2; ++e)
-      if (row.body[e] >= 0)
-        result.row(result.rows() - m + k) +=
-            row.gradient.segment<6>(6 * e).transpose() * Y.middleRows<6>(6 * row.body[e]);
-  }
+  for (int k = 0; k < m; ++k)
+    conditions_.rows[order][k].each(
+        [&](int c, double value) { result.row(result.rows() - m + k) += value * Y.row(c); });
 }
 
 void MechanismSeries::add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const {
-  for (int k = 0; k < factor_->conditions(); ++k) {
-    const Constraints::Row& row = conditions_.rows[order][k];
-    for (int e = 0; e < 2; ++e)
-      if (row.body[e] >= 0)
-        result.middleRows<6>(6 * row.body[e]) += row.gradient.segment<6>(6 * e) * Y.row(k);
-  }
+  for (int k = 0; k < factor_->conditions(); ++k)
+    conditions_.rows[order][k].each(
+        [&](int c, double value) { result.row(c) += value * Y.row(k); });
 }
 
 template <class Apply>
@@ -363,7 +306,8 @@ void MechanismSeries::expand_along_strokes(const VectorXd& strokes) {
 MechanismState<Jet> MechanismSeries::path() const {
   MechanismState<Jet> path{{}, jets(multipliers_)};
   for (std::size_t b = 0; b < place_.size(); ++b)
-    path.bodies.push_back({jets(place_[b]), jets(rotation_[b])});
+    path.bodies.push_back(
+        {jets(place_[b]), jets(rotation_[b]), factor_->system().mechanism().bodies[b].reference});
   return path;
 }
 
@@ -386,10 +330,9 @@ Series<MatrixXd> MechanismSeries::tilted_tangent_times(const MatrixXd& Y, int or
 }
 
 Eigen::MatrixX<Jet> MechanismSeries::balance(const Eigen::MatrixX<Jet>& B) const {
-  const MatrixXd still = MatrixXd::Zero(factor_->drives(), B.cols());
   Series<MatrixXd> Y, force = series(B);
   for (int o = 0; o < 3; ++o) {
-    Y[o] = factor_->balance(force[o], still).topRows(factor_->size());
+    Y[o] = factor_->balance(force[o], true).topRows(factor_->size());
     if (o == 2) break;
     const Series<MatrixXd> KY = tilted_tangent_times(Y[o], 3 - o);
     for (int k = 1; o + k < 3; ++k) force[o + k] -= KY[k];

@@ -2,6 +2,7 @@
 // A mechanism about an equilibrium and along its stroke: K(s) and M(s) of all
 // degrees of freedom as power series in the stroke, exact to s². Equations (S1), (S2) of
 // core/response/README.md.
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -67,9 +68,8 @@ class MechanismSeries {
   void expand_leaf(std::size_t i);
   void expand_springs();
   void expand_conditions();
-  void expand_joint(const Joint& joint, int row);
-  void expand_stroke(const Drive& drive, int row);
-  JointBodyOf<Jet> body_series(int body) const;
+  void expand_condition(const std::array<int, 2>& sides, int row, const JointConditionsOf<Jet>& of,
+                        const Eigen::Matrix<Jet, 12, 12>& curvature);
   void add_conditions(const MatrixXd& Y, int order, MatrixXd& result) const;
   /// result += Ψ_qᵀ Y of the coefficients of one order; Y: rows of conditions.
   void add_condition_forces(const MatrixXd& Y, int order, MatrixXd& result) const;

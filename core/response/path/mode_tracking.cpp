@@ -5,7 +5,6 @@
 #include <span>
 
 #include "core/response/path/frequency_derivatives.hpp"
-#include "core/response/path/stroke_ways.hpp"
 
 namespace flexopt {
 namespace {
@@ -104,10 +103,6 @@ void follow(std::span<FrequencyDerivatives> modes, const std::vector<PointAlong>
     }
   }
 }
-
-}  // namespace
-
-namespace {
 
 // Sets valid_to by the points of the path that lie on the way, and their places on it.
 template <class PlaceOf>

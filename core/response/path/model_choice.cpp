@@ -46,7 +46,7 @@ class Paths {
     return path;
   }
 
-  KeptFullPaths full(const std::array<int, 2>& mesh, std::size_t k) {
+  FullPaths full(const std::array<int, 2>& mesh, std::size_t k) {
     return {get(Accuracy::full, mesh, k), get(Accuracy::full, more_along(mesh), k),
             across_ ? get(Accuracy::full, more_across(mesh), k) : nullptr, mesh, scale_};
   }
@@ -92,7 +92,7 @@ std::vector<StrokeErrors> errors_by(Paths& paths, Accuracy accuracy, const std::
   std::vector<StrokeErrors> all;
   for (std::size_t k = 0; k < paths.requests(); ++k) {
     const StrokeResponse& response = *paths.get(accuracy, mesh, k);
-    StrokeErrors errors = errors_of(response, paths.full(mesh, k).view());
+    StrokeErrors errors = errors_of(response, paths.full(mesh, k));
     if (response.status != Status::ok && tried.message.empty()) tried.message = response.message;
     if (!errors.message.empty() && tried.message.empty()) tried.message = errors.message;
     all.push_back(std::move(errors));

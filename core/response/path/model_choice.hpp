@@ -2,7 +2,6 @@
 // Reduced or full leaves, and their mesh, chosen so that errors stay below a tolerance.
 #include <array>
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,22 +23,13 @@ struct TriedModel {
   std::string message;   ///< why it has no estimates; empty otherwise
 };
 
-/// Full paths that outlive the choice.
-struct KeptFullPaths {
-  std::shared_ptr<const StrokeResponse> own, along, across;
-  std::array<int, 2> mesh{};
-  MechanismScale scale;
-
-  FullPaths view() const { return {own.get(), along.get(), across.get(), mesh, scale}; }
-};
-
 /// Which model was chosen, and why.
 struct ChosenModel {
   ModelOptions model;
   bool met = false;  ///< the estimates are below the tolerance
   double cost = 0;   ///< of the choice, as largest_cost
   /// For every request, the paths of full leaves on the chosen mesh, as errors_of needs them.
-  std::vector<KeptFullPaths> full;
+  std::vector<FullPaths> full;
   std::vector<TriedModel> tried;  ///< in their order, the chosen one last
   std::string message;            ///< one sentence with the figures
 };

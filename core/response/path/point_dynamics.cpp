@@ -6,9 +6,8 @@
 #include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/modes/state_space.hpp"
-#include "core/response/path/low_modes.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/path/point_outputs.hpp"
-#include "core/response/path/stroke_ways.hpp"
 
 namespace flexopt {
 namespace {
@@ -94,7 +93,7 @@ bool PointOutputs::add_full_frequencies(const MechanismFactor& factor, std::size
     lists = std::move(*modes);
     if (at_rest) {
       const auto start = std::chrono::steady_clock::now();
-      const ExactDerivatives derivatives = differentiable_->exact_derivatives(*model_);
+      const ExactDerivatives derivatives{&differentiable_->design, *model_};
       differentiable_->along_stroke = frequency_derivatives(
           factor, request_->frequencies, stroke_ways(*request_), &derivatives, &lists.free);
       differentiable_->seconds_along_stroke =
@@ -158,7 +157,7 @@ bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullMode
                                    std::size_t index, PathPoint& point) {
   if (!request_->wants_state_space(index)) return true;
   LeafRates own;
-  LeafRates& rates = differentiable_ ? differentiable_->rates : own;
+  LeafRates& rates = differentiable_ ? differentiable_->design.rates : own;
   Answer<StateSpace> model =
       state_space(factor, *request_->state_space, request_->probes, free, rates);
   if (model)
@@ -209,10 +208,9 @@ Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids
   if (point.max_stress && request_->stress_peaks > 0)
     add_stress_peaks(system, request_->stress_peaks, point);
   if (!gradients) return {};
-  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, differentiable_->rates);
-  if (!leaves) return refused(leaves.error());
-  *gradients = point_gradients(factor, std::move(*leaves), differentiable_->directions, *model_,
-                               *request_, point, modes, solids,
+  const auto design = design_rates(factor, differentiable_->design, *model_);
+  if (!design) return refused(design.error());
+  *gradients = point_gradients(factor, *design, *request_, point, modes, solids,
                                request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_);
   return {};
 }

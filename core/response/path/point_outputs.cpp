@@ -14,7 +14,7 @@ namespace {
 
 void add_motion(System& system, const StrokeRequest& request, PathPoint& point) {
   const Mechanism& mechanism = system.mechanism();
-  const BodyPose& pose = system.pose(mechanism.end_effector);
+  const JointBody& pose = system.pose(mechanism.end_effector);
   const RigidBody& body = mechanism.bodies[mechanism.end_effector];
   point.displacement = pose.position - body.reference;
   point.rotation = rotation_log(pose.rotation);
@@ -25,9 +25,8 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
           system.leaf(i).material_point(follows->along, follows->across) - body.reference;
   }
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
-    const BodyPose& at = system.pose(static_cast<int>(b));
-    point.bodies.push_back(
-        {at.position - mechanism.bodies[b].reference, rotation_log(at.rotation)});
+    const JointBody& at = system.pose(static_cast<int>(b));
+    point.bodies.push_back({at.position - at.reference, rotation_log(at.rotation)});
   }
   point.bodies[mechanism.end_effector].displacement = point.displacement;
   for (const Probe& probe : request.probes) {
@@ -93,14 +92,11 @@ void add_sections(System& system, std::vector<std::vector<StressPlace>>& places,
 
 Solids solids_of(System& system) {
   const Mechanism& mechanism = system.mechanism();
-  std::vector<BodyPlace> bodies;
-  for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
-    bodies.push_back({system.pose(b).position, system.pose(b).rotation});
   return {mechanism,
           [&](int leaf, const std::vector<std::array<double, 2>>& points) {
             return system.leaf(leaf).material_points(points);
           },
-          bodies};
+          system.poses()};
 }
 
 }  // namespace
@@ -145,9 +141,6 @@ void PointOutputs::add_stress_peaks(System& system, int wanted, PathPoint& point
 void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
                                 PathPoint& point, PointGradients* gradients) {
   const double growing = request_->loads.driven() ? 0 : request_->points[index];
-  std::optional<DesignDirections> design;
-  if (gradients)
-    design = {&differentiable_->directions, &differentiable_->rates, request_->loads.driven()};
   Buckling& buckling = point.buckling.emplace();
   for (const DriveState drive : {DriveState::locked, DriveState::free}) {
     const bool locked = drive == DriveState::locked;
@@ -158,7 +151,8 @@ void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, 
     }
     LoadBranch branch(system, *request_->growing_load(), growing, drive, equilibrium.drive_loads,
                       request_->newton);
-    CriticalLoadResult found = find_critical_load(branch, *model_, design ? &*design : nullptr);
+    CriticalLoadResult found = find_critical_load(
+        branch, *model_, gradients ? &differentiable_->design : nullptr, request_->loads.driven());
     (locked ? buckling.drive_locked : buckling.drive_free) = std::move(found.load);
     if (gradients)
       (locked ? gradients->buckling_locked : gradients->buckling_free) = std::move(found.gradient);
@@ -168,8 +162,7 @@ void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, 
 void PointOutputs::add_load_capacity(System& system, std::size_t index, PathPoint& point,
                                      PointGradients* gradients) {
   const double growing = request_->loads.driven() ? 0 : request_->points[index];
-  if (gradients && !capacity_)
-    capacity_.emplace(system.mechanism(), differentiable_->directions, differentiable_->rates);
+  if (gradients && !capacity_) capacity_.emplace(system.mechanism(), differentiable_->design);
   for (std::size_t k = 0; k < request_->capacity.directions.size(); ++k) {
     if (!request_->capacity.directions[k]) continue;
     LoadCapacityResult found = find_load_capacity(system, static_cast<int>(k), growing, *request_,

@@ -7,8 +7,8 @@
 
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/response/gradients/design_rates.hpp"
-#include "core/response/modes/constant_mass.hpp"
 #include "core/response/modes/dynamics_measures.hpp"
+#include "core/response/modes/frequencies.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/response.hpp"
 #include "core/response/solids.hpp"
@@ -19,17 +19,16 @@ namespace flexopt {
 
 /// What the points of a differentiable path share.
 struct DifferentiablePath {
-  std::vector<Mechanism> directions;  ///< of the gradients; may be empty
+  DesignDirections design;  ///< of the gradients; may be empty
   StrokeGradients gradients;
-  LeafRates rates;
   /// Where the path has a point at rest: the modes along the stroke from it, and what they took.
   std::optional<Answer<FrequencyDerivativesResult>> along_stroke;
   double seconds_along_stroke = 0;
-
-  ExactDerivatives exact_derivatives(const ModelOptions& model) {
-    return {&rates, &directions, model};
-  }
 };
+/// Gradients of a path to be filled in; null where none are wanted.
+inline StrokeGradients* gradients_of(DifferentiablePath* path) {
+  return path && !path->design.list.empty() ? &path->gradients : nullptr;
+}
 
 /// Evaluates the points of one branch of the path, one after the other.
 class PointOutputs {

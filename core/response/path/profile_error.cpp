@@ -1,4 +1,4 @@
-#include "core/response/path/profile_error.hpp"
+#include "core/response/path/error_estimate.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,3 @@
-#include "core/response/path/stable_branch.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +9,7 @@
 #include "core/equilibrium/free_motions.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/path/full_finish.hpp"
+#include "core/response/path/branch.hpp"
 
 namespace flexopt {
 namespace {
@@ -31,8 +30,8 @@ std::optional<Push> push_of_bodies(const System& system, bool driven) {
   const MatrixXd K = Z.transpose() * (system.tangent() * Z);
   const SymmetricEigen eigen(0.5 * (K + K.transpose()));
   if (!(eigen.eigenvalues()[0] < 0)) return std::nullopt;
-  VectorXd motion = Z * eigen.eigenvectors().col(0), counted = motion;
-  for (Eigen::Index b = 0; b < counted.size(); b += 6) counted.segment<3>(b) /= system.length();
+  const VectorXd motion = Z * eigen.eigenvectors().col(0),
+                 counted = motion.cwiseQuotient(system.units());
   Eigen::Index largest = 0;
   counted.cwiseAbs().maxCoeff(&largest);
   return Push{motion / (counted[largest] > 0 ? counted.norm() : -counted.norm())};
@@ -136,17 +135,15 @@ Answer<StableBranch> lead_to_stable_branch(System& system, const Push& push,
 Check leave_branch(System& system, std::unique_ptr<System>& away, const ModelOptions& model,
                    const StrokeRequest& request, std::size_t point, Equilibrium& equilibrium,
                    std::optional<Push>& push) {
-  std::unique_ptr<System> whole;
   Equilibrium here = equilibrium;
-  if (!system.all_full()) {
-    whole = finish_on_full_leaves(system, model, request, point, {}, here);
-    if (!here.converged) return Because(here.message);
-    // reduced leaves alone were unstable
-    if (negative_pivots(*whole, request.loads.driven()) == 0) {
-      away = std::move(whole);
-      equilibrium = here;
-      return {};
-    }
+  std::unique_ptr<System> whole =
+      finish_on_full_leaves(system, model, request, point, check_full(system), here);
+  if (!here.converged) return Because(here.message);
+  // reduced leaves alone were unstable
+  if (whole && negative_pivots(*whole, request.loads.driven()) == 0) {
+    away = std::move(whole);
+    equilibrium = here;
+    return {};
   }
   Answer<StableBranch> found = find_stable_branch(whole ? *whole : system, model, request, point);
   if (!found) return Because(found.error());

@@ -1,4 +1,4 @@
-#include "core/response/path/stroke_ways.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -42,16 +42,11 @@ constexpr double first_step = 1, last_stretch = 0.01;
 // What a limit is missed by.
 constexpr double at_the_limit = 1e-11;
 
-VectorXd over_length(const VectorXd& bodies, double length) {
-  VectorXd scaled = bodies;
-  for (Eigen::Index b = 0; b < scaled.size(); b += 6) scaled.segment<3>(b) /= length;
-  return scaled;
-}
-
 // Motions of the bodies, over the largest unknown of all.
 std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& mode) {
   const double L = factor.system().length();
-  double largest = over_length(mode.head(factor.bodies()), L).cwiseAbs().maxCoeff();
+  double largest =
+      mode.head(factor.bodies()).cwiseQuotient(factor.system().units()).cwiseAbs().maxCoeff();
   for (const MechanismFactor::Leaf& leaf : factor.leaves())
     largest =
         std::max(largest, mode.segment(leaf.offset, leaf.rows.unknowns).cwiseAbs().maxCoeff());
@@ -64,13 +59,12 @@ std::vector<BodyMotion> motions(const MechanismFactor& factor, const VectorXd& m
 }  // namespace
 
 double BranchTracer::measure(const VectorXd& bodies) const {
-  return over_length(bodies, branch_->system().length()).norm();
+  return bodies.cwiseQuotient(branch_->system().units()).norm();
 }
 
 double BranchTracer::product(const BranchDirection& a, const BranchDirection& b) const {
-  const double L = branch_->system().length();
-  return weight_ * weight_ * over_length(a.bodies, L).dot(over_length(b.bodies, L)) +
-         a.factor * b.factor;
+  const VectorXd weights = (weight_ * branch_->system().units().cwiseInverse()).cwiseAbs2();
+  return a.bodies.dot(weights.cwiseProduct(b.bodies)) + a.factor * b.factor;
 }
 
 // The motions of bodies count as the factor does, by how they go with it where the branch begins.
@@ -82,9 +76,7 @@ BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   const MechanismFactor& factor = *here.factor;
   MatrixXd forces = MatrixXd::Zero(factor.size(), 1);
   forces.topRows(factor.bodies()) = branch_->load();
-  std::optional<MatrixXd> still;
-  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), 1);
-  const VectorXd state = factor.balance(forces, still).topRows(factor.size());
+  const VectorXd state = factor.balance(forces, branch_->locked()).topRows(factor.size());
   const VectorXd bodies = state.head(factor.bodies());
   if (weight_ == 0) {
     first_rate_ = std::max(measure(bodies), least_rate);
@@ -94,11 +86,9 @@ BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   // states that are kept have no negative pivot (stride), so that the load does not turn between
   // them: P·u̇ = u̇ᵀK u̇ > 0
   here.along = {side / size * bodies, side / size};
-  here.rate = std::make_unique<StiffnessRate>(factor, shared_, *model_, branch_->named());
+  here.rate = std::make_unique<StiffnessRate>(factor, still_, *model_, branch_->named());
   here.rate->set_direction(side / size * state, side / size);
-  Softening soft = soften(factor, *here.rate, branch_->locked(), start);
-  here.ahead = std::move(soft.ahead);
-  here.behind = std::move(soft.behind);
+  static_cast<Softening&>(here) = soften(factor, *here.rate, branch_->locked(), start);
   return here;
 }
 
@@ -163,8 +153,7 @@ bool BranchTracer::next_to(const Heading& heading, double size) {
 VectorXd BranchTracer::nearly_singular_motion(const MechanismFactor& factor,
                                               const VectorXd& known) const {
   if (known.size() == factor.size()) return known;
-  const VectorXd force = any_force(factor);
-  return branch_->locked() ? factor.solve_locked(force) : factor.solve(force);
+  return factor.solver(branch_->locked())(any_force(factor));
 }
 
 CriticalLoad BranchTracer::critical_at(double factor, Look here, const VectorXd& mode,
@@ -233,15 +222,15 @@ BranchTracer::Look BranchTracer::look_on(int side, Look last, double at, double 
 bool BranchTracer::close_in(const LoadBranch::State& from, const BranchDirection& along,
                             double step) {
   constexpr int most_rounds = 60;
-  double high = step, above = limit_->beyond(branch_->system());
+  double high = step, above = limit_(branch_->system());
   branch_->restore(from);
-  double low = 0, below = limit_->beyond(branch_->system());
+  double low = 0, below = limit_(branch_->system());
   int last = 0;  // the side that moved
   for (int round = 0; round < most_rounds; ++round) {
     const double middle = (low * above - high * below) / (above - below);
     branch_->restore(from);
     if (!branch_->advance(along, middle, weight_)) return false;
-    const double here = limit_->beyond(branch_->system());
+    const double here = limit_(branch_->system());
     if (std::abs(here) < at_the_limit || high - low < 1e-14 * step) return true;
     const int side = here > 0 ? 1 : -1;
     (side > 0 ? high : low) = middle;
@@ -292,7 +281,7 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     std::optional<LoadBranch::State> from;
     if (limit_) from = branch_->save();
     const Stride went = stride(here.along, step);
-    if (went.taken && limit_ && limit_->beyond(branch_->system()) > 0) {
+    if (went.taken && limit_ && limit_(branch_->system()) > 0) {
       at_limit_ = close_in(*from, here.along, step);
       if (!at_limit_)
         result.reason = fmt::format("no equilibrium was found next to the limit, at {}",
@@ -358,16 +347,12 @@ std::string BranchTracer::shown(double factor) const {
 }
 
 // (S25): the stiffness of the critical mode stays zero.
-VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& drive_load_rates) {
+VectorXd BranchTracer::gradient(DesignDirections& design, const MatrixXd& drive_load_rates) {
   const MechanismFactor& factor = *critical_->factor;
   // by inverse iteration, which leaves no rounding along stiff motions
-  VectorXd mode = critical_->rate->times(critical_->ahead->mode);
-  mode = branch_->locked() ? factor.solve_locked(mode) : factor.solve(mode);
+  VectorXd mode = factor.solver(branch_->locked())(critical_->rate->times(critical_->ahead->mode));
   mode /= mode.norm();
-  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
-  assert(leaves);
-  const DesignRates<double> rates(factor, std::move(*leaves), present_state(factor),
-                                  *design.directions, *model_);
+  const DesignRates<double> rates = design_rates(factor, design, *model_).value();
   MatrixXd residual = rates.residual();
   if (!branch_->locked())
     residual.topRows(factor.bodies()) -= branch_->system().drive_forces() * drive_load_rates;
@@ -377,9 +362,7 @@ VectorXd BranchTracer::gradient(const DesignDirections& design, const MatrixXd& 
   MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
   forces.leftCols(count) = -residual;
   forces.col(count).head(factor.bodies()) = branch_->load();
-  std::optional<MatrixXd> still;
-  if (branch_->locked()) still = MatrixXd::Zero(factor.drives(), count + 1);
-  const MatrixXd moved = factor.balance(forces, still).topRows(factor.size());
+  const MatrixXd moved = factor.balance(forces, branch_->locked()).topRows(factor.size());
   MatrixXd state = moved.leftCols(count);
   if (!branch_->locked())
     for (int k = 0; k < factor.drives(); ++k)

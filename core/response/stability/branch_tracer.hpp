@@ -1,52 +1,42 @@
 #pragma once
 // Follows a branch of equilibria under a growing load to where its tangent is singular, or to where
 // a limit that is watched is reached: README.md of core/response, (S24), (S25), (S30).
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/mechanism/each_number.hpp"
 #include "core/response/response.hpp"
 #include "core/response/stability/load_branch.hpp"
 #include "core/response/stability/softening.hpp"
 
 namespace flexopt {
 
-/// Derivatives of a factor are along these.
-struct DesignDirections {
-  const std::vector<Mechanism>* directions = nullptr;
-  LeafRates* rates = nullptr;
-  bool driven = true;  ///< the drives' loads are those of their strokes; else there are none
-};
-
-/// A limit that is watched along a branch beside its tangent.
-class BranchLimit {
- public:
-  virtual ~BranchLimit() = default;
-  /// At the equilibrium at which the system stands assembled: below zero within the limit, above
-  /// beyond it; continuous.
-  virtual double beyond(System& system) = 0;
-};
+/// A limit that is watched along a branch beside its tangent. At the equilibrium at which the
+/// system stands assembled: below zero within the limit, above beyond it; continuous.
+using BranchLimit = std::function<double(System&)>;
 
 class BranchTracer {
  public:
-  /// All arguments must outlive it. `limit`: null where the tangent alone is watched. `unit`: what
-  /// a factor of 1 is [N or N m], where messages are to name loads; else 0.
-  BranchTracer(LoadBranch& branch, const ModelOptions& model, BranchLimit* limit = nullptr,
+  /// Branch and model must outlive it. `limit`: empty where the tangent alone is watched. `unit`:
+  /// what a factor of 1 is [N or N m], where messages are to name loads; else 0.
+  BranchTracer(LoadBranch& branch, const ModelOptions& model, BranchLimit limit = {},
                double unit = 0)
       : branch_(&branch),
         model_(&model),
-        limit_(limit),
+        limit_(std::move(limit)),
         unit_(unit),
-        shared_(branch.system().mechanism()) {}
+        still_(branch.system().mechanism(), {zero_rate(branch.system().mechanism())}) {}
 
   /// What is linear at a state of the branch.
-  struct Look {
+  struct Look : Softening {
     std::unique_ptr<MechanismFactor> factor;
     std::unique_ptr<StiffnessRate> rate;
     BranchDirection along;  ///< per σ
-    std::optional<SoftMode> ahead, behind;
 
     double estimate(double at, const SoftMode& mode) const { return at + mode.step * along.factor; }
     /// Distance of the factor from that of the singular state ahead.
@@ -73,7 +63,7 @@ class BranchTracer {
   Trial put_on(const LoadBranch::State& begin, double factor);
 
   /// Derivatives of the factor of a singular state that was followed to.
-  VectorXd gradient(const DesignDirections& design, const MatrixXd& drive_load_rates);
+  VectorXd gradient(DesignDirections& design, const MatrixXd& drive_load_rates);
 
  private:
   struct Stride {
@@ -122,9 +112,9 @@ class BranchTracer {
 
   LoadBranch* branch_;
   const ModelOptions* model_;
-  BranchLimit* limit_;
+  BranchLimit limit_;
   double unit_;
-  StiffnessRate::Shared shared_;
+  DesignDirections still_;  ///< a design that does not change
   /// Size of the motions of the bodies by the factor where the branch began, over the longest leaf.
   double first_rate_ = 0, weight_ = 0;
   bool at_limit_ = false;

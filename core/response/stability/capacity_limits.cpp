@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/equilibrium/end_effector_compliance.hpp"
+#include "core/response/gradients/moving_places.hpp"
 
 namespace flexopt {
 namespace {
@@ -30,14 +31,11 @@ Rates rates_of(System& system, CapacityDirections& directions, const ModelOption
   Rates rates;
   rates.factor = std::make_unique<MechanismFactor>(MechanismFactor::of(system).value());
   const MechanismFactor& factor = *rates.factor;
-  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, directions.rates);
-  assert(leaves);  // full leaves have them
   rates.design = std::make_unique<DesignRates<double>>(
-      factor, std::move(*leaves), present_state(factor), directions.with_load, model);
+      design_rates(factor, directions.with_load, model).value());
   MatrixXd forces = -rates.design->residual();
   if (load) forces.col(forces.cols() - 1).head(factor.bodies()) += *load;
-  const MatrixXd still = MatrixXd::Zero(factor.drives(), forces.cols());
-  rates.state = factor.balance(forces, still).topRows(factor.size());
+  rates.state = factor.balance(forces, true).topRows(factor.size());
   return rates;
 }
 
@@ -56,22 +54,6 @@ VectorXd stiffness_rates(const Rates& rates, int support, const BodyLoad* load) 
     form[form.size() - 1] += w.dot(arm_stiffness(load->force, arm) * w);
   }
   return form / (y(at, 0) * y(at, 0));
-}
-
-VectorXd peak_rates(const Rates& rates, const StressPeak& peak, const Mechanism& mechanism,
-                    const CapacityDirections& directions, const StressRules& rules) {
-  const MechanismFactor& factor = *rates.factor;
-  const auto leaf = static_cast<std::size_t>(peak.leaf);
-  const auto fields = rates.design->leaf(peak.leaf).fields(
-      factor.leaf_rows(factor.leaves()[leaf], rates.state), rates.design->variations(peak.leaf));
-  VectorXd moduli(directions.with_load.size());
-  for (Eigen::Index p = 0; p < moduli.size(); ++p)
-    moduli[p] = directions.with_load[p].leaves[leaf].material.youngs_modulus;
-  VectorXd of_stress =
-      fields->stress_rates(peak, mechanism.leaves[leaf].material.youngs_modulus, moduli);
-  if (!rules.fillet) return of_stress;
-  return with_fillet_rates(std::move(of_stress), peak, mechanism, directions.with_load,
-                           *rules.fillet);
 }
 
 }  // namespace
@@ -146,7 +128,7 @@ UnloadedStiffness CapacityLimits::unloaded(System& system, CapacityDirections& d
   const Rates rates = rates_of(system, design, model, nullptr);
   for (std::size_t d = 0; d < 6; ++d)
     if (unloaded_[d])
-      stiffness.rates[d] =
+      stiffness[d] =
           stiffness_rates(rates, static_cast<int>(d), nullptr).head(rates.state.cols() - 1);
   return stiffness;
 }
@@ -158,12 +140,14 @@ VectorXd CapacityLimits::gradient(LoadBranch& branch, CapacityDirections& design
   const Rates rates = rates_of(branch.system(), design, model, &load);
   const Eigen::Index count = rates.state.cols() - 1;
   if (stress_) {
-    const VectorXd of = peak_rates(rates, *stress_, *mechanism_, design, request_->stress);
+    MovingFields fields(*rates.factor, *rates.design, rates.state);
+    const VectorXd of = stress_rates(fields.of(stress_->leaf), *stress_, *mechanism_,
+                                     design.with_load.list, request_->stress.fillet);
     return -of.head(count) / of[count];
   }
   const BodyLoad named = branch.named();
   const VectorXd of = stiffness_rates(rates, *support_, &named);
-  const VectorXd& without = *unloaded.rates[*support_];
+  const VectorXd& without = *unloaded[*support_];
   return -(of.head(count) - request_->capacity.stiffness_share * without) / of[count];
 }
 

@@ -8,17 +8,16 @@
 
 namespace flexopt {
 
-/// Support stiffness of the state without the load, and its derivatives along the directions.
-struct UnloadedStiffness {
-  std::array<std::optional<VectorXd>, 6> rates;
-};
+/// Derivatives of the support stiffness of the state without the load along the directions.
+using UnloadedStiffness = std::array<std::optional<VectorXd>, 6>;
 
-class CapacityLimits : public BranchLimit {
+class CapacityLimits {
  public:
   /// `system`: assembled at the state without the load. `request` must outlive it.
   CapacityLimits(System& system, const StrokeRequest& request);
 
-  double beyond(System& system) override;
+  /// BranchLimit.
+  double beyond(System& system);
   /// The limit that was decisive in the latest beyond(); its value is left open.
   LoadCapacity reached() const;
 

@@ -25,27 +25,24 @@ bool unload_to_stable(LoadBranch& branch) {
 }
 
 // Derivatives of the drives' loads, their strokes and the load kept: drives × parameters.
-MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model,
-                          const DesignDirections& design) {
+MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model, DesignDirections& design,
+                          bool driven) {
   const Answer<MechanismFactor> linear = MechanismFactor::of(branch.system());
   const MechanismFactor& factor = *linear;
-  const auto count = static_cast<Eigen::Index>(design.directions->size());
-  if (!design.driven || factor.drives() == 0) return MatrixXd::Zero(factor.drives(), count);
-  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, *design.rates);
-  const DesignRates<double> rates(factor, std::move(*leaves), present_state(factor),
-                                  *design.directions, model);
-  return factor.balance(-rates.residual(), MatrixXd::Zero(factor.drives(), count))
-      .bottomRows(factor.drives());
+  const auto count = static_cast<Eigen::Index>(design.list.size());
+  if (!driven || factor.drives() == 0) return MatrixXd::Zero(factor.drives(), count);
+  const DesignRates<double> rates = design_rates(factor, design, model).value();
+  return factor.balance(-rates.residual(), true).bottomRows(factor.drives());
 }
 
 }  // namespace
 
 CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& model,
-                                      const DesignDirections* design) {
+                                      DesignDirections* design, bool driven) {
   CriticalLoadResult result;
   const bool stable = branch.negative_pivots() == 0;
   MatrixXd of_drives;
-  if (design && !branch.locked()) of_drives = drive_load_rates(branch, model, *design);
+  if (design && !branch.locked()) of_drives = drive_load_rates(branch, model, *design, driven);
   if (!stable && !unload_to_stable(branch)) {
     result.load.reason = "the state is unstable, and stays so without the load";
     return result;

@@ -14,8 +14,9 @@ struct CriticalLoadResult {
 };
 
 /// Follows the branch from where it stands, first to larger factors, then to smaller ones.
-/// `design`: null where no derivatives are wanted.
+/// `design`: null where no derivatives are wanted. `driven`: the drives' loads are those of their
+/// strokes; else there are none.
 CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& model,
-                                      const DesignDirections* design);
+                                      DesignDirections* design, bool driven = true);
 
 }  // namespace flexopt

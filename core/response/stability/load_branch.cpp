@@ -13,29 +13,22 @@
 namespace flexopt {
 namespace {
 
-// Loads that were growing stand still.
-LoadCase at_rest(LoadCase loads, double growing) {
+// One load alone grows; those that were growing stand still.
+LoadCase with_growing(LoadCase loads, DeadLoad one, double growing) {
   for (DeadLoad still : loads.growing) {
     still.force *= growing;
     still.moment *= growing;
     loads.constant.push_back(std::move(still));
   }
-  loads.growing.clear();
+  loads.growing = {std::move(one)};
   return loads;
 }
 
 // One of the constant loads alone grows.
-LoadCase with_growing(const LoadCase& loads, std::size_t load, double growing) {
-  LoadCase own = at_rest(loads, growing);
-  own.growing = {loads.constant[load]};
-  own.constant.erase(own.constant.begin() + static_cast<std::ptrdiff_t>(load));
-  return own;
-}
-
-LoadCase with_more(const LoadCase& loads, const DeadLoad& more, double growing) {
-  LoadCase own = at_rest(loads, growing);
-  own.growing = {more};
-  return own;
+LoadCase with_growing(LoadCase loads, std::size_t load, double growing) {
+  DeadLoad one = loads.constant[load];
+  loads.constant.erase(loads.constant.begin() + static_cast<std::ptrdiff_t>(load));
+  return with_growing(std::move(loads), std::move(one), growing);
 }
 
 }  // namespace
@@ -60,17 +53,15 @@ LoadBranch::LoadBranch(System& system, std::size_t load, double growing, DriveSt
 
 LoadBranch::LoadBranch(System& system, const DeadLoad& more, double growing,
                        const NewtonOptions& options)
-    : LoadBranch(system, with_more(system.loads(), more, growing), 0, DriveState::locked, options) {
-}
+    : LoadBranch(system, with_growing(system.loads(), more, growing), 0, DriveState::locked,
+                 options) {}
 
 BodyLoad LoadBranch::named() const {
   return acting_loads(system_->loads(), {.growing = 1}, system_->mechanism()).front();
 }
 
 VectorXd LoadBranch::load() const {
-  std::vector<BodyPose> poses;
-  for (int b = 0; b < system_->size() / 6; ++b) poses.push_back(system_->pose(b));
-  VectorXd forces = forces_of({named()}, poses);
+  VectorXd forces = forces_of({named()}, system_->poses());
   for (const int k : system_->held()) forces[k] = 0;
   return forces;
 }
@@ -93,11 +84,8 @@ Check LoadBranch::advance(const BranchDirection& along, double size, double weig
   system_->move(size * along.bodies);
   apply(factor() + size * along.factor);
   system_->assemble();
-  BranchDirection across = along;
-  const double L = system_->length();
-  for (int b = 0; b < system_->size(); b += 6) across.bodies.segment<3>(b) /= L * L;
-  across.bodies *= weight * weight;
-  Check met = correct(across);
+  const VectorXd weights = (weight * system_->units().cwiseInverse()).cwiseAbs2();
+  Check met = correct({along.bodies.cwiseProduct(weights), along.factor});
   if (!met) restore(kept);
   return met;
 }

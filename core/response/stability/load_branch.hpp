@@ -28,7 +28,6 @@ class LoadBranch {
 
   System& system() { return *system_; }
   const System& system() const { return *system_; }
-  DriveState drive() const { return drive_; }
   bool locked() const { return drive_ == DriveState::locked; }
   /// Factor of the load: where the branch begins 1, or 0 of a load that comes to the others.
   double factor() const { return system_->load_factors().growing; }

@@ -33,10 +33,8 @@ std::vector<Mechanism> with_load(const Mechanism& mechanism, std::vector<Mechani
 double size_of_load(LoadBranch& branch, const ModelOptions& model) {
   BranchTracer tracer(branch, model);
   const BranchTracer::Look here = tracer.look(1, {});
-  double motion = 0;
-  for (Eigen::Index k = 0; k < here.along.bodies.size(); ++k)
-    motion = std::max(
-        motion, std::abs(here.along.bodies[k]) / (k % 6 < 3 ? branch.system().length() : 1.0));
+  const double motion =
+      here.along.bodies.cwiseQuotient(branch.system().units()).cwiseAbs().maxCoeff();
   double size = large_motion * std::abs(here.along.factor) / std::max(motion, 1e-300);
   if (here.ahead) size = std::min(size, std::abs(here.estimate(0, *here.ahead)));
   return size;
@@ -51,19 +49,15 @@ LoadCapacity none_left(const CapacityLimits& limits) {
 
 }  // namespace
 
-CapacityDirections::CapacityDirections(const Mechanism& mechanism,
-                                       const std::vector<Mechanism>& directions,
-                                       LeafRates& design_rates)
-    : design{&directions, &design_rates},
-      with_load(flexopt::with_load(mechanism, directions)),
-      rates(ProfileDirections(mechanism, with_load)) {}
+CapacityDirections::CapacityDirections(const Mechanism& mechanism, DesignDirections& directions)
+    : design(directions), with_load(mechanism, flexopt::with_load(mechanism, directions.list)) {}
 
 LoadCapacityResult find_load_capacity(System& system, int direction, double growing,
                                       const StrokeRequest& request, const ModelOptions& model,
                                       CapacityDirections* design) {
   LoadCapacityResult result;
   LoadCapacity& capacity = result.capacity;
-  const auto count = design ? static_cast<Eigen::Index>(design->design.directions->size()) : 0;
+  const auto count = design ? static_cast<Eigen::Index>(design->design.list.size()) : 0;
   const auto without_load = [&](LoadCapacity found) {
     if (design) result.gradient = VectorXd(VectorXd::Zero(count));
     capacity = std::move(found);
@@ -80,7 +74,8 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   const double size = size_of_load(unit, model);
   LoadBranch branch(system, load_along(direction, size), growing, request.newton);
   const LoadBranch::State begin = branch.save();
-  BranchTracer tracer(branch, model, &limits, size);
+  BranchTracer tracer(
+      branch, model, [&](System& at) { return limits.beyond(at); }, size);
   const std::optional<double>& largest =
       direction % 6 < 3 ? request.capacity.largest_force : request.capacity.largest_moment;
   const double bound = largest ? *largest / size : std::numeric_limits<double>::infinity();

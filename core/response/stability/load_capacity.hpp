@@ -10,15 +10,12 @@
 namespace flexopt {
 
 /// Directions along which a load capacity is differentiated.
-class CapacityDirections {
- public:
-  /// `mechanism` and `directions` must outlive this.
-  CapacityDirections(const Mechanism& mechanism, const std::vector<Mechanism>& directions,
-                     LeafRates& rates);
+struct CapacityDirections {
+  /// `directions` must outlive this.
+  CapacityDirections(const Mechanism& mechanism, DesignDirections& directions);
 
-  DesignDirections design;
-  std::vector<Mechanism> with_load;  ///< the directions, and the load: a design that stays
-  LeafRates rates;                   ///< along these
+  DesignDirections& design;
+  DesignDirections with_load;  ///< the same, and the load: a design that stays
 };
 
 struct LoadCapacityResult {

@@ -19,7 +19,7 @@ constexpr double most_jump = 4;
 VectorXd places(const System& system) {
   VectorXd all(2 * static_cast<Eigen::Index>(system.size()));
   for (int b = 0; 12 * b < all.size(); ++b) {
-    const BodyPose& pose = system.pose(b);
+    const JointBody& pose = system.pose(b);
     all.segment<3>(12 * b) = pose.position / system.length();
     all.segment<9>(12 * b + 3) = Eigen::Map<const VectorXd>(pose.rotation.data(), 9);
   }
@@ -30,7 +30,7 @@ VectorXd places(const System& system) {
 
 bool BranchTracer::stands_within() const {
   LoadBranch& branch = *branch_;
-  return branch.negative_pivots() == 0 && (!limit_ || limit_->beyond(branch.system()) <= 0);
+  return branch.negative_pivots() == 0 && (!limit_ || limit_(branch.system()) <= 0);
 }
 
 BranchTracer::Trial BranchTracer::put_on(const LoadBranch::State& begin, double factor) {

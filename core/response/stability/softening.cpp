@@ -1,13 +1,11 @@
 #include "core/response/stability/softening.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <utility>
 
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/mechanism/each_number.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 
 namespace flexopt {
@@ -28,17 +26,9 @@ VectorXd on_motions(const MechanismFactor& factor, MatrixXd column) {
 
 }  // namespace
 
-StiffnessRate::Shared::Shared(const Mechanism& mechanism)
-    : still{zero_rate(mechanism)}, rates(ProfileDirections(mechanism, still)) {}
-
-StiffnessRate::StiffnessRate(const MechanismFactor& factor, Shared& shared,
+StiffnessRate::StiffnessRate(const MechanismFactor& factor, DesignDirections& still,
                              const ModelOptions& model, const BodyLoad& named)
-    : factor_(&factor), named_(named) {
-  Answer<LeafGradients<double>> leaves = leaf_gradients(factor, shared.rates);
-  assert(leaves);  // full leaves have them
-  design_ = std::make_unique<DesignRates<double>>(factor, std::move(*leaves), present_state(factor),
-                                                  shared.still, model);
-}
+    : factor_(&factor), design_(design_rates(factor, still, model).value()), named_(named) {}
 
 // Derivative by the state of yᵀK y of the leaves, column by column.
 MatrixXd StiffnessRate::leaf_gradients_of(const MatrixXd& Y) const {
@@ -48,7 +38,7 @@ MatrixXd StiffnessRate::leaf_gradients_of(const MatrixXd& Y) const {
     const MechanismFactor::Leaf& leaf = factor_->leaves()[i];
     const MatrixXd rows = factor_->leaf_rows(leaf, Y);
     factor_->add_leaf_force(leaf, leaf.linear->scale().energy,
-                            design_->leaf(static_cast<int>(i)).quadratic(rows, none).state, forces);
+                            design_.leaf(static_cast<int>(i)).quadratic(rows, none).state, forces);
   }
   return forces;
 }
@@ -69,7 +59,7 @@ MatrixXd StiffnessRate::forms(const MatrixXd& Y) const {
   Eigen::Index column = n;
   for (Eigen::Index a = 0; a < n; ++a)
     for (Eigen::Index b = a + 1; b < n; ++b) all.col(column++) = Y.col(a) + Y.col(b);
-  VectorXd q = design_->quadratic(all, VectorXd::Zero(all.cols()), state_);
+  VectorXd q = design_.quadratic(all, VectorXd::Zero(all.cols()), state_);
   // growing forces on the present arms
   const Eigen::Index r = 6 * static_cast<Eigen::Index>(named_.body) + 3;
   const Vector3d arm = factor_->system().pose(named_.body).rotation * named_.arm;
@@ -115,20 +105,17 @@ VectorXd StiffnessRate::times(const VectorXd& y) const {
 
 namespace {
 
-// The first roots of either sign in a basis with YᵀK Y = diag(values), from exact forms.
-void add_roots(const MatrixXd& Y, const VectorXd& stiffness, const StiffnessRate& rate,
-               Softening& found) {
-  if (Y.cols() == 0) return;
-  const VectorXd by = stiffness.cwiseSqrt().cwiseInverse();
-  const MatrixXd T = by.asDiagonal() * rate.forms(Y) * by.asDiagonal();
-  const SymmetricEigen eigen(T);
-  const MatrixXd modes = Y * (by.asDiagonal() * eigen.eigenvectors());
-  const Eigen::Index last = T.cols() - 1;
-  const double least = 1e-13 * eigen.eigenvalues().cwiseAbs().maxCoeff();
-  if (eigen.eigenvalues()[0] < -least)
-    found.ahead = SoftMode{-1 / eigen.eigenvalues()[0], modes.col(0)};
-  if (eigen.eigenvalues()[last] > least)
-    found.behind = SoftMode{-1 / eigen.eigenvalues()[last], modes.col(last)};
+// The first roots of either sign in a basis with YᵀK Y = 1, from exact forms.
+Softening roots_in(const MatrixXd& Y, const StiffnessRate& rate) {
+  Softening found;
+  const SymmetricEigen eigen(rate.forms(Y));
+  const VectorXd& values = eigen.eigenvalues();
+  const Eigen::Index last = values.size() - 1;
+  const double least = 1e-13 * values.cwiseAbs().maxCoeff();
+  if (values[0] < -least) found.ahead = SoftMode{-1 / values[0], Y * eigen.eigenvectors().col(0)};
+  if (values[last] > least)
+    found.behind = SoftMode{-1 / values[last], Y * eigen.eigenvectors().col(last)};
+  return found;
 }
 
 }  // namespace
@@ -146,9 +133,7 @@ VectorXd any_force(const MechanismFactor& factor) {
 // Lanczos with K⁻¹ dK/dσ in the product of K: of v = K⁻¹ r it is vᵀr.
 Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool drives_locked,
                  const VectorXd& start) {
-  const auto solve = [&](const VectorXd& b) -> VectorXd {
-    return drives_locked ? factor.solve_locked(b) : factor.solve(b);
-  };
+  const LinearMap solve = factor.solver(drives_locked);
   const Eigen::Index n = factor.size();
   VectorXd r = any_force(factor);
   if (start.size() == n) {
@@ -187,15 +172,12 @@ Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool 
     behind = values[count - 1];
     if (still && count >= (start.size() == n ? 5 : 12)) break;
   }
-  Softening found;
-  if (count == 0) return found;
+  if (count == 0) return {};
   std::vector<int> wanted;
   for (int k = 0; k < std::min(exact_vectors, count); ++k) wanted.push_back(k);
   for (int k = std::max(count - exact_vectors, static_cast<int>(wanted.size())); k < count; ++k)
     wanted.push_back(k);
-  const MatrixXd Y = V.leftCols(count) * vectors(Eigen::all, wanted);
-  add_roots(Y, VectorXd::Ones(Y.cols()), rate, found);
-  return found;
+  return roots_in(V.leftCols(count) * vectors(Eigen::all, wanted), rate);
 }
 
 }  // namespace flexopt

@@ -13,14 +13,9 @@ namespace flexopt {
 /// dK/dσ while the state moves by `state` per σ and the load grows by `load` per σ.
 class StiffnessRate {
  public:
-  /// What all states of a mechanism share.
-  struct Shared {
-    explicit Shared(const Mechanism& mechanism);
-    std::vector<Mechanism> still;  ///< a design that does not change
-    LeafRates rates;
-  };
-  /// Factor and `shared` must outlive it. `named`: the load for a factor of 1.
-  StiffnessRate(const MechanismFactor& factor, Shared& shared, const ModelOptions& model,
+  /// Factor and `still`, a design that does not change, must outlive it. `named`: the load for a
+  /// factor of 1.
+  StiffnessRate(const MechanismFactor& factor, DesignDirections& still, const ModelOptions& model,
                 const BodyLoad& named);
 
   /// Per σ, rows of the factor.
@@ -36,7 +31,7 @@ class StiffnessRate {
   MatrixXd leaf_gradients_of(const MatrixXd& Y) const;
 
   const MechanismFactor* factor_;
-  std::unique_ptr<DesignRates<double>> design_;
+  DesignRates<double> design_;
   BodyLoad named_;
   VectorXd state_, scaled_state_, of_state_;
   double load_ = 0, size_ = 0;

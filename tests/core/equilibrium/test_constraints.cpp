@@ -22,14 +22,10 @@ Mechanism jointed() {
   return m;
 }
 
-std::vector<BodyPose> poses_at_rest(const Mechanism& m) {
-  std::vector<BodyPose> poses;
-  for (const RigidBody& b : m.bodies) poses.push_back({b.reference, Matrix3d::Identity()});
-  return poses;
-}
+std::vector<JointBody> poses_at_rest(const Mechanism& m) { return undeflected_bodies(m); }
 
 /// Moved by increments (displacement, spin) of the bodies.
-std::vector<BodyPose> moved(std::vector<BodyPose> poses, const VectorXd& q) {
+std::vector<JointBody> moved(std::vector<JointBody> poses, const VectorXd& q) {
   for (std::size_t b = 0; b < poses.size(); ++b) {
     poses[b].position += q.segment<3>(6 * b);
     poses[b].rotation = rotation_exp(Vector3d(q.segment<3>(6 * b + 3))) * poses[b].rotation;

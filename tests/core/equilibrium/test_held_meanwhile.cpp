@@ -1,5 +1,4 @@
 // What is told where loads find no equilibrium: what is held meanwhile, and where it would give.
-#include "core/equilibrium/held_meanwhile.hpp"
 
 #include <catch2/catch.hpp>
 

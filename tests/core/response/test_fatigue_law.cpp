@@ -1,5 +1,5 @@
 // What a cycle does to a material: worked by hand, its laws, its derivatives.
-#include "core/response/fatigue_law.hpp"
+#include "core/response/stress_safety.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

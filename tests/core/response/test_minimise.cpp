@@ -1,5 +1,5 @@
 // Local minima of smooth functions in a box.
-#include "core/response/minimise.hpp"
+#include "core/response/solid_search.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

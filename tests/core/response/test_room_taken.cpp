@@ -8,9 +8,8 @@
 #include <numbers>
 
 #include "core/mechanism/profile.hpp"
-#include "core/response/extents.hpp"
 #include "core/response/quantities.hpp"
-#include "core/response/undeflected_place.hpp"
+#include "core/response/solids.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 #include "support/strokes.hpp"
@@ -283,7 +282,7 @@ TEST_CASE(
           result.emplace_back(along * L, (across - 0.5) * w + edge(along), 0);
         return result;
       };
-      std::vector<BodyPlace> bodies;
+      std::vector<JointBody> bodies;
       for (const RigidBody& body : m.bodies) bodies.push_back({body.reference});
       const Extents extents = extents_of(Solids(m, places, bodies));
       CHECK(extents.high[1] == Approx(0.5 * w + d / 24).epsilon(1e-12));

@@ -8,7 +8,6 @@
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
-#include "core/response/undeflected_place.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;
@@ -45,7 +44,7 @@ Matrix3d bend_slope(const Vector3d& x) {
 const Matrix3d body_turn = Eigen::AngleAxisd(0.3, Vector3d::UnitY()).toRotationMatrix();
 
 Solids bent_solids(const Mechanism& m) {
-  std::vector<BodyPlace> bodies;
+  std::vector<JointBody> bodies;
   for (const RigidBody& b : m.bodies) bodies.push_back({bent(b.reference), body_turn});
   return {m,
           [&](int i, const std::vector<std::array<double, 2>>& points) {

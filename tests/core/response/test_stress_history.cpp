@@ -1,5 +1,5 @@
 // Fatigue by the history of stress over a stroke: cycles with their signs.
-#include "core/response/stress_history.hpp"
+#include "core/response/stress_safety.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -54,7 +54,7 @@ System beam_system(const Mechanism& m, int along = 10, Warping warping = Warping
 Matrix6d tip_compliance(const Mechanism& m, int along = 10, Warping warping = Warping::clamped) {
   System system = beam_system(m, along, warping);
   system.assemble();
-  const Matrix6d K = system.tangent_stiffness();
+  const Matrix6d K = system.tangent().dense();
   return K.inverse();
 }
 
@@ -163,7 +163,7 @@ TEST_CASE("a beam or wire with a free tip bends like a cantilever in both planes
     m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
     System system = beam_system(m);
     system.assemble();
-    const Matrix3d C = system.tangent_stiffness().topLeftCorner<3, 3>().inverse();
+    const Matrix3d C = system.tangent().dense().topLeftCorner<3, 3>().inverse();
     const BeamSection s = beam_section(m.leaves[0].section, w, t, 0.3);
     const Material& steel = m.leaves[0].material;
     const double shear = L / (s.shear * steel.shear_modulus() * s.area);

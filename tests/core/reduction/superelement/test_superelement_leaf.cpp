@@ -146,7 +146,7 @@ TEST_CASE("a loaded and unloaded chain of superelements is back where it began",
     REQUIRE(e.converged);
     if (k == 50) CHECK(std::abs(e.drive_load) > 1e-3);
   }
-  const BodyPose& pose = system.pose(0);
+  const JointBody& pose = system.pose(0);
   CHECK(pose.position.norm() < 1e-9 * 0.1);
   CHECK(rotation_log(pose.rotation).norm() < 1e-9);
   CHECK(std::abs(system.internal_force().norm()) < 1e-6);

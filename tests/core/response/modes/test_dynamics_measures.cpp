@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/response/modes/rigid_motion.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/models.hpp"
 #include "support/strokes.hpp"

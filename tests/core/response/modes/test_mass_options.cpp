@@ -8,7 +8,7 @@
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/modes/constant_mass.hpp"
+#include "core/response/modes/frequencies.hpp"
 #include "core/response/response.hpp"
 #include "support/models.hpp"
 #include "support/one_stroke.hpp"

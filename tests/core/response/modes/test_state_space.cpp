@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/math/rotation.hpp"
-#include "core/response/modes/rigid_motion.hpp"
+#include "core/response/modes/mechanism_factor.hpp"
 #include "support/models.hpp"
 #include "support/strokes.hpp"
 #include "tests/core/response/modes/dense_pencil.hpp"

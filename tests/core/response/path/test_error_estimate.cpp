@@ -149,8 +149,8 @@ TEST_CASE("numbers that are rounding alone have no error") {
       const double least = 1e-3 * turn * errors.find(1, "drive_stiffness.b")->value;
       CHECK(errors.find(1, "drive_load.b")->scale == Approx(least).epsilon(1e-2).margin(1e-12));
       CHECK((errors.find(1, "drive_load.a")->relative() > 2e-4) == (turn > 0));
-      CHECK(largest_error(errors, false)->relative < 0.01);
-      CHECK(largest_error(errors, false)->relative > 1e-5);
+      CHECK(largest_error({errors}, false)->relative < 0.01);
+      CHECK(largest_error({errors}, false)->relative > 1e-5);
     }
 }
 
@@ -219,7 +219,7 @@ TEST_CASE("beams have errors of the elements along alone") {
   beams.flexure = Flexure::beam;
   CHECK_FALSE(has_elements_across(m, beams));
   const StrokeErrors errors = errors_on(m, beams, to(0.02));
-  const auto largest = largest_error(errors, false);
+  const auto largest = largest_error({errors}, false);
   REQUIRE(largest);
   CHECK(largest->relative > 0);
   CHECK(largest->across == 0);
@@ -247,7 +247,9 @@ TEST_CASE("points that full leaves do not reach have no estimate, and the reason
   const StrokeResponse response = evaluate_stroke(m, full(default_mesh), r);
   StrokeResponse lost = response;
   lost.path[2].status = PointStatus::no_equilibrium;
-  const StrokeErrors errors = errors_of(response, {&response, &lost, &response, default_mesh});
+  const auto here = std::make_shared<const StrokeResponse>(response),
+             gone = std::make_shared<const StrokeResponse>(lost);
+  const StrokeErrors errors = errors_of(response, {here, gone, here, default_mesh});
   CHECK(errors.path[2].empty());
   CHECK_FALSE(errors.path[1].empty());
   CHECK_FALSE(errors.message.empty());

@@ -8,7 +8,7 @@
 #include "core/equilibrium/stroke_path.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/models/leaf_models.hpp"
-#include "core/response/path/low_modes.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;

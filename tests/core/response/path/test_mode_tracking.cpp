@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/math/ridders.hpp"
-#include "core/response/path/stroke_ways.hpp"
+#include "core/response/path/frequency_derivatives.hpp"
 
 using namespace flexopt;
 

@@ -78,8 +78,8 @@ TEST_CASE("numbers that more elements do not bring nearer end the choice and are
   CHECK_FALSE(chosen.met);
   CHECK(chosen.cost <= largest_cost);
   CHECK(chosen.tried.size() <= 3);
-  std::vector<StrokeErrors> errors{errors_of(
-      evaluate_stroke(m, chosen.model, estimate_request(statics(0.01))), chosen.full[0].view())};
+  std::vector<StrokeErrors> errors{
+      errors_of(evaluate_stroke(m, chosen.model, estimate_request(statics(0.01))), chosen.full[0])};
   const std::vector<LargestError> beyond = errors_beyond(errors, 0.01);
   REQUIRE_FALSE(beyond.empty());
   CHECK_THAT(chosen.message, Catch::Matchers::Contains(beyond[0].name));

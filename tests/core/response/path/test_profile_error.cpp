@@ -1,5 +1,4 @@
 // What beams are off by at notches, against solids.
-#include "core/response/path/profile_error.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -98,7 +97,7 @@ TEST_CASE("the error of the theory is part of every estimate of a notch and of i
   CHECK(drive->theory == Approx(theory.bending * drive->scale));
   CHECK(support->theory == Approx(theory.translation * support->scale));
   CHECK(drive->absolute() >= drive->theory + drive->along);
-  const auto largest = largest_error(errors, false);
+  const auto largest = largest_error({errors}, false);
   REQUIRE(largest);
   CHECK(largest->theory >= theory.bending);
 }

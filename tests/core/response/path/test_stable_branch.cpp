@@ -1,6 +1,6 @@
 // Beyond a bifurcation: a column against the elastica, a pressed guide against one that is driven
 // there, exact derivatives, and where there is no stable branch.
-#include "core/response/path/stable_branch.hpp"
+#include "core/response/path/branch.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

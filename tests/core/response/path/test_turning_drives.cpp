@@ -64,8 +64,8 @@ class State {
     const Equilibrium e = step_to(*moved, strokes, exactly);
     INFO(e.message);
     REQUIRE(e.converged);
-    const BodyPose &a = system_->pose(mechanism_->end_effector),
-                   &b = moved->pose(mechanism_->end_effector);
+    const JointBody &a = system_->pose(mechanism_->end_effector),
+                    &b = moved->pose(mechanism_->end_effector);
     VectorXd all(strokes.size() + 6);
     all << e.drive_loads, b.position - a.position,
         rotation_log(b.rotation * a.rotation.transpose());
@@ -286,7 +286,7 @@ TEST_CASE("about its own axis alone a body turns as a coordinate does", "[drive]
   snapshot.multipliers.setZero();
   free.restore(snapshot);
   free.assemble();
-  const MatrixXd K = free.tangent_stiffness();
+  const MatrixXd K = free.tangent().dense();
   const EndEffectorCompliance found = end_effector_compliance(state.here());
   const Matrix6d C = K.inverse();
   CHECK(off(found.drive_free, C) < 1e-9);

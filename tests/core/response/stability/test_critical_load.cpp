@@ -38,8 +38,7 @@ CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& mode
   REQUIRE(at.converged);
   LoadBranch branch(system, 0, 0, drive, at.drive_loads, newton);
   if (!directions) return find_critical_load(branch, model, nullptr);
-  LeafRates rates(ProfileDirections(mechanism, *directions));
-  const DesignDirections design{directions, &rates};
+  DesignDirections design(mechanism, *directions);
   return find_critical_load(branch, model, &design);
 }
 
@@ -374,8 +373,7 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none
     System system(m, make_full_leaves(m, coarse_plates()), loads);
     REQUIRE(step_load(system, {.constant = 1}, {}).converged);
     LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
-    LeafRates rates(ProfileDirections(m, directions));
-    const DesignDirections design{&directions, &rates};
+    DesignDirections design(m, directions);
     return find_critical_load(branch, coarse_plates(), &design);
   };
   // one that is zero, or next to nothing, is rounding: on the other side the tangent is indefinite
