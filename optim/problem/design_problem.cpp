@@ -184,10 +184,10 @@ StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOpt
   return evaluators_.values(mechanism(variables), model, request);
 }
 
-Answer<WorstAssemblyGoals::Found, Why> DesignProblem::look_in_box(const ParameterValues& parameters,
-                                                                  bool gradient,
-                                                                  const ModelOptions& model,
-                                                                  bool& reduced) const {
+Answer<std::vector<GoalReading>, Why> DesignProblem::look_in_box(const ParameterValues& parameters,
+                                                                 bool gradient,
+                                                                 const ModelOptions& model,
+                                                                 bool& reduced) const {
   const Mechanism mechanism = make_mechanism(job_, parameters);
   const bool exact = evaluators_.gradients != nullptr &&
                      box_requests_.front().values == PathValues::differentiable;
@@ -203,8 +203,8 @@ Answer<WorstAssemblyGoals::Found, Why> DesignProblem::look_in_box(const Paramete
   return worst_assembly_->read({mechanism, model, box_requests_, exact}, evaluate, gradient);
 }
 
-GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
-                               const ModelOptions& model) const {
+DesignValues DesignProblem::look(const ParameterValues& parameters, bool gradient,
+                                 const ModelOptions& model) const {
   std::vector<StrokeSensitivity> found(requests_.size());
   for (std::size_t k = 0; k < requests_.size(); ++k) {
     if (requests_[k].outputs.empty()) continue;  // no goal is about this load case
@@ -213,10 +213,10 @@ GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
     else
       found[k].response = evaluators_.values(make_mechanism(job_, parameters), model, requests_[k]);
   }
-  std::optional<Answer<WorstAssemblyGoals::Found, Why>> worst;
+  std::optional<Answer<std::vector<GoalReading>, Why>> worst;
   bool reduced = false;
   if (worst_assembly_) worst = look_in_box(parameters, gradient, model, reduced);
-  GoalSlopes slopes = read_goals(parameters, found, requests_, worst ? &*worst : nullptr);
+  DesignValues slopes = read_goals(parameters, found, requests_, worst ? &*worst : nullptr);
   slopes.of_reduced_leaves = reduced;
   for (const StrokeSensitivity& of : found)
     if (!slopes.ok && !slopes.reached) slopes.reached = stroke_reached(of.response);
@@ -233,20 +233,19 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
     ModelOptions model = !accuracy && job_.search_model ? *job_.search_model : job_.model;
     if (accuracy) model.accuracy = *accuracy;
     const ParameterValues all = parameters(variables);
-    GoalSlopes slopes = look(all, gradient || robust(), model);
+    DesignValues values = look(all, gradient || robust(), model);
     if (robust())
-      RobustGoals(goals_, job_.tolerances->entries, names_)
-          .add_margins(
-              all, gradient,
-              [&](const ParameterValues& beside) {
-                try {
-                  return look(beside, true, model);
-                } catch (const SpecError& error) {
-                  return GoalSlopes{.message = error.what(), .reason = error.rule()};
-                }
-              },
-              slopes);
-    DesignValues values = chained(std::move(slopes), all);
+      RobustGoals{goals_, job_.tolerances->entries, names_}.add_margins(
+          all, gradient,
+          [&](const ParameterValues& beside) {
+            try {
+              return look(beside, true, model);
+            } catch (const SpecError& error) {
+              return DesignValues{.message = error.what(), .reason = error.rule()};
+            }
+          },
+          values);
+    values = chained(std::move(values), all);
     const bool offered = evaluators_.gradients || !needs_mechanics_;
     if (!gradient || !offered) {
       values.no_gradient.clear();

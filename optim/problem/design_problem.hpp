@@ -40,22 +40,6 @@ struct Evaluators {
 /// Values of the variables in the job's order, SI.
 using Variables = std::vector<double>;
 
-/// What one design yields.
-struct DesignValues {
-  bool ok = false;
-  std::string message;            ///< why not, with the figures
-  std::string reason;             ///< why not, in a few words without figures
-  std::optional<double> reached;  ///< stroke_reached, when not ok
-  std::vector<GoalValues> goals;  ///< objective, then constraints; empty when not ok
-  /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where
-  /// they were not asked for, or where one of them cannot be had.
-  MatrixXd gradient;
-  std::string no_gradient;  ///< why not, where they were asked for
-  /// Values of differentiable points were had, at some point, from reduced leaves: their
-  /// derivatives are those of these leaves.
-  bool of_reduced_leaves = false;
-};
-
 /// What the goals are divided by to be of order one at a design.
 struct Scales {
   double objective = 1;             ///< the size of the goal there
@@ -151,23 +135,20 @@ class DesignProblem {
   double reach(std::size_t goal, const DesignValues& values) const;
   /// The goals at these parameters, with derivatives by `names_` where `found` has some. `worst`:
   /// those that count errors of assembly; without it they count none.
-  GoalSlopes read_goals(const ParameterValues& parameters,
-                        const std::vector<StrokeSensitivity>& found,
-                        const std::vector<StrokeRequest>& requests,
-                        const Answer<WorstAssemblyGoals::Found, Why>* worst = nullptr) const;
-  /// A goal that counts errors of assembly, without them: as many values as with them.
-  Answer<GoalReading, Why> read_assembled(std::size_t goal,
-                                          const std::vector<StrokeSensitivity>& found,
-                                          const std::vector<StrokeRequest>& requests) const;
+  DesignValues read_goals(const ParameterValues& parameters,
+                          const std::vector<StrokeSensitivity>& found,
+                          const std::vector<StrokeRequest>& requests,
+                          const Answer<std::vector<GoalReading>, Why>* worst = nullptr) const;
   /// Numbers of the job's goals that count assembly errors. `reduced`: whether some of their values
   /// come from reduced leaves, which are differentiated.
-  Answer<WorstAssemblyGoals::Found, Why> look_in_box(const ParameterValues& parameters,
-                                                     bool gradient, const ModelOptions& model,
-                                                     bool& reduced) const;
-  GoalSlopes look(const ParameterValues& parameters, bool gradient,
-                  const ModelOptions& model) const;
-  /// Derivatives with respect to the variables instead of the parameters.
-  DesignValues chained(GoalSlopes goals, const ParameterValues& parameters) const;
+  Answer<std::vector<GoalReading>, Why> look_in_box(const ParameterValues& parameters,
+                                                    bool gradient, const ModelOptions& model,
+                                                    bool& reduced) const;
+  /// The goals without margins, with derivatives by `names_`.
+  DesignValues look(const ParameterValues& parameters, bool gradient,
+                    const ModelOptions& model) const;
+  /// The same with derivatives by the variables instead of `names_`.
+  DesignValues chained(DesignValues values, const ParameterValues& parameters) const;
   /// The value of a goal with a formula, with its margin.
   std::optional<double> formula_value(const Goal& goal, const ParameterValues& parameters) const;
 

@@ -98,9 +98,9 @@ VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Toleran
 }
 
 std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters, const Look& look,
-                                               GoalSlopes& here) const {
+                                               DesignValues& here) const {
   std::vector<MatrixXd> rates;
-  for (const Tolerance& entry : entries_) {
+  for (const Tolerance& entry : entries) {
     const double h = step_along(entry, parameters);
     const auto beside = [&](double z) {
       ParameterValues moved = parameters;
@@ -108,64 +108,64 @@ std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters
         moved[term.parameter] += z * term.change_of(parameters.at(term.parameter));
       return look(moved);
     };
-    const GoalSlopes up = beside(h), down = beside(-h);
-    for (const GoalSlopes* one : {&up, &down})
-      if (one->by_parameter.rows() != here.by_parameter.rows()) {
+    const DesignValues up = beside(h), down = beside(-h);
+    for (const DesignValues* one : {&up, &down})
+      if (one->gradient.rows() != here.gradient.rows()) {
         here.no_gradient = fmt::format("no derivatives where {} deviates: {}", entry.name,
                                        one->ok ? one->no_gradient : one->message);
         return {};
       }
-    const auto ordered = [&](const GoalSlopes& one) {
-      return in_order_of(here.by_parameter, one.by_parameter, goals_, here.goals);
+    const auto ordered = [&](const DesignValues& one) {
+      return in_order_of(here.gradient, one.gradient, goals, here.goals);
     };
     MatrixXd& rate = rates.emplace_back((ordered(up) - ordered(down)) / (2 * h));
     for (const ToleranceTerm& term : entry.terms)
       if (term.relative) {
-        const auto p = std::ranges::find(names_, term.parameter) - names_.begin();
+        const auto p = std::ranges::find(names, term.parameter) - names.begin();
         const double growth = parameters.at(term.parameter) < 0 ? -term.change : term.change;
-        rate.col(p) += growth * here.by_parameter.col(p);
+        rate.col(p) += growth * here.gradient.col(p);
       }
   }
   return rates;
 }
 
 void RobustGoals::add_margins(const ParameterValues& parameters, bool gradient, const Look& look,
-                              GoalSlopes& here) const {
+                              DesignValues& here) const {
   if (!here.ok) return;
-  if (here.by_parameter.rows() == 0) {
+  if (here.gradient.rows() == 0) {
     here.ok = false;
     here.reason = "tolerances cannot be counted";
     here.message = here.reason + ": " + here.no_gradient;
     here.goals.clear();
     return;
   }
-  const MatrixXd slopes = here.by_parameter * tolerance_changes(entries_, names_, parameters);
+  const MatrixXd slopes = here.gradient * tolerance_changes(entries, names, parameters);
   const std::vector<MatrixXd> rates =
       gradient ? slope_rates(parameters, look, here) : std::vector<MatrixXd>();
   Eigen::Index row = 0;
-  for (std::size_t g = 0; g < goals_.size(); ++g) {
-    const Goal& goal = goals_[g];
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const Goal& goal = goals[g];
     GoalValues& values = here.goals[g];
     const auto count = static_cast<Eigen::Index>(values.size());
     for (Eigen::Index i = 0; goal.margin && i < count; ++i) {
       double& v = values[static_cast<std::size_t>(i)];
       const ToleranceSlopes s = slopes.row(row + i).transpose();
-      const double m = tolerance_margin(goal.margin, entries_, s);
+      const double m = tolerance_margin(goal.margin, entries, s);
       const double way = goal.over_stroke == OverStroke::max_abs && v < 0 ? -1 : 1;
       const double side = goal.least ? -way : way;
       const bool none = goal.over_stroke == OverStroke::max_abs && goal.least && m > std::abs(v);
       v = none ? 0 : v + side * m;
       if (rates.empty()) continue;
-      const VectorXd c = side * margin_weights(goal.margin, entries_, s);
+      const VectorXd c = side * margin_weights(goal.margin, entries, s);
       for (std::size_t e = 0; e < rates.size(); ++e)
-        here.by_parameter.row(row + i) += c[static_cast<Eigen::Index>(e)] * rates[e].row(row + i);
-      if (none) here.by_parameter.row(row + i).setZero();
+        here.gradient.row(row + i) += c[static_cast<Eigen::Index>(e)] * rates[e].row(row + i);
+      if (none) here.gradient.row(row + i).setZero();
     }
     if (goal.margin && goal.branches > 1)
-      sort_branches(goal, values, here.by_parameter.middleRows(row, count));
+      sort_branches(goal, values, here.gradient.middleRows(row, count));
     row += count;
   }
-  if (rates.empty()) here.by_parameter.resize(0, 0);
+  if (rates.empty()) here.gradient.resize(0, 0);
 }
 
 MatrixXd tolerance_changes(const std::vector<Tolerance>& entries,
