@@ -88,6 +88,8 @@ class SharedUnits {
            const std::function<void(int unit, const nlohmann::json& yield)>& keep);
 
  private:
+  void read(const std::string& line);
+
   Sharing& sharing_;
   std::map<std::pair<std::string, int>, nlohmann::json> known_;
   LineLog log_;

@@ -149,14 +149,7 @@ Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
 
 std::vector<VectorXd> Optimisation::points() {
   if (spec_.search == SearchKind::starts) return start_points(problem_, campaign_.scales);
-  const bool logged = !options_.log.empty();
-  Screening found = screen(job_, options_.evaluators,
-                           {.log = logged ? screening_log(options_.log) : options_.log,
-                            .overwrite_log = options_.overwrite_log,
-                            .version = options_.version,
-                            .threads = options_.threads,
-                            .progress = options_.screening_progress,
-                            .sharing = options_.sharing});
+  Screening found = screen(job_, options_);
   optimum_.screening = std::move(found.report);
   return std::move(found.starts);
 }
@@ -377,8 +370,7 @@ Optimum Optimisation::run() {
 
 /// The work of a process that follows: designs as the leader asks for them.
 void help_optimise(const Job& job, const OptimiseOptions& options) {
-  if (job.optimise->search == SearchKind::global)
-    screen(job, options.evaluators, {.threads = options.threads, .sharing = options.sharing});
+  if (job.optimise->search == SearchKind::global) screen(job, options);
   answer_evaluations(*options.sharing->workers(), DesignProblem(job, options.evaluators));
 }
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cassert>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "optim/job/job_sections.hpp"
@@ -75,7 +74,7 @@ Job screened_job(Job job) {
 
 class Screen {
  public:
-  Screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options);
+  Screen(const Job& job, const OptimiseOptions& options);
   Screening run();
 
  private:
@@ -96,11 +95,11 @@ class Screen {
     return d.violation <= problem_.spec().constraint_tolerance;
   }
 
-  const ScreeningOptions& options_;
+  const OptimiseOptions& options_;
   DesignProblem problem_;
   std::vector<VectorXd> points_;
   Designs designs_;
-  std::unique_ptr<LineLog> log_;
+  LineLog log_;
 };
 
 std::vector<VectorXd> screened_points(const DesignProblem& problem) {
@@ -113,16 +112,15 @@ std::vector<VectorXd> screened_points(const DesignProblem& problem) {
 
 // Values as modelled: exact derivatives, which would have them finished on full leaves, are for the
 // searches.
-Screen::Screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options)
+Screen::Screen(const Job& job, const OptimiseOptions& options)
     : options_(options),
-      problem_(screened_job(job), {evaluators.values, by_differences}),
+      problem_(screened_job(job), {options.evaluators.values, by_differences}),
       points_(screened_points(problem_)),
-      designs_(problem_.spec().screened_designs),
-      log_(options.log.empty() ? std::make_unique<LineLog>()
-                               : std::make_unique<LineLog>(
-                                     options.log, log_identity(problem_.job(), options.version),
-                                     options.overwrite_log,
-                                     [this](const std::string& line) { designs_.read(line); })) {}
+      designs_(problem_.spec().screened_designs) {
+  if (!options.log.empty())
+    log_.open(screening_log(options.log), log_identity(problem_.job(), options.version),
+              options.overwrite_log, [this](const std::string& line) { designs_.read(line); });
+}
 
 Screened Screen::evaluate(int number, const Scales& scales) const {
   Screened screened;
@@ -143,40 +141,28 @@ Screened Screen::evaluate(int number, const Scales& scales) const {
 
 bool Screen::evaluate_all() {
   const Scales scales = problem_.scales(nullptr);
-  ScreeningProgress progress;
   Sharing nobody;
   Sharing& sharing = options_.sharing ? *options_.sharing : nobody;
   const auto count = static_cast<int>(points_.size());
-  const std::vector<int> own = sharing.own("screened designs", count);
-  progress.designs = static_cast<int>(own.size());
-  std::vector<int> open;
-  for (const int k : own) {
-    if (!design(k).known) {
-      open.push_back(k);
-      continue;
-    }
-    ++progress.screened;
-    ++progress.replayed;
-    if (!design(k).ok) ++progress.failed;
-  }
-  if (options_.progress) options_.progress(progress);
-  std::mutex mutex;
-  const auto work = [&](int k) { return line_of(k, evaluate(k, scales)); };
-  const auto keep = [&](int k, const std::string& line) {
-    log_->append(line);
-    const std::lock_guard lock(mutex);
-    designs_.read(line);
-    ++progress.screened;
-    if (!design(k).ok) ++progress.failed;
-    if (options_.progress) options_.progress(progress);
-  };
-  sharing.run(open, options_.threads, work, keep);
+  const bool complete = sharing.run(
+      {.what = "screened designs",
+       .count = count,
+       .threads = options_.threads,
+       .known =
+           [&](int k) { return design(k).known ? std::optional(!design(k).ok) : std::nullopt; },
+       .work = [&](int k) { return line_of(k, evaluate(k, scales)); },
+       .keep =
+           [&](const std::string& line) {
+             log_.append(line);
+             designs_.read(line);
+           },
+       .progress = options_.screening_progress});
   if (sharing.shard()) throw ShardEnds();
-  if (!sharing.complete()) return false;
+  if (!complete) return false;
   std::vector<std::string> lines;
   for (int k = 0; k < count; ++k) lines.push_back(line_of(k, design(k)));
   lines.insert(lines.end(), designs_.beyond.begin(), designs_.beyond.end());
-  log_->finish(lines);
+  log_.finish(lines);
   return true;
 }
 
@@ -343,9 +329,9 @@ std::vector<VectorXd> spread(const DesignProblem& problem, int count) {
 
 }  // namespace
 
-Screening screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options) {
+Screening screen(const Job& job, const OptimiseOptions& options) {
   assert(job.optimise && job.optimise->search == SearchKind::global);
-  return Screen(job, evaluators, options).run();
+  return Screen(job, options).run();
 }
 
 std::filesystem::path screening_log(const std::filesystem::path& log) {

@@ -1,6 +1,7 @@
 #include "optim/solvers/sharing.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <mutex>
 #include <sstream>
 
@@ -122,6 +123,29 @@ void Sharing::run(const std::vector<int>& units, int threads,
   };
   parallel_for(workers_->members(), workers_->members(), conversation);
   workers_->end_stage();
+}
+
+bool Sharing::run(const LoggedLoop& loop) {
+  LoopState state;
+  const std::vector<int> units = own(loop.what, loop.count);
+  state.total = static_cast<int>(units.size());
+  const auto is_known = [&](int unit) {
+    const std::optional<bool> failed = loop.known(unit);
+    if (failed) ++state.done, state.failed += *failed;
+    return failed.has_value();
+  };
+  std::vector<int> open;
+  std::ranges::remove_copy_if(units, std::back_inserter(open), is_known);
+  state.replayed = state.done;
+  if (loop.progress) loop.progress(state);
+  std::mutex mutex;
+  run(open, loop.threads, loop.work, [&](int unit, const std::string& lines) {
+    const std::lock_guard lock(mutex);
+    loop.keep(lines);
+    is_known(unit);
+    if (loop.progress) loop.progress(state);
+  });
+  return complete();
 }
 
 }  // namespace flexopt

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <chrono>
 #include <iterator>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
@@ -121,13 +120,13 @@ struct Book {
 struct Logs {
   LineLog values, seconds;
 
-  Logs() = default;
-  Logs(const Job& job, const std::filesystem::path& log, const std::string& version, bool overwrite,
-       Book& book)
-      : values(log, log_identity(job, version), overwrite,
-               [&](const std::string& line) { book.read_path(line); }),
-        seconds(seconds_log(log), log_identity(job, version), overwrite,
-                [&](const std::string& line) { book.read_seconds(line); }) {}
+  void open(const Job& job, const std::filesystem::path& log, const std::string& version,
+            bool overwrite, Book& book) {
+    const json identity = log_identity(job, version);
+    values.open(log, identity, overwrite, [&](const std::string& line) { book.read_path(line); });
+    seconds.open(seconds_log(log), identity, overwrite,
+                 [&](const std::string& line) { book.read_seconds(line); });
+  }
 };
 
 /// Adds a load case; what it says is said with its name.
@@ -199,36 +198,23 @@ CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
 void check_compare_log(const Job& job, const std::filesystem::path& log,
                        const std::string& version) {
   Book book(job, make_samples(job).size());
-  const Logs logs(job, log, version, false, book);
+  Logs().open(job, log, version, false, book);
 }
 
 CompareRun compare(const Job& job, const CompareOptions& options) {
   assert(job.compare);
   const std::vector<Sample> samples = make_samples(job);
   Book book(job, samples.size());
-  const auto logs = options.log.empty() ? std::make_unique<Logs>()
-                                        : std::make_unique<Logs>(job, options.log, options.version,
-                                                                 options.overwrite_log, book);
-  CompareProgress progress;
+  Logs logs;
+  if (!options.log.empty())
+    logs.open(job, options.log, options.version, options.overwrite_log, book);
   Sharing nobody;
   Sharing& sharing = options.sharing ? *options.sharing : nobody;
-  const std::vector<int> own = sharing.own("evaluations", static_cast<int>(book.paths.size()));
-  progress.total = static_cast<int>(own.size());
-  std::vector<int> open;
-  for (const int k : own) {
-    const auto& known = book.paths[static_cast<std::size_t>(k)];
-    if (!known) {
-      open.push_back(k);
-      continue;
-    }
-    ++progress.evaluations;
-    ++progress.replayed;
-    if (!known->whole()) ++progress.failed;
-  }
-  if (options.progress) options.progress(progress);
-
-  std::mutex mutex;
   const int width = static_cast<int>(book.width);
+  const auto known = [&](int k) {
+    const auto& path = book.paths[static_cast<std::size_t>(k)];
+    return path ? std::optional(!path->whole()) : std::nullopt;
+  };
   const auto work = [&](int k) {
     const int design = k / width, model = k % width;
     EvaluationSeconds seconds;
@@ -236,23 +222,20 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
                                        model, book.quantities, options.evaluator, seconds);
     return seconds_line(design, model, seconds) + line_of(book.quantities, path);
   };
-  const auto keep = [&](int k, const std::string& lines) {
+  const auto keep = [&](const std::string& lines) {
     const std::size_t second = lines.find('\n') + 1;
     const std::string seconds = lines.substr(0, second), values = lines.substr(second);
-    logs->seconds.append(seconds);  // first: never without it
-    logs->values.append(values);
-    const std::lock_guard lock(mutex);
+    logs.seconds.append(seconds);  // first: never without it
+    logs.values.append(values);
     book.read_seconds(seconds);
     book.read_path(values);
-    ++progress.evaluations;
-    if (!book.paths[static_cast<std::size_t>(k)]->whole()) ++progress.failed;
-    if (options.progress) options.progress(progress);
   };
-  sharing.run(open, options.threads, work, keep);
+  const bool complete = sharing.run({"evaluations", static_cast<int>(book.paths.size()),
+                                     options.threads, known, work, keep, options.progress});
   if (sharing.shard()) throw ShardEnds();
-  if (!sharing.complete()) return {};
+  if (!complete) return {};
 
-  return concluded(job, book, *logs);
+  return concluded(job, book, logs);
 }
 
 Comparison compare_logged(const Job& job, const std::filesystem::path& log) {
