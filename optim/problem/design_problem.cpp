@@ -103,18 +103,19 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
     requests_.push_back(request_of_goals(job_, assembled, k));
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
   // values with and without derivatives must be those of one function
-  const bool searched = needs_gradients(optimiser_options(*job_.optimise));
+  const bool searched = algorithm_of(optimiser_options(*job_.optimise)).gradients;
   if (evaluators_.gradients && (searched || robust())) {
     for (StrokeRequest& request : requests_) {
       request.values = PathValues::differentiable;
       request.frequencies = frequencies_needed(goals_, request);
-      if (searched && bears_repetition(optimiser_options(*job_.optimise)))
+      if (searched && algorithm_of(optimiser_options(*job_.optimise)).bears_repetition())
         add_stress_branches(goals_, request);
     }
   }
   if (assembled.size() < goals_.size()) {
     // values at nearly as bad places are candidates where repeated rows do no harm
-    const bool many = searched && bears_repetition(optimiser_options(*job_.optimise));
+    const bool many =
+        searched && algorithm_of(optimiser_options(*job_.optimise)).bears_repetition();
     worst_assembly_.emplace(job_, goals_, many ? places_in_box : 1);
     for (std::size_t k = 0; k < requests_.size(); ++k) {
       StrokeRequest& request = box_requests_.emplace_back(worst_assembly_->request(job_, k));

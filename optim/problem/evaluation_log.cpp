@@ -43,18 +43,7 @@ std::string line_of(const LoggedEvaluation& e) {
 
 LoggedEvaluation parse_line(const std::string& line) {
   const json j = json::parse(line);
-  LoggedEvaluation e;
-  e.record.stage = stage_named(j.at("stage"));
-  j.at("start").get_to(e.record.start);
-  j.at("number").get_to(e.record.number);
-  j.at("full").get_to(e.record.full);
-  j.at("variables").get_to(e.record.variables);
-  j.at("ok").get_to(e.record.ok);
-  j.at("message").get_to(e.record.message);
-  j.at("objective").get_to(e.record.objective);
-  j.at("constraints").get_to(e.record.constraints);
-  j.at("violation").get_to(e.record.violation);
-  j.at("difference").get_to(e.record.difference);
+  LoggedEvaluation e{.record = record_of(j)};
   j.at("values").get_to(e.values.goals);
   e.values.ok = e.record.ok;
   e.values.message = e.record.message;
@@ -92,6 +81,23 @@ Stage stage_named(const std::string& name) {
   const auto found = std::ranges::find(stage_names, name);
   if (found == std::end(stage_names)) throw std::runtime_error("unknown stage " + name);
   return static_cast<Stage>(found - std::begin(stage_names));
+}
+
+EvaluationRecord record_of(const json& line) {
+  EvaluationRecord record;
+  record.stage = stage_named(line.value("stage", "search"));
+  line.at("start").get_to(record.start);
+  line.at("number").get_to(record.number);
+  record.full = line.value("full", false);
+  line.at("variables").get_to(record.variables);
+  line.at("ok").get_to(record.ok);
+  record.message = line.value("message", "");
+  record.difference = line.value("difference", false);
+  if (!record.ok) return record;
+  line.at("objective").get_to(record.objective);
+  line.at("constraints").get_to(record.constraints);
+  line.at("violation").get_to(record.violation);
+  return record;
 }
 
 json log_identity(const Job& job, const std::string& version) {

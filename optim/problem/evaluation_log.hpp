@@ -25,6 +25,9 @@ struct LoggedEvaluation {
 std::string name_of(Stage stage);
 Stage stage_named(const std::string& name);
 
+/// The record in a line of a log, of any version. Throws where the line is no evaluation.
+EvaluationRecord record_of(const nlohmann::json& line);
+
 /// A matrix by its rows, as logs and workers hand it on, and back.
 std::vector<std::vector<double>> rows_of(const MatrixXd& matrix);
 MatrixXd matrix_of(const nlohmann::json& rows);

@@ -65,7 +65,7 @@ Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& p
   for (Eigen::Index j = 0; j < pose.lower.size(); ++j)
     if (pose.lower[j] < pose.upper[j]) free_.push_back(j);
   sense_ = pose.maximise ? -1 : 1;
-  if (needs_gradients(optimiser_options(problem.spec()))) {
+  if (algorithm_of(optimiser_options(problem.spec())).gradients) {
     weight_ = violation_weight;
     exact_ = problem.differentiable();
   }

@@ -22,7 +22,7 @@ class Confirming {
         problem_(campaign.problem),
         spec_(campaign.problem.spec()),
         pose_(job_pose(campaign.problem)),
-        gradients_(needs_gradients(optimiser_options(spec_))),
+        gradients_(algorithm_of(optimiser_options(spec_)).gradients),
         weight_(gradients_ ? violation_weight : 0.0),
         starts_(starts) {}
   Confirmation run();
@@ -189,7 +189,7 @@ Confirmation Confirming::run() {
       return other.result.best && agree(*other.result.best, *start.result.best) &&
              other.result.summary.reason == StopReason::converged;
     });
-    if (is_global_algorithm(optimiser_options(spec_)) || !varies) return answer;
+    if (algorithm_of(optimiser_options(spec_)).global() || !varies) return answer;
     if (answer.holds && agreeing > 1) {
       answer.confirmed = true;
       return answer;

@@ -343,7 +343,7 @@ void Optimisation::tell_gradients() {
       optimum_.gradients_message = start.book->why_differences();
   }
   if (optimum_.gradients_message.empty()) optimum_.gradients_message = why_differences_at_end_;
-  const bool gradients = needs_gradients(optimiser_options(spec_));
+  const bool gradients = algorithm_of(optimiser_options(spec_)).gradients;
   optimum_.gradients = !gradients ? "none" : !differences ? "exact" : "central differences";
 }
 

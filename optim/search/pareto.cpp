@@ -52,7 +52,7 @@ class Front {
         spec_(campaign.problem.spec()),
         book_(campaign.book(Stage::pareto, 0, &known)),
         optimum_(optimum),
-        gradients_(needs_gradients(optimiser_options(spec_))),
+        gradients_(algorithm_of(optimiser_options(spec_)).gradients),
         places_{{{}, optimum, 0}} {}
   ParetoOutcome follow();
 

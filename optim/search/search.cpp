@@ -54,7 +54,7 @@ class Search {
         pose_(pose),
         options_(options),
         choice_(optimiser_options(problem.spec())),
-        slack_(prefers_slack(choice_)),
+        slack_(algorithm_of(choice_).slack),
         before_(static_cast<int>(book.evaluations().size())) {
     choice_.warm = options.warm;
     pose_objective();
@@ -65,7 +65,7 @@ class Search {
   int spent() const { return static_cast<int>(book_.evaluations().size()) - before_; }
   int left() const { return options_.max_evaluations - spent(); }
   bool feasible() const { return result_.best->violation <= problem_.spec().constraint_tolerance; }
-  bool is_global() const { return is_global_algorithm(choice_); }
+  bool is_global() const { return algorithm_of(choice_).global(); }
   std::string no_design() const;
   void pose_objective();
   void take_scales(const Scales& scales);
@@ -138,7 +138,8 @@ void Search::take(const Posing& posing, const OptimiserSummary& summary) {
   if (!found) return;
   // an optimum where the gradients balance, unless a clearly better design came by
   passed_by_ = false;
-  if (summary.reason == StopReason::converged && needs_gradients(choice_) && !posing.outgrown()) {
+  if (summary.reason == StopReason::converged && algorithm_of(choice_).gradients &&
+      !posing.outgrown()) {
     int cost = 0;
     const auto end = posing.assess(posing.design(summary.x), cost);
     passed_by_ = end && !posing.as_good(*end, *found);
@@ -228,7 +229,7 @@ void Search::judge() {
   OptimiserSummary& summary = result_.summary;
   const bool known = problem_.differentiable() ||
                      (summary.kkt && objective_->design(summary.x) == result_.best->x);
-  if (!feasible() || !needs_gradients(choice_)) return;
+  if (!feasible() || !algorithm_of(choice_).gradients) return;
   summary.kkt.reset();
   summary.multipliers.resize(0);
   if (!known) return;  // the derivatives would be evaluations
@@ -269,7 +270,7 @@ SearchResult Search::from(const VectorXd& x) {
 
 EvaluationBook Campaign::book(Stage stage, int start, const EvaluationBook* known) const {
   EvaluationBook fresh(problem, log, board, stage, start,
-                       needs_gradients(optimiser_options(problem.spec())));
+                       algorithm_of(optimiser_options(problem.spec())).gradients);
   if (known) fresh.adopt(*known);
   fresh.set_scales(scales);
   fresh.set_threads(threads);

@@ -25,26 +25,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Evaluation of a line of the log; nothing for the heading.
-std::optional<EvaluationRecord> record_of(const std::string& line) {
-  const auto json = OrderedJson::parse(line, nullptr, false);
-  if (!json.is_object() || !json.contains("variables")) return std::nullopt;
-  EvaluationRecord record;
-  record.start = json.at("start");
-  record.number = json.at("number");
-  record.variables = json.at("variables").get<ParameterValues>();
-  record.ok = json.at("ok");
-  record.difference = json.value("difference", false);
-  record.full = json.value("full", false);
-  record.stage = stage_named(json.value("stage", "search"));
-  record.message = json.value("message", "");
-  if (!record.ok) return record;
-  record.objective = json.at("objective");
-  record.constraints = json.at("constraints").get<std::vector<double>>();
-  record.violation = json.at("violation");
-  return record;
-}
-
 ShownRun unfinished(OrderedJson result, OrderedJson scene = {}) {
   return {std::make_shared<OrderedJson>(std::move(result)),
           std::make_shared<OrderedJson>(std::move(scene)), false};
@@ -91,8 +71,10 @@ const std::vector<EvaluationRecord>& GrowingLog::read(const fs::path& file) try 
   for (std::size_t begin = 0, end; (end = more.find('\n', begin)) != std::string::npos;
        begin = end + 1) {
     read_ += end + 1 - begin;
-    if (auto record = record_of(lines_.next(std::string_view(more).substr(begin, end - begin))))
-      records_.push_back(std::move(*record));
+    const auto line = nlohmann::json::parse(
+        lines_.next(std::string_view(more).substr(begin, end - begin)), nullptr, false);
+    if (line.is_object() && line.contains("variables"))  // the heading has none
+      records_.push_back(record_of(line));
   }
   return records_;
 } catch (const OrderedJson::exception& error) {
