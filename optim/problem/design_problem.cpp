@@ -9,7 +9,6 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/posing.hpp"
-#include "optim/problem/stroke_sensitivity.hpp"
 
 namespace flexopt {
 
@@ -86,11 +85,6 @@ bool of_reduced_leaves(const StrokeResponse& response, const StrokeRequest& requ
 }
 
 }  // namespace
-
-Evaluators::Evaluators() : Evaluators(evaluate_stroke, stroke_sensitivity) {}
-
-Evaluators::Evaluators(StrokeEvaluator of_values, StrokeGradientEvaluator of_gradients)
-    : values(std::move(of_values)), gradients(std::move(of_gradients)) {}
 
 // How many places of the box are kept for each value of a goal that counts assembly errors.
 constexpr int places_in_box = 3;

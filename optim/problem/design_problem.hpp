@@ -11,6 +11,7 @@
 #include "optim/job/job.hpp"
 #include "optim/problem/evaluation_record.hpp"
 #include "optim/problem/robust_goals.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/problem/worst_assembly_goals.hpp"
 
 namespace flexopt {
@@ -30,11 +31,8 @@ inline const StrokeGradientEvaluator by_differences{};
 
 /// What designs are evaluated by: the mechanics with their exact derivatives, or a pair given.
 struct Evaluators {
-  Evaluators();
-  Evaluators(StrokeEvaluator values, StrokeGradientEvaluator gradients);
-
-  StrokeEvaluator values;
-  StrokeGradientEvaluator gradients;
+  StrokeEvaluator values = evaluate_stroke;
+  StrokeGradientEvaluator gradients = stroke_sensitivity;
 };
 
 /// Values of the variables in the job's order, SI.
@@ -44,6 +42,9 @@ using Variables = std::vector<double>;
 struct Scales {
   double objective = 1;             ///< the size of the goal there
   std::vector<double> constraints;  ///< the larger bound; where it is 0, the size of the goal
+
+  /// Of one of the goals: the objective, then the constraints.
+  double of(std::size_t goal) const { return goal == 0 ? objective : constraints[goal - 1]; }
 };
 
 class DesignProblem {

@@ -48,10 +48,6 @@ Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& 
   return c;
 }
 
-double objective_scale(const Scales& scales, const Pose& pose) {
-  return pose.goal == 0 ? scales.objective : scales.constraints[pose.goal - 1];
-}
-
 Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
                Aim aim, double violation)
     : problem_(problem),
@@ -75,21 +71,17 @@ Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& p
   } else if (const Goal& goal = problem.goals()[pose.goal];
              slack && (pointwise(goal, !pose.maximise) || by_parts(goal, !pose.maximise))) {
     slack_ = true;
-    add_rows(pose.goal, !pose.maximise, 0, scale(pose.goal), pose.maximise ? 1 : -1,
+    add_rows(pose.goal, !pose.maximise, 0, scales_.of(pose.goal), pose.maximise ? 1 : -1,
              pointwise(goal, !pose.maximise));
   }
   for (std::size_t g = 1; g < problem.goals().size(); ++g) {
     const Bounds& b = pose.bounds[g - 1];
     const Goal& goal = problem.goals()[g];
     const double t = aim == Aim::feasibility ? -1 : 0;
-    const double by = aim == Aim::feasibility ? scale(g) * violation : scale(g);
+    const double by = aim == Aim::feasibility ? scales_.of(g) * violation : scales_.of(g);
     if (b.max) add_rows(g, true, *b.max, by, t, pointwise(goal, true));
     if (b.min) add_rows(g, false, *b.min, by, t, pointwise(goal, false));
   }
-}
-
-double Posing::scale(std::size_t goal) const {
-  return goal == 0 ? scales_.objective : scales_.constraints[goal - 1];
 }
 
 /// Whether bounding the goal's one number is the same as bounding every value.
@@ -149,8 +141,8 @@ VectorXd Posing::start(const Candidate& from) const {
   const VectorXd x = from.x(free_);
   if (!slack_) return x;
   VectorXd with_slack(x.size() + 1);
-  with_slack << x,
-      aim_ == Aim::feasibility ? from.violation / violation_ : from.objective / scale(pose_.goal);
+  with_slack << x, aim_ == Aim::feasibility ? from.violation / violation_
+                                            : from.objective / scales_.of(pose_.goal);
   return with_slack;
 }
 
@@ -172,7 +164,7 @@ std::optional<Candidate> Posing::assess(const VectorXd& design_x, int& cost) con
 
 double Posing::merit(const Candidate& candidate) const {
   const double sign = pose_.maximise ? -1 : 1;
-  return sign * candidate.objective / scale(pose_.goal) + weight_ * candidate.violation;
+  return sign * candidate.objective / scales_.of(pose_.goal) + weight_ * candidate.violation;
 }
 
 bool Posing::better(const Candidate& a, const Candidate& b) const {
@@ -250,7 +242,7 @@ bool Posing::outgrows(const Candidate& candidate) const {
   constexpr double far = 30;
   if (candidate.violation > problem_.spec().constraint_tolerance) return false;
   const double ratio =
-      objective_scale(problem_.scales(&candidate.values, &scales_), pose_) / scale(pose_.goal);
+      problem_.scales(&candidate.values, &scales_).of(pose_.goal) / scales_.of(pose_.goal);
   return ratio > far || ratio * far < 1;
 }
 
@@ -310,7 +302,7 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
     return out;
   }
   const Extreme e = extreme(problem_.goals()[pose_.goal], seen.values.goals[pose_.goal]);
-  const double factor = sense_ * e.sign / scale(pose_.goal);
+  const double factor = sense_ * e.sign / scales_.of(pose_.goal);
   out.f = factor * seen.values.goals[pose_.goal][e.entry];
   if (gradient)
     out.df.head(n) =
@@ -330,8 +322,8 @@ std::vector<double> Posing::multipliers(const VectorXd& lambda) const {
     const bool max_abs =
         problem_.goals()[row.goal].over_stroke == OverStroke::max_abs && row.entry >= 0;
     const double relaxes = max_abs ? 1.0 : row.sign;  // c's bound per unit of the job's bound
-    result[row.goal - 1] +=
-        -sense_ * scale(pose_.goal) * lambda[static_cast<Eigen::Index>(i)] * relaxes / row.scale;
+    result[row.goal - 1] += -sense_ * scales_.of(pose_.goal) *
+                            lambda[static_cast<Eigen::Index>(i)] * relaxes / row.scale;
   }
   return result;
 }

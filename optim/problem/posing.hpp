@@ -121,7 +121,6 @@ class Posing {
                 bool pointwise);
   bool pointwise(const Goal& goal, bool upper) const;
   bool by_parts(const Goal& goal, bool upper) const;
-  double scale(std::size_t goal) const;
   double merit(const Candidate& candidate) const;
   /// Values (and derivatives) at full size, corrected.
   void correct(const VectorXd& x, DesignValues& values, MatrixXd* derivatives) const;
@@ -144,8 +143,5 @@ class Posing {
   MatrixXd last_derivatives_;        ///< derivatives of the entries at the last design
   std::optional<Candidate> best_;
 };
-
-/// The scale of the pose's objective.
-double objective_scale(const Scales& scales, const Pose& pose);
 
 }  // namespace flexopt

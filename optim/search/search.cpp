@@ -126,7 +126,7 @@ bool Search::rescale() {
     constexpr double order = 10;
     return a > order * b || b > order * a;
   };
-  bool far = differ(objective_scale(now, pose_), objective_scale(book_.scales(), pose_));
+  bool far = differ(now.of(pose_.goal), book_.scales().of(pose_.goal));
   for (std::size_t i = 0; i < now.constraints.size(); ++i)
     far = far || differ(now.constraints[i], book_.scales().constraints[i]);
   if (far) take_scales(now);

@@ -107,8 +107,7 @@ double Loop::difference(const Candidate& model, const Candidate& full) const {
       continue;
     const double a = aggregate(problem_.goals()[g], model.values.goals[g]),
                  b = aggregate(problem_.goals()[g], full.values.goals[g]);
-    const double scale = g == 0 ? campaign_.scales.objective : campaign_.scales.constraints[g - 1];
-    most = std::max(most, std::abs(a - b) / std::max(std::abs(b), 0.01 * scale));
+    most = std::max(most, std::abs(a - b) / std::max(std::abs(b), 0.01 * campaign_.scales.of(g)));
   }
   return most;
 }
