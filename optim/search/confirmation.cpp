@@ -5,7 +5,6 @@
 
 #include "core/math/decompositions.hpp"
 #include "optim/search/stages.hpp"
-#include "optim/solvers/multipliers.hpp"
 #include "optim/solvers/trials.hpp"
 
 namespace flexopt {
@@ -14,6 +13,14 @@ namespace {
 
 // A gain of the objective by less than this does not count as another design.
 constexpr double noticed = 1e-4;
+
+/// Scaled variables of an evaluated design.
+VectorXd x_of(const DesignProblem& problem, const EvaluationRecord& record) {
+  Variables variables;
+  for (const Variable& v : problem.spec().variables)
+    variables.push_back(record.variables.at(v.parameter));
+  return problem.scaled(variables);
+}
 
 class Confirming {
  public:
@@ -117,11 +124,7 @@ bool Confirming::take_passed_by() {
     for (const LoggedEvaluation& e : designs(start)) {
       if (!e.record.ok || e.record.full || e.record.violation > spec_.constraint_tolerance)
         continue;
-      Variables variables;
-      for (const Variable& v : spec_.variables)
-        variables.push_back(e.record.variables.at(v.parameter));
-      Candidate seen =
-          weigh(problem_, campaign_.scales, pose_, problem_.scaled(variables), e.values);
+      Candidate seen = weigh(problem_, campaign_.scales, pose_, x_of(problem_, e.record), e.values);
       if (best >= 0 && !gains(seen, *at(best).result.best, noticed)) continue;
       if (passed && !gains(seen, *passed, 0)) continue;
       passed = std::move(seen);
@@ -216,13 +219,10 @@ bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   constexpr double pressing = 1e-6, near = 0.1, spanned = 0.05, rounding = 1e-7;
   if (!problem.differentiable()) return false;
   Posing posing(problem, book, pose, true);
-  const Problem p = posing.problem();
-  const VectorXd x = posing.start(at);
-  const Problem::Value here = p.evaluate(x, true);
-  if (!here.ok) return false;
-  const VectorXd lambda =
-      least_squares_multipliers(x, p.lower, p.upper, here.c, here.df, here.dc).lambda;
-  const VectorXd slope = here.df + here.dc.transpose() * lambda;
+  const auto conditions = first_order_at(posing, at);
+  if (!conditions) return false;
+  const auto& [p, x, here, multipliers] = *conditions;
+  const VectorXd &lambda = multipliers.lambda, slope = conditions->slope();
   std::vector<VectorXd> normals;  // normals of what presses
   for (Eigen::Index i = 0; i < lambda.size(); ++i)
     if (lambda[i] > pressing) normals.push_back(here.dc.row(i).transpose().normalized());
@@ -240,11 +240,7 @@ bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   const std::vector<LoggedEvaluation> known = book.evaluations();
   for (const LoggedEvaluation& e : known) {
     if (!e.record.ok || e.record.full) continue;
-    Variables variables;
-    for (const Variable& v : problem.spec().variables)
-      variables.push_back(e.record.variables.at(v.parameter));
-    const Candidate there =
-        weigh(problem, book.scales(), pose, problem.scaled(variables), e.values);
+    const Candidate there = weigh(problem, book.scales(), pose, x_of(problem, e.record), e.values);
     const VectorXd xk = posing.start(there);
     const VectorXd move = posing.design(xk) - posing.design(x);
     if (move.norm() == 0 || move.lpNorm<Eigen::Infinity>() > near) continue;

@@ -11,20 +11,13 @@ namespace flexopt {
 namespace {
 
 StartSummary summarise(const DesignProblem& problem, const Start& start, int index) {
-  StartSummary s;
+  StartSummary s{end_of(problem, start.result)};
   s.index = index;
   s.from = problem.named(problem.variables(start.from));
-  s.status = word_of(start.result.summary.reason);
-  s.stop_reason = start.result.summary.message;
   s.kkt = start.result.summary.kkt;
   s.evaluations = static_cast<int>(start.book->evaluations().size());
   s.failed_evaluations = start.book->failures();
-  if (const auto& best = start.result.best) {
-    s.to = problem.named(problem.variables(best->x));
-    s.objective = best->objective;
-    s.violation = best->violation;
-    s.feasible = s.violation <= problem.spec().constraint_tolerance;
-  }
+  if (s.ok) s.to = problem.named(problem.variables(start.result.best->x));
   return s;
 }
 

@@ -26,18 +26,11 @@ double second_of(const DesignProblem& problem, const Candidate& c) {
 }
 
 ParetoPoint report_of(const DesignProblem& problem, const Place& place) {
-  ParetoPoint p;
-  p.bound = place.bound;
-  p.status = word_of(place.result.summary.reason);
-  p.stop_reason = place.result.summary.message;
+  ParetoPoint p{end_of(problem, place.result), place.bound};
   p.evaluations = place.evaluations;
   const std::optional<Candidate>& best = place.result.best;
   if (!best) return p;
-  p.ok = true;
-  p.objective = best->objective;
   p.second = second_of(problem, *best);
-  p.violation = best->violation;
-  p.feasible = best->violation <= problem.spec().constraint_tolerance;
   p.parameters = problem.parameters(problem.variables(best->x));
   if (place.bound && !place.result.multipliers.empty())
     p.trade_off = place.result.multipliers.back();

@@ -6,22 +6,10 @@
 #include <array>
 #include <cmath>
 
-#include "optim/solvers/multipliers.hpp"
 #include "optim/solvers/unit_points.hpp"
 
 namespace flexopt {
 namespace {
-
-/// The first-order conditions of a pose at a design that can be evaluated, with the slack that
-/// makes its rows tight. Nothing where there is nothing to vary.
-std::optional<Multipliers> balance_at(Posing& posing, const Candidate& at) {
-  const Problem p = posing.problem();
-  const VectorXd x = posing.start(at);
-  if (x.size() == 0) return std::nullopt;
-  const Problem::Value value = p.evaluate(x, true);
-  if (!value.ok) return std::nullopt;
-  return least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc);
-}
 
 constexpr int spread_designs = 16;
 
@@ -234,8 +222,9 @@ void Search::judge() {
   summary.multipliers.resize(0);
   if (!known) return;  // the derivatives would be evaluations
   take_scales(problem_.scales(&result_.best->values, &book_.scales()));
-  const auto balance = balance_at(*objective_, *result_.best);
-  if (!balance) return;
+  const auto at_best = first_order_at(*objective_, *result_.best);
+  if (!at_best) return;
+  const Multipliers* const balance = &at_best->multipliers;
   summary.kkt = balance->residual;
   summary.multipliers = balance->lambda;
   result_.multipliers = objective_->multipliers(balance->lambda);
@@ -278,9 +267,17 @@ EvaluationBook Campaign::book(Stage stage, int start, const EvaluationBook* know
   return fresh;
 }
 
-std::string word_of(StopReason reason) {
+SearchEnd end_of(const DesignProblem& problem, const SearchResult& found) {
   constexpr std::array names{"converged", "max_evaluations", "stalled", "failed"};
-  return names[static_cast<std::size_t>(reason)];
+  SearchEnd end{.ok = found.best.has_value(),
+                .status = names[static_cast<std::size_t>(found.summary.reason)],
+                .stop_reason = found.summary.message,
+                .evaluations = found.evaluations};
+  if (!end.ok) return end;
+  end.objective = found.best->objective;
+  end.violation = found.best->violation;
+  end.feasible = end.violation <= problem.spec().constraint_tolerance;
+  return end;
 }
 
 SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
@@ -288,12 +285,24 @@ SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Po
   return Search(problem, book, pose, options).from(from);
 }
 
+std::optional<FirstOrder> first_order_at(Posing& posing, const Candidate& at) {
+  FirstOrder here{posing.problem(), posing.start(at), {}, {}};
+  const auto& [programme, x, value, multipliers] = here;
+  if (x.size() == 0) return std::nullopt;
+  here.value = programme.evaluate(x, true);
+  if (!value.ok) return std::nullopt;
+  here.multipliers =
+      least_squares_multipliers(x, programme.lower, programme.upper, value.c, value.df, value.dc);
+  return here;
+}
+
 std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& book,
                                   const Pose& pose, const Candidate& at) {
   Posing posing(problem, book, pose, true);
-  const auto found = balance_at(posing, at);
-  if (!found) return std::nullopt;
-  return Balance{found->residual, found->gap, posing.multipliers(found->lambda)};
+  const auto here = first_order_at(posing, at);
+  if (!here) return std::nullopt;
+  const Multipliers& found = here->multipliers;
+  return Balance{found.residual, found.gap, posing.multipliers(found.lambda)};
 }
 
 std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
@@ -301,13 +310,10 @@ std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook
   constexpr double holds = 0.1, presses = 1e-4;  // shares of multipliers whose sum is 1
   if (at.violation <= 0 || !problem.differentiable()) return std::nullopt;
   Posing posing(problem, book, pose, true, Aim::feasibility, at.violation);
-  const Problem p = posing.problem();
-  const VectorXd x = posing.start(at);
-  const Problem::Value value = p.evaluate(x, true);
-  if (!value.ok) return std::nullopt;
-  const Multipliers found =
-      least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc);
-  const VectorXd slope = value.df + value.dc.transpose() * found.lambda;
+  const auto here = first_order_at(posing, at);
+  if (!here) return std::nullopt;
+  const auto& [p, x, value, found] = *here;
+  const VectorXd slope = here->slope();
   Conflict conflict;
   for (Eigen::Index i = 0; i < found.lambda.size(); ++i)
     if (const std::size_t goal = posing.goal_of(i);

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "optim/problem/posing.hpp"
+#include "optim/search/optimum.hpp"
+#include "optim/solvers/multipliers.hpp"
 
 namespace flexopt {
 
@@ -42,6 +44,19 @@ struct SearchResult {
 SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
                     const VectorXd& from, const SearchOptions& options);
 
+/// The first-order conditions of a pose at a design, with the slack that makes its rows tight.
+struct FirstOrder {
+  Problem programme;
+  VectorXd x;
+  Problem::Value value;
+  Multipliers multipliers;
+
+  /// ∇f + Σ λ ∇c
+  VectorXd slope() const { return value.df + value.dc.transpose() * multipliers.lambda; }
+};
+/// Nothing where the design has no derivatives, or nothing varies.
+std::optional<FirstOrder> first_order_at(Posing& posing, const Candidate& at);
+
 /// How far a design is from the first-order conditions of a pose, in the book's scales.
 struct Balance {
   double residual = 0, gap = 0;     ///< as in `Multipliers`
@@ -70,7 +85,7 @@ std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook&
 /// optimum whatever the residual.
 inline constexpr double negligible_gap = 1e-3;
 
-/// "optimal", "feasible", … of what a search ended with.
-std::string word_of(StopReason reason);
+/// What a search ended with, in words and figures.
+SearchEnd end_of(const DesignProblem& problem, const SearchResult& found);
 
 }  // namespace flexopt

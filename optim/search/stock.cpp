@@ -91,17 +91,8 @@ Pose held_at(const DesignProblem& problem, Pose pose, const VectorXd& x) {
 }
 
 StockDesign report_of(const DesignProblem& problem, const VectorXd& sizes, const SearchResult& r) {
-  StockDesign design;
-  design.sizes = sizes_of(problem, sizes);
-  design.status = word_of(r.summary.reason);
-  design.stop_reason = r.summary.message;
-  design.evaluations = r.evaluations;
-  if (!r.best) return design;
-  design.ok = true;
-  design.parameters = problem.parameters(problem.variables(r.best->x));
-  design.objective = r.best->objective;
-  design.violation = r.best->violation;
-  design.feasible = r.best->violation <= problem.spec().constraint_tolerance;
+  StockDesign design{end_of(problem, r), sizes_of(problem, sizes), {}};
+  if (r.best) design.parameters = problem.parameters(problem.variables(r.best->x));
   return design;
 }
 
