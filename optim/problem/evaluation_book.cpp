@@ -43,19 +43,10 @@ DesignValues unpacked(const std::string& bytes) {
 Answerer evaluator_of(const DesignProblem& problem) {
   return [&problem](const std::string& question) {
     const json q = json::from_cbor(question);
-    std::optional<Accuracy> accuracy;
-    if (!q.at(2).is_null()) accuracy = static_cast<Accuracy>(q.at(2).get<int>());
-    return packed(problem.evaluate(q.at(0).get<Variables>(), q.at(1).get<bool>(), accuracy));
+    const std::optional accuracy(Accuracy::full);
+    return packed(problem.evaluate(q.at(0).get<Variables>(), q.at(1).get<bool>(),
+                                   q.at(2).get<bool>() ? accuracy : std::nullopt));
   };
-}
-
-// DesignProblem::evaluate by the worker that is free. The others have the same job and answer by
-// `answer_evaluations`. Throws as Workers::ask.
-DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
-                            const Variables& variables, bool gradient,
-                            std::optional<Accuracy> accuracy) {
-  const json question{variables, gradient, accuracy ? json(static_cast<int>(*accuracy)) : json()};
-  return unpacked(workers.ask(bytes_of(question), evaluator_of(problem)));
 }
 
 }  // namespace
@@ -133,10 +124,14 @@ LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues
   return e;
 }
 
+// By the worker that is free, if there are some: the others have the same job and answer by
+// `answer_evaluations`. Throws as Workers::ask.
 DesignValues EvaluationBook::evaluate(const Variables& variables, Ask how) const {
-  const std::optional<Accuracy> accuracy = how.full ? std::optional(Accuracy::full) : std::nullopt;
-  return workers_ ? ask_evaluation(*workers_, problem_, variables, how.gradient, accuracy)
-                  : problem_.evaluate(variables, how.gradient, accuracy);
+  if (!workers_)
+    return problem_.evaluate(variables, how.gradient,
+                             how.full ? std::optional(Accuracy::full) : std::nullopt);
+  const json question{variables, how.gradient, how.full};
+  return unpacked(workers_->ask(bytes_of(question), evaluator_of(problem_)));
 }
 
 std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables>& many, Ask how,

@@ -121,9 +121,11 @@ json log_identity(const Job& job, const std::string& version) {
 
 EvaluationLog::EvaluationLog(const Job& job, const std::filesystem::path& path,
                              const std::string& version, bool overwrite)
-    : job_(job),
-      lines_(path, log_identity(job, version), overwrite,
-             [this](const std::string& line) { read(line); }) {}
+    : job_(job) {
+  if (!path.empty())
+    lines_.open(path, log_identity(job, version), overwrite,
+                [this](const std::string& line) { read(line); });
+}
 
 EvaluationLog::Key EvaluationLog::key_of(const LoggedEvaluation& evaluation) const {
   Key key{evaluation.record.full, evaluation.gradient_asked, {}};

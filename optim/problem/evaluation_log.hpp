@@ -39,12 +39,10 @@ nlohmann::json log_identity(const Job& job, const std::string& version);
 
 class EvaluationLog {
  public:
-  /// A log that keeps nothing on disk.
-  explicit EvaluationLog(const Job& job) : job_(job) {}
-
-  /// Opens or creates the file and reads what it holds; refuses others' as LineLog does.
-  EvaluationLog(const Job& job, const std::filesystem::path& path, const std::string& version,
-                bool overwrite);
+  /// Opens or creates the file and reads what it holds; refuses others' as LineLog does. Without a
+  /// path it keeps nothing on disk.
+  explicit EvaluationLog(const Job& job, const std::filesystem::path& path = {},
+                         const std::string& version = {}, bool overwrite = false);
 
   /// The evaluation of these exact variables by an earlier run, or null. Evaluations with and
   /// without gradient are kept apart: their values may differ in the last digits.

@@ -107,8 +107,7 @@ void Confirming::weigh_all(const Start& best) {
 }
 
 void Confirming::go_on(Start& start, const VectorXd& from, bool warm) {
-  SearchResult found =
-      search(problem_, *start.book, pose_, from, {std::max(1, left(start)), warm, {}});
+  SearchResult found = search(problem_, *start.book, pose_, from, {std::max(1, left(start)), warm});
   if (found.best && (!start.result.best || !gains(*start.result.best, *found.best, 0)))
     start.result = std::move(found);
 }
@@ -152,7 +151,7 @@ bool Confirming::balances(Start& start, Confirmation& answer) {
 bool Confirming::search_afresh(Start& start, Confirmation& answer) {
   const Candidate before = *start.result.best;
   const VectorXd from = gradients_ ? beside(problem_, *start.book, pose_, before) : before.x;
-  SearchResult found = search(problem_, *start.book, pose_, from, {left(start), !gradients_, {}});
+  SearchResult found = search(problem_, *start.book, pose_, from, {left(start), !gradients_});
   const bool spent = found.summary.reason == StopReason::max_evaluations;
   const bool settles = start.result.summary.reason != StopReason::converged &&
                        found.summary.reason == StopReason::converged;

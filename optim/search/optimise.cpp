@@ -65,11 +65,6 @@ std::vector<const Candidate*> ends_of(const std::vector<Start>& starts) {
   return ends;
 }
 
-EvaluationLog open_log(const Job& job, const OptimiseOptions& options) {
-  if (options.log.empty()) return EvaluationLog(job);
-  return {job, options.log, options.version, options.overwrite_log};
-}
-
 void add(std::vector<LoggedEvaluation>& all, const std::vector<LoggedEvaluation>& more) {
   all.insert(all.end(), more.begin(), more.end());
 }
@@ -131,7 +126,7 @@ Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
       spec_(*job.optimise),
       options_(options),
       problem_(job, options.evaluators),
-      log_(open_log(job, options)),
+      log_(job, options.log, options.version, options.overwrite_log),
       board_(options.progress, spec_.starts, spec_.objective.maximise, spec_.constraint_tolerance),
       campaign_{problem_,
                 log_,
@@ -165,7 +160,7 @@ void Optimisation::search_from_starts() {
 SearchResult Optimisation::search_from(Start& start, int threads) {
   start.book->set_threads(threads);
   return search(problem_, *start.book, job_pose(problem_), start.from,
-                {spec_.max_evaluations, false, {}});
+                {spec_.max_evaluations, false});
 }
 
 void Optimisation::search_own_starts(Sharing& sharing) {

@@ -61,7 +61,7 @@ class Front {
     if (result.best && result.multipliers.empty() && gradients_)
       result.multipliers = multipliers_at(problem_, book_, pose, *result.best);
   }
-  SearchOptions warm() const { return {spec_.max_evaluations, true, {}}; }
+  SearchOptions warm() const { return {spec_.max_evaluations, true}; }
 
   const DesignProblem& problem_;
   const OptimiseSpec& spec_;
@@ -76,7 +76,7 @@ SearchResult Front::other_end() {
   Pose other = job_pose(problem_);
   other.goal = problem_.goals().size() - 1;
   other.maximise = spec_.pareto->maximise;
-  return search(problem_, book_, other, optimum_.best->x, {spec_.max_evaluations, false, {}});
+  return search(problem_, book_, other, optimum_.best->x, {spec_.max_evaluations, false});
 }
 
 bool Front::is_one_design(const SearchResult& end, double begin_value, double end_value) const {

@@ -168,7 +168,6 @@ void Search::lead(OptimiserOptions how) {
     if (!passed_by_ || is_global()) return;
     if (left() <= 0 || (again && objective_->as_good(from, *result_.best))) break;
     how.warm = true;
-    how.multipliers.resize(0);
   }
   OptimiserSummary& summary = result_.summary;
   summary.reason = left() > 0 ? StopReason::stalled : StopReason::max_evaluations;
@@ -193,9 +192,7 @@ void Search::approach() {
   // A converged least violation settles that the bounds cannot be met near here.
   if (feasible() || !nearest || nearest->reason != StopReason::converged) {
     if (left() > 0) {
-      OptimiserOptions how = choice_;
-      if (!nearest) how.multipliers = options_.multipliers;
-      improve(how);
+      improve(choice_);
       if (!feasible() && left() > 0) {
         nearest = least_violation();
         if (feasible() && left() > 0) improve(choice_), nearest.reset();
@@ -208,7 +205,6 @@ void Search::approach() {
   if (!feasible() && nearest) {
     result_.summary.reason = nearest->reason;
     result_.summary.message = "least violation: " + nearest->message;
-    result_.summary.multipliers.resize(0);
     result_.summary.kkt.reset();
   }
 }
@@ -219,14 +215,12 @@ void Search::judge() {
                      (summary.kkt && objective_->design(summary.x) == result_.best->x);
   if (!feasible() || !algorithm_of(choice_).gradients) return;
   summary.kkt.reset();
-  summary.multipliers.resize(0);
   if (!known) return;  // the derivatives would be evaluations
   take_scales(problem_.scales(&result_.best->values, &book_.scales()));
   const auto at_best = first_order_at(*objective_, *result_.best);
   if (!at_best) return;
   const Multipliers* const balance = &at_best->multipliers;
   summary.kkt = balance->residual;
-  summary.multipliers = balance->lambda;
   result_.multipliers = objective_->multipliers(balance->lambda);
   const bool holds = balance->residual <= choice_.tolerance;
   if (holds && summary.reason == StopReason::stalled) summary.reason = StopReason::converged;

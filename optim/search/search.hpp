@@ -25,8 +25,7 @@ struct Campaign {
 
 struct SearchOptions {
   int max_evaluations = 500;
-  bool warm = false;     ///< the start is near the optimum
-  VectorXd multipliers;  ///< multipliers of the pose's rows at the start, where they are known
+  bool warm = false;  ///< the start is near the optimum
 };
 
 struct SearchResult {

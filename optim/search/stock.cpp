@@ -156,7 +156,7 @@ void Sizes::search_from(const std::vector<Neighbour>& these) {
   parallel_for(count, together, [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     results[k] = search(problem_, *books[k], held_at(problem_, pose_, these[k].x), these[k].x,
-                        {spec_.max_evaluations, true, {}});
+                        {spec_.max_evaluations, true});
   });
   for (std::size_t k = 0; k < these.size(); ++k) {
     outcome_.evaluations.insert(outcome_.evaluations.end(), books[k]->evaluations().begin(),
@@ -237,8 +237,7 @@ bool Sizes::look_further() {
         Pose held = pose_;
         const auto column = static_cast<Eigen::Index>(j);
         held.lower[column] = held.upper[column] = x[column];
-        const SearchResult any =
-            search(problem_, book_, held, x, {spec_.max_evaluations, true, {}});
+        const SearchResult any = search(problem_, book_, held, x, {spec_.max_evaluations, true});
         book_.set_scales(campaign_.scales);
         if (!any.best) break;
         const Candidate relaxed =

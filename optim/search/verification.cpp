@@ -183,7 +183,7 @@ bool Loop::improve() {
         spent(), report.difference, here_->candidate.violation);
     return false;
   }
-  const SearchResult found = search(problem_, book_, pose, x, {spec_.max_evaluations, true, {}});
+  const SearchResult found = search(problem_, book_, pose, x, {spec_.max_evaluations, true});
   ++report.iterations;
   assert(found.best);  // x itself can be evaluated
   outcome_.multipliers = found.multipliers;

@@ -42,10 +42,8 @@ struct OptimiserOptions {
   /// Farthest that SLSQP and Ipopt go from the points where they know the gradient, in each bounded
   /// x: linearised constraints mean little beyond.
   double move_limit = std::numeric_limits<double>::infinity();
-  /// x0 is near the optimum: short first steps. Ipopt then begins with a small barrier, and with
-  /// these multipliers of c if they are given.
+  /// x0 is near the optimum: short first steps. Ipopt then begins with a small barrier.
   bool warm = false;
-  VectorXd multipliers;
 };
 
 enum class StopReason {

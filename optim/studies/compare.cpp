@@ -143,13 +143,13 @@ void append(StrokeResponse of_case, const std::string& name, StrokeResponse& who
 ComparedPath evaluate(const Job& job, const Sample& sample, int design, int model,
                       const Quantities& quantities, const StrokeEvaluator& evaluator,
                       EvaluationSeconds& seconds) {
-  if (!sample.refused.empty()) return failed_path(design, model, sample.refused);
+  if (!sample.refused.empty()) return {design, model, sample.refused};
   const CompareSpec& spec = *job.compare;
   const ModelChoice& choice =
       model == 0 ? spec.full : spec.models[static_cast<std::size_t>(model - 1)];
   const auto begin = std::chrono::steady_clock::now();
   try {
-    const Mechanism mechanism = make_mechanism(job, sample);
+    const Mechanism mechanism = make_mechanism(job, sample.parameters);
     StrokeResponse whole;  // all load cases one after the other
     auto first = sample.stroke.begin();
     for (const JobCase& one : cases_of(job)) {
@@ -164,7 +164,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
     seconds = {whole.seconds_path, seconds_since(begin)};
     return compared_path(design, model, quantities, whole);
   } catch (const SpecError& error) {
-    return failed_path(design, model, error.what());
+    return {design, model, error.what()};
   }
 }
 

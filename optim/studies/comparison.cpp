@@ -117,7 +117,7 @@ double percentile(const std::vector<double>& sorted, double fraction) {
 
 void describe(const Job& job, ComparedDesign& design) try {
   if (!design.sample.refused.empty()) return;
-  for (const LeafSpring& leaf : make_mechanism(job, design.sample).leaves) {
+  for (const LeafSpring& leaf : make_mechanism(job, design.sample.parameters).leaves) {
     const double wide = leaf.width * leaf.width / (leaf.length * leaf.thickness);
     if (wide <= design.width2_over_length_thickness) continue;
     design.width2_over_length_thickness = wide;
@@ -154,15 +154,6 @@ ComparedPath compared_path(int design, int model, const std::vector<ComparedQuan
   if (missing > 0 || response.status != Status::ok)
     path.message =
         response.message.empty() ? fmt::format("{} points not reached", missing) : response.message;
-  return path;
-}
-
-ComparedPath failed_path(int design, int model, std::string message) {
-  assert(!message.empty());
-  ComparedPath path;
-  path.design = design;
-  path.model = model;
-  path.message = std::move(message);
   return path;
 }
 

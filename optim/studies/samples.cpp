@@ -103,9 +103,4 @@ std::vector<Sample> make_samples(const Job& job) {
   return samples;
 }
 
-Mechanism make_mechanism(const Job& job, const Sample& sample) {
-  assert(sample.refused.empty());
-  return make_mechanism(job, sample.parameters);
-}
-
 }  // namespace flexopt

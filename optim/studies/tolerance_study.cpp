@@ -123,10 +123,7 @@ Answer<GoalReading, Why> Study::read(const Goal& goal, const ParameterValues& pa
                                      const std::vector<StrokeSensitivity>& found) const {
   auto reading = goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests_);
   if (reading && reading->gradient.rows() > 0)
-    reading->gradient =
-        slopes(goal.expression ? goal.expression->names()
-                               : found[goal.parts.front().load_case].gradients->parameters,
-               reading->gradient);
+    reading->gradient = slopes(reading->parameters, reading->gradient);
   return reading;
 }
 

@@ -358,13 +358,12 @@ TEST_CASE("a search ends where the problem says that it is enough", "[optim]") {
   CHECK_THAT(s.message, Catch::Contains("enough after"));
 }
 
-TEST_CASE("a warm start of Ipopt with its multipliers stays at the optimum", "[optim]") {
+TEST_CASE("a warm start of Ipopt stays at the optimum", "[optim]") {
   const Case c = hs43();
   OptimiserOptions o = options("ipopt", 500);
   const OptimiserSummary cold = minimise(c.problem, c.start, o);
   REQUIRE(cold.multipliers.size() == 3);
   o.warm = true;
-  o.multipliers = cold.multipliers;
   const OptimiserSummary warm = minimise(c.problem, cold.x, o);
   INFO(cold.message << "\n" << warm.message);
   CHECK(warm.evaluations < cold.evaluations);
