@@ -69,7 +69,7 @@ std::vector<std::string> moving_parameters(const Job& job, bool robust) {
     for (const DependentParameter& d : design.dependents())
       if (d.slot == design.slot(name))
         moves = std::ranges::any_of(d.formula.slots(), [&](int slot) {
-          return varies(design.family().parameters[static_cast<std::size_t>(slot)].name);
+          return varies(design.family().parameters[slot].name);
         });
     if (moves || deviates(name)) moving.push_back(name);
   }
@@ -129,7 +129,7 @@ Variables DesignProblem::variables(const VectorXd& x) const {
   constexpr double rounding = 1e-14;
   Variables v;
   for (int j = 0; j < size(); ++j) {
-    const Variable& of = spec().variables[static_cast<std::size_t>(j)];
+    const Variable& of = spec().variables[j];
     double value = x[j] <= 0   ? of.min
                    : x[j] >= 1 ? of.max
                                : std::clamp(of.min + x[j] * (of.max - of.min), of.min, of.max);
@@ -142,15 +142,14 @@ Variables DesignProblem::variables(const VectorXd& x) const {
 
 VectorXd DesignProblem::scaled(const Variables& variables) const {
   VectorXd x(size());
-  const auto back = [&](int j) { return this->variables(x)[static_cast<std::size_t>(j)]; };
+  const auto back = [&](int j) { return this->variables(x)[j]; };
   for (int j = 0; j < size(); ++j) {
-    const Variable& of = spec().variables[static_cast<std::size_t>(j)];
-    x[j] =
-        std::clamp((variables[static_cast<std::size_t>(j)] - of.min) / (of.max - of.min), 0.0, 1.0);
+    const Variable& of = spec().variables[j];
+    x[j] = std::clamp((variables[j] - of.min) / (of.max - of.min), 0.0, 1.0);
   }
   // Adjusts x so that it leads back to the same bits; rounding is off by a few units of x at most.
   for (int j = 0; j < size(); ++j) {
-    const double wanted = variables[static_cast<std::size_t>(j)];
+    const double wanted = variables[j];
     for (int i = 0; i < 8 && back(j) != wanted; ++i)
       x[j] = std::nextafter(x[j], back(j) < wanted ? 1.0 : 0.0);
   }

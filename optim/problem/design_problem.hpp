@@ -68,7 +68,7 @@ class DesignProblem {
 
   /// max − min of a variable: d variable / d x.
   double range(Eigen::Index variable) const {
-    const Variable& of = spec().variables[static_cast<std::size_t>(variable)];
+    const Variable& of = spec().variables[variable];
     return of.max - of.min;
   }
   /// x in [0, 1]ⁿ ↔ variables, linear between min and max; the ends are hit exactly.

@@ -80,7 +80,7 @@ void ProgressBoard::add(const EvaluationRecord& record, bool replayed) {
 
 VectorXd flattened(const DesignValues& values) {
   Eigen::Index size = 0;
-  for (const GoalValues& g : values.goals) size += static_cast<Eigen::Index>(g.size());
+  for (const GoalValues& g : values.goals) size += std::ssize(g);
   VectorXd flat(size);
   Eigen::Index k = 0;
   for (const GoalValues& g : values.goals)
@@ -150,15 +150,14 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
   }
   const auto count = static_cast<int>(fresh.size()), first = static_cast<int>(evaluations_.size());
   std::vector<LoggedEvaluation> done(fresh.size());
-  parallel_for(count, threads_, [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
+  parallel_for(count, threads_, [&](int k) {
     const LoggedEvaluation* logged = log_.find(fresh[k], how.full, how.gradient);
     DesignValues values = logged ? logged->values : evaluate(fresh[k], how);
     if (!how.gradient) {
       values.gradient.resize(0, 0);
       values.no_gradient.clear();
     }
-    done[k] = record(fresh[k], std::move(values), how, first + i);
+    done[k] = record(fresh[k], std::move(values), how, first + k);
     if (!logged) log_.append(done[k]);
     board_.add(done[k].record, logged != nullptr);
   });
@@ -207,7 +206,7 @@ bool EvaluationBook::add_differences(const VectorXd& x, const DesignValues& valu
   used_differences_ = true;
   for (const Eigen::Index j : columns) {
     known.values.col(j) = found->col(j);
-    known.columns[static_cast<std::size_t>(j)] = true;
+    known.columns[j] = true;
   }
   // what is a formula has exact ones
   Eigen::Index row = 0;
@@ -215,7 +214,7 @@ bool EvaluationBook::add_differences(const VectorXd& x, const DesignValues& valu
     if (problem_.goals()[g].expression)
       if (const auto exact = problem_.formula_gradient(g, problem_.variables(x)))
         for (const Eigen::Index j : columns) known.values(row, j) = (*exact)[j] * problem_.range(j);
-    row += static_cast<Eigen::Index>(values.goals[g].size());
+    row += std::ssize(values.goals[g]);
   }
   return true;
 }
@@ -237,13 +236,12 @@ std::optional<MatrixXd> EvaluationBook::derivatives(const VectorXd& x, int& cost
       design.push_back(fmt::format("{} = {:.6g}", name, value));
     why_differences_ = fmt::format("{}, first at {}", values.no_gradient, fmt::join(design, ", "));
   }
-  const auto n = static_cast<std::size_t>(x.size());
-  Differences known{MatrixXd::Zero(flattened(values).size(), x.size()), std::vector<bool>(n)};
+  Differences known{MatrixXd::Zero(flattened(values).size(), x.size()),
+                    std::vector<bool>(x.size())};
   if (const auto it = differences_.find(center); it != differences_.end()) known = it->second;
   std::vector<Eigen::Index> missing;
   for (Eigen::Index j = 0; j < x.size(); ++j)
-    if (!known.columns[static_cast<std::size_t>(j)] &&
-        (wanted.empty() || std::ranges::find(wanted, j) != wanted.end()))
+    if (!known.columns[j] && (wanted.empty() || std::ranges::find(wanted, j) != wanted.end()))
       missing.push_back(j);
   if (!missing.empty() && !add_differences(x, values, missing, known, cost)) return std::nullopt;
   differences_[center] = known;

@@ -66,12 +66,9 @@ std::vector<std::vector<double>> rows_of(const MatrixXd& matrix) {
 MatrixXd matrix_of(const json& rows) {
   MatrixXd matrix;
   if (rows.empty()) return matrix;
-  matrix.resize(static_cast<Eigen::Index>(rows.size()),
-                static_cast<Eigen::Index>(rows.front().size()));
+  matrix.resize(rows.size(), rows.front().size());
   for (Eigen::Index i = 0; i < matrix.rows(); ++i)
-    for (Eigen::Index k = 0; k < matrix.cols(); ++k)
-      matrix(i, k) =
-          rows.at(static_cast<std::size_t>(i)).at(static_cast<std::size_t>(k)).get<double>();
+    for (Eigen::Index k = 0; k < matrix.cols(); ++k) matrix(i, k) = rows.at(i).at(k).get<double>();
   return matrix;
 }
 

@@ -104,7 +104,7 @@ bool run_units(SharedUnits* shared, const std::string& loop, int threads,
                const LoopProgress& progress, std::vector<Yield>& yields, const Work& work,
                const Pack& packed, const Unpack& unpacked) {
   const auto count = static_cast<int>(yields.size());
-  const auto place = [&](int unit) -> Yield& { return yields[static_cast<std::size_t>(unit)]; };
+  const auto place = [&](int unit) -> Yield& { return yields[unit]; };
   if (shared)
     return shared->run(
         loop, count, threads, progress, [&](int unit) { return packed(work(unit)); },

@@ -75,7 +75,7 @@ double DesignProblem::reach(std::size_t goal, const DesignValues& values) const 
   double most = std::abs(of[decisive]);
   if (values.gradient.rows() > 0) {
     Eigen::Index row = static_cast<Eigen::Index>(decisive);
-    for (std::size_t g = 0; g < goal; ++g) row += static_cast<Eigen::Index>(values.goals[g].size());
+    for (std::size_t g = 0; g < goal; ++g) row += std::ssize(values.goals[g]);
     for (Eigen::Index j = 0; j < values.gradient.cols(); ++j)
       most = std::max(most, share * std::abs(values.gradient(row, j)) * range(j));
   }

@@ -41,12 +41,12 @@ std::optional<MatrixXd> DesignProblem::parameter_derivatives(
   const ParametricDesign& design = *job_.design.resolved;
   const std::optional<MatrixXd> slopes = design.derivatives(design.slots(parameters));
   if (!slopes) return std::nullopt;
-  MatrixXd derivatives = MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()), size());
+  MatrixXd derivatives = MatrixXd::Zero(parameters.size(), size());
   Eigen::Index row = 0;
   for (const auto& [name, value] : parameters) {
     const int slot = design.slot(name);
     for (Eigen::Index j = 0; j < size(); ++j) {
-      const std::string& along = variables[static_cast<std::size_t>(j)].parameter;
+      const std::string& along = variables[j].parameter;
       if (const int by = design.slot(along); slot >= 0 && by >= 0)
         derivatives(row, j) = (*slopes)(slot, by);
       else if (name == along)
@@ -62,10 +62,9 @@ namespace {
 /// Rows of `all` (one for each of `parameters`) of the named ones.
 MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
                  const std::vector<std::string>& names) {
-  MatrixXd rows(static_cast<Eigen::Index>(names.size()), all.cols());
+  MatrixXd rows(names.size(), all.cols());
   for (std::size_t i = 0; i < names.size(); ++i)
-    rows.row(static_cast<Eigen::Index>(i)) =
-        all.row(std::distance(parameters.begin(), parameters.find(names[i])));
+    rows.row(i) = all.row(std::distance(parameters.begin(), parameters.find(names[i])));
   return rows;
 }
 
@@ -95,7 +94,7 @@ DesignValues DesignProblem::read_goals(const ParameterValues& parameters,
       append_rows(values.gradient, MatrixXd::Zero(count, std::ssize(names_)));
       for (std::size_t j = 0; j < reading.parameters.size(); ++j) {
         const std::string& along = reading.parameters[j];
-        const auto column = reading.gradient.col(static_cast<Eigen::Index>(j));
+        const auto column = reading.gradient.col(j);
         if (!column.allFinite())
           why = fmt::format("the derivative of {} along {} is not finite", name, along);
         if (const auto at = std::ranges::find(names_, along); at != names_.end())

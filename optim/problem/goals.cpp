@@ -37,7 +37,7 @@ std::optional<double> value_of_nothing(const PathPoint& point, const std::string
   if (quantity == "bandwidth" || quantity.starts_with("bandwidth."))
     return point.bandwidths.empty() ? std::nullopt : std::optional(endless_bandwidth);
   if (needs_of(quantity).has(Output::load_capacity)) {
-    const auto& capacity = point.load_capacity[static_cast<std::size_t>(component_of(quantity))];
+    const auto& capacity = point.load_capacity[component_of(quantity)];
     return capacity ? std::optional(capacity->value) : std::nullopt;
   }
   if (!point.buckling) return std::nullopt;
@@ -110,7 +110,7 @@ std::vector<PointValue> candidates(const Goal& goal, const StrokeResponse& respo
                                    const PathPoint& point, double value,
                                    const StrokeRequest& request, const StrokeGradients* all) {
   const std::ptrdiff_t index = &point - response.path.data();
-  const PointGradients* gradients = all ? &all->path[static_cast<std::size_t>(index)] : nullptr;
+  const PointGradients* gradients = all ? &all->path[index] : nullptr;
   std::vector<PointValue> found;
   const auto add = [&](double of, auto gradient) {
     if (found.size() == static_cast<std::size_t>(goal.branches)) return;

@@ -63,9 +63,7 @@ struct GoalReading {
   std::vector<std::string> parameters;  ///< which the gradient is by
 
   /// Whether every value has its derivatives.
-  bool differentiated() const {
-    return gradient.rows() == static_cast<Eigen::Index>(values.size());
-  }
+  bool differentiated() const { return gradient.rows() == std::ssize(values); }
 };
 
 /// What one design yields.

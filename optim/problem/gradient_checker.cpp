@@ -300,8 +300,7 @@ GradientCheck GradientChecker::compare(std::size_t i, const std::string& paramet
   // a size between two points, each as far as another one: its ends may be of different sides;
   // and the smallest of equal stiffnesses has a derivative on each side, and between them those of
   // what does not stay the smallest along all parameters
-  const bool tied = c.quantity == "principal_stiffness" &&
-                    is_tied(exact_.response.path[static_cast<std::size_t>(c.point)]);
+  const bool tied = c.quantity == "principal_stiffness" && is_tied(exact_.response.path[c.point]);
   if (!c.agrees && (tied || c.quantity.starts_with("envelope"))) {
     const auto [low, high] = std::minmax(differences.forward[i], differences.backward[i]);
     const double known = std::max(differences.forward_error[i], differences.backward_error[i]);

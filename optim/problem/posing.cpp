@@ -118,7 +118,7 @@ void Posing::add_rows(std::size_t goal, bool upper, double bound, double scale, 
 
 Problem Posing::problem() {
   constexpr double inf = std::numeric_limits<double>::infinity();
-  const auto n = static_cast<Eigen::Index>(free_.size());
+  const auto n = std::ssize(free_);
   Problem p;
   p.lower.resize(n + (slack_ ? 1 : 0));
   p.upper.resize(p.lower.size());
@@ -133,7 +133,7 @@ Problem Posing::problem() {
 
 VectorXd Posing::design(const VectorXd& x) const {
   VectorXd all = pose_.lower;
-  all(free_) = x.head(static_cast<Eigen::Index>(free_.size()));
+  all(free_) = x.head(free_.size());
   return all;
 }
 
@@ -183,7 +183,7 @@ bool Posing::as_good(const Candidate& a, const Candidate& b) const {
 }
 
 void Posing::track(const MatrixXd& derivatives) {
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(derivatives.rows()));
+  std::vector<Eigen::Index> order(derivatives.rows());
   std::iota(order.begin(), order.end(), 0);
   const bool first = last_derivatives_.rows() != derivatives.rows();
   std::ptrdiff_t begin = 0;
@@ -194,9 +194,7 @@ void Posing::track(const MatrixXd& derivatives) {
       const auto jump = [&](const std::vector<Eigen::Index>& rows) {
         double sum = 0;
         for (Eigen::Index i = 0; i < goal.branches; ++i)
-          sum += (derivatives.row(rows[static_cast<std::size_t>(i)]) -
-                  last_derivatives_.row(begin + i))
-                     .squaredNorm();
+          sum += (derivatives.row(rows[i]) - last_derivatives_.row(begin + i)).squaredNorm();
         return sum;
       };
       std::vector<Eigen::Index> rows(order.begin() + begin, order.begin() + begin + goal.branches),
@@ -228,7 +226,7 @@ bool Posing::look_at(const VectorXd& x, bool gradient, Seen& seen, int& cost) {
   Eigen::Index total = 0;
   for (const GoalValues& g : seen.values.goals) {
     seen.first.push_back(total);
-    total += static_cast<Eigen::Index>(g.size());
+    total += std::ssize(g);
   }
   seen.candidate = weigh(problem_, scales_, pose_, all, seen.values);
   if (!best_ || better(seen.candidate, *best_)) {
@@ -248,29 +246,26 @@ bool Posing::outgrows(const Candidate& candidate) const {
 
 void Posing::set_rows(const VectorXd& x, const Seen& seen, bool gradient,
                       Problem::Value& out) const {
-  const auto n = static_cast<Eigen::Index>(free_.size()),
-             m = static_cast<Eigen::Index>(rows_.size());
+  const auto n = std::ssize(free_), m = std::ssize(rows_);
   out.c.resize(m);
   if (gradient) out.dc = MatrixXd::Zero(m, x.size());
   for (Eigen::Index i = 0; i < m; ++i) {
-    const Row& row = rows_[static_cast<std::size_t>(i)];
+    const Row& row = rows_[i];
     const GoalValues& of = seen.values.goals[row.goal];
     const Eigen::Index first = seen.first[row.goal];
     Extreme e;
     if (row.entry < 0) {
       const Goal& goal = problem_.goals()[row.goal];
-      e = row.part < 0 ? extreme(goal, of) : extreme(goal, of, static_cast<std::size_t>(row.part));
+      e = row.part < 0 ? extreme(goal, of) : extreme(goal, of, row.part);
     } else {
       const Eigen::Index entry = first + row.entry;
-      e.entry = static_cast<std::size_t>(
-          order_.empty() ? row.entry : order_[static_cast<std::size_t>(entry)] - first);
+      e.entry = static_cast<std::size_t>(order_.empty() ? row.entry : order_[entry] - first);
     }
     assert(e.entry < of.size());
     const double factor = row.sign * e.sign / row.scale;
     out.c[i] = factor * of[e.entry] - row.bound + (slack_ ? row.slack * x[n] : 0.0);
     if (!gradient) continue;
-    out.dc.row(i).head(n) =
-        factor * seen.derivatives.row(first + static_cast<Eigen::Index>(e.entry));
+    out.dc.row(i).head(n) = factor * seen.derivatives.row(first + e.entry);
     if (slack_) out.dc(i, n) = row.slack;
   }
 }
@@ -287,7 +282,7 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
                     seen.candidate.violation <= 0.3 * problem_.spec().constraint_tolerance);
   if (gradient) out.df = VectorXd::Zero(x.size());
   set_rows(x, seen, gradient, out);
-  const auto n = static_cast<Eigen::Index>(free_.size());
+  const auto n = std::ssize(free_);
   if (slack_) {
     out.f = sense_ * x[n];
     if (gradient) out.df[n] = sense_;
@@ -304,14 +299,12 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   const Extreme e = extreme(problem_.goals()[pose_.goal], seen.values.goals[pose_.goal]);
   const double factor = sense_ * e.sign / scales_.of(pose_.goal);
   out.f = factor * seen.values.goals[pose_.goal][e.entry];
-  if (gradient)
-    out.df.head(n) =
-        factor * seen.derivatives.row(seen.first[pose_.goal] + static_cast<Eigen::Index>(e.entry));
+  if (gradient) out.df.head(n) = factor * seen.derivatives.row(seen.first[pose_.goal] + e.entry);
   return out;
 }
 
 std::vector<double> Posing::multipliers(const VectorXd& lambda) const {
-  assert(lambda.size() == static_cast<Eigen::Index>(rows_.size()));
+  assert(lambda.size() == std::ssize(rows_));
   std::vector<double> result(pose_.bounds.size(), 0.0);
   const std::size_t objective_rows = slack_ && aim_ == Aim::objective ? pose_.goal : 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -322,8 +315,7 @@ std::vector<double> Posing::multipliers(const VectorXd& lambda) const {
     const bool max_abs =
         problem_.goals()[row.goal].over_stroke == OverStroke::max_abs && row.entry >= 0;
     const double relaxes = max_abs ? 1.0 : row.sign;  // c's bound per unit of the job's bound
-    result[row.goal - 1] += -sense_ * scales_.of(pose_.goal) *
-                            lambda[static_cast<Eigen::Index>(i)] * relaxes / row.scale;
+    result[row.goal - 1] += -sense_ * scales_.of(pose_.goal) * lambda[i] * relaxes / row.scale;
   }
   return result;
 }

@@ -75,12 +75,10 @@ class Posing {
   bool as_good(const Candidate& a, const Candidate& b) const;
 
   /// The goal that a row of c bounds.
-  std::size_t goal_of(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)].goal; }
+  std::size_t goal_of(Eigen::Index row) const { return rows_[row].goal; }
   /// The variable that an entry of x stands for; nothing of the slack.
   std::optional<Eigen::Index> variable(Eigen::Index j) const {
-    return j < static_cast<Eigen::Index>(free_.size())
-               ? std::optional(free_[static_cast<std::size_t>(j)])
-               : std::nullopt;
+    return j < std::ssize(free_) ? std::optional(free_[j]) : std::nullopt;
   }
   /// From now on, sets outgrown() at a design that is better than all before and whose objective is
   /// beyond 30 times its scale, or below a thirtieth of it; such a design then is enough.

@@ -17,12 +17,11 @@ MatrixXd in_order_of(const MatrixXd& here, const MatrixXd& there, const std::vec
   MatrixXd ordered = there;
   Eigen::Index row = 0;
   for (std::size_t g = 0; g < goals.size(); ++g) {
-    const Eigen::Index b = goals[g].branches,
-                       end = row + static_cast<Eigen::Index>(values[g].size());
+    const Eigen::Index b = goals[g].branches, end = row + std::ssize(values[g]);
     for (; b > 1 && row < end; row += b) {
       const auto block = here.middleRows(row, b);
       const Eigen::RowVectorXd size = block.cwiseAbs().colwise().maxCoeff().cwiseMax(1e-300);
-      std::vector<Eigen::Index> left(static_cast<std::size_t>(b));
+      std::vector<Eigen::Index> left(b);
       std::iota(left.begin(), left.end(), row);
       for (Eigen::Index i = row; i < row + b; ++i) {
         const auto nearest = std::ranges::min_element(left, {}, [&](Eigen::Index j) {
@@ -53,7 +52,7 @@ void sort_branches(const Goal& goal, GoalValues& values, Eigen::Ref<MatrixXd> ro
                      });
   for (std::size_t i = 0; i < order.size(); ++i) {
     values[i] = old[order[i]];
-    rows.row(static_cast<Eigen::Index>(i)) = old_rows.row(static_cast<Eigen::Index>(order[i]));
+    rows.row(i) = old_rows.row(order[i]);
   }
 }
 
@@ -69,7 +68,7 @@ double step_along(const Tolerance& entry, const ParameterValues& parameters) {
 VectorXd variances(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
   VectorXd list(slopes.size());
   for (Eigen::Index e = 0; e < slopes.size(); ++e) {
-    const double deviation = slopes[e] * entries[static_cast<std::size_t>(e)].standard_deviation();
+    const double deviation = slopes[e] * entries[e].standard_deviation();
     list[e] = deviation * deviation;
   }
   return list;
@@ -88,7 +87,7 @@ VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Toleran
   VectorXd weights = VectorXd::Zero(slopes.size());
   const double m = tolerance_margin(margin, entries, slopes), k = margin.deviations;
   for (Eigen::Index e = 0; e < slopes.size() && m > 0; ++e) {
-    const double sigma = entries[static_cast<std::size_t>(e)].standard_deviation();
+    const double sigma = entries[e].standard_deviation();
     if (margin.kind == ToleranceMargin::Kind::worst)
       weights[e] = slopes[e] == 0 ? 0 : std::copysign(1.0, slopes[e]);
     else
@@ -146,9 +145,9 @@ void RobustGoals::add_margins(const ParameterValues& parameters, bool gradient, 
   for (std::size_t g = 0; g < goals.size(); ++g) {
     const Goal& goal = goals[g];
     GoalValues& values = here.goals[g];
-    const auto count = static_cast<Eigen::Index>(values.size());
+    const auto count = std::ssize(values);
     for (Eigen::Index i = 0; goal.margin && i < count; ++i) {
-      double& v = values[static_cast<std::size_t>(i)];
+      double& v = values[i];
       const ToleranceSlopes s = slopes.row(row + i).transpose();
       const double m = tolerance_margin(goal.margin, entries, s);
       const double way = goal.over_stroke == OverStroke::max_abs && v < 0 ? -1 : 1;
@@ -158,7 +157,7 @@ void RobustGoals::add_margins(const ParameterValues& parameters, bool gradient, 
       if (rates.empty()) continue;
       const VectorXd c = side * margin_weights(goal.margin, entries, s);
       for (std::size_t e = 0; e < rates.size(); ++e)
-        here.gradient.row(row + i) += c[static_cast<Eigen::Index>(e)] * rates[e].row(row + i);
+        here.gradient.row(row + i) += c[e] * rates[e].row(row + i);
       if (none) here.gradient.row(row + i).setZero();
     }
     if (goal.margin && goal.branches > 1)
@@ -171,13 +170,11 @@ void RobustGoals::add_margins(const ParameterValues& parameters, bool gradient, 
 MatrixXd tolerance_changes(const std::vector<Tolerance>& entries,
                            const std::vector<std::string>& names,
                            const ParameterValues& parameters) {
-  MatrixXd changes = MatrixXd::Zero(static_cast<Eigen::Index>(names.size()),
-                                    static_cast<Eigen::Index>(entries.size()));
+  MatrixXd changes = MatrixXd::Zero(names.size(), entries.size());
   for (std::size_t e = 0; e < entries.size(); ++e)
     for (const ToleranceTerm& term : entries[e].terms)
       if (const auto found = std::ranges::find(names, term.parameter); found != names.end())
-        changes(found - names.begin(), static_cast<Eigen::Index>(e)) +=
-            term.change_of(parameters.at(term.parameter));
+        changes(found - names.begin(), e) += term.change_of(parameters.at(term.parameter));
   return changes;
 }
 

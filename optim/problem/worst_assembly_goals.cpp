@@ -85,8 +85,7 @@ Answer<BoxLook, Why> WorstAssemblyGoals::values_at(
       for (const std::size_t point : points_of(one, part.points)) {
         const double value = reading->values[point], side = side_of(one, value);
         look.values[row++] = side * value;
-        if (differentiated)
-          append_rows(look.rates, side * reading->gradient.row(static_cast<Eigen::Index>(point)));
+        if (differentiated) append_rows(look.rates, side * reading->gradient.row(point));
       }
     }
   }
@@ -149,7 +148,7 @@ void WorstAssemblyGoals::add_candidates(std::size_t goal,
     whole.values.push_back(one.of->values[one.entry]);
     if (!one.of->parameters.empty()) whole.parameters = one.of->parameters;
     if (one.of->gradient.rows() == 0) continue;
-    append_rows(whole.gradient, one.of->gradient.row(static_cast<Eigen::Index>(one.entry)));
+    append_rows(whole.gradient, one.of->gradient.row(one.entry));
   }
 }
 
@@ -219,7 +218,7 @@ std::vector<AssemblyError> AssemblyBox::errors(const VectorXd& z) const {
     auto own = std::ranges::find_if(
         errors, [&](const AssemblyError& a) { return a.leaf == e.leaf && a.end == e.end; });
     if (own == errors.end()) own = errors.insert(errors.end(), {e.leaf, e.end});
-    (e.turn ? own->turn : own->move)[e.axis] += e.size * z[static_cast<Eigen::Index>(k)];
+    (e.turn ? own->turn : own->move)[e.axis] += e.size * z[k];
   }
   return errors;
 }

@@ -86,7 +86,7 @@ bool Places::look_around() {
     for (std::size_t s = 0; s < starts.size(); ++s)
       for (std::size_t k = 0; k < kinds_.size(); ++k) {
         VectorXd z = seen_[s].z;
-        const auto rate = seen_[s].look.rates.row(static_cast<Eigen::Index>(k));
+        const auto rate = seen_[s].look.rates.row(k);
         for (int i = 0; i < n; ++i)
           if (rate[i] != 0) z[i] = rate[i] > 0 ? 1 : -1;
         corners.push_back(std::move(z));
@@ -107,8 +107,7 @@ double Places::unit(Eigen::Index number) const {
   double largest = 1e-300;
   for (std::size_t k = 0; k < kinds_.size(); ++k)
     for (const Seen& s : seen_)
-      if (kinds_[k] == kinds_[static_cast<std::size_t>(number)])
-        largest = std::max(largest, std::abs(s.look.values[static_cast<Eigen::Index>(k)]));
+      if (kinds_[k] == kinds_[number]) largest = std::max(largest, std::abs(s.look.values[k]));
   return largest;
 }
 
@@ -169,12 +168,12 @@ bool Places::finish_inside(Eigen::Index number) {
       if (std::abs(z[i]) < 1) free.push_back(i);
     const VectorXd slope = seen_[here].look.rates.row(number).transpose()(free);
     if (free.empty() || slope.cwiseAbs().maxCoeff() < as_flat_as * unit(number)) break;
-    const auto m = static_cast<Eigen::Index>(free.size());
+    const auto m = std::ssize(free);
     MatrixXd H(m, m);
     for (Eigen::Index j = 0; j < m; ++j) {
       VectorXd up = z, down = z;
-      up[free[static_cast<std::size_t>(j)]] += h;
-      down[free[static_cast<std::size_t>(j)]] -= h;
+      up[free[j]] += h;
+      down[free[j]] -= h;
       const auto above = look_(up), below = look_(down);
       looks_ += 2;
       if (!above || !below) return true;
@@ -223,7 +222,7 @@ std::vector<VectorXd> Places::ends(Eigen::Index number) const {
 Answer<WorstPlaces, Why> Places::find() {
   WorstPlaces found;
   bool whole = look_around();
-  const auto count = static_cast<Eigen::Index>(kinds_.size());
+  const auto count = std::ssize(kinds_);
   for (Eigen::Index k = 0; k < count && whole; ++k)
     for (std::size_t last = seen_.size(); whole && best(k) != last;) {
       whole = is_end(seen_[best(k)], k) || climb(k);

@@ -103,8 +103,7 @@ std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const
   if (pressing.empty()) return text + words_of(missed, constraints, scales);
   std::vector<std::string> edges;
   for (const Eigen::Index j : conflict->variables)
-    edges.push_back(fmt::format("{} at its {}imum",
-                                spec.variables[static_cast<std::size_t>(j)].parameter,
+    edges.push_back(fmt::format("{} at its {}imum", spec.variables[j].parameter,
                                 answer.best.x[j] > 0.5 ? "max" : "min"));
   text += words_of(pressing, constraints, scales);
   if (pressing.size() > 1 || !edges.empty())
@@ -133,14 +132,12 @@ void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const C
     if (g == 0 || optimum.constraints[g - 1].active) {
       const Extreme e = extreme(problem.goals()[g], answer.best.values.goals[g]);
       for (std::size_t j = 0; j < spec.variables.size(); ++j) {
-        const auto column = static_cast<Eigen::Index>(j);
         optimum.sensitivities.push_back(
             {problem.goals()[g].label, spec.variables[j].parameter,
-             e.sign * (*derivatives)(first + static_cast<Eigen::Index>(e.entry), column) /
-                 problem.range(column)});
+             e.sign * (*derivatives)(first + e.entry, j) / problem.range(j)});
       }
     }
-    first += static_cast<Eigen::Index>(own.goals[g].size());
+    first += std::ssize(own.goals[g]);
   }
   std::vector<double> multipliers = answer.multipliers;
   if (multipliers.empty()) multipliers = multipliers_at(problem, book, answer.pose, answer.best);

@@ -49,7 +49,7 @@ class Confirming {
   int left(const Start& start) const {
     return spec_.max_evaluations - static_cast<int>(start.book->evaluations().size());
   }
-  Start& at(int start) { return starts_[static_cast<std::size_t>(start)]; }
+  Start& at(int start) { return starts_[start]; }
   bool gains(const Candidate& a, const Candidate& b, double by) const;
   bool ranks_before(const Candidate& a, const Candidate& b) const {
     return better({a.objective, a.violation}, {b.objective, b.violation}, pose_.maximise,
@@ -81,9 +81,7 @@ bool Confirming::gains(const Candidate& a, const Candidate& b, double by) const 
 
 int Confirming::best_end() const {
   int best = -1;
-  const auto end = [&](int i) -> const SearchResult& {
-    return starts_[static_cast<std::size_t>(i)].result;
-  };
+  const auto end = [&](int i) -> const SearchResult& { return starts_[i].result; };
   const auto count = static_cast<int>(starts_.size());
   for (int i = 0; i < count; ++i)
     if (end(i).best && (best < 0 || ranks_before(*end(i).best, *end(best).best))) best = i;
@@ -228,9 +226,8 @@ bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   for (Eigen::Index j = 0; j < x.size(); ++j)
     if (std::abs(slope[j]) > pressing && (x[j] <= p.lower[j] || x[j] >= p.upper[j]))
       normals.push_back(VectorXd::Unit(x.size(), j));
-  MatrixXd pressed(x.size(), static_cast<Eigen::Index>(normals.size()));
-  for (std::size_t k = 0; k < normals.size(); ++k)
-    pressed.col(static_cast<Eigen::Index>(k)) = normals[k];
+  MatrixXd pressed(x.size(), normals.size());
+  for (std::size_t k = 0; k < normals.size(); ++k) pressed.col(k) = normals[k];
   const MatrixXd free = normals.empty() ? MatrixXd::Identity(x.size(), x.size()).eval()
                                         : null_space_of_transpose(pressed, spanned);
   if (free.cols() == 0) return true;
@@ -263,7 +260,7 @@ VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   const Variables values = problem.variables(x);
   VectorXd move(x.size());
   for (Eigen::Index j = 0; j < x.size(); ++j) {
-    const double value = std::abs(values[static_cast<std::size_t>(j)]) / problem.range(j),
+    const double value = std::abs(values[j]) / problem.range(j),
                  most = value > 0 ? std::min(step, of_value * value) : step;
     const bool down = x[j] > 0.5 * (pose.lower[j] + pose.upper[j]);
     move[j] = pose.lower[j] < pose.upper[j] ? (down ? -most : most) : 0.0;
@@ -273,17 +270,16 @@ VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   const auto derivatives = book.derivatives(x, cost);
   if (!derivatives) return x + move;
   std::vector<VectorXd> slopes;  // slopes of bounds that are met, in units of the reach
-  Eigen::Index first = static_cast<Eigen::Index>(at.values.goals[0].size());
+  Eigen::Index first = std::ssize(at.values.goals[0]);
   for (std::size_t g = 1; g < problem.goals().size(); ++g) {
     const Bounds& bounds = pose.bounds[g - 1];
     const GoalValues& of = at.values.goals[g];
     const Extreme e = extreme(problem.goals()[g], of);
     const double value = e.sign * of[e.entry], scale = book.scales().constraints[g - 1];
-    const VectorXd slope =
-        e.sign * derivatives->row(first + static_cast<Eigen::Index>(e.entry)).transpose();
+    const VectorXd slope = e.sign * derivatives->row(first + e.entry).transpose();
     if (bounds.max && (value - *bounds.max) / scale > -near) slopes.push_back(slope);
     if (bounds.min && (*bounds.min - value) / scale > -near) slopes.push_back(-slope);
-    first += static_cast<Eigen::Index>(of.size());
+    first += std::ssize(of);
   }
   VectorXd unit = move.cwiseQuotient(reach.cwiseMax(1e-300));
   for (int sweep = 0; sweep < 50; ++sweep)  // onto the half spaces inside, one after the other
@@ -307,11 +303,11 @@ bool objectives_agree(double a, double b) {
 std::vector<std::vector<int>> different_ends(const std::vector<const Candidate*>& ends,
                                              bool maximise, double feasible_within) {
   constexpr double near = 0.05;
-  const auto end = [&](int i) -> const Candidate& { return *ends[static_cast<std::size_t>(i)]; };
+  const auto end = [&](int i) -> const Candidate& { return *ends[i]; };
   const auto feasible = [&](int i) { return end(i).violation <= feasible_within; };
   std::vector<int> order;
   for (int i = 0; i < static_cast<int>(ends.size()); ++i)
-    if (ends[static_cast<std::size_t>(i)]) order.push_back(i);
+    if (ends[i]) order.push_back(i);
   std::ranges::stable_sort(order, [&](int i, int j) {
     return better({end(i).objective, end(i).violation}, {end(j).objective, end(j).violation},
                   maximise, feasible_within);

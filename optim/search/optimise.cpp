@@ -104,7 +104,7 @@ class Optimisation {
   OptimumStatus kept_if(bool holds) const {
     return holds ? optimum_.status : OptimumStatus::feasible;
   }
-  Start& best_start() { return starts_[static_cast<std::size_t>(optimum_.best_start)]; }
+  Start& best_start() { return starts_[optimum_.best_start]; }
 
   const Job& job_;
   const OptimiseSpec& spec_;
@@ -148,13 +148,12 @@ void Optimisation::search_from_starts() {
   const auto count = static_cast<int>(starts_.size());
   const int together = std::clamp(campaign_.threads, 1, count);
   parallel_for(count, together, [&](int i) {
-    Start& start = starts_[static_cast<std::size_t>(i)];
+    Start& start = starts_[i];
     start.result = search_from(start, std::max(1, campaign_.threads / together));
   });
   for (Start& start : starts_) start.book->set_threads(campaign_.threads);
   confirmation_ = confirm(campaign_, starts_);
-  for (int i = 0; i < count; ++i)
-    optimum_.starts.push_back(summarise(problem_, starts_[static_cast<std::size_t>(i)], i));
+  for (int i = 0; i < count; ++i) optimum_.starts.push_back(summarise(problem_, starts_[i], i));
 }
 
 SearchResult Optimisation::search_from(Start& start, int threads) {
@@ -165,9 +164,8 @@ SearchResult Optimisation::search_from(Start& start, int threads) {
 
 void Optimisation::search_own_starts(Sharing& sharing) {
   const std::vector<int> own = sharing.own("starts", static_cast<int>(starts_.size()));
-  parallel_for(static_cast<int>(own.size()), options_.threads, [&](int i) {
-    search_from(starts_[static_cast<std::size_t>(own[static_cast<std::size_t>(i)])], 1);
-  });
+  parallel_for(static_cast<int>(own.size()), options_.threads,
+               [&](int i) { search_from(starts_[own[i]], 1); });
   throw ShardEnds();
 }
 
@@ -178,16 +176,15 @@ int Optimisation::compare_optima(int best) {
   optimum_.optima.resize(groups.size());
   std::vector<EvaluationBook> books;
   for (const std::vector<int>& group : groups)
-    books.push_back(campaign_.book(Stage::verification, 2 + group.front(),
-                                   starts_[static_cast<std::size_t>(group.front())].book.get()));
-  parallel_for(count, campaign_.threads, [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
+    books.push_back(
+        campaign_.book(Stage::verification, 2 + group.front(), starts_[group.front()].book.get()));
+  parallel_for(count, campaign_.threads, [&](int k) {
     FoundOptimum& of = optimum_.optima[k];
     of.start = groups[k].front();
     of.starts = groups[k];
     std::ranges::sort(of.starts);
     int cost = 0;
-    const VectorXd& x = starts_[static_cast<std::size_t>(of.start)].result.best->x;
+    const VectorXd& x = starts_[of.start].result.best->x;
     const DesignValues& full = books[k].full(problem_.variables(x), cost);
     of.ok = full.ok;
     if (!full.ok) return;
@@ -200,9 +197,9 @@ int Optimisation::compare_optima(int best) {
   const FoundOptimum* chosen = nullptr;
   for (std::size_t k = 0; k < groups.size(); ++k) {
     const FoundOptimum& of = optimum_.optima[k];
-    starts_[static_cast<std::size_t>(of.start)].book->adopt(books[k]);
+    starts_[of.start].book->adopt(books[k]);
     add(later_, books[k].evaluations());
-    const bool feasible = optimum_.starts[static_cast<std::size_t>(of.start)].feasible;
+    const bool feasible = optimum_.starts[of.start].feasible;
     if (feasible && of.ok && of.violation <= tolerated &&
         (!chosen || better({of.objective, 0}, {chosen->objective, 0}, maximise, 0)))
       chosen = &of;
@@ -219,8 +216,7 @@ std::optional<Chosen> Optimisation::best_end() {
     optimum_.stop_reason = optimum_.starts.front().stop_reason;
     return std::nullopt;
   }
-  optimum_.agreeing_starts =
-      mark_agreeing(optimum_.starts, optimum_.starts[static_cast<std::size_t>(best)]);
+  optimum_.agreeing_starts = mark_agreeing(optimum_.starts, optimum_.starts[best]);
   const SearchResult& end = best_start().result;
   Chosen answer{job_pose(problem_), *end.best, end.multipliers};
   optimum_.stop_reason = end.summary.message;

@@ -54,11 +54,11 @@ struct Designs {
   std::vector<Screened> all;
   std::vector<std::string> beyond;
 
-  explicit Designs(int count) : all(static_cast<std::size_t>(count)) {}
+  explicit Designs(int count) : all(count) {}
   void read(const std::string& line) {
     auto [number, design] = parse_line(line);
     if (static_cast<std::size_t>(number) < all.size())
-      all[static_cast<std::size_t>(number)] = std::move(design);
+      all[number] = std::move(design);
     else
       beyond.push_back(line + "\n");
   }
@@ -87,10 +87,8 @@ class Screen {
   /// Places of the designs with values from the best to the worst.
   std::vector<int> ranked() const;
   Screening choose(ScreeningReport report) const;
-  const Screened& design(int number) const {
-    return designs_.all[static_cast<std::size_t>(number)];
-  }
-  const VectorXd& point(int number) const { return points_[static_cast<std::size_t>(number)]; }
+  const Screened& design(int number) const { return designs_.all[number]; }
+  const VectorXd& point(int number) const { return points_[number]; }
   bool feasible(const Screened& d) const {
     return d.violation <= problem_.spec().constraint_tolerance;
   }
@@ -264,7 +262,7 @@ Screening Screen::choose(ScreeningReport report) const {
   Screening screening;
   const auto starts = static_cast<std::size_t>(problem_.spec().starts);
   for (const PointCluster& of : chosen_clusters(good, starts, report.clusters)) {
-    const int number = order[static_cast<std::size_t>(of.best)];
+    const int number = order[of.best];
     const Screened& best = design(number);
     screening.starts.push_back(point(number));
     report.searched.push_back({problem_.named(problem_.variables(point(number))), best.objective,

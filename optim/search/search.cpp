@@ -91,9 +91,7 @@ std::string Search::no_design() const {
   return fmt::format(
       "no design from the start to the middle of the box, and none of {} spread over it, "
       "could be evaluated: {}",
-      spread_designs,
-      spent() == 0 ? "the formulas rule them out"
-                   : tried[static_cast<std::size_t>(before_)].record.message);
+      spread_designs, spent() == 0 ? "the formulas rule them out" : tried[before_].record.message);
 }
 
 void Search::pose_objective() {

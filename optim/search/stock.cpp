@@ -106,16 +106,13 @@ class Sizes {
 
 std::vector<double> Sizes::key_of(const VectorXd& x) const {
   std::vector<double> key;
-  for (const std::size_t j : stock_) key.push_back(x[static_cast<Eigen::Index>(j)]);
+  for (const std::size_t j : stock_) key.push_back(x[j]);
   return key;
 }
 
 Pose Sizes::held_at(const VectorXd& x) const {
   Pose pose = pose_;
-  for (const std::size_t j : stock_) {
-    const auto column = static_cast<Eigen::Index>(j);
-    pose.lower[column] = pose.upper[column] = x[column];
-  }
+  for (const std::size_t j : stock_) pose.lower[j] = pose.upper[j] = x[j];
   return pose;
 }
 
@@ -130,8 +127,7 @@ StockDesign Sizes::report_of(const VectorXd& sizes, const SearchResult& r) const
 int Sizes::combinations(const VectorXd& x) const {
   double count = 1;
   for (const std::size_t j : stock_)
-    count *=
-        static_cast<double>(next_sizes(spec_.variables[j], x[static_cast<Eigen::Index>(j)]).size());
+    count *= static_cast<double>(next_sizes(spec_.variables[j], x[j]).size());
   return static_cast<int>(std::min(count, 1e9));
 }
 
@@ -148,8 +144,7 @@ void Sizes::search_from(const std::vector<Neighbour>& these) {
         std::make_unique<EvaluationBook>(campaign_.book(Stage::stock, first + i + 1, &book_)));
     books.back()->set_threads(std::max(1, campaign_.threads / together));
   }
-  parallel_for(count, together, [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
+  parallel_for(count, together, [&](int k) {
     results[k] =
         search(problem_, *books[k], held_at(these[k].x), these[k].x, {spec_.max_evaluations, true});
   });
@@ -209,9 +204,7 @@ std::vector<Neighbour> Sizes::combined(
 }
 
 std::vector<Neighbour> Sizes::neighbours(const VectorXd& x) const {
-  return combined(x, [&](std::size_t j) {
-    return next_sizes(spec_.variables[j], x[static_cast<Eigen::Index>(j)]);
-  });
+  return combined(x, [&](std::size_t j) { return next_sizes(spec_.variables[j], x[j]); });
 }
 
 std::vector<Neighbour> Sizes::beside(const VectorXd& x) const {
@@ -232,11 +225,10 @@ bool Sizes::look_further() {
       for (std::ptrdiff_t k = here + side; k >= 0 && k < std::ssize(stock); k += side) {
         if (spent(1)) return false;
         Variables moved = problem_.variables(x);
-        moved[j] = stock[static_cast<std::size_t>(k)];
+        moved[j] = stock[k];
         x = problem_.scaled(moved);
         Pose held = pose_;
-        const auto column = static_cast<Eigen::Index>(j);
-        held.lower[column] = held.upper[column] = x[column];
+        held.lower[j] = held.upper[j] = x[j];
         const SearchResult any = search(problem_, book_, held, x, {spec_.max_evaluations, true});
         book_.set_scales(campaign_.scales);
         if (!any.best) break;

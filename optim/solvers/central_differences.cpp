@@ -14,7 +14,7 @@ namespace {
 /// over all permutations of both. Sorted values of crossing curves have kinks, the curves have not.
 void follow_branches(const VectorXd& center, VectorXd& plus, VectorXd& minus, int first,
                      int count) {
-  std::vector<int> p(static_cast<std::size_t>(count)), q, best_p, best_q;
+  std::vector<int> p(count), q, best_p, best_q;
   std::iota(p.begin(), p.end(), first);
   double least = -1;
   const double scale = center.segment(first, count).cwiseAbs().maxCoeff();
@@ -24,16 +24,15 @@ void follow_branches(const VectorXd& center, VectorXd& plus, VectorXd& minus, in
     do {
       double bend = 0;
       for (int i = 0; i < count; ++i)
-        bend += std::abs(plus[p[static_cast<std::size_t>(i)]] - 2 * center[first + i] +
-                         minus[q[static_cast<std::size_t>(i)]]);
+        bend += std::abs(plus[p[i]] - 2 * center[first + i] + minus[q[i]]);
       // The identity comes first; rounding alone does not displace it.
       if (least < 0 || bend < least - 1e-12 * scale) least = bend, best_p = p, best_q = q;
     } while (std::next_permutation(q.begin(), q.end()));
   } while (std::next_permutation(p.begin(), p.end()));
   const VectorXd plus_before = plus, minus_before = minus;
   for (int i = 0; i < count; ++i) {
-    plus[first + i] = plus_before[best_p[static_cast<std::size_t>(i)]];
-    minus[first + i] = minus_before[best_q[static_cast<std::size_t>(i)]];
+    plus[first + i] = plus_before[best_p[i]];
+    minus[first + i] = minus_before[best_q[i]];
   }
 }
 

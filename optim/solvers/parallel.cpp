@@ -15,7 +15,7 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work,
                   const LoopProgress& progress) {
   std::mutex mutex;
   int done = 0;
-  std::vector<std::exception_ptr> errors(static_cast<std::size_t>(std::max(count, 0)));
+  std::vector<std::exception_ptr> errors(std::max(count, 0));
   std::atomic<bool> interrupted = false;
   const auto guarded = [&](int i) {
     if (interrupted) return;
@@ -27,7 +27,7 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work,
     } catch (const Interrupted&) {
       interrupted = true;
     } catch (...) {
-      errors[static_cast<std::size_t>(i)] = std::current_exception();
+      errors[i] = std::current_exception();
     }
   };
   const int together = std::min(threads, count);

@@ -43,9 +43,8 @@ Answerer answerer(int threads, const std::function<std::string(int)>& work) {
     std::vector<int> units;
     for (int unit = 0; stream >> unit;) units.push_back(unit);
     std::vector<std::string> yields(units.size());
-    parallel_for(static_cast<int>(units.size()), threads, [&](int i) {
-      yields[static_cast<std::size_t>(i)] = work(units[static_cast<std::size_t>(i)]);
-    });
+    parallel_for(static_cast<int>(units.size()), threads,
+                 [&](int i) { yields[i] = work(units[i]); });
     return packed(yields);
   };
 }
@@ -103,7 +102,7 @@ void Sharing::run(const std::vector<int>& units, int threads,
   if (follows()) return workers_->answer(answerer(threads, work));
   if (!workers_)
     return parallel_for(static_cast<int>(units.size()), threads, [&](int i) {
-      const int unit = units[static_cast<std::size_t>(i)];
+      const int unit = units[i];
       keep(unit, work(unit));
     });
   const Answerer here = answerer(threads, work);

@@ -170,7 +170,7 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
   for (int k = 0; k < spec_.starts && !best.second.unstable; ++k) {
     // the first start is the middle, or what is known
     VectorXd from = start;
-    if (k > 0) from = (2 * spread[static_cast<std::size_t>(k)].array() - 1).matrix();
+    if (k > 0) from = (2 * spread[k].array() - 1).matrix();
     const Reading here = read(from, scale, of);
     keep(from, here);
     if (!here.ok) continue;

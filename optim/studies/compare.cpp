@@ -145,8 +145,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
                       EvaluationSeconds& seconds) {
   if (!sample.refused.empty()) return {design, model, sample.refused};
   const CompareSpec& spec = *job.compare;
-  const ModelChoice& choice =
-      model == 0 ? spec.full : spec.models[static_cast<std::size_t>(model - 1)];
+  const ModelChoice& choice = model == 0 ? spec.full : spec.models[model - 1];
   const auto begin = std::chrono::steady_clock::now();
   try {
     const Mechanism mechanism = make_mechanism(job, sample.parameters);
@@ -154,7 +153,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
     auto first = sample.stroke.begin();
     for (const JobCase& one : cases_of(job)) {
       StrokeRequest request = one.request;
-      const auto last = first + static_cast<std::ptrdiff_t>(request.points.size());
+      const auto last = first + std::ssize(request.points);
       request.points.assign(first, last);
       first = last;
       request.newton = choice.newton;
@@ -212,14 +211,14 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
   Sharing& sharing = options.sharing ? *options.sharing : nobody;
   const int width = static_cast<int>(book.width);
   const auto known = [&](int k) {
-    const auto& path = book.paths[static_cast<std::size_t>(k)];
+    const auto& path = book.paths[k];
     return path ? std::optional(!path->whole()) : std::nullopt;
   };
   const auto work = [&](int k) {
     const int design = k / width, model = k % width;
     EvaluationSeconds seconds;
-    const ComparedPath path = evaluate(job, samples[static_cast<std::size_t>(design)], design,
-                                       model, book.quantities, options.evaluator, seconds);
+    const ComparedPath path =
+        evaluate(job, samples[design], design, model, book.quantities, options.evaluator, seconds);
     return seconds_line(design, model, seconds) + line_of(book.quantities, path);
   };
   const auto keep = [&](const std::string& lines) {

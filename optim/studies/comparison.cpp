@@ -18,7 +18,7 @@ std::string reason_of(const ComparedQuantity::Number& number, const PathPoint& p
   if (needs.has(Output::buckling) && p.buckling)
     return (number.component == 0 ? p.buckling->drive_locked : p.buckling->drive_free).reason;
   if (needs.has(Output::load_capacity)) {
-    const auto& capacity = p.load_capacity[static_cast<std::size_t>(number.component)];
+    const auto& capacity = p.load_capacity[number.component];
     return capacity ? capacity->reason : "";
   }
   if (!needs.has(Output::stress)) return "";
@@ -84,8 +84,7 @@ class TwoPaths {
   void add_motion(const ComparedQuantity& of, std::size_t quantity) {
     const auto vector = [&](const ComparedPoint& p) {
       Vector3d u;
-      for (std::size_t k = 0; k < 3; ++k)
-        u[static_cast<Eigen::Index>(k)] = p.numbers[quantity][k].value_or(0);
+      for (std::size_t k = 0; k < 3; ++k) u[k] = p.numbers[quantity][k].value_or(0);
       return u;
     };
     double largest = 0;

@@ -102,7 +102,7 @@ ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValu
   const Scales scales = problem.scales(nullptr);
   std::vector<Mapped> designs(grid.size());
   const auto work = [&](int i) {
-    const Variables at = problem.variables(grid[static_cast<std::size_t>(i)]);
+    const Variables at = problem.variables(grid[i]);
     return evaluate(problem, at, map.quantities.size(), scales);
   };
   ResponseMap found;
@@ -111,10 +111,8 @@ ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValu
     return found;
   const auto [rows, columns] = map.points;
   for (int i = 0; i < rows; ++i)
-    found.parameters[0].push_back(
-        problem.variables(grid[static_cast<std::size_t>(i * columns)])[0]);
-  for (int j = 0; j < columns; ++j)
-    found.parameters[1].push_back(problem.variables(grid[static_cast<std::size_t>(j)])[1]);
+    found.parameters[0].push_back(problem.variables(grid[i * columns])[0]);
+  for (int j = 0; j < columns; ++j) found.parameters[1].push_back(problem.variables(grid[j])[1]);
   for (std::size_t k = 0; k < 2; ++k)
     found.held[k] = problem.job().design.parameters.at(map.parameters[k].parameter);
   found.looked_up = problem.job().model.atlas != nullptr;

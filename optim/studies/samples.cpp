@@ -61,8 +61,7 @@ std::vector<Sample> make_samples(const Job& job) {
       Sample sample;
       for (std::size_t j = 0; j < spec.ranges.size(); ++j) {
         const SampleRange& range = spec.ranges[j];
-        (range.symbol ? sample.symbols : sample.parameters)[range.name] =
-            value_in(range, u[static_cast<Eigen::Index>(j)]);
+        (range.symbol ? sample.symbols : sample.parameters)[range.name] = value_in(range, u[j]);
       }
       samples.push_back(std::move(sample));
     }

@@ -195,7 +195,7 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
   ParameterValues values = parameters_;
   for (std::size_t e = 0; e < spec_.entries.size(); ++e) {
     constexpr double edge = 1e-12;  // a normal deviation has no ends
-    const double u = std::clamp(unit_point[static_cast<Eigen::Index>(e)], edge, 1 - edge);
+    const double u = std::clamp(unit_point[e], edge, 1 - edge);
     const Tolerance& entry = spec_.entries[e];
     const double z = entry.spread == ToleranceSpread::uniform
                          ? 2 * u - 1
@@ -260,8 +260,7 @@ void Study::sample(int threads, const LoopProgress& progress, SharedUnits* share
   const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
   if (!run_units(
           shared, loop_name("sampled designs", about.dump()), threads, progress, designs,
-          [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); },
-          packed_design, unpacked_design))
+          [&](int i) { return evaluate(points[i], report); }, packed_design, unpacked_design))
     return;
   report.samples = spec_.samples;
   int keep = 0;
@@ -310,7 +309,7 @@ ToleranceReport Study::run(int threads, const LoopProgress& progress, SharedUnit
 }
 
 double size_of(const MatrixXd& slopes, std::size_t value) {
-  return slopes.row(static_cast<Eigen::Index>(value)).cwiseAbs().sum();
+  return slopes.row(value).cwiseAbs().sum();
 }
 
 /// The goal's one number where every value is `by` times its farthest away.
@@ -337,7 +336,7 @@ ToleranceReport study_tolerances(const Job& job, const ParameterValues& paramete
 LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixXd& slopes) {
   const Extreme e = extreme(goal, values);
   return {e.sign * values[e.entry], moved(goal, values, slopes, -1), moved(goal, values, slopes, 1),
-          e.sign * slopes.row(static_cast<Eigen::Index>(e.entry)).transpose()};
+          e.sign * slopes.row(e.entry).transpose()};
 }
 
 std::optional<double> room_of(const Goal& goal, const GoalValues& values, const MatrixXd& slopes,
