@@ -37,15 +37,24 @@ Pose job_pose(const DesignProblem& problem) {
   return pose;
 }
 
+void weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
+           Candidate& design) {
+  assert(design.values.ok);
+  const std::vector<GoalValues>& values = design.values.goals;
+  design.objective = aggregate(problem.goals()[pose.goal], values[pose.goal]);
+  design.violation = 0;
+  for (std::size_t g = 1; g < values.size(); ++g) {
+    const Bounds& bounds = pose.bounds[g - 1];
+    design.violation = std::max(design.violation, excess(aggregate(problem.goals()[g], values[g]),
+                                                         bounds.min, bounds.max, scales.of(g)));
+  }
+}
+
 Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
                 const VectorXd& x, const DesignValues& values) {
-  assert(values.ok);
-  Candidate c{x, values, aggregate(problem.goals()[pose.goal], values.goals[pose.goal]), 0};
-  for (std::size_t g = 1; g < values.goals.size(); ++g)
-    c.violation = std::max(
-        c.violation, excess(aggregate(problem.goals()[g], values.goals[g]), pose.bounds[g - 1].min,
-                            pose.bounds[g - 1].max, scales.constraints[g - 1]));
-  return c;
+  Candidate design{x, values};
+  weigh(problem, scales, pose, design);
+  return design;
 }
 
 Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,

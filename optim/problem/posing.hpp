@@ -48,7 +48,9 @@ struct Candidate {
   double objective = 0, violation = 0;  ///< SI; relative
 };
 
-/// Objective and violation of a design with these values; the pose's correction is not applied.
+/// Sets objective and violation from the values; the pose's correction is not applied.
+void weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose, Candidate& design);
+/// A design with these values, weighed.
 Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
                 const VectorXd& x, const DesignValues& values);
 

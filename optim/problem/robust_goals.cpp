@@ -38,22 +38,15 @@ MatrixXd in_order_of(const MatrixXd& here, const MatrixXd& there, const std::vec
 
 // The candidates of each point from the worst on, as a goal has them.
 void sort_branches(const Goal& goal, GoalValues& values, Eigen::Ref<MatrixXd> rows) {
-  const auto b = static_cast<std::size_t>(goal.branches);
-  const bool descending = goal.over_stroke == OverStroke::max;
-  const GoalValues old = values;
-  const MatrixXd old_rows = rows;
+  const double sign = goal.over_stroke == OverStroke::max ? -1 : 1;
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), 0);
-  for (std::size_t first = 0; first < order.size(); first += b)
-    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(first),
-                     order.begin() + static_cast<std::ptrdiff_t>(first + b),
-                     [&](std::size_t i, std::size_t j) {
-                       return descending ? old[i] > old[j] : old[i] < old[j];
-                     });
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    values[i] = old[order[i]];
-    rows.row(i) = old_rows.row(order[i]);
-  }
+  for (auto first = order.begin(); first != order.end(); first += goal.branches)
+    std::ranges::stable_sort(first, first + goal.branches, {},
+                             [&](std::size_t i) { return sign * values[i]; });
+  const GoalValues old = values;
+  std::ranges::transform(order, values.begin(), [&](std::size_t i) { return old[i]; });
+  rows = MatrixXd(rows(order, Eigen::all));
 }
 
 // Step of a tolerance, small enough that the parameters change by a thousandth at most.
@@ -65,13 +58,14 @@ double step_along(const Tolerance& entry, const ParameterValues& parameters) {
   return largest > 0 ? std::min(1.0, 1e-3 / largest) : 1.0;
 }
 
-VectorXd variances(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
-  VectorXd list(slopes.size());
-  for (Eigen::Index e = 0; e < slopes.size(); ++e) {
-    const double deviation = slopes[e] * entries[e].standard_deviation();
-    list[e] = deviation * deviation;
-  }
+VectorXd standard_deviations(const std::vector<Tolerance>& entries) {
+  VectorXd list(entries.size());
+  for (std::size_t e = 0; e < entries.size(); ++e) list[e] = entries[e].standard_deviation();
   return list;
+}
+
+VectorXd variances(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
+  return slopes.cwiseProduct(standard_deviations(entries)).cwiseAbs2();
 }
 
 }  // namespace
@@ -84,16 +78,11 @@ double tolerance_margin(const ToleranceMargin& margin, const std::vector<Toleran
 
 VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
                         const ToleranceSlopes& slopes) {
-  VectorXd weights = VectorXd::Zero(slopes.size());
   const double m = tolerance_margin(margin, entries, slopes), k = margin.deviations;
-  for (Eigen::Index e = 0; e < slopes.size() && m > 0; ++e) {
-    const double sigma = entries[e].standard_deviation();
-    if (margin.kind == ToleranceMargin::Kind::worst)
-      weights[e] = slopes[e] == 0 ? 0 : std::copysign(1.0, slopes[e]);
-    else
-      weights[e] = k * k * slopes[e] * sigma * sigma / m;
-  }
-  return weights;
+  if (!(m > 0)) return VectorXd::Zero(slopes.size());
+  if (margin.kind == ToleranceMargin::Kind::worst) return slopes.cwiseSign();
+  const Eigen::ArrayXd sigma = standard_deviations(entries).array();
+  return (k * k * slopes.array() * sigma * sigma / m).matrix();
 }
 
 std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters, const Look& look,

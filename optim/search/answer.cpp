@@ -21,16 +21,9 @@ std::vector<ConstraintState> states(const DesignProblem& problem, const Scales& 
   const std::vector<double> values = problem.constraints(design);
   std::vector<ConstraintState> result;
   for (std::size_t i = 0; i < problem.own_constraints(); ++i) {
-    const Constraint& c = problem.spec().constraints[i];
-    ConstraintState s;
-    s.label = c.label;
-    s.value = values[i];
-    s.min = c.min;
-    s.max = c.max;
-    s.margin = -excess(values[i], c.min, c.max, 1.0);
-    s.decisive = place(problem.goals()[i + 1], design.goals[i + 1]);
-    s.active = std::abs(s.margin) <= problem.spec().constraint_tolerance * scales.constraints[i];
-    result.push_back(std::move(s));
+    result.push_back(state_of(problem.spec().constraints[i], values[i], scales.constraints[i],
+                              problem.spec().constraint_tolerance));
+    result.back().decisive = place(problem.goals()[i + 1], design.goals[i + 1]);
   }
   return result;
 }
@@ -75,6 +68,14 @@ std::vector<std::size_t> violated(const std::vector<ConstraintState>& constraint
 }
 
 }  // namespace
+
+ConstraintState state_of(const Constraint& constraint, double value, double scale,
+                         double tolerance) {
+  ConstraintState state{constraint.label, value, constraint.min, constraint.max};
+  state.margin = -excess(value, constraint.min, constraint.max, 1.0);
+  state.active = std::abs(state.margin) <= tolerance * scale;
+  return state;
+}
 
 void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer,
            OptimumStatus if_feasible, Optimum& optimum) {

@@ -97,10 +97,7 @@ void Confirming::weigh_all(const Start& best) {
   campaign_.scales = problem_.scales(&best.result.best->values, &best.book->scales());
   for (Start& start : starts_) {
     start.book->set_scales(campaign_.scales);
-    if (!start.result.best) continue;
-    const Candidate& end = *start.result.best;
-    start.result.best =
-        weigh(problem_, campaign_.scales, pose_, VectorXd(end.x), DesignValues(end.values));
+    if (start.result.best) weigh(problem_, campaign_.scales, pose_, *start.result.best);
   }
 }
 

@@ -21,6 +21,10 @@ struct ConstraintState {
   std::optional<GoalPlace> decisive;  ///< where its value is from; of a quantity
 };
 
+/// The state of a constraint with this value; `scale`: what the tolerance is relative to.
+ConstraintState state_of(const Constraint& constraint, double value, double scale,
+                         double tolerance);
+
 /// What a search ended with.
 struct SearchEnd {
   bool ok = false, feasible = false;  ///< ok: a design could be evaluated

@@ -102,8 +102,7 @@ void Search::pose_objective() {
 void Search::take_scales(const Scales& scales) {
   book_.set_scales(scales);
   pose_objective();
-  result_.best =
-      weigh(problem_, scales, pose_, VectorXd(result_.best->x), DesignValues(result_.best->values));
+  weigh(problem_, scales, pose_, *result_.best);
 }
 
 bool Search::rescale() {

@@ -152,9 +152,7 @@ void Sizes::search_from(const std::vector<Neighbour>& these) {
     outcome_.evaluations.insert(outcome_.evaluations.end(), books[k]->evaluations().begin(),
                                 books[k]->evaluations().end());
     SearchResult& r = results[k];
-    if (r.best)
-      r.best = weigh(problem_, campaign_.scales, pose_, VectorXd(r.best->x),
-                     DesignValues(r.best->values));
+    if (r.best) weigh(problem_, campaign_.scales, pose_, *r.best);
     StockDesign design = report_of(these[k].x, r);
     const bool better = r.best && (!best_ || posing.better(*r.best, *best_));
     if (better) best_ = r.best;

@@ -181,8 +181,7 @@ CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
   for (std::size_t k = 0; k < book.paths.size(); ++k) {
     values.push_back(line_of(book.quantities, *book.paths[k]));
     if (!book.seconds[k]) continue;
-    run.seconds[k % book.width].path += book.seconds[k]->path;
-    run.seconds[k % book.width].total += book.seconds[k]->total;
+    run.seconds[k % book.width] += *book.seconds[k];
     seconds.push_back(
         seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
   }

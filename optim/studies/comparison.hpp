@@ -55,6 +55,8 @@ struct ComparedPath {
 struct EvaluationSeconds {
   double path = 0;   ///< along the stroke, coefficients ready
   double total = 0;  ///< with building the mechanism and the leaves' coefficients
+
+  void operator+=(const EvaluationSeconds& other) { path += other.path, total += other.total; }
 };
 
 ComparedPath compared_path(int design, int model, const std::vector<ComparedQuantity>& quantities,

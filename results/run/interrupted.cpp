@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/search/optimise.hpp"
@@ -45,11 +44,9 @@ std::vector<ConstraintState> states_of(const OptimiseSpec& spec, const Evaluatio
   std::vector<ConstraintState> states;
   for (std::size_t i = 0; i < std::min(spec.constraints.size(), best.constraints.size()); ++i) {
     const Constraint& c = spec.constraints[i];
-    ConstraintState state{c.label, best.constraints[i], c.min, c.max};
-    state.margin = -excess(state.value, c.min, c.max, 1.0);
     const double scale = std::max(std::abs(c.min.value_or(0)), std::abs(c.max.value_or(0)));
-    state.active = std::abs(state.margin) <= spec.constraint_tolerance * (scale > 0 ? scale : 1);
-    states.push_back(std::move(state));
+    states.push_back(
+        state_of(c, best.constraints[i], scale > 0 ? scale : 1, spec.constraint_tolerance));
   }
   return states;
 }
