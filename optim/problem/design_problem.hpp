@@ -117,8 +117,6 @@ class DesignProblem {
 
   double objective(const DesignValues& values) const;
   std::vector<double> constraints(const DesignValues& values) const;
-  /// Largest relative violation, 0 when feasible.
-  double violation(const DesignValues& values, const Scales& scales) const;
   /// Largest relative violation from the values of the constraints, 0 when feasible.
   double violation(const std::vector<double>& constraints, const Scales& scales) const;
   /// The constraint with the largest relative violation; nothing where no constraint has bounds.
@@ -150,8 +148,6 @@ class DesignProblem {
                     const ModelOptions& model) const;
   /// The same with derivatives by the variables instead of `names_`.
   DesignValues chained(DesignValues values, const ParameterValues& parameters) const;
-  /// The value of a goal with a formula, with its margin.
-  std::optional<double> formula_value(const Goal& goal, const ParameterValues& parameters) const;
 
   Evaluators evaluators_;
   /// Parameters that change when a variable does, and those that deviate where goals count it.

@@ -94,13 +94,15 @@ void EvaluationBook::adopt(const EvaluationBook& other) {
   differences_.insert(other.differences_.begin(), other.differences_.end());
 }
 
+void EvaluationBook::weigh(EvaluationRecord& record) const {
+  if (!record.ok) return;
+  record.violation = problem_.violation(record.constraints, scales_);
+  record.worst = problem_.worst_constraint(record.constraints, scales_);
+}
+
 void EvaluationBook::set_scales(Scales scales) {
   scales_ = std::move(scales);
-  for (LoggedEvaluation& e : evaluations_)
-    if (e.record.ok) {
-      e.record.violation = problem_.violation(e.values, scales_);
-      e.record.worst = problem_.worst_constraint(e.record.constraints, scales_);
-    }
+  for (LoggedEvaluation& e : evaluations_) weigh(e.record);
 }
 
 LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues values, Ask how,
@@ -116,9 +118,8 @@ LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues
   if (values.ok) {
     e.record.objective = problem_.objective(values);
     e.record.constraints = problem_.constraints(values);
-    e.record.violation = problem_.violation(values, scales_);
-    e.record.worst = problem_.worst_constraint(e.record.constraints, scales_);
   }
+  weigh(e.record);
   e.gradient_asked = how.gradient;
   e.values = std::move(values);
   return e;

@@ -95,6 +95,8 @@ class EvaluationBook {
   struct Ask {
     bool difference = false, gradient = false, full = false;
   };
+  /// Violation and worst constraint by the scales.
+  void weigh(EvaluationRecord& record) const;
   DesignValues evaluate(const Variables& variables, Ask how) const;
   std::vector<const DesignValues*> ask(const std::vector<Variables>& many, Ask how, int& cost);
   LoggedEvaluation record(const Variables& variables, DesignValues values, Ask how,

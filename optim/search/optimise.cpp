@@ -189,7 +189,7 @@ int Optimisation::compare_optima(int best) {
     of.ok = full.ok;
     if (!full.ok) return;
     of.objective = problem_.objective(full);
-    of.violation = problem_.violation(full, campaign_.scales);
+    of.violation = problem_.violation(problem_.constraints(full), campaign_.scales);
   });
   // what the models differ by makes none infeasible
   const double tolerated =

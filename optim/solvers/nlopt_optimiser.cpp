@@ -28,11 +28,9 @@ class Run {
     local_ = id_of(local.empty() ? algorithm_.locals.front() : local);
   }
 
-  /// Runs the algorithm on the problem itself.
-  nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper,
-                      double step) {
-    return start(x0, lower, upper, step, trials_.options().tolerance);
-  }
+  /// Runs the algorithm, on the problem itself unless it is part of an augmented Lagrangian.
+  nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper, double step,
+                      double tolerance);
   /// Runs the algorithm on an augmented Lagrangian.
   nlopt::result start_augmented(double step);
 
@@ -47,8 +45,6 @@ class Run {
   double objective(const VectorXd& x, double* gradient);
   void constraints(unsigned m, double* c, const VectorXd& x, double* gradient);
   Problem::Value seen(const VectorXd& x, bool gradient);
-  nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper, double step,
-                      double tolerance);
 
   bool augmented() const {
     return algorithm_.constraining == Constraining::augmented && trials_.problem().constraints > 0;
@@ -313,7 +309,7 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
     Run run(trials);
     result = algorithm.constraining == Constraining::augmented && problem.constraints > 0
                  ? run.start_augmented(step)
-                 : run.start(x0, lower, upper, step);
+                 : run.start(x0, lower, upper, step, options.tolerance);
     ++runs;
     if (result == nlopt::MAXEVAL_REACHED) result = nlopt::FORCED_STOP;
     const bool moved = violation - trials.best_violation() > options.constraint_tolerance ||
