@@ -54,7 +54,6 @@ struct WorstPlaces {
   /// For each number, the place where it is largest, then other local maxima that were found, in
   /// descending order; at least one, at most `BoxSearch::places`.
   std::vector<std::vector<VectorXd>> places;
-  int looks = 0;
 };
 
 /// Searches the worst places from the starts and from the corners to which the derivatives there

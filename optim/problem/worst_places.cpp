@@ -52,14 +52,12 @@ class Places {
   std::vector<Seen> seen_;
   std::map<Eigen::Index, std::size_t> chosen_;  ///< the best place of a number, known better
   std::optional<Why> failed_;
-  int looks_ = 0;
 };
 
 const Places::Seen* Places::at(const VectorXd& z) {
   if (failed_) return nullptr;
   const auto known = std::ranges::find_if(seen_, [&](const Seen& s) { return s.z == z; });
   if (known != seen_.end()) return &*known;
-  ++looks_;
   Answer<BoxLook, Why> look = look_(z);
   if (!look) {
     failed_ = std::move(look.error());
@@ -175,7 +173,6 @@ bool Places::finish_inside(Eigen::Index number) {
       up[free[j]] += h;
       down[free[j]] -= h;
       const auto above = look_(up), below = look_(down);
-      looks_ += 2;
       if (!above || !below) return true;
       H.col(j) = (above->rates.row(number) - below->rates.row(number)).transpose()(free) / (2 * h);
     }
@@ -230,7 +227,6 @@ Answer<WorstPlaces, Why> Places::find() {
       whole = whole && look_at_bounds(k);
     }
   for (Eigen::Index k = 0; k < count && whole; ++k) whole = finish_inside(k);
-  found.looks = looks_;
   if (!whole) return BecauseOf(*failed_);
   for (Eigen::Index k = 0; k < count; ++k) found.places.push_back(ends(k));
   return found;

@@ -30,7 +30,6 @@ class Programme : public Ipopt::TNLP {
       : trials_(trials), x0_(std::move(x0)), lower_(std::move(lower)), upper_(std::move(upper)) {}
 
   VectorXd x, multipliers;  ///< where Ipopt ended
-  Ipopt::SolverReturn end = Ipopt::UNASSIGNED;
 
  private:
   const Problem& problem() const { return trials_.problem(); }
@@ -107,10 +106,9 @@ class Programme : public Ipopt::TNLP {
     return v.ok;
   }
 
-  void finalize_solution(Ipopt::SolverReturn status, Index n, const Number* x_end, const Number*,
+  void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x_end, const Number*,
                          const Number*, Index m, const Number*, const Number* lambda, Number,
                          const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
-    end = status;
     x = Eigen::Map<const VectorXd>(x_end, n);
     multipliers = Eigen::Map<const VectorXd>(lambda, m);
   }
