@@ -61,6 +61,7 @@ class EvaluationBook {
   void set_threads(int threads) { threads_ = threads; }
   /// Workers that are free evaluate designs; null: this process does.
   void set_workers(Workers* workers) { workers_ = workers; }
+  const DesignProblem& problem() const { return problem_; }
   const Scales& scales() const { return scales_; }
 
   /// Values of a design: remembered, read from the log, or evaluated. `cost` grows by one for each

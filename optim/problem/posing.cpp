@@ -57,35 +57,34 @@ Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& 
   return design;
 }
 
-Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
-               Aim aim, double violation)
-    : problem_(problem),
+Posing::Posing(EvaluationBook& book, const Pose& pose, bool slack, Aim aim, double violation)
+    : problem_(book.problem()),
       book_(book),
       pose_(pose),
       scales_(book.scales()),
       aim_(aim),
       violation_(violation),
       split_(slack) {
-  assert(pose.bounds.size() + 1 == problem.goals().size());
+  assert(pose.bounds.size() + 1 == problem_.goals().size());
   for (Eigen::Index j = 0; j < pose.lower.size(); ++j)
     if (pose.lower[j] < pose.upper[j]) free_.push_back(j);
   sense_ = pose.maximise ? -1 : 1;
-  if (algorithm_of(optimiser_options(problem.spec())).gradients) {
+  if (algorithm_of(optimiser_options(problem_.spec())).gradients) {
     weight_ = violation_weight;
-    exact_ = problem.differentiable();
+    exact_ = problem_.differentiable();
   }
   if (aim == Aim::feasibility) {
     slack_ = slack;
     sense_ = 1;
-  } else if (const Goal& goal = problem.goals()[pose.goal];
+  } else if (const Goal& goal = problem_.goals()[pose.goal];
              slack && (pointwise(goal, !pose.maximise) || by_parts(goal, !pose.maximise))) {
     slack_ = true;
     add_rows(pose.goal, !pose.maximise, 0, scales_.of(pose.goal), pose.maximise ? 1 : -1,
              pointwise(goal, !pose.maximise));
   }
-  for (std::size_t g = 1; g < problem.goals().size(); ++g) {
+  for (std::size_t g = 1; g < problem_.goals().size(); ++g) {
     const Bounds& b = pose.bounds[g - 1];
-    const Goal& goal = problem.goals()[g];
+    const Goal& goal = problem_.goals()[g];
     const double t = aim == Aim::feasibility ? -1 : 0;
     const double by = aim == Aim::feasibility ? scales_.of(g) * violation : scales_.of(g);
     if (b.max) add_rows(g, true, *b.max, by, t, pointwise(goal, true));

@@ -57,8 +57,8 @@ Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& 
 class Posing {
  public:
   /// `violation` is V₀. Refers to all its arguments; the scales are those of the book now.
-  Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
-         Aim aim = Aim::objective, double violation = 1);
+  Posing(EvaluationBook& book, const Pose& pose, bool slack, Aim aim = Aim::objective,
+         double violation = 1);
 
   /// The problem for an optimiser; refers to this object.
   Problem problem();

@@ -91,10 +91,11 @@ std::string violated_words(const std::vector<ConstraintState>& constraints, cons
   return words_of(violated(constraints, scales, 0), constraints, scales);
 }
 
-std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const Scales& scales,
-                       const Chosen& answer, const std::vector<ConstraintState>& constraints) {
+std::string what_stops(EvaluationBook& book, const Scales& scales, const Chosen& answer,
+                       const std::vector<ConstraintState>& constraints) {
+  const DesignProblem& problem = book.problem();
   const OptimiseSpec& spec = problem.spec();
-  const std::optional<Conflict> conflict = conflict_at(problem, book, answer.pose, answer.best);
+  const std::optional<Conflict> conflict = conflict_at(book, answer.pose, answer.best);
   std::vector<std::size_t> pressing;
   if (conflict)
     for (const std::size_t goal : conflict->goals)
@@ -118,8 +119,8 @@ std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const
   return text;
 }
 
-void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Chosen& answer,
-                     Optimum& optimum) {
+void add_derivatives(EvaluationBook& book, const Chosen& answer, Optimum& optimum) {
+  const DesignProblem& problem = book.problem();
   int cost = 0;
   const VectorXd& x = answer.best.x;
   std::optional<MatrixXd> derivatives = book.derivatives(x, cost);
@@ -141,7 +142,7 @@ void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const C
     first += std::ssize(own.goals[g]);
   }
   std::vector<double> multipliers = answer.multipliers;
-  if (multipliers.empty()) multipliers = multipliers_at(problem, book, answer.pose, answer.best);
+  if (multipliers.empty()) multipliers = multipliers_at(book, answer.pose, answer.best);
   for (std::size_t i = 0; i < optimum.constraints.size() && i < multipliers.size(); ++i)
     optimum.constraints[i].multiplier = multipliers[i];
 }

@@ -102,7 +102,7 @@ void Confirming::weigh_all(const Start& best) {
 }
 
 void Confirming::go_on(Start& start, const VectorXd& from, bool warm) {
-  SearchResult found = search(problem_, *start.book, pose_, from, {std::max(1, left(start)), warm});
+  SearchResult found = search(*start.book, pose_, from, std::max(1, left(start)), warm);
   if (found.best && (!start.result.best || !gains(*start.result.best, *found.best, 0)))
     start.result = std::move(found);
 }
@@ -136,7 +136,7 @@ bool Confirming::take_passed_by() {
 
 bool Confirming::balances(Start& start, Confirmation& answer) {
   if (gradients_ || !problem_.differentiable()) return true;
-  const auto balance = balance_at(problem_, *start.book, pose_, *start.result.best);
+  const auto balance = balance_at(*start.book, pose_, *start.result.best);
   if (!balance || balance->gap <= negligible_gap) return true;
   answer.message = fmt::format(
       "by its derivatives the objective may still gain {:.1e} of its value; ", balance->gap);
@@ -145,8 +145,8 @@ bool Confirming::balances(Start& start, Confirmation& answer) {
 
 bool Confirming::search_afresh(Start& start, Confirmation& answer) {
   const Candidate before = *start.result.best;
-  const VectorXd from = gradients_ ? beside(problem_, *start.book, pose_, before) : before.x;
-  SearchResult found = search(problem_, *start.book, pose_, from, {left(start), !gradients_});
+  const VectorXd from = gradients_ ? beside(*start.book, pose_, before) : before.x;
+  SearchResult found = search(*start.book, pose_, from, left(start), !gradients_);
   const bool spent = found.summary.reason == StopReason::max_evaluations;
   const bool settles = start.result.summary.reason != StopReason::converged &&
                        found.summary.reason == StopReason::converged;
@@ -191,8 +191,7 @@ Confirmation Confirming::run() {
       answer.confirmed = true;
       return answer;
     }
-    if (answer.holds && gradients_ &&
-        stands_out(problem_, *start.book, pose_, *start.result.best)) {
+    if (answer.holds && gradients_ && stands_out(*start.book, pose_, *start.result.best)) {
       answer.confirmed = true;
       answer.message = "all designs evaluated round it are worse";
       return answer;
@@ -208,11 +207,11 @@ Confirmation Confirming::run() {
 
 }  // namespace
 
-bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                const Candidate& at) {
+bool stands_out(EvaluationBook& book, const Pose& pose, const Candidate& at) {
+  const DesignProblem& problem = book.problem();
   constexpr double pressing = 1e-6, near = 0.1, spanned = 0.05, rounding = 1e-7;
   if (!problem.differentiable()) return false;
-  Posing posing(problem, book, pose, true);
+  Posing posing(book, pose, true);
   const auto conditions = first_order_at(posing, at);
   if (!conditions) return false;
   const auto& [p, x, here, multipliers] = *conditions;
@@ -250,8 +249,8 @@ bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   return symmetric_eigenvalues(moment)[0] > spanned * spanned;
 }
 
-VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                const Candidate& at) {
+VectorXd beside(EvaluationBook& book, const Pose& pose, const Candidate& at) {
+  const DesignProblem& problem = book.problem();
   constexpr double step = 0.05, of_value = 0.2, near = 0.05, inwards = 0.2;
   const VectorXd& x = at.x;
   const Variables values = problem.variables(x);

@@ -158,8 +158,7 @@ void Optimisation::search_from_starts() {
 
 SearchResult Optimisation::search_from(Start& start, int threads) {
   start.book->set_threads(threads);
-  return search(problem_, *start.book, job_pose(problem_), start.from,
-                {spec_.max_evaluations, false});
+  return search(*start.book, job_pose(problem_), start.from, spec_.max_evaluations);
 }
 
 void Optimisation::search_own_starts(Sharing& sharing) {
@@ -228,7 +227,7 @@ std::optional<Chosen> Optimisation::best_end() {
         starts_.size() == 1 ? "" : "s",
         optimum_.screening ? fmt::format(" of {} screened designs", optimum_.screening->designs)
                            : "",
-        what_stops(problem_, *best_start().book, campaign_.scales, answer, optimum_.constraints),
+        what_stops(*best_start().book, campaign_.scales, answer, optimum_.constraints),
         end.summary.message);
   return answer;
 }
@@ -307,7 +306,7 @@ void Optimisation::finish(Start& start, Chosen answer) {
   const bool moved = optimum_.stock || loop;
   EvaluationBook last = campaign_.book(Stage::verification, 1, moved ? start.book.get() : nullptr);
   EvaluationBook& knows = moved ? last : *start.book;
-  add_derivatives(problem_, knows, answer, optimum_);
+  add_derivatives(knows, answer, optimum_);
   const Variables variables = problem_.variables(answer.best.x);
   int cost = 0;
   const DesignValues own = optimum_.at_full_accuracy ? knows.at(variables, cost) : own_values;

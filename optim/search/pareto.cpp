@@ -59,9 +59,8 @@ class Front {
   void improve_backwards();
   void add_multipliers(SearchResult& result, const Pose& pose) {
     if (result.best && result.multipliers.empty() && gradients_)
-      result.multipliers = multipliers_at(problem_, book_, pose, *result.best);
+      result.multipliers = multipliers_at(book_, pose, *result.best);
   }
-  SearchOptions warm() const { return {spec_.max_evaluations, true}; }
 
   const DesignProblem& problem_;
   const OptimiseSpec& spec_;
@@ -76,7 +75,7 @@ SearchResult Front::other_end() {
   Pose other = job_pose(problem_);
   other.goal = problem_.goals().size() - 1;
   other.maximise = spec_.pareto->maximise;
-  return search(problem_, book_, other, optimum_.best->x, {spec_.max_evaluations, false});
+  return search(book_, other, optimum_.best->x, spec_.max_evaluations);
 }
 
 bool Front::is_one_design(const SearchResult& end, double begin_value, double end_value) const {
@@ -95,7 +94,7 @@ void Front::advance(const SearchResult& end, double begin_value, double end_valu
     const Pose pose = bounded(problem_, bound);
     // the last bound is met by the end alone: begin there
     const VectorXd from = i + 1 == count ? end.best->x : places_.back().result.best->x;
-    Place place{bound, search(problem_, book_, pose, from, warm()), 0};
+    Place place{bound, search(book_, pose, from, spec_.max_evaluations, true), 0};
     place.evaluations = place.result.evaluations;
     add_multipliers(place.result, pose);
     if (!place.result.best) {
@@ -112,11 +111,11 @@ void Front::improve_backwards() {
   for (std::size_t i = places_.size() - 1; i-- > 1;) {
     const Candidate& harder = *places_[i + 1].result.best;
     const Pose pose = bounded(problem_, *places_[i].bound);
-    const Posing posing(problem_, book_, pose, true);
+    const Posing posing(book_, pose, true);
     int cost = 0;
     const auto there = posing.assess(harder.x, cost);
     if (!there || !posing.better(*there, *places_[i].result.best)) continue;
-    SearchResult again = search(problem_, book_, pose, harder.x, warm());
+    SearchResult again = search(book_, pose, harder.x, spec_.max_evaluations, true);
     places_[i].evaluations += again.evaluations;
     if (!again.best || !posing.better(*again.best, *places_[i].result.best)) continue;
     add_multipliers(again, pose);

@@ -35,23 +35,22 @@ std::optional<Candidate> workable(const Posing& posing, const Pose& pose, const 
 /// One search, run by run of the optimiser.
 class Search {
  public:
-  Search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-         const SearchOptions& options)
-      : problem_(problem),
+  Search(EvaluationBook& book, const Pose& pose, int max_evaluations, bool warm)
+      : problem_(book.problem()),
         book_(book),
         pose_(pose),
-        options_(options),
-        choice_(optimiser_options(problem.spec())),
+        max_evaluations_(max_evaluations),
+        choice_(optimiser_options(problem_.spec())),
         slack_(algorithm_of(choice_).slack),
         before_(static_cast<int>(book.evaluations().size())) {
-    choice_.warm = options.warm;
+    choice_.warm = warm;
     pose_objective();
   }
   SearchResult from(const VectorXd& x);
 
  private:
   int spent() const { return static_cast<int>(book_.evaluations().size()) - before_; }
-  int left() const { return options_.max_evaluations - spent(); }
+  int left() const { return max_evaluations_ - spent(); }
   bool feasible() const { return result_.best->violation <= problem_.spec().constraint_tolerance; }
   bool is_global() const { return algorithm_of(choice_).global(); }
   std::string no_design() const;
@@ -77,7 +76,7 @@ class Search {
   const DesignProblem& problem_;
   EvaluationBook& book_;
   const Pose& pose_;
-  const SearchOptions& options_;
+  int max_evaluations_;
   OptimiserOptions choice_;
   bool slack_;
   int before_;  ///< evaluations in the book when the search began
@@ -95,7 +94,7 @@ std::string Search::no_design() const {
 }
 
 void Search::pose_objective() {
-  objective_.emplace(problem_, book_, pose_, slack_);
+  objective_.emplace(book_, pose_, slack_);
   if (!is_global()) objective_->watch_scale();
 }
 
@@ -148,7 +147,7 @@ OptimiserSummary Search::least_violation() {
   OptimiserSummary summary;
   for (int k = 0; k < most_runs; ++k) {
     const double before = result_.best->violation;
-    Posing posing(problem_, book_, pose_, slack_, Aim::feasibility, before);
+    Posing posing(book_, pose_, slack_, Aim::feasibility, before);
     summary = run(posing, choice_);
     rescale();
     if (feasible() || left() <= 0 || result_.best->violation > same_order * before) break;
@@ -229,7 +228,7 @@ void Search::judge() {
 }
 
 SearchResult Search::from(const VectorXd& x) {
-  result_.best = workable(*objective_, pose_, x, options_.max_evaluations);
+  result_.best = workable(*objective_, pose_, x, max_evaluations_);
   if (!result_.best) {
     result_.summary.message = no_design();
     result_.evaluations = spent();
@@ -271,9 +270,9 @@ SearchEnd end_of(const DesignProblem& problem, const SearchResult& found) {
   return end;
 }
 
-SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                    const VectorXd& from, const SearchOptions& options) {
-  return Search(problem, book, pose, options).from(from);
+SearchResult search(EvaluationBook& book, const Pose& pose, const VectorXd& from,
+                    int max_evaluations, bool warm) {
+  return Search(book, pose, max_evaluations, warm).from(from);
 }
 
 std::optional<FirstOrder> first_order_at(Posing& posing, const Candidate& at) {
@@ -287,20 +286,18 @@ std::optional<FirstOrder> first_order_at(Posing& posing, const Candidate& at) {
   return here;
 }
 
-std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& book,
-                                  const Pose& pose, const Candidate& at) {
-  Posing posing(problem, book, pose, true);
+std::optional<Balance> balance_at(EvaluationBook& book, const Pose& pose, const Candidate& at) {
+  Posing posing(book, pose, true);
   const auto here = first_order_at(posing, at);
   if (!here) return std::nullopt;
   const Multipliers& found = here->multipliers;
   return Balance{found.residual, found.gap, posing.multipliers(found.lambda)};
 }
 
-std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
-                                    const Pose& pose, const Candidate& at) {
+std::optional<Conflict> conflict_at(EvaluationBook& book, const Pose& pose, const Candidate& at) {
   constexpr double holds = 0.1, presses = 1e-4;  // shares of multipliers whose sum is 1
-  if (at.violation <= 0 || !problem.differentiable()) return std::nullopt;
-  Posing posing(problem, book, pose, true, Aim::feasibility, at.violation);
+  if (at.violation <= 0 || !book.problem().differentiable()) return std::nullopt;
+  Posing posing(book, pose, true, Aim::feasibility, at.violation);
   const auto here = first_order_at(posing, at);
   if (!here) return std::nullopt;
   const auto& [p, x, value, found] = *here;
@@ -321,10 +318,9 @@ std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook
   return conflict;
 }
 
-std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
-                                   const Pose& pose, const Candidate& at) {
+std::vector<double> multipliers_at(EvaluationBook& book, const Pose& pose, const Candidate& at) {
   constexpr double no_optimum = 0.1;  // there the multipliers mean nothing
-  const auto balance = balance_at(problem, book, pose, at);
+  const auto balance = balance_at(book, pose, at);
   return balance && balance->residual <= no_optimum ? balance->multipliers : std::vector<double>();
 }
 

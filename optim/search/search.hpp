@@ -23,11 +23,6 @@ struct Campaign {
   EvaluationBook book(Stage stage, int start, const EvaluationBook* known = nullptr) const;
 };
 
-struct SearchOptions {
-  int max_evaluations = 500;
-  bool warm = false;  ///< the start is near the optimum
-};
-
 struct SearchResult {
   /// Summary of the last run of the optimiser; its message where there was no run.
   OptimiserSummary summary;
@@ -39,9 +34,10 @@ struct SearchResult {
 
 /// Searches from `from` (or from the first design on the way to the middle of the pose's box that
 /// can be evaluated). Where bounds are violated, first towards a design that keeps them, by the
-/// least violation; then towards the best objective. Global algorithms do both at once.
-SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                    const VectorXd& from, const SearchOptions& options);
+/// least violation; then towards the best objective. Global algorithms do both at once. `warm`: the
+/// start is near the optimum.
+SearchResult search(EvaluationBook& book, const Pose& pose, const VectorXd& from,
+                    int max_evaluations, bool warm = false);
 
 /// The first-order conditions of a pose at a design, with the slack that makes its rows tight.
 struct FirstOrder {
@@ -63,8 +59,7 @@ struct Balance {
 };
 /// Balance of the first-order conditions at a design; nothing where the derivatives are not known,
 /// or nothing varies.
-std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& book,
-                                  const Pose& pose, const Candidate& at);
+std::optional<Balance> balance_at(EvaluationBook& book, const Pose& pose, const Candidate& at);
 
 /// What the least violation at a design rests on.
 struct Conflict {
@@ -73,12 +68,10 @@ struct Conflict {
 };
 /// Constraints with a multiplier in the first-order conditions of the least violation. Nothing
 /// where these conditions do not hold at the design, or its derivatives are not known.
-std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
-                                    const Pose& pose, const Candidate& at);
+std::optional<Conflict> conflict_at(EvaluationBook& book, const Pose& pose, const Candidate& at);
 
 /// Multipliers alone; empty where balance_at() returns nothing.
-std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
-                                   const Pose& pose, const Candidate& at);
+std::vector<double> multipliers_at(EvaluationBook& book, const Pose& pose, const Candidate& at);
 
 /// What an objective may still gain to first order, of its value, where a design counts as an
 /// optimum whatever the residual.

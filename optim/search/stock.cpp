@@ -132,7 +132,7 @@ int Sizes::combinations(const VectorXd& x) const {
 }
 
 void Sizes::search_from(const std::vector<Neighbour>& these) {
-  const Posing posing(problem_, book_, pose_, true);
+  const Posing posing(book_, pose_, true);
   const auto count = static_cast<int>(these.size());
   if (count == 0) return;
   const auto first = static_cast<int>(outcome_.report.designs.size());
@@ -145,8 +145,7 @@ void Sizes::search_from(const std::vector<Neighbour>& these) {
     books.back()->set_threads(std::max(1, campaign_.threads / together));
   }
   parallel_for(count, together, [&](int k) {
-    results[k] =
-        search(problem_, *books[k], held_at(these[k].x), these[k].x, {spec_.max_evaluations, true});
+    results[k] = search(*books[k], held_at(these[k].x), these[k].x, spec_.max_evaluations, true);
   });
   for (std::size_t k = 0; k < these.size(); ++k) {
     outcome_.evaluations.insert(outcome_.evaluations.end(), books[k]->evaluations().begin(),
@@ -166,7 +165,7 @@ void Sizes::search_from(const std::vector<Neighbour>& these) {
 }
 
 void Sizes::try_all(std::vector<Neighbour> these) {
-  const Posing posing(problem_, book_, pose_, true);
+  const Posing posing(book_, pose_, true);
   int cost = 0;
   for (Neighbour& n : these) {
     n.seen = posing.assess(n.x, cost);
@@ -227,12 +226,12 @@ bool Sizes::look_further() {
         x = problem_.scaled(moved);
         Pose held = pose_;
         held.lower[j] = held.upper[j] = x[j];
-        const SearchResult any = search(problem_, book_, held, x, {spec_.max_evaluations, true});
+        const SearchResult any = search(book_, held, x, spec_.max_evaluations, true);
         book_.set_scales(campaign_.scales);
         if (!any.best) break;
         const Candidate relaxed =
             weigh(problem_, campaign_.scales, pose_, any.best->x, any.best->values);
-        if (!Posing(problem_, book_, pose_, true).better(relaxed, *best_)) break;
+        if (!Posing(book_, pose_, true).better(relaxed, *best_)) break;
         try_all(neighbours(relaxed.x));
         if (best_->x != from.x) return true;
         x = relaxed.x;

@@ -171,7 +171,7 @@ bool Loop::improve() {
   outcome_.pose.correction = pose.correction;
   const bool feasible = here_->candidate.violation <= spec_.constraint_tolerance;
   if (is_exact()) {
-    if (const auto balance = balance_at(problem_, book_, outcome_.pose, here_->candidate))
+    if (const auto balance = balance_at(book_, outcome_.pose, here_->candidate))
       report.kkt = balance->residual;
     report.converged = feasible && report.kkt && *report.kkt <= spec_.tolerance;
     if (report.converged) return false;
@@ -183,10 +183,9 @@ bool Loop::improve() {
         spent(), report.difference, here_->candidate.violation);
     return false;
   }
-  const SearchResult found = search(problem_, book_, pose, x, {spec_.max_evaluations, true});
+  const SearchResult found = search(book_, pose, x, spec_.max_evaluations, true);
   ++report.iterations;
   assert(found.best);  // x itself can be evaluated
-  outcome_.multipliers = found.multipliers;
   const double moved = (found.best->x - x).lpNorm<Eigen::Infinity>();
   if (moved > (feasible ? 10 * spec_.tolerance : least_region))
     return judge(*found.best, pose, moved);
