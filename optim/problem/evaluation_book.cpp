@@ -210,13 +210,11 @@ bool EvaluationBook::add_differences(const VectorXd& x, const DesignValues& valu
     known.columns[j] = true;
   }
   // what is a formula has exact ones
-  Eigen::Index row = 0;
-  for (std::size_t g = 0; g < values.goals.size(); ++g) {
+  for (std::size_t g = 0; g < values.goals.size(); ++g)
     if (problem_.goals()[g].expression)
       if (const auto exact = problem_.formula_gradient(g, problem_.variables(x)))
-        for (const Eigen::Index j : columns) known.values(row, j) = (*exact)[j] * problem_.range(j);
-    row += std::ssize(values.goals[g]);
-  }
+        for (const Eigen::Index j : columns)
+          known.values(values.first(g), j) = (*exact)[j] * problem_.range(j);
   return true;
 }
 

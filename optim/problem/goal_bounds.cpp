@@ -70,8 +70,7 @@ double DesignProblem::reach(std::size_t goal, const DesignValues& values) const 
   const std::size_t decisive = extreme(goals_[goal], of).entry;
   double most = std::abs(of[decisive]);
   if (values.gradient.rows() > 0) {
-    Eigen::Index row = static_cast<Eigen::Index>(decisive);
-    for (std::size_t g = 0; g < goal; ++g) row += std::ssize(values.goals[g]);
+    const Eigen::Index row = values.first(goal) + decisive;
     for (Eigen::Index j = 0; j < values.gradient.cols(); ++j)
       most = std::max(most, share * std::abs(values.gradient(row, j)) * range(j));
   }

@@ -233,6 +233,12 @@ int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& requ
   return std::min(request.frequencies, most_branches);
 }
 
+Eigen::Index DesignValues::first(std::size_t goal) const {
+  Eigen::Index row = 0;
+  for (std::size_t g = 0; g < goal; ++g) row += std::ssize(goals[g]);
+  return row;
+}
+
 std::size_t Goal::points() const {
   if (expression) return 1;
   std::size_t count = 0;

@@ -81,6 +81,9 @@ struct DesignValues {
   /// Values of differentiable points were had, at some point, from reduced leaves: their
   /// derivatives are those of these leaves.
   bool of_reduced_leaves = false;
+
+  /// Row of the derivatives with which those of a goal begin.
+  Eigen::Index first(std::size_t goal) const;
 };
 
 /// Adds rows below those of a matrix of as many columns, or of none.

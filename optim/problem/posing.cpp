@@ -220,25 +220,22 @@ void Posing::track(const MatrixXd& derivatives) {
 
 bool Posing::look_at(const VectorXd& x, bool gradient, Seen& seen, int& cost) {
   const VectorXd all = design(x);
-  seen.values = book_.at(problem_.variables(all), cost);
-  if (!seen.values.ok) return false;
-  if (gradient || (exact_ && seen.values.gradient.rows() > 0)) {  // exact ones came with the values
+  DesignValues& values = seen.values;
+  seen.x = all;
+  values = book_.at(problem_.variables(all), cost);
+  if (!values.ok) return false;
+  if (gradient || (exact_ && values.gradient.rows() > 0)) {  // exact ones came with the values
     const auto found = book_.derivatives(all, cost, free_);
     if (!found && gradient) return false;
     if (found) seen.derivatives = *found;
   }
   const bool differentiated = seen.derivatives.rows() > 0;
-  correct(all, seen.values, differentiated ? &seen.derivatives : nullptr);
+  correct(all, values, differentiated ? &seen.derivatives : nullptr);
   if (differentiated) seen.derivatives = MatrixXd(seen.derivatives(Eigen::all, free_));
   if (exact_ && differentiated) track(seen.derivatives);
-  Eigen::Index total = 0;
-  for (const GoalValues& g : seen.values.goals) {
-    seen.first.push_back(total);
-    total += std::ssize(g);
-  }
-  seen.candidate = weigh(problem_, scales_, pose_, all, seen.values);
-  if (!best_ || better(seen.candidate, *best_)) {
-    best_ = seen.candidate;
+  weigh(problem_, scales_, pose_, seen);
+  if (!best_ || better(seen, *best_)) {
+    best_ = seen;
     outgrown_ = outgrown_ || (watches_ && outgrows(*best_));
   }
   return true;
@@ -260,7 +257,7 @@ void Posing::set_rows(const VectorXd& x, const Seen& seen, bool gradient,
   for (Eigen::Index i = 0; i < m; ++i) {
     const Row& row = rows_[i];
     const GoalValues& of = seen.values.goals[row.goal];
-    const Eigen::Index first = seen.first[row.goal];
+    const Eigen::Index first = seen.values.first(row.goal);
     Extreme e;
     if (row.entry < 0) {
       const Goal& goal = problem_.goals()[row.goal];
@@ -285,9 +282,8 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   if (!look_at(x, gradient, seen, out.cost)) return out;
   out.ok = true;
   // the least violation is no aim in itself: a third of what is tolerated will do
-  out.enough =
-      outgrown_ || (aim_ == Aim::feasibility &&
-                    seen.candidate.violation <= 0.3 * problem_.spec().constraint_tolerance);
+  out.enough = outgrown_ || (aim_ == Aim::feasibility &&
+                             seen.violation <= 0.3 * problem_.spec().constraint_tolerance);
   if (gradient) out.df = VectorXd::Zero(x.size());
   set_rows(x, seen, gradient, out);
   const auto n = std::ssize(free_);
@@ -307,7 +303,8 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   const Extreme e = extreme(problem_.goals()[pose_.goal], seen.values.goals[pose_.goal]);
   const double factor = sense_ * e.sign / scales_.of(pose_.goal);
   out.f = factor * seen.values.goals[pose_.goal][e.entry];
-  if (gradient) out.df.head(n) = factor * seen.derivatives.row(seen.first[pose_.goal] + e.entry);
+  if (gradient)
+    out.df.head(n) = factor * seen.derivatives.row(seen.values.first(pose_.goal) + e.entry);
   return out;
 }
 

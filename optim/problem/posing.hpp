@@ -100,11 +100,8 @@ class Posing {
     int part = -1;
   };
   /// A design as an optimiser meets it.
-  struct Seen {
-    DesignValues values;              ///< corrected
-    MatrixXd derivatives;             ///< derivatives of all values by the free variables; or none
-    std::vector<Eigen::Index> first;  ///< value of each goal among all of them
-    Candidate candidate;              ///< weighed
+  struct Seen : Candidate {  // corrected
+    MatrixXd derivatives;    ///< derivatives of all values by the free variables; or none
   };
   Problem::Value evaluate(const VectorXd& x, bool gradient);
   /// Whether the design has values (and, with `gradient`, derivatives). Adds what they cost.

@@ -129,17 +129,15 @@ void add_derivatives(EvaluationBook& book, const Chosen& answer, Optimum& optimu
   VectorXd values = flattened(own);
   if (answer.pose.correction) answer.pose.correction->apply(x, values, &*derivatives);
   const OptimiseSpec& spec = problem.spec();
-  Eigen::Index first = 0;
   for (std::size_t g = 0; g <= problem.own_constraints(); ++g) {
     if (g == 0 || optimum.constraints[g - 1].active) {
       const Extreme e = extreme(problem.goals()[g], answer.best.values.goals[g]);
       for (std::size_t j = 0; j < spec.variables.size(); ++j) {
         optimum.sensitivities.push_back(
             {problem.goals()[g].label, spec.variables[j].parameter,
-             e.sign * (*derivatives)(first + e.entry, j) / problem.range(j)});
+             e.sign * (*derivatives)(own.first(g) + e.entry, j) / problem.range(j)});
       }
     }
-    first += std::ssize(own.goals[g]);
   }
   std::vector<double> multipliers = answer.multipliers;
   if (multipliers.empty()) multipliers = multipliers_at(book, answer.pose, answer.best);

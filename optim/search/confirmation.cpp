@@ -266,16 +266,14 @@ VectorXd beside(EvaluationBook& book, const Pose& pose, const Candidate& at) {
   const auto derivatives = book.derivatives(x, cost);
   if (!derivatives) return x + move;
   std::vector<VectorXd> slopes;  // slopes of bounds that are met, in units of the reach
-  Eigen::Index first = std::ssize(at.values.goals[0]);
   for (std::size_t g = 1; g < problem.goals().size(); ++g) {
     const Bounds& bounds = pose.bounds[g - 1];
     const GoalValues& of = at.values.goals[g];
     const Extreme e = extreme(problem.goals()[g], of);
     const double value = e.sign * of[e.entry], scale = book.scales().constraints[g - 1];
-    const VectorXd slope = e.sign * derivatives->row(first + e.entry).transpose();
+    const VectorXd slope = e.sign * derivatives->row(at.values.first(g) + e.entry).transpose();
     if (bounds.max && (value - *bounds.max) / scale > -near) slopes.push_back(slope);
     if (bounds.min && (*bounds.min - value) / scale > -near) slopes.push_back(-slope);
-    first += std::ssize(of);
   }
   VectorXd unit = move.cwiseQuotient(reach.cwiseMax(1e-300));
   for (int sweep = 0; sweep < 50; ++sweep)  // onto the half spaces inside, one after the other
