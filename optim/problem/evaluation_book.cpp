@@ -51,14 +51,6 @@ Answerer evaluator_of(const DesignProblem& problem) {
 
 }  // namespace
 
-bool better(const Merit& a, const Merit& b, bool maximise, double feasible_within) {
-  const bool a_feasible = a.violation <= feasible_within,
-             b_feasible = b.violation <= feasible_within;
-  if (a_feasible != b_feasible) return a_feasible;
-  if (!a_feasible) return a.violation < b.violation;
-  return maximise ? a.objective > b.objective : a.objective < b.objective;
-}
-
 ProgressBoard::ProgressBoard(ProgressCallback callback, int starts, bool maximise,
                              double feasible_within)
     : callback_(std::move(callback)), maximise_(maximise), feasible_within_(feasible_within) {

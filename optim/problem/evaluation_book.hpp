@@ -131,6 +131,13 @@ struct Merit {
 };
 
 /// True if a is the better design: feasible before infeasible, then by objective or violation.
-bool better(const Merit& a, const Merit& b, bool maximise, double feasible_within);
+template <class Design = Merit>
+bool better(const Design& a, const Design& b, bool maximise, double feasible_within) {
+  const bool a_feasible = a.violation <= feasible_within,
+             b_feasible = b.violation <= feasible_within;
+  if (a_feasible != b_feasible) return a_feasible;
+  if (!a_feasible) return a.violation < b.violation;
+  return maximise ? a.objective > b.objective : a.objective < b.objective;
+}
 
 }  // namespace flexopt

@@ -52,8 +52,7 @@ class Confirming {
   Start& at(int start) { return starts_[start]; }
   bool gains(const Candidate& a, const Candidate& b, double by) const;
   bool ranks_before(const Candidate& a, const Candidate& b) const {
-    return better({a.objective, a.violation}, {b.objective, b.violation}, pose_.maximise,
-                  spec_.constraint_tolerance);
+    return better(a, b, pose_.maximise, spec_.constraint_tolerance);
   }
   bool agree(const Candidate& a, const Candidate& b) const {
     return a.violation <= spec_.constraint_tolerance && objectives_agree(a.objective, b.objective);
@@ -302,10 +301,8 @@ std::vector<std::vector<int>> different_ends(const std::vector<const Candidate*>
   std::vector<int> order;
   for (int i = 0; i < static_cast<int>(ends.size()); ++i)
     if (ends[i]) order.push_back(i);
-  std::ranges::stable_sort(order, [&](int i, int j) {
-    return better({end(i).objective, end(i).violation}, {end(j).objective, end(j).violation},
-                  maximise, feasible_within);
-  });
+  std::ranges::stable_sort(
+      order, [&](int i, int j) { return better(end(i), end(j), maximise, feasible_within); });
   std::vector<std::vector<int>> groups;
   for (const int i : order) {
     const auto same = std::ranges::find_if(groups, [&](const std::vector<int>& group) {

@@ -213,10 +213,8 @@ std::vector<int> Screen::ranked() const {
     if (design(k).ok) order.push_back(k);
   const bool maximise = problem_.spec().objective.maximise;
   const double tolerated = problem_.spec().constraint_tolerance;
-  std::ranges::stable_sort(order, [&](int i, int j) {
-    return better({design(i).objective, design(i).violation},
-                  {design(j).objective, design(j).violation}, maximise, tolerated);
-  });
+  std::ranges::stable_sort(
+      order, [&](int i, int j) { return better(design(i), design(j), maximise, tolerated); });
   return order;
 }
 

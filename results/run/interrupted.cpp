@@ -100,9 +100,7 @@ ShownRun interrupted_run(const fs::path& folder, GrowingLog& evaluations) {
     if (!trial.ok)
       ++optimum.failed_evaluations;
     else if (!trial.difference && !trial.full &&
-             (!best ||
-              better({trial.objective, trial.violation}, {best->objective, best->violation},
-                     spec.objective.maximise, spec.constraint_tolerance)))
+             (!best || better(trial, *best, spec.objective.maximise, spec.constraint_tolerance)))
       best = &trial;
   }
   if (best) {

@@ -15,9 +15,7 @@ BestSoFar::BestSoFar(const OptimiseSpec& spec, const DriveList& drives) : spec_(
 
 void BestSoFar::add(const EvaluationRecord& evaluation) {
   if (!evaluation.ok || evaluation.difference || evaluation.full) return;
-  const auto merit = [](const EvaluationRecord& e) { return Merit{e.objective, e.violation}; };
-  if (!best_ || better(merit(evaluation), merit(*best_), spec_.objective.maximise,
-                       spec_.constraint_tolerance))
+  if (!best_ || better(evaluation, *best_, spec_.objective.maximise, spec_.constraint_tolerance))
     best_ = evaluation;
 }
 
