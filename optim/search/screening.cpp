@@ -49,21 +49,6 @@ std::pair<int, Screened> parse_line(const std::string& line) {
   return {j.at(0).get<int>(), std::move(design)};
 }
 
-/// The designs by their numbers; those beyond the job's are kept as lines.
-struct Designs {
-  std::vector<Screened> all;
-  std::vector<std::string> beyond;
-
-  explicit Designs(int count) : all(count) {}
-  void read(const std::string& line) {
-    auto [number, design] = parse_line(line);
-    if (static_cast<std::size_t>(number) < all.size())
-      all[number] = std::move(design);
-    else
-      beyond.push_back(line + "\n");
-  }
-};
-
 /// The job as it is screened.
 Job screened_job(Job job) {
   job.model = on_reduced_leaves(job.search_model.value_or(job.model));
@@ -78,6 +63,8 @@ class Screen {
   Screening run();
 
  private:
+  /// Takes a line of the log.
+  void read(const std::string& line);
   /// Whether all are known then.
   bool evaluate_all();
   Screened evaluate(int number, const Scales& scales) const;
@@ -87,7 +74,7 @@ class Screen {
   /// Places of the designs with values from the best to the worst.
   std::vector<int> ranked() const;
   Screening choose(ScreeningReport report) const;
-  const Screened& design(int number) const { return designs_.all[number]; }
+  const Screened& design(int number) const { return designs_[number]; }
   const VectorXd& point(int number) const { return points_[number]; }
   bool feasible(const Screened& d) const {
     return d.violation <= problem_.spec().constraint_tolerance;
@@ -96,7 +83,8 @@ class Screen {
   const OptimiseOptions& options_;
   DesignProblem problem_;
   std::vector<VectorXd> points_;
-  Designs designs_;
+  std::vector<Screened> designs_;    ///< by their numbers
+  std::vector<std::string> beyond_;  ///< lines of designs beyond the job's
   LineLog log_;
 };
 
@@ -117,7 +105,15 @@ Screen::Screen(const Job& job, const OptimiseOptions& options)
       designs_(problem_.spec().screened_designs) {
   if (!options.log.empty())
     log_.open(screening_log(options.log), log_identity(problem_.job(), options.version),
-              options.overwrite_log, [this](const std::string& line) { designs_.read(line); });
+              options.overwrite_log, [this](const std::string& line) { read(line); });
+}
+
+void Screen::read(const std::string& line) {
+  auto [number, design] = parse_line(line);
+  if (static_cast<std::size_t>(number) < designs_.size())
+    designs_[number] = std::move(design);
+  else
+    beyond_.push_back(line + "\n");
 }
 
 Screened Screen::evaluate(int number, const Scales& scales) const {
@@ -152,26 +148,26 @@ bool Screen::evaluate_all() {
        .keep =
            [&](const std::string& line) {
              log_.append(line);
-             designs_.read(line);
+             read(line);
            },
        .progress = options_.screening_progress});
   if (sharing.shard()) throw ShardEnds();
   if (!complete) return false;
   std::vector<std::string> lines;
   for (int k = 0; k < count; ++k) lines.push_back(line_of(k, design(k)));
-  lines.insert(lines.end(), designs_.beyond.begin(), designs_.beyond.end());
+  lines.insert(lines.end(), beyond_.begin(), beyond_.end());
   log_.finish(lines);
   return true;
 }
 
 void Screen::weigh() {
-  const auto first = std::ranges::find(designs_.all, true, &Screened::ok);
-  if (first == designs_.all.end()) return;
+  const auto first = std::ranges::find(designs_, true, &Screened::ok);
+  if (first == designs_.end()) return;
   // a bound of zero is weighed by what the first design reaches
-  const auto number = static_cast<int>(first - designs_.all.begin());
+  const auto number = static_cast<int>(first - designs_.begin());
   const DesignValues reference = problem_.evaluate(problem_.variables(point(number)));
   const Scales scales = problem_.scales(&reference);
-  for (Screened& d : designs_.all)
+  for (Screened& d : designs_)
     if (d.ok) d.violation = problem_.violation(d.constraints, scales);
 }
 
@@ -187,7 +183,7 @@ ScreeningReport Screen::report() const {
   ScreeningReport report;
   std::map<std::string, int> failures, violated;
   const std::vector<Constraint>& constraints = problem_.spec().constraints;
-  for (const Screened& d : designs_.all) {
+  for (const Screened& d : designs_) {
     ++report.designs;
     if (!d.ok) {
       ++(d.reason == missed_formulas ? report.ruled_out : report.failed);

@@ -92,6 +92,7 @@ struct Book {
   std::size_t width = 0;
   std::vector<std::optional<ComparedPath>> paths;
   std::vector<std::optional<EvaluationSeconds>> seconds;
+  LineLog values_log, times_log;
 
   Book(const Job& job, std::size_t designs)
       : quantities(compared_quantities(job)),
@@ -99,6 +100,14 @@ struct Book {
         paths(designs * width),
         seconds(designs * width) {}
 
+  /// Opens both logs and reads what they hold.
+  void open(const Job& job, const std::filesystem::path& log, const std::string& version,
+            bool overwrite) {
+    const json identity = log_identity(job, version);
+    values_log.open(log, identity, overwrite, [&](const std::string& line) { read_path(line); });
+    times_log.open(seconds_log(log), identity, overwrite,
+                   [&](const std::string& line) { read_seconds(line); });
+  }
   std::size_t place(int design, int model) const {
     const auto d = static_cast<std::size_t>(design), m = static_cast<std::size_t>(model);
     if (design < 0 || model < 0 || m >= width || d * width + m >= paths.size())
@@ -113,19 +122,6 @@ struct Book {
     const json j = json::parse(line);
     seconds[place(j.at("design"), j.at("model"))] =
         EvaluationSeconds{j.at("path").get<double>(), j.at("total").get<double>()};
-  }
-};
-
-/// The log of values and that of seconds, read into the book.
-struct Logs {
-  LineLog values, seconds;
-
-  void open(const Job& job, const std::filesystem::path& log, const std::string& version,
-            bool overwrite, Book& book) {
-    const json identity = log_identity(job, version);
-    values.open(log, identity, overwrite, [&](const std::string& line) { book.read_path(line); });
-    seconds.open(seconds_log(log), identity, overwrite,
-                 [&](const std::string& line) { book.read_seconds(line); });
   }
 };
 
@@ -173,7 +169,7 @@ std::string seconds_line(int design, int model, const EvaluationSeconds& seconds
 }
 
 /// What all paths say, which are in the logs from then on in the order of the designs.
-CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
+CompareRun concluded(const Job& job, Book& book) {
   const int width = static_cast<int>(book.width);
   CompareRun run;
   run.seconds.resize(book.width);
@@ -185,8 +181,8 @@ CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
     seconds.push_back(
         seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
   }
-  logs.seconds.finish(seconds);
-  logs.values.finish(values);
+  book.times_log.finish(seconds);
+  book.values_log.finish(values);
   run.comparison = make_comparison(job, book.paths, book.seconds);
   return run;
 }
@@ -196,16 +192,14 @@ CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
 void check_compare_log(const Job& job, const std::filesystem::path& log,
                        const std::string& version) {
   Book book(job, make_samples(job).size());
-  Logs().open(job, log, version, false, book);
+  book.open(job, log, version, false);
 }
 
 CompareRun compare(const Job& job, const CompareOptions& options) {
   assert(job.compare);
   const std::vector<Sample> samples = make_samples(job);
   Book book(job, samples.size());
-  Logs logs;
-  if (!options.log.empty())
-    logs.open(job, options.log, options.version, options.overwrite_log, book);
+  if (!options.log.empty()) book.open(job, options.log, options.version, options.overwrite_log);
   Sharing nobody;
   Sharing& sharing = options.sharing ? *options.sharing : nobody;
   const int width = static_cast<int>(book.width);
@@ -223,8 +217,8 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
   const auto keep = [&](const std::string& lines) {
     const std::size_t second = lines.find('\n') + 1;
     const std::string seconds = lines.substr(0, second), values = lines.substr(second);
-    logs.seconds.append(seconds);  // first: never without it
-    logs.values.append(values);
+    book.times_log.append(seconds);  // first: never without it
+    book.values_log.append(values);
     book.read_seconds(seconds);
     book.read_path(values);
   };
@@ -233,7 +227,7 @@ CompareRun compare(const Job& job, const CompareOptions& options) {
   if (sharing.shard()) throw ShardEnds();
   if (!complete) return {};
 
-  return concluded(job, book, logs);
+  return concluded(job, book);
 }
 
 Comparison compare_logged(const Job& job, const std::filesystem::path& log) {
