@@ -96,21 +96,20 @@ class SharedUnits {
   LineLog log_;
 };
 
-/// Units 0, …, count − 1 of a loop, into a list of as many yields: shared, or where `shared` is
-/// null by threads of this process alone. `packed` and `unpacked` lead to JSON and back. False
-/// where this process does not learn what all units yield.
-template <class Yield, class Work, class Pack, class Unpack>
+/// Units 0, …, count − 1 of a loop, into a list of as many yields: shared, as JSON, or where
+/// `shared` is null by threads of this process alone. False where this process does not learn what
+/// all units yield.
+template <class Yield, class Work>
 bool run_units(SharedUnits* shared, const std::string& loop, int threads,
-               const LoopProgress& progress, std::vector<Yield>& yields, const Work& work,
-               const Pack& packed, const Unpack& unpacked) {
+               const LoopProgress& progress, std::vector<Yield>& yields, const Work& work) {
   const auto count = static_cast<int>(yields.size());
-  const auto place = [&](int unit) -> Yield& { return yields[unit]; };
   if (shared)
     return shared->run(
-        loop, count, threads, progress, [&](int unit) { return packed(work(unit)); },
-        [&](int unit, const nlohmann::json& yield) { place(unit) = unpacked(yield); });
+        loop, count, threads, progress,
+        [&](int unit) { return nlohmann::ordered_json(work(unit)); },
+        [&](int unit, const nlohmann::json& yield) { yields[unit] = yield.get<Yield>(); });
   parallel_for(
-      count, threads, [&](int unit) { place(unit) = work(unit); }, progress);
+      count, threads, [&](int unit) { yields[unit] = work(unit); }, progress);
   return true;
 }
 

@@ -30,22 +30,20 @@ struct SampledDesign {
 
 using OrderedJson = nlohmann::ordered_json;
 
-OrderedJson packed_design(const SampledDesign& sample) {
+void to_json(OrderedJson& json, const SampledDesign& sample) {
   OrderedJson quantities = OrderedJson::array();
   // those that are not finite do not count
   for (const std::optional<double>& value : sample.quantities)
     quantities.push_back(value && std::isfinite(*value) ? OrderedJson(*value) : OrderedJson());
-  return {sample.failure, std::move(quantities), sample.goals};
+  json = {sample.failure, std::move(quantities), sample.goals};
 }
 
-SampledDesign unpacked_design(const nlohmann::json& yield) {
-  SampledDesign sample;
-  yield.at(0).get_to(sample.failure);
-  for (const nlohmann::json& value : yield.at(1))
+void from_json(const nlohmann::json& json, SampledDesign& sample) {
+  json.at(0).get_to(sample.failure);
+  for (const nlohmann::json& value : json.at(1))
     sample.quantities.push_back(value.is_null() ? std::nullopt
                                                 : std::optional(value.get<double>()));
-  yield.at(2).get_to(sample.goals);
-  return sample;
+  json.at(2).get_to(sample.goals);
 }
 
 std::optional<SampledNumber> figures(const std::vector<double>& values) {
@@ -258,9 +256,8 @@ void Study::sample(int threads, const LoopProgress& progress, SharedUnits* share
       latin_hypercube_points(static_cast<int>(spec_.entries.size()), spec_.samples, spec_.seed);
   std::vector<SampledDesign> designs(points.size());
   const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
-  if (!run_units(
-          shared, loop_name("sampled designs", about.dump()), threads, progress, designs,
-          [&](int i) { return evaluate(points[i], report); }, packed_design, unpacked_design))
+  if (!run_units(shared, loop_name("sampled designs", about.dump()), threads, progress, designs,
+                 [&](int i) { return evaluate(points[i], report); }))
     return;
   report.samples = spec_.samples;
   int keep = 0;
