@@ -5,7 +5,6 @@
 
 #include "optim/search/optimise.hpp"
 #include "optim/solvers/parallel.hpp"
-#include "optim/studies/compare.hpp"
 #include "results/run/progress.hpp"
 
 namespace flexopt {
