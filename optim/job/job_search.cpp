@@ -53,7 +53,7 @@ Algorithm read_algorithm(json& read) {
   if (std::find(names.begin(), names.end(), algorithm.name) == names.end())
     throw SpecError((at / "name").to_string(), '"' + algorithm.name + '"',
                     "unknown algorithm; " + known_names(algorithm.name, names));
-  const std::vector<std::string> locals = local_algorithms(options_of(algorithm));
+  const std::vector<std::string> locals = algorithm_of(options_of(algorithm)).locals;
   if (!algorithm.local.empty() && locals.empty())
     throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
                     algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");

@@ -20,8 +20,7 @@ GradientReport check_case(const Job& job, std::size_t load_case, double toleranc
   const std::size_t parameters = checker.parameters().size();
   std::vector<std::vector<GradientCheck>> checks(parameters);
   std::vector<std::string> failed(parameters);
-  parallel_for(static_cast<int>(parameters), threads, [&](int index) {
-    const auto p = static_cast<std::size_t>(index);
+  parallel_for(parameters, threads, [&](int p) {
     try {
       checks[p] = checker.check(p);
     } catch (const SpecError& error) {

@@ -9,7 +9,6 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/posing.hpp"
-#include "optim/problem/stroke_sensitivity.hpp"
 
 namespace flexopt {
 
@@ -70,7 +69,7 @@ std::vector<std::string> moving_parameters(const Job& job, bool robust) {
     for (const DependentParameter& d : design.dependents())
       if (d.slot == design.slot(name))
         moves = std::ranges::any_of(d.formula.slots(), [&](int slot) {
-          return varies(design.family().parameters[static_cast<std::size_t>(slot)].name);
+          return varies(design.family().parameters[slot].name);
         });
     if (moves || deviates(name)) moving.push_back(name);
   }
@@ -87,11 +86,6 @@ bool of_reduced_leaves(const StrokeResponse& response, const StrokeRequest& requ
 
 }  // namespace
 
-Evaluators::Evaluators() : Evaluators(evaluate_stroke, stroke_sensitivity) {}
-
-Evaluators::Evaluators(StrokeEvaluator of_values, StrokeGradientEvaluator of_gradients)
-    : values(std::move(of_values)), gradients(std::move(of_gradients)) {}
-
 // How many places of the box are kept for each value of a goal that counts assembly errors.
 constexpr int places_in_box = 3;
 
@@ -103,18 +97,19 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
     requests_.push_back(request_of_goals(job_, assembled, k));
   for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
   // values with and without derivatives must be those of one function
-  const bool searched = needs_gradients(optimiser_options(*job_.optimise));
+  const bool searched = algorithm_of(optimiser_options(*job_.optimise)).gradients;
   if (evaluators_.gradients && (searched || robust())) {
     for (StrokeRequest& request : requests_) {
       request.values = PathValues::differentiable;
       request.frequencies = frequencies_needed(goals_, request);
-      if (searched && bears_repetition(optimiser_options(*job_.optimise)))
+      if (searched && algorithm_of(optimiser_options(*job_.optimise)).bears_repetition())
         add_stress_branches(goals_, request);
     }
   }
   if (assembled.size() < goals_.size()) {
     // values at nearly as bad places are candidates where repeated rows do no harm
-    const bool many = searched && bears_repetition(optimiser_options(*job_.optimise));
+    const bool many =
+        searched && algorithm_of(optimiser_options(*job_.optimise)).bears_repetition();
     worst_assembly_.emplace(job_, goals_, many ? places_in_box : 1);
     for (std::size_t k = 0; k < requests_.size(); ++k) {
       StrokeRequest& request = box_requests_.emplace_back(worst_assembly_->request(job_, k));
@@ -134,7 +129,7 @@ Variables DesignProblem::variables(const VectorXd& x) const {
   constexpr double rounding = 1e-14;
   Variables v;
   for (int j = 0; j < size(); ++j) {
-    const Variable& of = spec().variables[static_cast<std::size_t>(j)];
+    const Variable& of = spec().variables[j];
     double value = x[j] <= 0   ? of.min
                    : x[j] >= 1 ? of.max
                                : std::clamp(of.min + x[j] * (of.max - of.min), of.min, of.max);
@@ -147,15 +142,14 @@ Variables DesignProblem::variables(const VectorXd& x) const {
 
 VectorXd DesignProblem::scaled(const Variables& variables) const {
   VectorXd x(size());
-  const auto back = [&](int j) { return this->variables(x)[static_cast<std::size_t>(j)]; };
+  const auto back = [&](int j) { return this->variables(x)[j]; };
   for (int j = 0; j < size(); ++j) {
-    const Variable& of = spec().variables[static_cast<std::size_t>(j)];
-    x[j] =
-        std::clamp((variables[static_cast<std::size_t>(j)] - of.min) / (of.max - of.min), 0.0, 1.0);
+    const Variable& of = spec().variables[j];
+    x[j] = std::clamp((variables[j] - of.min) / (of.max - of.min), 0.0, 1.0);
   }
   // Adjusts x so that it leads back to the same bits; rounding is off by a few units of x at most.
   for (int j = 0; j < size(); ++j) {
-    const double wanted = variables[static_cast<std::size_t>(j)];
+    const double wanted = variables[j];
     for (int i = 0; i < 8 && back(j) != wanted; ++i)
       x[j] = std::nextafter(x[j], back(j) < wanted ? 1.0 : 0.0);
   }
@@ -184,10 +178,10 @@ StrokeResponse DesignProblem::respond(const Variables& variables, const ModelOpt
   return evaluators_.values(mechanism(variables), model, request);
 }
 
-Answer<WorstAssemblyGoals::Found, Why> DesignProblem::look_in_box(const ParameterValues& parameters,
-                                                                  bool gradient,
-                                                                  const ModelOptions& model,
-                                                                  bool& reduced) const {
+Answer<std::vector<GoalReading>, Why> DesignProblem::look_in_box(const ParameterValues& parameters,
+                                                                 bool gradient,
+                                                                 const ModelOptions& model,
+                                                                 bool& reduced) const {
   const Mechanism mechanism = make_mechanism(job_, parameters);
   const bool exact = evaluators_.gradients != nullptr &&
                      box_requests_.front().values == PathValues::differentiable;
@@ -203,8 +197,8 @@ Answer<WorstAssemblyGoals::Found, Why> DesignProblem::look_in_box(const Paramete
   return worst_assembly_->read({mechanism, model, box_requests_, exact}, evaluate, gradient);
 }
 
-GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
-                               const ModelOptions& model) const {
+DesignValues DesignProblem::look(const ParameterValues& parameters, bool gradient,
+                                 const ModelOptions& model) const {
   std::vector<StrokeSensitivity> found(requests_.size());
   for (std::size_t k = 0; k < requests_.size(); ++k) {
     if (requests_[k].outputs.empty()) continue;  // no goal is about this load case
@@ -213,10 +207,10 @@ GoalSlopes DesignProblem::look(const ParameterValues& parameters, bool gradient,
     else
       found[k].response = evaluators_.values(make_mechanism(job_, parameters), model, requests_[k]);
   }
-  std::optional<Answer<WorstAssemblyGoals::Found, Why>> worst;
+  std::optional<Answer<std::vector<GoalReading>, Why>> worst;
   bool reduced = false;
   if (worst_assembly_) worst = look_in_box(parameters, gradient, model, reduced);
-  GoalSlopes slopes = read_goals(parameters, found, requests_, worst ? &*worst : nullptr);
+  DesignValues slopes = read_goals(parameters, found, requests_, worst ? &*worst : nullptr);
   slopes.of_reduced_leaves = reduced;
   for (const StrokeSensitivity& of : found)
     if (!slopes.ok && !slopes.reached) slopes.reached = stroke_reached(of.response);
@@ -233,20 +227,19 @@ DesignValues DesignProblem::evaluate(const Variables& variables, bool gradient,
     ModelOptions model = !accuracy && job_.search_model ? *job_.search_model : job_.model;
     if (accuracy) model.accuracy = *accuracy;
     const ParameterValues all = parameters(variables);
-    GoalSlopes slopes = look(all, gradient || robust(), model);
+    DesignValues values = look(all, gradient || robust(), model);
     if (robust())
-      RobustGoals(goals_, job_.tolerances->entries, names_)
-          .add_margins(
-              all, gradient,
-              [&](const ParameterValues& beside) {
-                try {
-                  return look(beside, true, model);
-                } catch (const SpecError& error) {
-                  return GoalSlopes{.message = error.what(), .reason = error.rule()};
-                }
-              },
-              slopes);
-    DesignValues values = chained(std::move(slopes), all);
+      RobustGoals{goals_, job_.tolerances->entries, names_}.add_margins(
+          all, gradient,
+          [&](const ParameterValues& beside) {
+            try {
+              return look(beside, true, model);
+            } catch (const SpecError& error) {
+              return DesignValues{.message = error.what(), .reason = error.rule()};
+            }
+          },
+          values);
+    values = chained(std::move(values), all);
     const bool offered = evaluators_.gradients || !needs_mechanics_;
     if (!gradient || !offered) {
       values.no_gradient.clear();

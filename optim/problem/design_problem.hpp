@@ -11,6 +11,7 @@
 #include "optim/job/job.hpp"
 #include "optim/problem/evaluation_record.hpp"
 #include "optim/problem/robust_goals.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/problem/worst_assembly_goals.hpp"
 
 namespace flexopt {
@@ -30,36 +31,20 @@ inline const StrokeGradientEvaluator by_differences{};
 
 /// What designs are evaluated by: the mechanics with their exact derivatives, or a pair given.
 struct Evaluators {
-  Evaluators();
-  Evaluators(StrokeEvaluator values, StrokeGradientEvaluator gradients);
-
-  StrokeEvaluator values;
-  StrokeGradientEvaluator gradients;
+  StrokeEvaluator values = evaluate_stroke;
+  StrokeGradientEvaluator gradients = stroke_sensitivity;
 };
 
 /// Values of the variables in the job's order, SI.
 using Variables = std::vector<double>;
 
-/// What one design yields.
-struct DesignValues {
-  bool ok = false;
-  std::string message;            ///< why not, with the figures
-  std::string reason;             ///< why not, in a few words without figures
-  std::optional<double> reached;  ///< stroke_reached, when not ok
-  std::vector<GoalValues> goals;  ///< objective, then constraints; empty when not ok
-  /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where
-  /// they were not asked for, or where one of them cannot be had.
-  MatrixXd gradient;
-  std::string no_gradient;  ///< why not, where they were asked for
-  /// Values of differentiable points were had, at some point, from reduced leaves: their
-  /// derivatives are those of these leaves.
-  bool of_reduced_leaves = false;
-};
-
 /// What the goals are divided by to be of order one at a design.
 struct Scales {
   double objective = 1;             ///< the size of the goal there
   std::vector<double> constraints;  ///< the larger bound; where it is 0, the size of the goal
+
+  /// Of one of the goals: the objective, then the constraints.
+  double of(std::size_t goal) const { return goal == 0 ? objective : constraints[goal - 1]; }
 };
 
 class DesignProblem {
@@ -83,7 +68,7 @@ class DesignProblem {
 
   /// max − min of a variable: d variable / d x.
   double range(Eigen::Index variable) const {
-    const Variable& of = spec().variables[static_cast<std::size_t>(variable)];
+    const Variable& of = spec().variables[variable];
     return of.max - of.min;
   }
   /// x in [0, 1]ⁿ ↔ variables, linear between min and max; the ends are hit exactly.
@@ -132,8 +117,6 @@ class DesignProblem {
 
   double objective(const DesignValues& values) const;
   std::vector<double> constraints(const DesignValues& values) const;
-  /// Largest relative violation, 0 when feasible.
-  double violation(const DesignValues& values, const Scales& scales) const;
   /// Largest relative violation from the values of the constraints, 0 when feasible.
   double violation(const std::vector<double>& constraints, const Scales& scales) const;
   /// The constraint with the largest relative violation; nothing where no constraint has bounds.
@@ -151,25 +134,20 @@ class DesignProblem {
   double reach(std::size_t goal, const DesignValues& values) const;
   /// The goals at these parameters, with derivatives by `names_` where `found` has some. `worst`:
   /// those that count errors of assembly; without it they count none.
-  GoalSlopes read_goals(const ParameterValues& parameters,
-                        const std::vector<StrokeSensitivity>& found,
-                        const std::vector<StrokeRequest>& requests,
-                        const Answer<WorstAssemblyGoals::Found, Why>* worst = nullptr) const;
-  /// A goal that counts errors of assembly, without them: as many values as with them.
-  Answer<GoalReading, Why> read_assembled(std::size_t goal,
-                                          const std::vector<StrokeSensitivity>& found,
-                                          const std::vector<StrokeRequest>& requests) const;
+  DesignValues read_goals(const ParameterValues& parameters,
+                          const std::vector<StrokeSensitivity>& found,
+                          const std::vector<StrokeRequest>& requests,
+                          const Answer<std::vector<GoalReading>, Why>* worst = nullptr) const;
   /// Numbers of the job's goals that count assembly errors. `reduced`: whether some of their values
   /// come from reduced leaves, which are differentiated.
-  Answer<WorstAssemblyGoals::Found, Why> look_in_box(const ParameterValues& parameters,
-                                                     bool gradient, const ModelOptions& model,
-                                                     bool& reduced) const;
-  GoalSlopes look(const ParameterValues& parameters, bool gradient,
-                  const ModelOptions& model) const;
-  /// Derivatives with respect to the variables instead of the parameters.
-  DesignValues chained(GoalSlopes goals, const ParameterValues& parameters) const;
-  /// The value of a goal with a formula, with its margin.
-  std::optional<double> formula_value(const Goal& goal, const ParameterValues& parameters) const;
+  Answer<std::vector<GoalReading>, Why> look_in_box(const ParameterValues& parameters,
+                                                    bool gradient, const ModelOptions& model,
+                                                    bool& reduced) const;
+  /// The goals without margins, with derivatives by `names_`.
+  DesignValues look(const ParameterValues& parameters, bool gradient,
+                    const ModelOptions& model) const;
+  /// The same with derivatives by the variables instead of `names_`.
+  DesignValues chained(DesignValues values, const ParameterValues& parameters) const;
 
   Evaluators evaluators_;
   /// Parameters that change when a variable does, and those that deviate where goals count it.

@@ -43,30 +43,13 @@ DesignValues unpacked(const std::string& bytes) {
 Answerer evaluator_of(const DesignProblem& problem) {
   return [&problem](const std::string& question) {
     const json q = json::from_cbor(question);
-    std::optional<Accuracy> accuracy;
-    if (!q.at(2).is_null()) accuracy = static_cast<Accuracy>(q.at(2).get<int>());
-    return packed(problem.evaluate(q.at(0).get<Variables>(), q.at(1).get<bool>(), accuracy));
+    const std::optional accuracy(Accuracy::full);
+    return packed(problem.evaluate(q.at(0).get<Variables>(), q.at(1).get<bool>(),
+                                   q.at(2).get<bool>() ? accuracy : std::nullopt));
   };
 }
 
-// DesignProblem::evaluate by the worker that is free. The others have the same job and answer by
-// `answer_evaluations`. Throws as Workers::ask.
-DesignValues ask_evaluation(Workers& workers, const DesignProblem& problem,
-                            const Variables& variables, bool gradient,
-                            std::optional<Accuracy> accuracy) {
-  const json question{variables, gradient, accuracy ? json(static_cast<int>(*accuracy)) : json()};
-  return unpacked(workers.ask(bytes_of(question), evaluator_of(problem)));
-}
-
 }  // namespace
-
-bool better(const Merit& a, const Merit& b, bool maximise, double feasible_within) {
-  const bool a_feasible = a.violation <= feasible_within,
-             b_feasible = b.violation <= feasible_within;
-  if (a_feasible != b_feasible) return a_feasible;
-  if (!a_feasible) return a.violation < b.violation;
-  return maximise ? a.objective > b.objective : a.objective < b.objective;
-}
 
 ProgressBoard::ProgressBoard(ProgressCallback callback, int starts, bool maximise,
                              double feasible_within)
@@ -89,7 +72,7 @@ void ProgressBoard::add(const EvaluationRecord& record, bool replayed) {
 
 VectorXd flattened(const DesignValues& values) {
   Eigen::Index size = 0;
-  for (const GoalValues& g : values.goals) size += static_cast<Eigen::Index>(g.size());
+  for (const GoalValues& g : values.goals) size += std::ssize(g);
   VectorXd flat(size);
   Eigen::Index k = 0;
   for (const GoalValues& g : values.goals)
@@ -103,13 +86,15 @@ void EvaluationBook::adopt(const EvaluationBook& other) {
   differences_.insert(other.differences_.begin(), other.differences_.end());
 }
 
+void EvaluationBook::weigh(EvaluationRecord& record) const {
+  if (!record.ok) return;
+  record.violation = problem_.violation(record.constraints, scales_);
+  record.worst = problem_.worst_constraint(record.constraints, scales_);
+}
+
 void EvaluationBook::set_scales(Scales scales) {
   scales_ = std::move(scales);
-  for (LoggedEvaluation& e : evaluations_)
-    if (e.record.ok) {
-      e.record.violation = problem_.violation(e.values, scales_);
-      e.record.worst = problem_.worst_constraint(e.record.constraints, scales_);
-    }
+  for (LoggedEvaluation& e : evaluations_) weigh(e.record);
 }
 
 LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues values, Ask how,
@@ -125,18 +110,21 @@ LoggedEvaluation EvaluationBook::record(const Variables& variables, DesignValues
   if (values.ok) {
     e.record.objective = problem_.objective(values);
     e.record.constraints = problem_.constraints(values);
-    e.record.violation = problem_.violation(values, scales_);
-    e.record.worst = problem_.worst_constraint(e.record.constraints, scales_);
   }
+  weigh(e.record);
   e.gradient_asked = how.gradient;
   e.values = std::move(values);
   return e;
 }
 
+// By the worker that is free, if there are some: the others have the same job and answer by
+// `answer_evaluations`. Throws as Workers::ask.
 DesignValues EvaluationBook::evaluate(const Variables& variables, Ask how) const {
-  const std::optional<Accuracy> accuracy = how.full ? std::optional(Accuracy::full) : std::nullopt;
-  return workers_ ? ask_evaluation(*workers_, problem_, variables, how.gradient, accuracy)
-                  : problem_.evaluate(variables, how.gradient, accuracy);
+  if (!workers_)
+    return problem_.evaluate(variables, how.gradient,
+                             how.full ? std::optional(Accuracy::full) : std::nullopt);
+  const json question{variables, how.gradient, how.full};
+  return unpacked(workers_->ask(bytes_of(question), evaluator_of(problem_)));
 }
 
 std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables>& many, Ask how,
@@ -155,15 +143,14 @@ std::vector<const DesignValues*> EvaluationBook::ask(const std::vector<Variables
   }
   const auto count = static_cast<int>(fresh.size()), first = static_cast<int>(evaluations_.size());
   std::vector<LoggedEvaluation> done(fresh.size());
-  parallel_for(count, threads_, [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
+  parallel_for(count, threads_, [&](int k) {
     const LoggedEvaluation* logged = log_.find(fresh[k], how.full, how.gradient);
     DesignValues values = logged ? logged->values : evaluate(fresh[k], how);
     if (!how.gradient) {
       values.gradient.resize(0, 0);
       values.no_gradient.clear();
     }
-    done[k] = record(fresh[k], std::move(values), how, first + i);
+    done[k] = record(fresh[k], std::move(values), how, first + k);
     if (!logged) log_.append(done[k]);
     board_.add(done[k].record, logged != nullptr);
   });
@@ -212,16 +199,14 @@ bool EvaluationBook::add_differences(const VectorXd& x, const DesignValues& valu
   used_differences_ = true;
   for (const Eigen::Index j : columns) {
     known.values.col(j) = found->col(j);
-    known.columns[static_cast<std::size_t>(j)] = true;
+    known.columns[j] = true;
   }
   // what is a formula has exact ones
-  Eigen::Index row = 0;
-  for (std::size_t g = 0; g < values.goals.size(); ++g) {
+  for (std::size_t g = 0; g < values.goals.size(); ++g)
     if (problem_.goals()[g].expression)
       if (const auto exact = problem_.formula_gradient(g, problem_.variables(x)))
-        for (const Eigen::Index j : columns) known.values(row, j) = (*exact)[j] * problem_.range(j);
-    row += static_cast<Eigen::Index>(values.goals[g].size());
-  }
+        for (const Eigen::Index j : columns)
+          known.values(values.first(g), j) = (*exact)[j] * problem_.range(j);
   return true;
 }
 
@@ -242,13 +227,12 @@ std::optional<MatrixXd> EvaluationBook::derivatives(const VectorXd& x, int& cost
       design.push_back(fmt::format("{} = {:.6g}", name, value));
     why_differences_ = fmt::format("{}, first at {}", values.no_gradient, fmt::join(design, ", "));
   }
-  const auto n = static_cast<std::size_t>(x.size());
-  Differences known{MatrixXd::Zero(flattened(values).size(), x.size()), std::vector<bool>(n)};
+  Differences known{MatrixXd::Zero(flattened(values).size(), x.size()),
+                    std::vector<bool>(x.size())};
   if (const auto it = differences_.find(center); it != differences_.end()) known = it->second;
   std::vector<Eigen::Index> missing;
   for (Eigen::Index j = 0; j < x.size(); ++j)
-    if (!known.columns[static_cast<std::size_t>(j)] &&
-        (wanted.empty() || std::ranges::find(wanted, j) != wanted.end()))
+    if (!known.columns[j] && (wanted.empty() || std::ranges::find(wanted, j) != wanted.end()))
       missing.push_back(j);
   if (!missing.empty() && !add_differences(x, values, missing, known, cost)) return std::nullopt;
   differences_[center] = known;

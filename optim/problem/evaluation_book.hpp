@@ -61,6 +61,7 @@ class EvaluationBook {
   void set_threads(int threads) { threads_ = threads; }
   /// Workers that are free evaluate designs; null: this process does.
   void set_workers(Workers* workers) { workers_ = workers; }
+  const DesignProblem& problem() const { return problem_; }
   const Scales& scales() const { return scales_; }
 
   /// Values of a design: remembered, read from the log, or evaluated. `cost` grows by one for each
@@ -95,6 +96,8 @@ class EvaluationBook {
   struct Ask {
     bool difference = false, gradient = false, full = false;
   };
+  /// Violation and worst constraint by the scales.
+  void weigh(EvaluationRecord& record) const;
   DesignValues evaluate(const Variables& variables, Ask how) const;
   std::vector<const DesignValues*> ask(const std::vector<Variables>& many, Ask how, int& cost);
   LoggedEvaluation record(const Variables& variables, DesignValues values, Ask how,
@@ -128,6 +131,13 @@ struct Merit {
 };
 
 /// True if a is the better design: feasible before infeasible, then by objective or violation.
-bool better(const Merit& a, const Merit& b, bool maximise, double feasible_within);
+template <class Design = Merit>
+bool better(const Design& a, const Design& b, bool maximise, double feasible_within) {
+  const bool a_feasible = a.violation <= feasible_within,
+             b_feasible = b.violation <= feasible_within;
+  if (a_feasible != b_feasible) return a_feasible;
+  if (!a_feasible) return a.violation < b.violation;
+  return maximise ? a.objective > b.objective : a.objective < b.objective;
+}
 
 }  // namespace flexopt

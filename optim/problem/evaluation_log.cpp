@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstdint>
-#include <mutex>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -43,18 +43,7 @@ std::string line_of(const LoggedEvaluation& e) {
 
 LoggedEvaluation parse_line(const std::string& line) {
   const json j = json::parse(line);
-  LoggedEvaluation e;
-  e.record.stage = stage_named(j.at("stage"));
-  j.at("start").get_to(e.record.start);
-  j.at("number").get_to(e.record.number);
-  j.at("full").get_to(e.record.full);
-  j.at("variables").get_to(e.record.variables);
-  j.at("ok").get_to(e.record.ok);
-  j.at("message").get_to(e.record.message);
-  j.at("objective").get_to(e.record.objective);
-  j.at("constraints").get_to(e.record.constraints);
-  j.at("violation").get_to(e.record.violation);
-  j.at("difference").get_to(e.record.difference);
+  LoggedEvaluation e{.record = record_of(j)};
   j.at("values").get_to(e.values.goals);
   e.values.ok = e.record.ok;
   e.values.message = e.record.message;
@@ -77,12 +66,9 @@ std::vector<std::vector<double>> rows_of(const MatrixXd& matrix) {
 MatrixXd matrix_of(const json& rows) {
   MatrixXd matrix;
   if (rows.empty()) return matrix;
-  matrix.resize(static_cast<Eigen::Index>(rows.size()),
-                static_cast<Eigen::Index>(rows.front().size()));
+  matrix.resize(rows.size(), rows.front().size());
   for (Eigen::Index i = 0; i < matrix.rows(); ++i)
-    for (Eigen::Index k = 0; k < matrix.cols(); ++k)
-      matrix(i, k) =
-          rows.at(static_cast<std::size_t>(i)).at(static_cast<std::size_t>(k)).get<double>();
+    for (Eigen::Index k = 0; k < matrix.cols(); ++k) matrix(i, k) = rows.at(i).at(k).get<double>();
   return matrix;
 }
 
@@ -92,6 +78,23 @@ Stage stage_named(const std::string& name) {
   const auto found = std::ranges::find(stage_names, name);
   if (found == std::end(stage_names)) throw std::runtime_error("unknown stage " + name);
   return static_cast<Stage>(found - std::begin(stage_names));
+}
+
+EvaluationRecord record_of(const json& line) {
+  EvaluationRecord record;
+  record.stage = stage_named(line.value("stage", "search"));
+  line.at("start").get_to(record.start);
+  line.at("number").get_to(record.number);
+  record.full = line.value("full", false);
+  line.at("variables").get_to(record.variables);
+  line.at("ok").get_to(record.ok);
+  record.message = line.value("message", "");
+  record.difference = line.value("difference", false);
+  if (!record.ok) return record;
+  line.at("objective").get_to(record.objective);
+  line.at("constraints").get_to(record.constraints);
+  line.at("violation").get_to(record.violation);
+  return record;
 }
 
 json log_identity(const Job& job, const std::string& version) {
@@ -115,9 +118,11 @@ json log_identity(const Job& job, const std::string& version) {
 
 EvaluationLog::EvaluationLog(const Job& job, const std::filesystem::path& path,
                              const std::string& version, bool overwrite)
-    : job_(job),
-      lines_(path, log_identity(job, version), overwrite,
-             [this](const std::string& line) { read(line); }) {}
+    : job_(job) {
+  if (!path.empty())
+    lines_.open(path, log_identity(job, version), overwrite,
+                [this](const std::string& line) { read(line); });
+}
 
 EvaluationLog::Key EvaluationLog::key_of(const LoggedEvaluation& evaluation) const {
   Key key{evaluation.record.full, evaluation.gradient_asked, {}};
@@ -157,44 +162,36 @@ void EvaluationLog::finish(const std::vector<LoggedEvaluation>& evaluations) {
 SharedUnits::SharedUnits(Sharing& sharing, const Job& job, const std::filesystem::path& log,
                          const std::string& version)
     : sharing_(sharing) {
-  if (log.empty()) return;
-  log_.open(log, log_identity(job, version), false, [this](const std::string& line) {
-    json j = json::parse(line);
-    known_[{j.at(0).get<std::string>(), j.at(1).get<int>()}] = std::move(j.at(2));
-  });
+  if (!log.empty())
+    log_.open(log, log_identity(job, version), false,
+              [this](const std::string& line) { read(line); });
+}
+
+void SharedUnits::read(const std::string& line) {
+  json j = json::parse(line);
+  known_[{j.at(0).get<std::string>(), j.at(1).get<int>()}] = std::move(j.at(2));
 }
 
 bool SharedUnits::run(const std::string& loop, int count, int threads, const LoopProgress& progress,
                       const std::function<OrderedJson(int)>& work,
                       const std::function<void(int, const json&)>& keep) {
-  std::vector<int> open;
-  int done = 0;
-  const std::vector<int> own = sharing_.own(loop.substr(0, loop.rfind(' ')), count);
-  const auto total = static_cast<int>(own.size());
-  for (const int unit : own) {
-    const auto known = known_.find({loop, unit});
-    if (known == known_.end()) {
-      open.push_back(unit);
-      continue;
-    }
-    keep(unit, known->second);
-    ++done;
-  }
-  if (progress && done > 0) progress(done, total);
-  std::mutex mutex;
-  sharing_.run(
-      open, threads,
-      [&](int unit) {
-        return log_line(OrderedJson::array({loop, unit, work(unit)}));
-      },
-      [&](int unit, const std::string& line) {
-        log_.append(line);
-        const json yield = json::parse(line).at(2);
-        const std::lock_guard lock(mutex);
-        keep(unit, yield);
-        if (progress) progress(++done, total);
-      });
-  return sharing_.complete();
+  const auto known = [&](int unit) {
+    const auto yield = known_.find({loop, unit});
+    if (yield == known_.end()) return std::optional<bool>();
+    keep(unit, yield->second);
+    return std::optional(false);
+  };
+  const auto line = [&](int unit) {
+    return log_line(OrderedJson::array({loop, unit, work(unit)}));
+  };
+  const auto add = [&](const std::string& added) {
+    log_.append(added);
+    read(added);
+  };
+  const auto tell = [&](const LoopState& state) {
+    if (progress && state.done > 0) progress(state.done, state.total);
+  };
+  return sharing_.run({loop.substr(0, loop.rfind(' ')), count, threads, known, line, add, tell});
 }
 
 std::string loop_name(const std::string& name, const std::string& depends_on) {

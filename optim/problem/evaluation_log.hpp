@@ -25,6 +25,9 @@ struct LoggedEvaluation {
 std::string name_of(Stage stage);
 Stage stage_named(const std::string& name);
 
+/// The record in a line of a log, of any version. Throws where the line is no evaluation.
+EvaluationRecord record_of(const nlohmann::json& line);
+
 /// A matrix by its rows, as logs and workers hand it on, and back.
 std::vector<std::vector<double>> rows_of(const MatrixXd& matrix);
 MatrixXd matrix_of(const nlohmann::json& rows);
@@ -36,12 +39,10 @@ nlohmann::json log_identity(const Job& job, const std::string& version);
 
 class EvaluationLog {
  public:
-  /// A log that keeps nothing on disk.
-  explicit EvaluationLog(const Job& job) : job_(job) {}
-
-  /// Opens or creates the file and reads what it holds; refuses others' as LineLog does.
-  EvaluationLog(const Job& job, const std::filesystem::path& path, const std::string& version,
-                bool overwrite);
+  /// Opens or creates the file and reads what it holds; refuses others' as LineLog does. Without a
+  /// path it keeps nothing on disk.
+  explicit EvaluationLog(const Job& job, const std::filesystem::path& path = {},
+                         const std::string& version = {}, bool overwrite = false);
 
   /// The evaluation of these exact variables by an earlier run, or null. Evaluations with and
   /// without gradient are kept apart: their values may differ in the last digits.
@@ -88,26 +89,27 @@ class SharedUnits {
            const std::function<void(int unit, const nlohmann::json& yield)>& keep);
 
  private:
+  void read(const std::string& line);
+
   Sharing& sharing_;
   std::map<std::pair<std::string, int>, nlohmann::json> known_;
   LineLog log_;
 };
 
-/// Units 0, …, count − 1 of a loop, into a list of as many yields: shared, or where `shared` is
-/// null by threads of this process alone. `packed` and `unpacked` lead to JSON and back. False
-/// where this process does not learn what all units yield.
-template <class Yield, class Work, class Pack, class Unpack>
+/// Units 0, …, count − 1 of a loop, into a list of as many yields: shared, as JSON, or where
+/// `shared` is null by threads of this process alone. False where this process does not learn what
+/// all units yield.
+template <class Yield, class Work>
 bool run_units(SharedUnits* shared, const std::string& loop, int threads,
-               const LoopProgress& progress, std::vector<Yield>& yields, const Work& work,
-               const Pack& packed, const Unpack& unpacked) {
+               const LoopProgress& progress, std::vector<Yield>& yields, const Work& work) {
   const auto count = static_cast<int>(yields.size());
-  const auto place = [&](int unit) -> Yield& { return yields[static_cast<std::size_t>(unit)]; };
   if (shared)
     return shared->run(
-        loop, count, threads, progress, [&](int unit) { return packed(work(unit)); },
-        [&](int unit, const nlohmann::json& yield) { place(unit) = unpacked(yield); });
+        loop, count, threads, progress,
+        [&](int unit) { return nlohmann::ordered_json(work(unit)); },
+        [&](int unit, const nlohmann::json& yield) { yields[unit] = yield.get<Yield>(); });
   parallel_for(
-      count, threads, [&](int unit) { place(unit) = work(unit); }, progress);
+      count, threads, [&](int unit) { yields[unit] = work(unit); }, progress);
   return true;
 }
 

@@ -19,25 +19,21 @@ double excess(double value, const std::optional<double>& min, const std::optiona
   return most;
 }
 
-std::optional<double> DesignProblem::formula_value(const Goal& goal,
-                                                   const ParameterValues& parameters) const {
-  const std::optional<double> value = goal.expression->value(parameters);
-  if (!goal.margin || !value) return value;
-  const std::optional<VectorXd> gradient = goal.expression->gradient(parameters);
+std::optional<double> DesignProblem::formula(std::size_t goal, const Variables& variables) const
+    try {
+  const Goal& of = goals_[goal];
+  assert(of.expression);
+  const ParameterValues all = parameters(variables);
+  const std::optional<double> value = of.expression->value(all);
+  if (!of.margin || !value) return value;
+  const std::optional<VectorXd> gradient = of.expression->gradient(all);
   if (!gradient) return std::nullopt;
   const std::vector<Tolerance>& entries = job_.tolerances->entries;
-  const MatrixXd changes = tolerance_changes(entries, goal.expression->names(), parameters);
-  const double margin = tolerance_margin(goal.margin, entries, changes.transpose() * *gradient);
-  return *value + (goal.least ? -margin : margin);
-}
-
-std::optional<double> DesignProblem::formula(std::size_t goal, const Variables& variables) const {
-  assert(goals_[goal].expression);
-  try {
-    return formula_value(goals_[goal], parameters(variables));
-  } catch (const SpecError&) {
-    return std::nullopt;
-  }
+  const MatrixXd changes = tolerance_changes(entries, of.expression->names(), all);
+  const double margin = tolerance_margin(of.margin, entries, changes.transpose() * *gradient);
+  return *value + (of.least ? -margin : margin);
+} catch (const SpecError&) {
+  return std::nullopt;
 }
 
 std::optional<double> DesignProblem::formula_violation(const Variables& variables,
@@ -74,8 +70,7 @@ double DesignProblem::reach(std::size_t goal, const DesignValues& values) const 
   const std::size_t decisive = extreme(goals_[goal], of).entry;
   double most = std::abs(of[decisive]);
   if (values.gradient.rows() > 0) {
-    Eigen::Index row = static_cast<Eigen::Index>(decisive);
-    for (std::size_t g = 0; g < goal; ++g) row += static_cast<Eigen::Index>(values.goals[g].size());
+    const Eigen::Index row = values.first(goal) + decisive;
     for (Eigen::Index j = 0; j < values.gradient.cols(); ++j)
       most = std::max(most, share * std::abs(values.gradient(row, j)) * range(j));
   }
@@ -121,10 +116,6 @@ std::vector<double> DesignProblem::constraints(const DesignValues& values) const
   for (std::size_t i = 1; i < goals_.size(); ++i)
     numbers.push_back(aggregate(goals_[i], values.goals[i]));
   return numbers;
-}
-
-double DesignProblem::violation(const DesignValues& values, const Scales& scales) const {
-  return violation(constraints(values), scales);
 }
 
 double DesignProblem::violation(const std::vector<double>& constraints,

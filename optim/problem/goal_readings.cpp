@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/design_problem.hpp"
@@ -26,6 +27,7 @@ Answer<GoalReading, Why> read_parts(const Goal& goal, const std::vector<StrokeSe
       reading.error().message += fmt::format(" (load case {})", named[part.load_case].name);
     if (!reading) return reading;
     differentiated = differentiated && reading->differentiated();
+    whole.parameters = std::move(reading->parameters);
     whole.values.insert(whole.values.end(), reading->values.begin(), reading->values.end());
     if (differentiated) append_rows(whole.gradient, reading->gradient);
   }
@@ -39,12 +41,12 @@ std::optional<MatrixXd> DesignProblem::parameter_derivatives(
   const ParametricDesign& design = *job_.design.resolved;
   const std::optional<MatrixXd> slopes = design.derivatives(design.slots(parameters));
   if (!slopes) return std::nullopt;
-  MatrixXd derivatives = MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()), size());
+  MatrixXd derivatives = MatrixXd::Zero(parameters.size(), size());
   Eigen::Index row = 0;
   for (const auto& [name, value] : parameters) {
     const int slot = design.slot(name);
     for (Eigen::Index j = 0; j < size(); ++j) {
-      const std::string& along = variables[static_cast<std::size_t>(j)].parameter;
+      const std::string& along = variables[j].parameter;
       if (const int by = design.slot(along); slot >= 0 && by >= 0)
         derivatives(row, j) = (*slopes)(slot, by);
       else if (name == along)
@@ -60,43 +62,26 @@ namespace {
 /// Rows of `all` (one for each of `parameters`) of the named ones.
 MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
                  const std::vector<std::string>& names) {
-  MatrixXd rows(static_cast<Eigen::Index>(names.size()), all.cols());
+  MatrixXd rows(names.size(), all.cols());
   for (std::size_t i = 0; i < names.size(); ++i)
-    rows.row(static_cast<Eigen::Index>(i)) =
-        all.row(std::distance(parameters.begin(), parameters.find(names[i])));
+    rows.row(i) = all.row(std::distance(parameters.begin(), parameters.find(names[i])));
   return rows;
 }
 
 }  // namespace
 
-Answer<GoalReading, Why> DesignProblem::read_assembled(
-    std::size_t goal, const std::vector<StrokeSensitivity>& found,
-    const std::vector<StrokeRequest>& requests) const {
-  const Goal& plain = worst_assembly_->plain(goal);
-  auto reading = read_parts(plain, found, requests, job_.cases);
-  const auto own = static_cast<std::size_t>(plain.branches),
-             wanted = static_cast<std::size_t>(goals_[goal].branches);
-  if (!reading || own == wanted) return reading;
-  GoalReading repeated;
-  for (std::size_t k = 0; k < reading->values.size(); k += own)
-    for (std::size_t b = 0; b < wanted; ++b)
-      repeated.values.push_back(reading->values[k + std::min(b, own - 1)]);
-  return repeated;
-}
-
-GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
-                                     const std::vector<StrokeSensitivity>& found,
-                                     const std::vector<StrokeRequest>& requests,
-                                     const Answer<WorstAssemblyGoals::Found, Why>* worst) const {
-  GoalSlopes slopes;
-  std::string& why = slopes.no_gradient;
+DesignValues DesignProblem::read_goals(const ParameterValues& parameters,
+                                       const std::vector<StrokeSensitivity>& found,
+                                       const std::vector<StrokeRequest>& requests,
+                                       const Answer<std::vector<GoalReading>, Why>* worst) const {
+  DesignValues values;
+  std::string& why = values.no_gradient;
   if (worst && !*worst) return {.message = worst->error().message, .reason = worst->error().reason};
   for (std::size_t g = 0; g < goals_.size(); ++g) {
     const Goal& goal = goals_[g];
-    auto read = goal.expression        ? read_goal(goal, parameters)
-                : !goal.worst_assembly ? read_parts(goal, found, requests, job_.cases)
-                : worst                ? Answer<GoalReading, Why>((*worst)->goals[g])
-                                       : read_assembled(g, found, requests);
+    auto read = goal.expression                ? read_goal(goal, parameters)
+                : goal.worst_assembly && worst ? Answer<GoalReading, Why>((**worst)[g])
+                                               : read_parts(goal, found, requests, job_.cases);
     if (!read) return {.message = read.error().message, .reason = read.error().reason};
     GoalReading& reading = *read;
     const std::string name = goal.label.find(goal.quantity) != std::string::npos
@@ -105,44 +90,33 @@ GoalSlopes DesignProblem::read_goals(const ParameterValues& parameters,
     if (why.empty() && !reading.differentiated())
       why = fmt::format("{} has no exact derivatives", name);
     if (why.empty()) {
-      const std::vector<std::string> along =
-          goal.expression ? goal.expression->names()
-          : worst && goal.worst_assembly
-              ? (*worst)->parameters
-              : found[goal.parts.front().load_case].gradients->parameters;
-      MatrixXd& all = slopes.by_parameter;
       const Eigen::Index count = reading.gradient.rows();
-      append_rows(all, MatrixXd::Zero(count, static_cast<Eigen::Index>(names_.size())));
-      for (std::size_t j = 0; j < along.size(); ++j) {
-        const auto column = reading.gradient.col(static_cast<Eigen::Index>(j));
+      append_rows(values.gradient, MatrixXd::Zero(count, std::ssize(names_)));
+      for (std::size_t j = 0; j < reading.parameters.size(); ++j) {
+        const std::string& along = reading.parameters[j];
+        const auto column = reading.gradient.col(j);
         if (!column.allFinite())
-          why = fmt::format("the derivative of {} along {} is not finite", name, along[j]);
-        if (const auto at = std::ranges::find(names_, along[j]); at != names_.end())
-          all.col(at - names_.begin()).tail(count) = column;
+          why = fmt::format("the derivative of {} along {} is not finite", name, along);
+        if (const auto at = std::ranges::find(names_, along); at != names_.end())
+          values.gradient.col(at - names_.begin()).tail(count) = column;
       }
     }
-    slopes.goals.push_back(std::move(reading.values));
+    values.goals.push_back(std::move(reading.values));
   }
-  if (!why.empty()) slopes.by_parameter.resize(0, 0);
-  slopes.ok = true;
-  return slopes;
+  if (!why.empty()) values.gradient.resize(0, 0);
+  values.ok = true;
+  return values;
 }
 
-DesignValues DesignProblem::chained(GoalSlopes goals, const ParameterValues& parameters) const {
-  DesignValues values{.ok = goals.ok,
-                      .message = std::move(goals.message),
-                      .reason = std::move(goals.reason),
-                      .reached = goals.reached,
-                      .goals = std::move(goals.goals),
-                      .no_gradient = std::move(goals.no_gradient),
-                      .of_reduced_leaves = goals.of_reduced_leaves};
+DesignValues DesignProblem::chained(DesignValues values, const ParameterValues& parameters) const {
   if (!values.ok) values.no_gradient.clear();
+  const MatrixXd by_names = std::exchange(values.gradient, MatrixXd());
   if (!values.ok || !values.no_gradient.empty()) return values;
   const std::optional<MatrixXd> moved = parameter_derivatives(parameters);
   if (!moved)
     values.no_gradient = "a formula among the parameters has no derivative";
-  else if (goals.by_parameter.rows() > 0)
-    values.gradient = goals.by_parameter * rows_of(*moved, parameters, names_);
+  else if (by_names.rows() > 0)
+    values.gradient = by_names * rows_of(*moved, parameters, names_);
   if (!values.gradient.allFinite()) {
     values.no_gradient = "the derivative of a formula among the parameters is not finite";
     values.gradient.resize(0, 0);

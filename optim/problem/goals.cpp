@@ -37,7 +37,7 @@ std::optional<double> value_of_nothing(const PathPoint& point, const std::string
   if (quantity == "bandwidth" || quantity.starts_with("bandwidth."))
     return point.bandwidths.empty() ? std::nullopt : std::optional(endless_bandwidth);
   if (needs_of(quantity).has(Output::load_capacity)) {
-    const auto& capacity = point.load_capacity[static_cast<std::size_t>(component_of(quantity))];
+    const auto& capacity = point.load_capacity[component_of(quantity)];
     return capacity ? std::optional(capacity->value) : std::nullopt;
   }
   if (!point.buckling) return std::nullopt;
@@ -92,90 +92,52 @@ Goal make_goal(const Job& job, const std::string& label, const Asked& asked, boo
 
 bool locked(const StrokeRequest& request) { return request.parasitic.drive == DriveState::locked; }
 
-/// Ranks, in the list that the parasitic frequency is taken from, of that frequency and of the next
-/// modes that count; the last one repeated where the list is short. Empty where the list does not
-/// hold the parasitic frequency.
-std::vector<std::size_t> branch_ranks(const PathPoint& point, const StrokeRequest& request,
-                                      double lowest, int branches) {
-  const std::vector<Mode>& modes = locked(request) ? point.modes_locked : point.modes_free;
-  std::vector<std::size_t> ranks;
-  for (std::size_t k = 0; k < modes.size() && static_cast<int>(ranks.size()) < branches; ++k) {
-    const Mode& mode = modes[k];
-    if (!request.parasitic.admits(mode.kind) || mode.frequency < lowest) continue;
-    if (ranks.empty() && mode.frequency != lowest) return {};
-    ranks.push_back(k);
-  }
-  while (!ranks.empty() && static_cast<int>(ranks.size()) < branches) ranks.push_back(ranks.back());
-  return ranks;
+/// A value that counts at a point, and its derivatives where they are known.
+struct PointValue {
+  double value = 0;
+  std::optional<VectorXd> gradient;
+};
+
+/// A row of derivatives; nothing where they are missing.
+std::optional<VectorXd> row_of(const MatrixXd& rows, std::size_t index) {
+  const auto row = static_cast<Eigen::Index>(index);
+  return row < rows.rows() ? std::optional<VectorXd>(rows.row(row)) : std::nullopt;
 }
 
-/// Adds a row of derivatives; false where it is missing.
-bool add_row(const std::optional<VectorXd>& gradient, GoalReading& reading) {
-  if (gradient) append_rows(reading.gradient, gradient->transpose());
-  return gradient.has_value();
-}
-
-/// The largest stresses of a point, the last one repeated where there are too few.
-bool add_stresses(const Goal& goal, const PathPoint& point, double value,
-                  const PointGradients* gradients, GoalReading& reading) {
-  const auto count = static_cast<Eigen::Index>(point.stress_peaks.size());
-  bool whole = gradients != nullptr;
-  for (Eigen::Index k = 0; k < goal.branches; ++k) {
-    const Eigen::Index peak = std::min(k, count - 1);
-    reading.values.push_back(count > 0 ? point.stress_peaks[static_cast<std::size_t>(peak)].value
-                                       : value);
-    if (!whole) continue;
-    whole = count > 0 ? peak < gradients->stress_peaks.rows() &&
-                            add_row(VectorXd(gradients->stress_peaks.row(peak)), reading)
-                      : add_row(gradients->max_stress, reading);
-  }
-  return whole;
-}
-
-/// The lowest screening frequencies of a point, the last one repeated where there are too few.
-bool add_screening(const Goal& goal, const StrokeResponse& response, const PathPoint& point,
-                   const StrokeRequest& request, const StrokeGradients* all, GoalReading& reading) {
-  const auto [modes, gradients, at] = modes_to_point(response, all, point).value();
-  const auto found = screening_frequencies(*modes, request.parasitic, at);
-  bool whole = gradients != nullptr;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(goal.branches); ++k) {
-    const ScreeningFrequency& f = found[std::min(k, found.size() - 1)];
-    reading.values.push_back(f.value);
-    if (whole)
-      whole = add_row(screening_gradient((*modes)[f.mode], (*gradients)[f.mode], at), reading);
-  }
-  return whole;
-}
-
-/// Values of the goal at one point, and their derivatives into the rows of `reading.gradient` from
-/// `row` on. False where a derivative is missing.
-bool add_point(const Goal& goal, const StrokeResponse& response, std::size_t index, double value,
-               const StrokeRequest& request, const StrokeGradients* all, GoalReading& reading) {
-  const PathPoint& point = response.path[index];
+/// The goal's candidates at a point that has a value, the worst first: as many as the goal wants,
+/// or fewer. `all`: null where derivatives are not wanted.
+std::vector<PointValue> candidates(const Goal& goal, const StrokeResponse& response,
+                                   const PathPoint& point, double value,
+                                   const StrokeRequest& request, const StrokeGradients* all) {
+  const std::ptrdiff_t index = &point - response.path.data();
   const PointGradients* gradients = all ? &all->path[index] : nullptr;
-  if (goal.branches == 1) {
-    reading.values.push_back(value);
-    return gradients && add_row(gradient_of(point, *gradients, goal.quantity), reading);
+  std::vector<PointValue> found;
+  const auto add = [&](double of, auto gradient) {
+    if (found.size() == static_cast<std::size_t>(goal.branches)) return;
+    found.push_back({of, gradients ? gradient() : std::optional<VectorXd>()});
+  };
+  if (goal.branches > 1 && goal.quantity == "max_stress") {
+    for (std::size_t k = 0; k < point.stress_peaks.size(); ++k)
+      add(point.stress_peaks[k].value, [&] { return row_of(gradients->stress_peaks, k); });
+  } else if (goal.branches > 1 && goal.quantity == "parasitic_frequency_screening") {
+    const auto [modes, slopes, at] = modes_to_point(response, all, point).value();
+    for (const ScreeningFrequency& f : screening_frequencies(*modes, request.parasitic, at))
+      add(f.value, [&, modes = modes, slopes = slopes, at = at]() -> std::optional<VectorXd> {
+        if (!slopes) return std::nullopt;
+        return screening_gradient((*modes)[f.mode], (*slopes)[f.mode], at);
+      });
+  } else if (goal.branches > 1 && goal.quantity == "parasitic_frequency") {
+    // it is the frequency of the first mode that counts
+    const std::vector<Mode>& modes = locked(request) ? point.modes_locked : point.modes_free;
+    for (std::size_t k = 0; k < modes.size(); ++k)
+      if (request.parasitic.admits(modes[k].kind))
+        add(modes[k].frequency, [&] {
+          return row_of(
+              locked(request) ? gradients->frequencies_locked : gradients->frequencies_free, k);
+        });
   }
-  if (goal.quantity == "max_stress") return add_stresses(goal, point, value, gradients, reading);
-  if (goal.quantity == "parasitic_frequency_screening")
-    return add_screening(goal, response, point, request, all, reading);
-  const auto ranks = branch_ranks(point, request, value, goal.branches);
-  if (ranks.empty()) {
-    reading.values.insert(reading.values.end(), static_cast<std::size_t>(goal.branches), value);
-    return false;
-  }
-  const std::vector<Mode>& modes = locked(request) ? point.modes_locked : point.modes_free;
-  bool whole = gradients != nullptr;
-  for (const std::size_t k : ranks) {
-    reading.values.push_back(modes[k].frequency);
-    if (!whole) continue;
-    const MatrixXd& rows =
-        locked(request) ? gradients->frequencies_locked : gradients->frequencies_free;
-    whole = static_cast<Eigen::Index>(k) < rows.rows() &&
-            add_row(VectorXd(rows.row(static_cast<Eigen::Index>(k))), reading);
-  }
-  return whole;
+  if (found.empty()) add(value, [&] { return gradient_of(point, *gradients, goal.quantity); });
+  return found;
 }
 
 /// Whether a point has an equilibrium whose numbers count.
@@ -271,6 +233,12 @@ int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& requ
   return std::min(request.frequencies, most_branches);
 }
 
+Eigen::Index DesignValues::first(std::size_t goal) const {
+  Eigen::Index row = 0;
+  for (std::size_t g = 0; g < goal; ++g) row += std::ssize(goals[g]);
+  return row;
+}
+
 std::size_t Goal::points() const {
   if (expression) return 1;
   std::size_t count = 0;
@@ -282,30 +250,31 @@ Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& respo
                                    const StrokeRequest& request, const StrokeGradients* gradients) {
   GoalReading reading;
   bool differentiated = gradients && gradients->path.size() == response.path.size();
-  for (std::size_t i = 0; i < response.path.size(); ++i) {
-    const PathPoint& point = response.path[i];
+  if (differentiated) reading.parameters = gradients->parameters;
+  for (const PathPoint& point : response.path) {
     if (auto counts = check_point(point, response, request); !counts)
       return BecauseOf(counts.error());
-    std::optional<double> value = value_of(point, goal.quantity);
+    const std::optional<double> value = value_of(point, goal.quantity);
     const std::optional<double> nothing =
         value.value_or(-1) < 0 ? value_of_nothing(point, goal.quantity) : std::nullopt;
-    if (nothing && goal.branches == 1) {
-      reading.values.push_back(*nothing);
-      differentiated =
-          differentiated &&
-          add_row(VectorXd(VectorXd::Zero(static_cast<Eigen::Index>(gradients->parameters.size()))),
-                  reading);
-      continue;
-    }
-    if (!value || !std::isfinite(*value)) {
+    if (!nothing && (!value || !std::isfinite(*value))) {
       const std::string reason = fmt::format("{} has no value", goal.quantity);
       return BecauseOf({fmt::format("{} at stroke {:.6g}{}", reason, point.stroke,
                                     why_no_value(point, goal.quantity)),
                         reason});
     }
-    if (!add_point(goal, response, i, *value, request, differentiated ? gradients : nullptr,
-                   reading))
-      differentiated = false;
+    std::vector<PointValue> found;
+    if (!nothing)
+      found =
+          candidates(goal, response, point, *value, request, differentiated ? gradients : nullptr);
+    else
+      found = {{*nothing, VectorXd::Zero(differentiated ? std::ssize(gradients->parameters) : 0)}};
+    for (std::size_t k = 0; k < static_cast<std::size_t>(goal.branches); ++k) {
+      const PointValue& one = found[std::min(k, found.size() - 1)];  // the last one repeated
+      reading.values.push_back(one.value);
+      differentiated = differentiated && one.gradient;
+      if (differentiated) append_rows(reading.gradient, one.gradient->transpose());
+    }
   }
   if (!differentiated) reading.gradient.resize(0, 0);
   if (response.path.size() != request.points.size() || response.path.empty())
@@ -322,7 +291,7 @@ Answer<GoalReading, Why> read_goal(const Goal& goal, const ParameterValues& para
     const std::string reason = fmt::format("{} is not finite", goal.expression->text());
     return BecauseOf({reason, reason});
   }
-  GoalReading reading{{*value}, {}};
+  GoalReading reading{{*value}, {}, goal.expression->names()};
   if (const auto gradient = goal.expression->gradient(parameters))
     reading.gradient = gradient->transpose();
   return reading;

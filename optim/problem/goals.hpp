@@ -59,12 +59,31 @@ using GoalValues = std::vector<double>;
 
 struct GoalReading {
   GoalValues values;
-  MatrixXd gradient;  ///< values × parameters of `gradients`; empty where one of them is missing
+  MatrixXd gradient;  ///< values × parameters; empty where one of them is missing
+  std::vector<std::string> parameters;  ///< which the gradient is by
 
   /// Whether every value has its derivatives.
-  bool differentiated() const {
-    return gradient.rows() == static_cast<Eigen::Index>(values.size());
-  }
+  bool differentiated() const { return gradient.rows() == std::ssize(values); }
+};
+
+/// What one design yields.
+struct DesignValues {
+  bool ok = false;
+  std::string message;            ///< why not, with the figures
+  std::string reason;             ///< why not, in a few words without figures
+  std::optional<double> reached;  ///< stroke_reached, when not ok
+  std::vector<GoalValues> goals;  ///< objective, then constraints; empty when not ok
+  /// Exact derivatives: all goals' values one after the other × variables, SI per SI. Empty where
+  /// they were not asked for, or where one of them cannot be had. Until the margins of tolerances
+  /// are added they are by parameters.
+  MatrixXd gradient;
+  std::string no_gradient;  ///< why not, where they were asked for
+  /// Values of differentiable points were had, at some point, from reduced leaves: their
+  /// derivatives are those of these leaves.
+  bool of_reduced_leaves = false;
+
+  /// Row of the derivatives with which those of a goal begin.
+  Eigen::Index first(std::size_t goal) const;
 };
 
 /// Adds rows below those of a matrix of as many columns, or of none.

@@ -98,24 +98,6 @@ bool is_tied(const PathPoint& point) {
   return all.size() > 1 && std::abs(all[1].value - all[0].value) <= 1e-6 * std::abs(all[0].value);
 }
 
-GradientChecker::Columns columns_of(const Job& job) {
-  GradientChecker::Columns columns{differentiable_parameters(job), {}, {}};
-  columns.all = columns.parameters;
-  columns.chain.resize(columns.parameters.size());
-  const auto design = resolve(job.design);
-  const auto slopes = design->derivatives(design->slots(job.design.parameters));
-  for (const DependentParameter& d : design->dependents()) {
-    columns.all.push_back(design->family().parameters[static_cast<std::size_t>(d.slot)].name);
-    for (std::size_t p = 0; p < columns.parameters.size(); ++p) {
-      const int along = design->slot(columns.parameters[p]);
-      VectorXd& chain = columns.chain[p];
-      chain.conservativeResize(chain.size() + 1);
-      chain[chain.size() - 1] = slopes && along >= 0 ? (*slopes)(d.slot, along) : 0;
-    }
-  }
-  return columns;
-}
-
 // Order in which checks of several points are reported: wrong ones first, then those without a
 // derivative.
 int weight(const GradientCheck& c) {
@@ -135,7 +117,8 @@ GradientChecker::GradientChecker(const Job& job, std::size_t load_case, double t
   // the last of a list may change places with one that is not listed
   listed_ = request_.frequencies;
   if (listed_ > 0) request_.frequencies += 2;
-  columns_ = columns_of(job);
+  parameters_ = differentiable_parameters(job);
+  through_ = through_formulas(job, job.design.parameters, parameters_);
   const DriveList drives = resolve(job.design)->family().drives;
   names_ = quantities(drives);
   turns_ = is_rotation(drives.first());
@@ -143,7 +126,7 @@ GradientChecker::GradientChecker(const Job& job, std::size_t load_case, double t
 
 Check GradientChecker::prepare() {
   exact_ = stroke_sensitivity(job_, complete_parameters(job_.design, job_.design.parameters),
-                              columns_.all, job_.model, request_);
+                              through_.names, job_.model, request_);
   if (exact_.response.status != Status::ok || !exact_.gradients)
     return Because(exact_.gradients ? exact_.response.message : exact_.message);
   screened_ = screening_modes(exact_.response, request_);
@@ -224,7 +207,7 @@ std::vector<double> GradientChecker::rounding_of_slopes(std::size_t parameter) c
     const Job near = moved(job_, name, present(job_, name) * (1 + by));
     const StrokeSensitivity exact =
         stroke_sensitivity(near, complete_parameters(near.design, near.design.parameters),
-                           columns_.all, job_.model, request_);
+                           through_.names, job_.model, request_);
     std::vector<double> slopes(here_.size(), 0.0);
     if (exact.response.status != Status::ok || !exact.gradients) return slopes;
     const MaybeNumbers found = slopes_along(parameter, exact);
@@ -235,11 +218,16 @@ std::vector<double> GradientChecker::rounding_of_slopes(std::size_t parameter) c
 
 MaybeNumbers GradientChecker::slopes_along(std::size_t parameter,
                                            const StrokeSensitivity& exact) const {
+  const auto p = static_cast<Eigen::Index>(parameter);
+  const Eigen::Index formulas = through_.by.rows() - through_.by.cols();
+  const auto along = [&](const VectorXd& by) {  // with the formulas that follow the parameter
+    return by[p] + through_.by.col(p).tail(formulas).dot(by.tail(formulas));
+  };
   MaybeNumbers slopes;
   for (std::size_t k = 0; k < exact.gradients->path.size(); ++k)
     for (const Quantity& q : names_) {
       const auto g = q.gradient(exact.response.path[k], exact.gradients->path[k]);
-      slopes.push_back(g ? std::optional(columns_.total(*g, parameter)) : std::nullopt);
+      slopes.push_back(g ? std::optional(along(*g)) : std::nullopt);
       // a stress that is nothing but rounding
       const std::size_t i = slopes.size() - 1;
       if ((q.name == "max_stress" || q.name == "notch_stress") &&
@@ -312,8 +300,7 @@ GradientCheck GradientChecker::compare(std::size_t i, const std::string& paramet
   // a size between two points, each as far as another one: its ends may be of different sides;
   // and the smallest of equal stiffnesses has a derivative on each side, and between them those of
   // what does not stay the smallest along all parameters
-  const bool tied = c.quantity == "principal_stiffness" &&
-                    is_tied(exact_.response.path[static_cast<std::size_t>(c.point)]);
+  const bool tied = c.quantity == "principal_stiffness" && is_tied(exact_.response.path[c.point]);
   if (!c.agrees && (tied || c.quantity.starts_with("envelope"))) {
     const auto [low, high] = std::minmax(differences.forward[i], differences.backward[i]);
     const double known = std::max(differences.forward_error[i], differences.backward_error[i]);

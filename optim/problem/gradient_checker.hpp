@@ -39,21 +39,10 @@ int rank_of(const Quantity& frequency);
 /// A design with its exact derivatives and all that their differences are compared by.
 class GradientChecker {
  public:
-  /// The parameters that may move, then those that are formulas of them and what these change by.
-  struct Columns {
-    std::vector<std::string> parameters, all;
-    std::vector<VectorXd> chain;  ///< derivatives of the formulas along each parameter
-
-    /// Derivative along parameter p, with the formulas that follow it, from the derivatives along
-    /// all columns.
-    double total(const VectorXd& gradient, std::size_t p) const {
-      return gradient[static_cast<Eigen::Index>(p)] + chain[p].dot(gradient.tail(chain[p].size()));
-    }
-  };
-
   GradientChecker(const Job& job, std::size_t load_case, double tolerance);
 
-  const std::vector<std::string>& parameters() const { return columns_.parameters; }
+  /// The parameters that may move.
+  const std::vector<std::string>& parameters() const { return parameters_; }
 
   /// Whether anything can be compared.
   Check prepare();
@@ -78,7 +67,8 @@ class GradientChecker {
   double tolerance_;
   StrokeRequest request_;
   int listed_;
-  Columns columns_;
+  std::vector<std::string> parameters_;
+  ThroughFormulas through_;  ///< derivatives along these
   std::vector<Quantity> names_;
   bool turns_;
   StrokeSensitivity exact_;

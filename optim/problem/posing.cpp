@@ -37,59 +37,59 @@ Pose job_pose(const DesignProblem& problem) {
   return pose;
 }
 
+void weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
+           Candidate& design) {
+  assert(design.values.ok);
+  const std::vector<GoalValues>& values = design.values.goals;
+  design.objective = aggregate(problem.goals()[pose.goal], values[pose.goal]);
+  design.violation = 0;
+  for (std::size_t g = 1; g < values.size(); ++g) {
+    const Bounds& bounds = pose.bounds[g - 1];
+    design.violation = std::max(design.violation, excess(aggregate(problem.goals()[g], values[g]),
+                                                         bounds.min, bounds.max, scales.of(g)));
+  }
+}
+
 Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
                 const VectorXd& x, const DesignValues& values) {
-  assert(values.ok);
-  Candidate c{x, values, aggregate(problem.goals()[pose.goal], values.goals[pose.goal]), 0};
-  for (std::size_t g = 1; g < values.goals.size(); ++g)
-    c.violation = std::max(
-        c.violation, excess(aggregate(problem.goals()[g], values.goals[g]), pose.bounds[g - 1].min,
-                            pose.bounds[g - 1].max, scales.constraints[g - 1]));
-  return c;
+  Candidate design{x, values};
+  weigh(problem, scales, pose, design);
+  return design;
 }
 
-double objective_scale(const Scales& scales, const Pose& pose) {
-  return pose.goal == 0 ? scales.objective : scales.constraints[pose.goal - 1];
-}
-
-Posing::Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
-               Aim aim, double violation)
-    : problem_(problem),
+Posing::Posing(EvaluationBook& book, const Pose& pose, bool slack, Aim aim, double violation)
+    : problem_(book.problem()),
       book_(book),
       pose_(pose),
       scales_(book.scales()),
       aim_(aim),
       violation_(violation),
       split_(slack) {
-  assert(pose.bounds.size() + 1 == problem.goals().size());
+  assert(pose.bounds.size() + 1 == problem_.goals().size());
   for (Eigen::Index j = 0; j < pose.lower.size(); ++j)
     if (pose.lower[j] < pose.upper[j]) free_.push_back(j);
   sense_ = pose.maximise ? -1 : 1;
-  if (needs_gradients(optimiser_options(problem.spec()))) {
+  if (algorithm_of(optimiser_options(problem_.spec())).gradients) {
     weight_ = violation_weight;
-    exact_ = problem.differentiable();
+    exact_ = problem_.differentiable();
   }
   if (aim == Aim::feasibility) {
     slack_ = slack;
     sense_ = 1;
-  } else if (const Goal& goal = problem.goals()[pose.goal];
+  } else if (const Goal& goal = problem_.goals()[pose.goal];
              slack && (pointwise(goal, !pose.maximise) || by_parts(goal, !pose.maximise))) {
     slack_ = true;
-    add_rows(pose.goal, !pose.maximise, 0, scale(pose.goal), pose.maximise ? 1 : -1,
+    add_rows(pose.goal, !pose.maximise, 0, scales_.of(pose.goal), pose.maximise ? 1 : -1,
              pointwise(goal, !pose.maximise));
   }
-  for (std::size_t g = 1; g < problem.goals().size(); ++g) {
+  for (std::size_t g = 1; g < problem_.goals().size(); ++g) {
     const Bounds& b = pose.bounds[g - 1];
-    const Goal& goal = problem.goals()[g];
+    const Goal& goal = problem_.goals()[g];
     const double t = aim == Aim::feasibility ? -1 : 0;
-    const double by = aim == Aim::feasibility ? scale(g) * violation : scale(g);
+    const double by = aim == Aim::feasibility ? scales_.of(g) * violation : scales_.of(g);
     if (b.max) add_rows(g, true, *b.max, by, t, pointwise(goal, true));
     if (b.min) add_rows(g, false, *b.min, by, t, pointwise(goal, false));
   }
-}
-
-double Posing::scale(std::size_t goal) const {
-  return goal == 0 ? scales_.objective : scales_.constraints[goal - 1];
 }
 
 /// Whether bounding the goal's one number is the same as bounding every value.
@@ -126,7 +126,7 @@ void Posing::add_rows(std::size_t goal, bool upper, double bound, double scale, 
 
 Problem Posing::problem() {
   constexpr double inf = std::numeric_limits<double>::infinity();
-  const auto n = static_cast<Eigen::Index>(free_.size());
+  const auto n = std::ssize(free_);
   Problem p;
   p.lower.resize(n + (slack_ ? 1 : 0));
   p.upper.resize(p.lower.size());
@@ -141,7 +141,7 @@ Problem Posing::problem() {
 
 VectorXd Posing::design(const VectorXd& x) const {
   VectorXd all = pose_.lower;
-  all(free_) = x.head(static_cast<Eigen::Index>(free_.size()));
+  all(free_) = x.head(free_.size());
   return all;
 }
 
@@ -149,8 +149,8 @@ VectorXd Posing::start(const Candidate& from) const {
   const VectorXd x = from.x(free_);
   if (!slack_) return x;
   VectorXd with_slack(x.size() + 1);
-  with_slack << x,
-      aim_ == Aim::feasibility ? from.violation / violation_ : from.objective / scale(pose_.goal);
+  with_slack << x, aim_ == Aim::feasibility ? from.violation / violation_
+                                            : from.objective / scales_.of(pose_.goal);
   return with_slack;
 }
 
@@ -172,7 +172,7 @@ std::optional<Candidate> Posing::assess(const VectorXd& design_x, int& cost) con
 
 double Posing::merit(const Candidate& candidate) const {
   const double sign = pose_.maximise ? -1 : 1;
-  return sign * candidate.objective / scale(pose_.goal) + weight_ * candidate.violation;
+  return sign * candidate.objective / scales_.of(pose_.goal) + weight_ * candidate.violation;
 }
 
 bool Posing::better(const Candidate& a, const Candidate& b) const {
@@ -191,7 +191,7 @@ bool Posing::as_good(const Candidate& a, const Candidate& b) const {
 }
 
 void Posing::track(const MatrixXd& derivatives) {
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(derivatives.rows()));
+  std::vector<Eigen::Index> order(derivatives.rows());
   std::iota(order.begin(), order.end(), 0);
   const bool first = last_derivatives_.rows() != derivatives.rows();
   std::ptrdiff_t begin = 0;
@@ -202,9 +202,7 @@ void Posing::track(const MatrixXd& derivatives) {
       const auto jump = [&](const std::vector<Eigen::Index>& rows) {
         double sum = 0;
         for (Eigen::Index i = 0; i < goal.branches; ++i)
-          sum += (derivatives.row(rows[static_cast<std::size_t>(i)]) -
-                  last_derivatives_.row(begin + i))
-                     .squaredNorm();
+          sum += (derivatives.row(rows[i]) - last_derivatives_.row(begin + i)).squaredNorm();
         return sum;
       };
       std::vector<Eigen::Index> rows(order.begin() + begin, order.begin() + begin + goal.branches),
@@ -222,25 +220,22 @@ void Posing::track(const MatrixXd& derivatives) {
 
 bool Posing::look_at(const VectorXd& x, bool gradient, Seen& seen, int& cost) {
   const VectorXd all = design(x);
-  seen.values = book_.at(problem_.variables(all), cost);
-  if (!seen.values.ok) return false;
-  if (gradient || (exact_ && seen.values.gradient.rows() > 0)) {  // exact ones came with the values
+  DesignValues& values = seen.values;
+  seen.x = all;
+  values = book_.at(problem_.variables(all), cost);
+  if (!values.ok) return false;
+  if (gradient || (exact_ && values.gradient.rows() > 0)) {  // exact ones came with the values
     const auto found = book_.derivatives(all, cost, free_);
     if (!found && gradient) return false;
     if (found) seen.derivatives = *found;
   }
   const bool differentiated = seen.derivatives.rows() > 0;
-  correct(all, seen.values, differentiated ? &seen.derivatives : nullptr);
+  correct(all, values, differentiated ? &seen.derivatives : nullptr);
   if (differentiated) seen.derivatives = MatrixXd(seen.derivatives(Eigen::all, free_));
   if (exact_ && differentiated) track(seen.derivatives);
-  Eigen::Index total = 0;
-  for (const GoalValues& g : seen.values.goals) {
-    seen.first.push_back(total);
-    total += static_cast<Eigen::Index>(g.size());
-  }
-  seen.candidate = weigh(problem_, scales_, pose_, all, seen.values);
-  if (!best_ || better(seen.candidate, *best_)) {
-    best_ = seen.candidate;
+  weigh(problem_, scales_, pose_, seen);
+  if (!best_ || better(seen, *best_)) {
+    best_ = seen;
     outgrown_ = outgrown_ || (watches_ && outgrows(*best_));
   }
   return true;
@@ -250,35 +245,32 @@ bool Posing::outgrows(const Candidate& candidate) const {
   constexpr double far = 30;
   if (candidate.violation > problem_.spec().constraint_tolerance) return false;
   const double ratio =
-      objective_scale(problem_.scales(&candidate.values, &scales_), pose_) / scale(pose_.goal);
+      problem_.scales(&candidate.values, &scales_).of(pose_.goal) / scales_.of(pose_.goal);
   return ratio > far || ratio * far < 1;
 }
 
 void Posing::set_rows(const VectorXd& x, const Seen& seen, bool gradient,
                       Problem::Value& out) const {
-  const auto n = static_cast<Eigen::Index>(free_.size()),
-             m = static_cast<Eigen::Index>(rows_.size());
+  const auto n = std::ssize(free_), m = std::ssize(rows_);
   out.c.resize(m);
   if (gradient) out.dc = MatrixXd::Zero(m, x.size());
   for (Eigen::Index i = 0; i < m; ++i) {
-    const Row& row = rows_[static_cast<std::size_t>(i)];
+    const Row& row = rows_[i];
     const GoalValues& of = seen.values.goals[row.goal];
-    const Eigen::Index first = seen.first[row.goal];
+    const Eigen::Index first = seen.values.first(row.goal);
     Extreme e;
     if (row.entry < 0) {
       const Goal& goal = problem_.goals()[row.goal];
-      e = row.part < 0 ? extreme(goal, of) : extreme(goal, of, static_cast<std::size_t>(row.part));
+      e = row.part < 0 ? extreme(goal, of) : extreme(goal, of, row.part);
     } else {
       const Eigen::Index entry = first + row.entry;
-      e.entry = static_cast<std::size_t>(
-          order_.empty() ? row.entry : order_[static_cast<std::size_t>(entry)] - first);
+      e.entry = static_cast<std::size_t>(order_.empty() ? row.entry : order_[entry] - first);
     }
     assert(e.entry < of.size());
     const double factor = row.sign * e.sign / row.scale;
     out.c[i] = factor * of[e.entry] - row.bound + (slack_ ? row.slack * x[n] : 0.0);
     if (!gradient) continue;
-    out.dc.row(i).head(n) =
-        factor * seen.derivatives.row(first + static_cast<Eigen::Index>(e.entry));
+    out.dc.row(i).head(n) = factor * seen.derivatives.row(first + e.entry);
     if (slack_) out.dc(i, n) = row.slack;
   }
 }
@@ -290,12 +282,11 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
   if (!look_at(x, gradient, seen, out.cost)) return out;
   out.ok = true;
   // the least violation is no aim in itself: a third of what is tolerated will do
-  out.enough =
-      outgrown_ || (aim_ == Aim::feasibility &&
-                    seen.candidate.violation <= 0.3 * problem_.spec().constraint_tolerance);
+  out.enough = outgrown_ || (aim_ == Aim::feasibility &&
+                             seen.violation <= 0.3 * problem_.spec().constraint_tolerance);
   if (gradient) out.df = VectorXd::Zero(x.size());
   set_rows(x, seen, gradient, out);
-  const auto n = static_cast<Eigen::Index>(free_.size());
+  const auto n = std::ssize(free_);
   if (slack_) {
     out.f = sense_ * x[n];
     if (gradient) out.df[n] = sense_;
@@ -310,16 +301,15 @@ Problem::Value Posing::evaluate(const VectorXd& x, bool gradient) {
     return out;
   }
   const Extreme e = extreme(problem_.goals()[pose_.goal], seen.values.goals[pose_.goal]);
-  const double factor = sense_ * e.sign / scale(pose_.goal);
+  const double factor = sense_ * e.sign / scales_.of(pose_.goal);
   out.f = factor * seen.values.goals[pose_.goal][e.entry];
   if (gradient)
-    out.df.head(n) =
-        factor * seen.derivatives.row(seen.first[pose_.goal] + static_cast<Eigen::Index>(e.entry));
+    out.df.head(n) = factor * seen.derivatives.row(seen.values.first(pose_.goal) + e.entry);
   return out;
 }
 
 std::vector<double> Posing::multipliers(const VectorXd& lambda) const {
-  assert(lambda.size() == static_cast<Eigen::Index>(rows_.size()));
+  assert(lambda.size() == std::ssize(rows_));
   std::vector<double> result(pose_.bounds.size(), 0.0);
   const std::size_t objective_rows = slack_ && aim_ == Aim::objective ? pose_.goal : 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -330,8 +320,7 @@ std::vector<double> Posing::multipliers(const VectorXd& lambda) const {
     const bool max_abs =
         problem_.goals()[row.goal].over_stroke == OverStroke::max_abs && row.entry >= 0;
     const double relaxes = max_abs ? 1.0 : row.sign;  // c's bound per unit of the job's bound
-    result[row.goal - 1] +=
-        -sense_ * scale(pose_.goal) * lambda[static_cast<Eigen::Index>(i)] * relaxes / row.scale;
+    result[row.goal - 1] += -sense_ * scales_.of(pose_.goal) * lambda[i] * relaxes / row.scale;
   }
   return result;
 }

@@ -48,15 +48,17 @@ struct Candidate {
   double objective = 0, violation = 0;  ///< SI; relative
 };
 
-/// Objective and violation of a design with these values; the pose's correction is not applied.
+/// Sets objective and violation from the values; the pose's correction is not applied.
+void weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose, Candidate& design);
+/// A design with these values, weighed.
 Candidate weigh(const DesignProblem& problem, const Scales& scales, const Pose& pose,
                 const VectorXd& x, const DesignValues& values);
 
 class Posing {
  public:
   /// `violation` is V₀. Refers to all its arguments; the scales are those of the book now.
-  Posing(const DesignProblem& problem, EvaluationBook& book, const Pose& pose, bool slack,
-         Aim aim = Aim::objective, double violation = 1);
+  Posing(EvaluationBook& book, const Pose& pose, bool slack, Aim aim = Aim::objective,
+         double violation = 1);
 
   /// The problem for an optimiser; refers to this object.
   Problem problem();
@@ -75,12 +77,10 @@ class Posing {
   bool as_good(const Candidate& a, const Candidate& b) const;
 
   /// The goal that a row of c bounds.
-  std::size_t goal_of(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)].goal; }
+  std::size_t goal_of(Eigen::Index row) const { return rows_[row].goal; }
   /// The variable that an entry of x stands for; nothing of the slack.
   std::optional<Eigen::Index> variable(Eigen::Index j) const {
-    return j < static_cast<Eigen::Index>(free_.size())
-               ? std::optional(free_[static_cast<std::size_t>(j)])
-               : std::nullopt;
+    return j < std::ssize(free_) ? std::optional(free_[j]) : std::nullopt;
   }
   /// From now on, sets outgrown() at a design that is better than all before and whose objective is
   /// beyond 30 times its scale, or below a thirtieth of it; such a design then is enough.
@@ -100,11 +100,8 @@ class Posing {
     int part = -1;
   };
   /// A design as an optimiser meets it.
-  struct Seen {
-    DesignValues values;              ///< corrected
-    MatrixXd derivatives;             ///< derivatives of all values by the free variables; or none
-    std::vector<Eigen::Index> first;  ///< value of each goal among all of them
-    Candidate candidate;              ///< weighed
+  struct Seen : Candidate {  // corrected
+    MatrixXd derivatives;    ///< derivatives of all values by the free variables; or none
   };
   Problem::Value evaluate(const VectorXd& x, bool gradient);
   /// Whether the design has values (and, with `gradient`, derivatives). Adds what they cost.
@@ -121,7 +118,6 @@ class Posing {
                 bool pointwise);
   bool pointwise(const Goal& goal, bool upper) const;
   bool by_parts(const Goal& goal, bool upper) const;
-  double scale(std::size_t goal) const;
   double merit(const Candidate& candidate) const;
   /// Values (and derivatives) at full size, corrected.
   void correct(const VectorXd& x, DesignValues& values, MatrixXd* derivatives) const;
@@ -144,8 +140,5 @@ class Posing {
   MatrixXd last_derivatives_;        ///< derivatives of the entries at the last design
   std::optional<Candidate> best_;
 };
-
-/// The scale of the pose's objective.
-double objective_scale(const Scales& scales, const Pose& pose);
 
 }  // namespace flexopt

@@ -17,12 +17,11 @@ MatrixXd in_order_of(const MatrixXd& here, const MatrixXd& there, const std::vec
   MatrixXd ordered = there;
   Eigen::Index row = 0;
   for (std::size_t g = 0; g < goals.size(); ++g) {
-    const Eigen::Index b = goals[g].branches,
-                       end = row + static_cast<Eigen::Index>(values[g].size());
+    const Eigen::Index b = goals[g].branches, end = row + std::ssize(values[g]);
     for (; b > 1 && row < end; row += b) {
       const auto block = here.middleRows(row, b);
       const Eigen::RowVectorXd size = block.cwiseAbs().colwise().maxCoeff().cwiseMax(1e-300);
-      std::vector<Eigen::Index> left(static_cast<std::size_t>(b));
+      std::vector<Eigen::Index> left(b);
       std::iota(left.begin(), left.end(), row);
       for (Eigen::Index i = row; i < row + b; ++i) {
         const auto nearest = std::ranges::min_element(left, {}, [&](Eigen::Index j) {
@@ -39,22 +38,15 @@ MatrixXd in_order_of(const MatrixXd& here, const MatrixXd& there, const std::vec
 
 // The candidates of each point from the worst on, as a goal has them.
 void sort_branches(const Goal& goal, GoalValues& values, Eigen::Ref<MatrixXd> rows) {
-  const auto b = static_cast<std::size_t>(goal.branches);
-  const bool descending = goal.over_stroke == OverStroke::max;
-  const GoalValues old = values;
-  const MatrixXd old_rows = rows;
+  const double sign = goal.over_stroke == OverStroke::max ? -1 : 1;
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), 0);
-  for (std::size_t first = 0; first < order.size(); first += b)
-    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(first),
-                     order.begin() + static_cast<std::ptrdiff_t>(first + b),
-                     [&](std::size_t i, std::size_t j) {
-                       return descending ? old[i] > old[j] : old[i] < old[j];
-                     });
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    values[i] = old[order[i]];
-    rows.row(static_cast<Eigen::Index>(i)) = old_rows.row(static_cast<Eigen::Index>(order[i]));
-  }
+  for (auto first = order.begin(); first != order.end(); first += goal.branches)
+    std::ranges::stable_sort(first, first + goal.branches, {},
+                             [&](std::size_t i) { return sign * values[i]; });
+  const GoalValues old = values;
+  std::ranges::transform(order, values.begin(), [&](std::size_t i) { return old[i]; });
+  rows = MatrixXd(rows(order, Eigen::all));
 }
 
 // Step of a tolerance, small enough that the parameters change by a thousandth at most.
@@ -66,13 +58,14 @@ double step_along(const Tolerance& entry, const ParameterValues& parameters) {
   return largest > 0 ? std::min(1.0, 1e-3 / largest) : 1.0;
 }
 
-VectorXd variances(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
-  VectorXd list(slopes.size());
-  for (Eigen::Index e = 0; e < slopes.size(); ++e) {
-    const double deviation = slopes[e] * entries[static_cast<std::size_t>(e)].standard_deviation();
-    list[e] = deviation * deviation;
-  }
+VectorXd standard_deviations(const std::vector<Tolerance>& entries) {
+  VectorXd list(entries.size());
+  for (std::size_t e = 0; e < entries.size(); ++e) list[e] = entries[e].standard_deviation();
   return list;
+}
+
+VectorXd variances(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
+  return slopes.cwiseProduct(standard_deviations(entries)).cwiseAbs2();
 }
 
 }  // namespace
@@ -85,22 +78,17 @@ double tolerance_margin(const ToleranceMargin& margin, const std::vector<Toleran
 
 VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
                         const ToleranceSlopes& slopes) {
-  VectorXd weights = VectorXd::Zero(slopes.size());
   const double m = tolerance_margin(margin, entries, slopes), k = margin.deviations;
-  for (Eigen::Index e = 0; e < slopes.size() && m > 0; ++e) {
-    const double sigma = entries[static_cast<std::size_t>(e)].standard_deviation();
-    if (margin.kind == ToleranceMargin::Kind::worst)
-      weights[e] = slopes[e] == 0 ? 0 : std::copysign(1.0, slopes[e]);
-    else
-      weights[e] = k * k * slopes[e] * sigma * sigma / m;
-  }
-  return weights;
+  if (!(m > 0)) return VectorXd::Zero(slopes.size());
+  if (margin.kind == ToleranceMargin::Kind::worst) return slopes.cwiseSign();
+  const Eigen::ArrayXd sigma = standard_deviations(entries).array();
+  return (k * k * slopes.array() * sigma * sigma / m).matrix();
 }
 
 std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters, const Look& look,
-                                               GoalSlopes& here) const {
+                                               DesignValues& here) const {
   std::vector<MatrixXd> rates;
-  for (const Tolerance& entry : entries_) {
+  for (const Tolerance& entry : entries) {
     const double h = step_along(entry, parameters);
     const auto beside = [&](double z) {
       ParameterValues moved = parameters;
@@ -108,76 +96,74 @@ std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters
         moved[term.parameter] += z * term.change_of(parameters.at(term.parameter));
       return look(moved);
     };
-    const GoalSlopes up = beside(h), down = beside(-h);
-    for (const GoalSlopes* one : {&up, &down})
-      if (one->by_parameter.rows() != here.by_parameter.rows()) {
+    const DesignValues up = beside(h), down = beside(-h);
+    for (const DesignValues* one : {&up, &down})
+      if (one->gradient.rows() != here.gradient.rows()) {
         here.no_gradient = fmt::format("no derivatives where {} deviates: {}", entry.name,
                                        one->ok ? one->no_gradient : one->message);
         return {};
       }
-    const auto ordered = [&](const GoalSlopes& one) {
-      return in_order_of(here.by_parameter, one.by_parameter, goals_, here.goals);
+    const auto ordered = [&](const DesignValues& one) {
+      return in_order_of(here.gradient, one.gradient, goals, here.goals);
     };
     MatrixXd& rate = rates.emplace_back((ordered(up) - ordered(down)) / (2 * h));
     for (const ToleranceTerm& term : entry.terms)
       if (term.relative) {
-        const auto p = std::ranges::find(names_, term.parameter) - names_.begin();
+        const auto p = std::ranges::find(names, term.parameter) - names.begin();
         const double growth = parameters.at(term.parameter) < 0 ? -term.change : term.change;
-        rate.col(p) += growth * here.by_parameter.col(p);
+        rate.col(p) += growth * here.gradient.col(p);
       }
   }
   return rates;
 }
 
 void RobustGoals::add_margins(const ParameterValues& parameters, bool gradient, const Look& look,
-                              GoalSlopes& here) const {
+                              DesignValues& here) const {
   if (!here.ok) return;
-  if (here.by_parameter.rows() == 0) {
+  if (here.gradient.rows() == 0) {
     here.ok = false;
     here.reason = "tolerances cannot be counted";
     here.message = here.reason + ": " + here.no_gradient;
     here.goals.clear();
     return;
   }
-  const MatrixXd slopes = here.by_parameter * tolerance_changes(entries_, names_, parameters);
+  const MatrixXd slopes = here.gradient * tolerance_changes(entries, names, parameters);
   const std::vector<MatrixXd> rates =
       gradient ? slope_rates(parameters, look, here) : std::vector<MatrixXd>();
   Eigen::Index row = 0;
-  for (std::size_t g = 0; g < goals_.size(); ++g) {
-    const Goal& goal = goals_[g];
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const Goal& goal = goals[g];
     GoalValues& values = here.goals[g];
-    const auto count = static_cast<Eigen::Index>(values.size());
+    const auto count = std::ssize(values);
     for (Eigen::Index i = 0; goal.margin && i < count; ++i) {
-      double& v = values[static_cast<std::size_t>(i)];
+      double& v = values[i];
       const ToleranceSlopes s = slopes.row(row + i).transpose();
-      const double m = tolerance_margin(goal.margin, entries_, s);
+      const double m = tolerance_margin(goal.margin, entries, s);
       const double way = goal.over_stroke == OverStroke::max_abs && v < 0 ? -1 : 1;
       const double side = goal.least ? -way : way;
       const bool none = goal.over_stroke == OverStroke::max_abs && goal.least && m > std::abs(v);
       v = none ? 0 : v + side * m;
       if (rates.empty()) continue;
-      const VectorXd c = side * margin_weights(goal.margin, entries_, s);
+      const VectorXd c = side * margin_weights(goal.margin, entries, s);
       for (std::size_t e = 0; e < rates.size(); ++e)
-        here.by_parameter.row(row + i) += c[static_cast<Eigen::Index>(e)] * rates[e].row(row + i);
-      if (none) here.by_parameter.row(row + i).setZero();
+        here.gradient.row(row + i) += c[e] * rates[e].row(row + i);
+      if (none) here.gradient.row(row + i).setZero();
     }
     if (goal.margin && goal.branches > 1)
-      sort_branches(goal, values, here.by_parameter.middleRows(row, count));
+      sort_branches(goal, values, here.gradient.middleRows(row, count));
     row += count;
   }
-  if (rates.empty()) here.by_parameter.resize(0, 0);
+  if (rates.empty()) here.gradient.resize(0, 0);
 }
 
 MatrixXd tolerance_changes(const std::vector<Tolerance>& entries,
                            const std::vector<std::string>& names,
                            const ParameterValues& parameters) {
-  MatrixXd changes = MatrixXd::Zero(static_cast<Eigen::Index>(names.size()),
-                                    static_cast<Eigen::Index>(entries.size()));
+  MatrixXd changes = MatrixXd::Zero(names.size(), entries.size());
   for (std::size_t e = 0; e < entries.size(); ++e)
     for (const ToleranceTerm& term : entries[e].terms)
       if (const auto found = std::ranges::find(names, term.parameter); found != names.end())
-        changes(found - names.begin(), static_cast<Eigen::Index>(e)) +=
-            term.change_of(parameters.at(term.parameter));
+        changes(found - names.begin(), e) += term.change_of(parameters.at(term.parameter));
   return changes;
 }
 

@@ -34,18 +34,6 @@ VectorXd variance_shares(const std::vector<Tolerance>& entries, const ToleranceS
 //     ∂s_e/∂p = ∂/∂z_e (∂v/∂p) + ∂v/∂p · ∂change_p/∂p
 // The derivative along z_e is a central difference of exact ones.
 
-/// Values of all goals at one design, and their derivatives by parameters of it.
-struct GoalSlopes {
-  bool ok = false;
-  std::string message;            ///< why not, with the figures
-  std::string reason;             ///< why not, in a few words without figures
-  std::optional<double> reached;  ///< stroke_reached, when not ok
-  std::vector<GoalValues> goals;  ///< empty when not ok
-  MatrixXd by_parameter;          ///< all goals' values one after the other × names, or empty
-  std::string no_gradient;        ///< why these are missing
-  bool of_reduced_leaves = false;
-};
-
 /// m of (V1) for a value with these slopes.
 double tolerance_margin(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
                         const ToleranceSlopes& slopes);
@@ -53,30 +41,25 @@ double tolerance_margin(const ToleranceMargin& margin, const std::vector<Toleran
 VectorXd margin_weights(const ToleranceMargin& margin, const std::vector<Tolerance>& entries,
                         const ToleranceSlopes& slopes);
 
-class RobustGoals {
- public:
-  /// `names`: of the parameters that derivatives are by, those that deviate among them. Refers to
-  /// the goals.
-  RobustGoals(const std::vector<Goal>& goals, std::vector<Tolerance> entries,
-              std::vector<std::string> names)
-      : goals_(goals), entries_(std::move(entries)), names_(std::move(names)) {}
+/// Goals of which some count tolerances.
+struct RobustGoals {
+  const std::vector<Goal>& goals;
+  const std::vector<Tolerance>& entries;
+  /// Parameters that derivatives are by, those that deviate among them.
+  const std::vector<std::string>& names;
 
-  /// Values and derivatives at a design beside the given one.
-  using Look = std::function<GoalSlopes(const ParameterValues&)>;
+  /// Values and derivatives by parameters at a design beside the given one.
+  using Look = std::function<DesignValues(const ParameterValues&)>;
   /// Adds the margins to the values of the goals that have one, and with `gradient` to their
-  /// derivatives; `here` then has none, and says why, where a neighbour has none. It fails where
-  /// it has no derivatives itself.
+  /// derivatives by parameters; `here` then has none, and says why, where a neighbour has none. It
+  /// fails where it has no derivatives itself.
   void add_margins(const ParameterValues& parameters, bool gradient, const Look& look,
-                   GoalSlopes& here) const;
+                   DesignValues& here) const;
 
  private:
   /// What the slopes of all values change by with the parameters: of each entry values × names.
   std::vector<MatrixXd> slope_rates(const ParameterValues& parameters, const Look& look,
-                                    GoalSlopes& here) const;
-
-  const std::vector<Goal>& goals_;
-  std::vector<Tolerance> entries_;
-  std::vector<std::string> names_;
+                                    DesignValues& here) const;
 };
 
 }  // namespace flexopt

@@ -36,15 +36,14 @@ ThroughFormulas through_formulas(const Job& job, const ParameterValues& paramete
           return std::ranges::find(d.formula.slots(), design->slot(name)) !=
                  d.formula.slots().end();
         }))
-      through.names.push_back(design->family().parameters[static_cast<std::size_t>(d.slot)].name);
-  const auto columns = static_cast<Eigen::Index>(wanted.size());
-  through.by.setZero(static_cast<Eigen::Index>(through.names.size()), columns);
+      through.names.push_back(design->family().parameters[d.slot].name);
+  const auto columns = std::ssize(wanted);
+  through.by.setZero(through.names.size(), columns);
   through.by.topRows(columns).setIdentity();
   for (Eigen::Index i = columns; i < through.by.rows(); ++i)
     for (Eigen::Index j = 0; j < columns; ++j)
-      if (const int along = design->slot(wanted[static_cast<std::size_t>(j)]); along >= 0)
-        through.by(i, j) =
-            (*slopes)(design->slot(through.names[static_cast<std::size_t>(i)]), along);
+      if (const int along = design->slot(wanted[j]); along >= 0)
+        through.by(i, j) = (*slopes)(design->slot(through.names[i]), along);
   return through;
 }
 

@@ -27,6 +27,13 @@ std::vector<std::size_t> points_of(const Goal& goal, std::size_t count) {
   return all;
 }
 
+/// Why a goal has no value, with the load case where there are several.
+BecauseOf said(const Why& why, const std::string& load_case, const std::string& where = "") {
+  return BecauseOf({fmt::format("{}{}{}", why.message, where,
+                                load_case.empty() ? "" : fmt::format(" (load case {})", load_case)),
+                    why.reason});
+}
+
 }  // namespace
 
 WorstAssemblyGoals::WorstAssemblyGoals(const Job& job, std::vector<Goal>& goals, int places)
@@ -38,6 +45,9 @@ WorstAssemblyGoals::WorstAssemblyGoals(const Job& job, std::vector<Goal>& goals,
     if (goals[g].worst_assembly) {
       which_.push_back(g);
       goals[g].branches = std::max(goals[g].branches, places);
+      for (const GoalPart& part : goals[g].parts)
+        for (const std::size_t point : points_of(goals[g], part.points))
+          numbers_.push_back({g, part.load_case, point});
     }
     candidates_.push_back(goals[g].branches);
   }
@@ -49,90 +59,56 @@ StrokeRequest WorstAssemblyGoals::request(const Job& job, std::size_t load_case)
   return request_of_goals(job, asked, load_case);
 }
 
-std::vector<WorstAssemblyGoals::Number> WorstAssemblyGoals::numbers() const {
-  std::vector<Number> all;
-  for (const std::size_t g : which_)
-    for (const GoalPart& part : plain_[g].parts)
-      for (const std::size_t point : points_of(plain_[g], part.points))
-        all.push_back({g, part.load_case, point});
-  return all;
-}
-
-std::string WorstAssemblyGoals::said(const std::string& message, std::size_t load_case) const {
-  if (cases_[load_case].empty()) return message;
-  return fmt::format("{} (load case {})", message, cases_[load_case]);
-}
-
-std::vector<StrokeSensitivity> WorstAssemblyGoals::paths_at(
+Answer<BoxLook, Why> WorstAssemblyGoals::values_at(
     const Design& design, const VectorXd& z,
     const std::function<StrokeSensitivity(const StrokeRequest&)>& evaluate) const {
   std::vector<StrokeSensitivity> found(design.requests.size());
   for (std::size_t k = 0; k < found.size(); ++k)
     if (!design.requests[k].outputs.empty())
       found[k] = evaluate(box_.with_errors(design.requests[k], z));
-  return found;
-}
-
-Answer<BoxLook, Why> WorstAssemblyGoals::values_at(const std::vector<StrokeSensitivity>& found,
-                                                   const Design& design,
-                                                   const std::vector<Number>& numbers,
-                                                   const VectorXd& z) const {
   BoxLook look;
-  look.values.resize(static_cast<Eigen::Index>(numbers.size()));
+  look.values.resize(std::ssize(numbers_));
+  Eigen::Index row = 0;
   bool differentiated = true;
-  for (const Number& number : numbers)
-    differentiated = differentiated && found[number.load_case].gradients.has_value();
-  if (differentiated) look.rates.resize(look.values.size(), z.size());
-  std::pair last{plain_.size(), std::size_t{0}};
-  Answer<GoalReading, Why> reading;
-  for (std::size_t k = 0; k < numbers.size(); ++k) {
-    const auto& [g, load_case, point] = numbers[k];
-    if (std::pair now{g, load_case}; now != last) {
-      Goal one = plain_[g];
-      one.branches = 1;
-      const StrokeSensitivity& of = found[load_case];
-      reading = read_goal(one, of.response, design.requests[load_case],
-                          differentiated ? &*of.gradients : nullptr);
-      last = now;
+  for (const std::size_t g : which_) {
+    Goal one = plain_[g];
+    one.branches = 1;
+    for (const GoalPart& part : one.parts) {
+      const StrokeSensitivity& of = found[part.load_case];
+      const auto reading = read_goal(one, of.response, design.requests[part.load_case],
+                                     of.gradients ? &*of.gradients : nullptr);
+      if (!reading)
+        return said(reading.error(), cases_[part.load_case],
+                    fmt::format(" (errors of assembly at {:.3g} of their box)",
+                                fmt::join(z.begin(), z.end(), ", ")));
+      differentiated = differentiated && reading->differentiated();
+      for (const std::size_t point : points_of(one, part.points)) {
+        const double value = reading->values[point], side = side_of(one, value);
+        look.values[row++] = side * value;
+        if (differentiated) append_rows(look.rates, side * reading->gradient.row(point));
+      }
     }
-    if (!reading) {
-      std::vector<std::string> where;
-      for (const double x : z) where.push_back(fmt::format("{:.3g}", x));
-      return BecauseOf({said(fmt::format("{} (errors of assembly at {} of their box)",
-                                         reading.error().message, fmt::join(where, ", ")),
-                             load_case),
-                        reading.error().reason});
-    }
-    const double value = reading->values[point], side = side_of(plain_[g], value);
-    const auto row = static_cast<Eigen::Index>(k);
-    look.values[row] = side * value;
-    differentiated = differentiated && reading->differentiated();
-    if (differentiated)
-      look.rates.row(row) = side * reading->gradient.row(static_cast<Eigen::Index>(point));
   }
   if (!differentiated) look.rates.resize(0, 0);
   return look;
 }
 
 Answer<BoxLook, Why> WorstAssemblyGoals::look(const Design& design, const Evaluate& evaluate,
-                                              const std::vector<Number>& numbers,
                                               const VectorXd& z) const {
   const auto plain_look = [&](const VectorXd& at) {
-    const auto plain = [&](const StrokeRequest& request) { return evaluate(request, false); };
-    return values_at(paths_at(design, at, plain), design, numbers, at);
+    return values_at(design, at,
+                     [&](const StrokeRequest& request) { return evaluate(request, false); });
   };
   Answer<BoxLook, Why> here;
   if (design.exact) {
     const std::vector<MechanismDirection> along = box_.directions(design.mechanism);
-    const auto differentiated = [&](const StrokeRequest& request) {
+    here = values_at(design, z, [&](const StrokeRequest& request) {
       return evaluate_stroke_gradients(design.mechanism, along, design.model, request);
-    };
-    here = values_at(paths_at(design, z, differentiated), design, numbers, z);
-    if (!here || here->rates.rows() > 0) return here;
+    });
   } else {
     here = plain_look(z);
-    if (!here) return here;
   }
+  if (!here || (design.exact && here->rates.rows() > 0)) return here;
   const auto values = [&](const std::vector<VectorXd>& x) {
     std::vector<std::optional<VectorXd>> answers;
     for (const VectorXd& one : x) {
@@ -170,58 +146,53 @@ void WorstAssemblyGoals::add_candidates(std::size_t goal,
   for (std::size_t k = 0; k < count; ++k) {
     const Candidate& one = all[std::min(k, all.size() - 1)];
     whole.values.push_back(one.of->values[one.entry]);
+    if (!one.of->parameters.empty()) whole.parameters = one.of->parameters;
     if (one.of->gradient.rows() == 0) continue;
-    append_rows(whole.gradient, one.of->gradient.row(static_cast<Eigen::Index>(one.entry)));
+    append_rows(whole.gradient, one.of->gradient.row(one.entry));
   }
 }
 
-Answer<WorstAssemblyGoals::Found, Why> WorstAssemblyGoals::read(const Design& design,
-                                                                const Evaluate& evaluate,
-                                                                bool gradient) const {
-  const std::vector<Number> asked = numbers();
+Answer<std::vector<GoalReading>, Why> WorstAssemblyGoals::read(const Design& design,
+                                                               const Evaluate& evaluate,
+                                                               bool gradient) const {
   std::vector<std::size_t> kinds;
-  for (const Number& number : asked) kinds.push_back(number.goal);
-  const auto worst = worst_places(
-      search_, kinds, [&](const VectorXd& z) { return look(design, evaluate, asked, z); });
+  for (const Number& number : numbers_) kinds.push_back(number.goal);
+  const auto worst =
+      worst_places(search_, kinds, [&](const VectorXd& z) { return look(design, evaluate, z); });
   if (!worst) return BecauseOf(worst.error());
   // the paths at these places, each once in each load case
   std::vector<std::pair<VectorXd, std::size_t>> places;
   std::vector<StrokeSensitivity> paths;
-  const auto path_at = [&](const VectorXd& z, std::size_t load_case) {
-    const auto known = std::ranges::find_if(
-        places, [&](const auto& p) { return p.second == load_case && p.first == z; });
-    if (known != places.end()) return static_cast<std::size_t>(known - places.begin());
-    places.emplace_back(z, load_case);
-    paths.push_back(evaluate(box_.with_errors(design.requests[load_case], z), gradient));
-    return paths.size() - 1;
-  };
-  std::vector<std::vector<std::size_t>> at(asked.size());
-  for (std::size_t k = 0; k < asked.size(); ++k)
-    for (const VectorXd& z : worst->places[k]) at[k].push_back(path_at(z, asked[k].load_case));
+  std::vector<std::vector<std::size_t>> at(numbers_.size());
+  for (std::size_t k = 0; k < numbers_.size(); ++k)
+    for (const VectorXd& z : worst->places[k]) {
+      const std::pair place{z, numbers_[k].load_case};
+      const auto known = std::ranges::find(places, place);
+      at[k].push_back(static_cast<std::size_t>(known - places.begin()));
+      if (known != places.end()) continue;
+      places.push_back(place);
+      paths.push_back(evaluate(box_.with_errors(design.requests[place.second], z), gradient));
+    }
 
-  Found found{.goals = std::vector<GoalReading>(plain_.size())};
-  for (const StrokeSensitivity& path : paths)
-    if (path.gradients) found.parameters = path.gradients->parameters;
+  std::vector<GoalReading> found(plain_.size());
   std::size_t first = 0;
   for (const std::size_t g : which_) {
-    GoalReading& whole = found.goals[g];
+    GoalReading& whole = found[g];
     for (const GoalPart& part : plain_[g].parts) {
       std::vector<GoalReading> readings(paths.size());
       for (std::size_t p = 0; p < paths.size(); ++p) {
         if (places[p].second != part.load_case) continue;
         auto reading = read_goal(plain_[g], paths[p].response, design.requests[part.load_case],
                                  paths[p].gradients ? &*paths[p].gradients : nullptr);
-        if (!reading)
-          return BecauseOf({said(reading.error().message, part.load_case), reading.error().reason});
+        if (!reading) return said(reading.error(), cases_[part.load_case]);
         readings[p] = std::move(*reading);
       }
       const std::size_t count = points_of(plain_[g], part.points).size();
       for (std::size_t point = 0; point < part.points; ++point) {
-        std::size_t k = first;  // a goal of one point has its place for all
-        for (std::size_t j = first; j < first + count; ++j)
-          if (asked[j].point == point) k = j;
+        // a goal of one point has its place for all
         std::vector<const GoalReading*> here;
-        for (const std::size_t p : at[k]) here.push_back(&readings[p]);
+        for (const std::size_t p : at[first + (count > 1 ? point : 0)])
+          here.push_back(&readings[p]);
         add_candidates(g, here, point, whole);
       }
       first += count;
@@ -247,7 +218,7 @@ std::vector<AssemblyError> AssemblyBox::errors(const VectorXd& z) const {
     auto own = std::ranges::find_if(
         errors, [&](const AssemblyError& a) { return a.leaf == e.leaf && a.end == e.end; });
     if (own == errors.end()) own = errors.insert(errors.end(), {e.leaf, e.end});
-    (e.turn ? own->turn : own->move)[e.axis] += e.size * z[static_cast<Eigen::Index>(k)];
+    (e.turn ? own->turn : own->move)[e.axis] += e.size * z[k];
   }
   return errors;
 }

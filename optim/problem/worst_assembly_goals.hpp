@@ -54,7 +54,6 @@ struct WorstPlaces {
   /// For each number, the place where it is largest, then other local maxima that were found, in
   /// descending order; at least one, at most `BoxSearch::places`.
   std::vector<std::vector<VectorXd>> places;
-  int looks = 0;
 };
 
 /// Searches the worst places from the starts and from the corners to which the derivatives there
@@ -80,9 +79,6 @@ class WorstAssemblyGoals {
 
   /// What the goals ask of a load case of the job; no outputs where they ask nothing.
   StrokeRequest request(const Job& job, std::size_t load_case) const;
-  /// The goal to which a number belongs, as it is without errors or with given ones.
-  const Goal& plain(std::size_t goal) const { return plain_[goal]; }
-
   /// Values of the design, with derivatives by its parameters where these are asked for.
   using Evaluate = std::function<StrokeSensitivity(const StrokeRequest&, bool gradient)>;
   struct Design {
@@ -92,29 +88,22 @@ class WorstAssemblyGoals {
     /// Derivatives along the errors are exact; else central differences.
     bool exact = false;
   };
-  struct Found {
-    std::vector<GoalReading> goals;       ///< as all goals; empty of others
-    std::vector<std::string> parameters;  ///< names that the gradients are by
-  };
-  Answer<Found, Why> read(const Design& design, const Evaluate& evaluate, bool gradient) const;
+  /// Readings as of all goals; empty of others.
+  Answer<std::vector<GoalReading>, Why> read(const Design& design, const Evaluate& evaluate,
+                                             bool gradient) const;
 
  private:
   /// One number of a goal: its value at a point of the stroke of a load case.
   struct Number {
     std::size_t goal = 0, load_case = 0, point = 0;
   };
-  /// All numbers, goal by goal, load case by load case.
-  std::vector<Number> numbers() const;
-  /// Paths at one place of the box, for all load cases that the goals ask for.
-  std::vector<StrokeSensitivity> paths_at(
+  Answer<BoxLook, Why> look(const Design& design, const Evaluate& evaluate,
+                            const VectorXd& z) const;
+  /// All numbers from the paths at z that `evaluate` gives for the load cases that the goals ask
+  /// for.
+  Answer<BoxLook, Why> values_at(
       const Design& design, const VectorXd& z,
       const std::function<StrokeSensitivity(const StrokeRequest&)>& evaluate) const;
-  Answer<BoxLook, Why> look(const Design& design, const Evaluate& evaluate,
-                            const std::vector<Number>& numbers, const VectorXd& z) const;
-  Answer<BoxLook, Why> values_at(const std::vector<StrokeSensitivity>& found, const Design& design,
-                                 const std::vector<Number>& numbers, const VectorXd& z) const;
-  /// Why a goal has no value, with the load case where there are several.
-  std::string said(const std::string& message, std::size_t load_case) const;
   /// Adds the candidates of a point, the worst first.
   void add_candidates(std::size_t goal, const std::vector<const GoalReading*>& readings,
                       std::size_t point, GoalReading& whole) const;
@@ -125,6 +114,7 @@ class WorstAssemblyGoals {
   std::vector<Goal> plain_;
   std::vector<std::size_t> which_;  ///< goals in question
   std::vector<int> candidates_;     ///< candidates of every goal at a point
+  std::vector<Number> numbers_;     ///< goal by goal, load case by load case
 };
 
 }  // namespace flexopt

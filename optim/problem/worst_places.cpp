@@ -52,14 +52,12 @@ class Places {
   std::vector<Seen> seen_;
   std::map<Eigen::Index, std::size_t> chosen_;  ///< the best place of a number, known better
   std::optional<Why> failed_;
-  int looks_ = 0;
 };
 
 const Places::Seen* Places::at(const VectorXd& z) {
   if (failed_) return nullptr;
   const auto known = std::ranges::find_if(seen_, [&](const Seen& s) { return s.z == z; });
   if (known != seen_.end()) return &*known;
-  ++looks_;
   Answer<BoxLook, Why> look = look_(z);
   if (!look) {
     failed_ = std::move(look.error());
@@ -86,7 +84,7 @@ bool Places::look_around() {
     for (std::size_t s = 0; s < starts.size(); ++s)
       for (std::size_t k = 0; k < kinds_.size(); ++k) {
         VectorXd z = seen_[s].z;
-        const auto rate = seen_[s].look.rates.row(static_cast<Eigen::Index>(k));
+        const auto rate = seen_[s].look.rates.row(k);
         for (int i = 0; i < n; ++i)
           if (rate[i] != 0) z[i] = rate[i] > 0 ? 1 : -1;
         corners.push_back(std::move(z));
@@ -107,8 +105,7 @@ double Places::unit(Eigen::Index number) const {
   double largest = 1e-300;
   for (std::size_t k = 0; k < kinds_.size(); ++k)
     for (const Seen& s : seen_)
-      if (kinds_[k] == kinds_[static_cast<std::size_t>(number)])
-        largest = std::max(largest, std::abs(s.look.values[static_cast<Eigen::Index>(k)]));
+      if (kinds_[k] == kinds_[number]) largest = std::max(largest, std::abs(s.look.values[k]));
   return largest;
 }
 
@@ -169,14 +166,13 @@ bool Places::finish_inside(Eigen::Index number) {
       if (std::abs(z[i]) < 1) free.push_back(i);
     const VectorXd slope = seen_[here].look.rates.row(number).transpose()(free);
     if (free.empty() || slope.cwiseAbs().maxCoeff() < as_flat_as * unit(number)) break;
-    const auto m = static_cast<Eigen::Index>(free.size());
+    const auto m = std::ssize(free);
     MatrixXd H(m, m);
     for (Eigen::Index j = 0; j < m; ++j) {
       VectorXd up = z, down = z;
-      up[free[static_cast<std::size_t>(j)]] += h;
-      down[free[static_cast<std::size_t>(j)]] -= h;
+      up[free[j]] += h;
+      down[free[j]] -= h;
       const auto above = look_(up), below = look_(down);
-      looks_ += 2;
       if (!above || !below) return true;
       H.col(j) = (above->rates.row(number) - below->rates.row(number)).transpose()(free) / (2 * h);
     }
@@ -223,7 +219,7 @@ std::vector<VectorXd> Places::ends(Eigen::Index number) const {
 Answer<WorstPlaces, Why> Places::find() {
   WorstPlaces found;
   bool whole = look_around();
-  const auto count = static_cast<Eigen::Index>(kinds_.size());
+  const auto count = std::ssize(kinds_);
   for (Eigen::Index k = 0; k < count && whole; ++k)
     for (std::size_t last = seen_.size(); whole && best(k) != last;) {
       whole = is_end(seen_[best(k)], k) || climb(k);
@@ -231,7 +227,6 @@ Answer<WorstPlaces, Why> Places::find() {
       whole = whole && look_at_bounds(k);
     }
   for (Eigen::Index k = 0; k < count && whole; ++k) whole = finish_inside(k);
-  found.looks = looks_;
   if (!whole) return BecauseOf(*failed_);
   for (Eigen::Index k = 0; k < count; ++k) found.places.push_back(ends(k));
   return found;

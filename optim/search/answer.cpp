@@ -21,16 +21,9 @@ std::vector<ConstraintState> states(const DesignProblem& problem, const Scales& 
   const std::vector<double> values = problem.constraints(design);
   std::vector<ConstraintState> result;
   for (std::size_t i = 0; i < problem.own_constraints(); ++i) {
-    const Constraint& c = problem.spec().constraints[i];
-    ConstraintState s;
-    s.label = c.label;
-    s.value = values[i];
-    s.min = c.min;
-    s.max = c.max;
-    s.margin = -excess(values[i], c.min, c.max, 1.0);
-    s.decisive = place(problem.goals()[i + 1], design.goals[i + 1]);
-    s.active = std::abs(s.margin) <= problem.spec().constraint_tolerance * scales.constraints[i];
-    result.push_back(std::move(s));
+    result.push_back(state_of(problem.spec().constraints[i], values[i], scales.constraints[i],
+                              problem.spec().constraint_tolerance));
+    result.back().decisive = place(problem.goals()[i + 1], design.goals[i + 1]);
   }
   return result;
 }
@@ -76,6 +69,14 @@ std::vector<std::size_t> violated(const std::vector<ConstraintState>& constraint
 
 }  // namespace
 
+ConstraintState state_of(const Constraint& constraint, double value, double scale,
+                         double tolerance) {
+  ConstraintState state{constraint.label, value, constraint.min, constraint.max};
+  state.margin = -excess(value, constraint.min, constraint.max, 1.0);
+  state.active = std::abs(state.margin) <= tolerance * scale;
+  return state;
+}
+
 void judge(const DesignProblem& problem, const Scales& scales, const Chosen& answer,
            OptimumStatus if_feasible, Optimum& optimum) {
   optimum.parameters = problem.parameters(problem.variables(answer.best.x));
@@ -90,10 +91,11 @@ std::string violated_words(const std::vector<ConstraintState>& constraints, cons
   return words_of(violated(constraints, scales, 0), constraints, scales);
 }
 
-std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const Scales& scales,
-                       const Chosen& answer, const std::vector<ConstraintState>& constraints) {
+std::string what_stops(EvaluationBook& book, const Scales& scales, const Chosen& answer,
+                       const std::vector<ConstraintState>& constraints) {
+  const DesignProblem& problem = book.problem();
   const OptimiseSpec& spec = problem.spec();
-  const std::optional<Conflict> conflict = conflict_at(problem, book, answer.pose, answer.best);
+  const std::optional<Conflict> conflict = conflict_at(book, answer.pose, answer.best);
   std::vector<std::size_t> pressing;
   if (conflict)
     for (const std::size_t goal : conflict->goals)
@@ -103,8 +105,7 @@ std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const
   if (pressing.empty()) return text + words_of(missed, constraints, scales);
   std::vector<std::string> edges;
   for (const Eigen::Index j : conflict->variables)
-    edges.push_back(fmt::format("{} at its {}imum",
-                                spec.variables[static_cast<std::size_t>(j)].parameter,
+    edges.push_back(fmt::format("{} at its {}imum", spec.variables[j].parameter,
                                 answer.best.x[j] > 0.5 ? "max" : "min"));
   text += words_of(pressing, constraints, scales);
   if (pressing.size() > 1 || !edges.empty())
@@ -118,8 +119,8 @@ std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const
   return text;
 }
 
-void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Chosen& answer,
-                     Optimum& optimum) {
+void add_derivatives(EvaluationBook& book, const Chosen& answer, Optimum& optimum) {
+  const DesignProblem& problem = book.problem();
   int cost = 0;
   const VectorXd& x = answer.best.x;
   std::optional<MatrixXd> derivatives = book.derivatives(x, cost);
@@ -128,22 +129,18 @@ void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const C
   VectorXd values = flattened(own);
   if (answer.pose.correction) answer.pose.correction->apply(x, values, &*derivatives);
   const OptimiseSpec& spec = problem.spec();
-  Eigen::Index first = 0;
   for (std::size_t g = 0; g <= problem.own_constraints(); ++g) {
     if (g == 0 || optimum.constraints[g - 1].active) {
       const Extreme e = extreme(problem.goals()[g], answer.best.values.goals[g]);
       for (std::size_t j = 0; j < spec.variables.size(); ++j) {
-        const auto column = static_cast<Eigen::Index>(j);
         optimum.sensitivities.push_back(
             {problem.goals()[g].label, spec.variables[j].parameter,
-             e.sign * (*derivatives)(first + static_cast<Eigen::Index>(e.entry), column) /
-                 problem.range(column)});
+             e.sign * (*derivatives)(own.first(g) + e.entry, j) / problem.range(j)});
       }
     }
-    first += static_cast<Eigen::Index>(own.goals[g].size());
   }
   std::vector<double> multipliers = answer.multipliers;
-  if (multipliers.empty()) multipliers = multipliers_at(problem, book, answer.pose, answer.best);
+  if (multipliers.empty()) multipliers = multipliers_at(book, answer.pose, answer.best);
   for (std::size_t i = 0; i < optimum.constraints.size() && i < multipliers.size(); ++i)
     optimum.constraints[i].multiplier = multipliers[i];
 }

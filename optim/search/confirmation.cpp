@@ -5,7 +5,6 @@
 
 #include "core/math/decompositions.hpp"
 #include "optim/search/stages.hpp"
-#include "optim/solvers/multipliers.hpp"
 #include "optim/solvers/trials.hpp"
 
 namespace flexopt {
@@ -15,6 +14,14 @@ namespace {
 // A gain of the objective by less than this does not count as another design.
 constexpr double noticed = 1e-4;
 
+/// Scaled variables of an evaluated design.
+VectorXd x_of(const DesignProblem& problem, const EvaluationRecord& record) {
+  Variables variables;
+  for (const Variable& v : problem.spec().variables)
+    variables.push_back(record.variables.at(v.parameter));
+  return problem.scaled(variables);
+}
+
 class Confirming {
  public:
   Confirming(Campaign& campaign, std::vector<Start>& starts)
@@ -22,7 +29,7 @@ class Confirming {
         problem_(campaign.problem),
         spec_(campaign.problem.spec()),
         pose_(job_pose(campaign.problem)),
-        gradients_(needs_gradients(optimiser_options(spec_))),
+        gradients_(algorithm_of(optimiser_options(spec_)).gradients),
         weight_(gradients_ ? violation_weight : 0.0),
         starts_(starts) {}
   Confirmation run();
@@ -42,11 +49,10 @@ class Confirming {
   int left(const Start& start) const {
     return spec_.max_evaluations - static_cast<int>(start.book->evaluations().size());
   }
-  Start& at(int start) { return starts_[static_cast<std::size_t>(start)]; }
+  Start& at(int start) { return starts_[start]; }
   bool gains(const Candidate& a, const Candidate& b, double by) const;
   bool ranks_before(const Candidate& a, const Candidate& b) const {
-    return better({a.objective, a.violation}, {b.objective, b.violation}, pose_.maximise,
-                  spec_.constraint_tolerance);
+    return better(a, b, pose_.maximise, spec_.constraint_tolerance);
   }
   bool agree(const Candidate& a, const Candidate& b) const {
     return a.violation <= spec_.constraint_tolerance && objectives_agree(a.objective, b.objective);
@@ -74,9 +80,7 @@ bool Confirming::gains(const Candidate& a, const Candidate& b, double by) const 
 
 int Confirming::best_end() const {
   int best = -1;
-  const auto end = [&](int i) -> const SearchResult& {
-    return starts_[static_cast<std::size_t>(i)].result;
-  };
+  const auto end = [&](int i) -> const SearchResult& { return starts_[i].result; };
   const auto count = static_cast<int>(starts_.size());
   for (int i = 0; i < count; ++i)
     if (end(i).best && (best < 0 || ranks_before(*end(i).best, *end(best).best))) best = i;
@@ -92,16 +96,12 @@ void Confirming::weigh_all(const Start& best) {
   campaign_.scales = problem_.scales(&best.result.best->values, &best.book->scales());
   for (Start& start : starts_) {
     start.book->set_scales(campaign_.scales);
-    if (!start.result.best) continue;
-    const Candidate& end = *start.result.best;
-    start.result.best =
-        weigh(problem_, campaign_.scales, pose_, VectorXd(end.x), DesignValues(end.values));
+    if (start.result.best) weigh(problem_, campaign_.scales, pose_, *start.result.best);
   }
 }
 
 void Confirming::go_on(Start& start, const VectorXd& from, bool warm) {
-  SearchResult found =
-      search(problem_, *start.book, pose_, from, {std::max(1, left(start)), warm, {}});
+  SearchResult found = search(*start.book, pose_, from, std::max(1, left(start)), warm);
   if (found.best && (!start.result.best || !gains(*start.result.best, *found.best, 0)))
     start.result = std::move(found);
 }
@@ -117,11 +117,7 @@ bool Confirming::take_passed_by() {
     for (const LoggedEvaluation& e : designs(start)) {
       if (!e.record.ok || e.record.full || e.record.violation > spec_.constraint_tolerance)
         continue;
-      Variables variables;
-      for (const Variable& v : spec_.variables)
-        variables.push_back(e.record.variables.at(v.parameter));
-      Candidate seen =
-          weigh(problem_, campaign_.scales, pose_, problem_.scaled(variables), e.values);
+      Candidate seen = weigh(problem_, campaign_.scales, pose_, x_of(problem_, e.record), e.values);
       if (best >= 0 && !gains(seen, *at(best).result.best, noticed)) continue;
       if (passed && !gains(seen, *passed, 0)) continue;
       passed = std::move(seen);
@@ -139,7 +135,7 @@ bool Confirming::take_passed_by() {
 
 bool Confirming::balances(Start& start, Confirmation& answer) {
   if (gradients_ || !problem_.differentiable()) return true;
-  const auto balance = balance_at(problem_, *start.book, pose_, *start.result.best);
+  const auto balance = balance_at(*start.book, pose_, *start.result.best);
   if (!balance || balance->gap <= negligible_gap) return true;
   answer.message = fmt::format(
       "by its derivatives the objective may still gain {:.1e} of its value; ", balance->gap);
@@ -148,8 +144,8 @@ bool Confirming::balances(Start& start, Confirmation& answer) {
 
 bool Confirming::search_afresh(Start& start, Confirmation& answer) {
   const Candidate before = *start.result.best;
-  const VectorXd from = gradients_ ? beside(problem_, *start.book, pose_, before) : before.x;
-  SearchResult found = search(problem_, *start.book, pose_, from, {left(start), !gradients_, {}});
+  const VectorXd from = gradients_ ? beside(*start.book, pose_, before) : before.x;
+  SearchResult found = search(*start.book, pose_, from, left(start), !gradients_);
   const bool spent = found.summary.reason == StopReason::max_evaluations;
   const bool settles = start.result.summary.reason != StopReason::converged &&
                        found.summary.reason == StopReason::converged;
@@ -189,13 +185,12 @@ Confirmation Confirming::run() {
       return other.result.best && agree(*other.result.best, *start.result.best) &&
              other.result.summary.reason == StopReason::converged;
     });
-    if (is_global_algorithm(optimiser_options(spec_)) || !varies) return answer;
+    if (algorithm_of(optimiser_options(spec_)).global() || !varies) return answer;
     if (answer.holds && agreeing > 1) {
       answer.confirmed = true;
       return answer;
     }
-    if (answer.holds && gradients_ &&
-        stands_out(problem_, *start.book, pose_, *start.result.best)) {
+    if (answer.holds && gradients_ && stands_out(*start.book, pose_, *start.result.best)) {
       answer.confirmed = true;
       answer.message = "all designs evaluated round it are worse";
       return answer;
@@ -211,27 +206,23 @@ Confirmation Confirming::run() {
 
 }  // namespace
 
-bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                const Candidate& at) {
+bool stands_out(EvaluationBook& book, const Pose& pose, const Candidate& at) {
+  const DesignProblem& problem = book.problem();
   constexpr double pressing = 1e-6, near = 0.1, spanned = 0.05, rounding = 1e-7;
   if (!problem.differentiable()) return false;
-  Posing posing(problem, book, pose, true);
-  const Problem p = posing.problem();
-  const VectorXd x = posing.start(at);
-  const Problem::Value here = p.evaluate(x, true);
-  if (!here.ok) return false;
-  const VectorXd lambda =
-      least_squares_multipliers(x, p.lower, p.upper, here.c, here.df, here.dc).lambda;
-  const VectorXd slope = here.df + here.dc.transpose() * lambda;
+  Posing posing(book, pose, true);
+  const auto conditions = first_order_at(posing, at);
+  if (!conditions) return false;
+  const auto& [p, x, here, multipliers] = *conditions;
+  const VectorXd &lambda = multipliers.lambda, slope = conditions->slope();
   std::vector<VectorXd> normals;  // normals of what presses
   for (Eigen::Index i = 0; i < lambda.size(); ++i)
     if (lambda[i] > pressing) normals.push_back(here.dc.row(i).transpose().normalized());
   for (Eigen::Index j = 0; j < x.size(); ++j)
     if (std::abs(slope[j]) > pressing && (x[j] <= p.lower[j] || x[j] >= p.upper[j]))
       normals.push_back(VectorXd::Unit(x.size(), j));
-  MatrixXd pressed(x.size(), static_cast<Eigen::Index>(normals.size()));
-  for (std::size_t k = 0; k < normals.size(); ++k)
-    pressed.col(static_cast<Eigen::Index>(k)) = normals[k];
+  MatrixXd pressed(x.size(), normals.size());
+  for (std::size_t k = 0; k < normals.size(); ++k) pressed.col(k) = normals[k];
   const MatrixXd free = normals.empty() ? MatrixXd::Identity(x.size(), x.size()).eval()
                                         : null_space_of_transpose(pressed, spanned);
   if (free.cols() == 0) return true;
@@ -240,11 +231,7 @@ bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   const std::vector<LoggedEvaluation> known = book.evaluations();
   for (const LoggedEvaluation& e : known) {
     if (!e.record.ok || e.record.full) continue;
-    Variables variables;
-    for (const Variable& v : problem.spec().variables)
-      variables.push_back(e.record.variables.at(v.parameter));
-    const Candidate there =
-        weigh(problem, book.scales(), pose, problem.scaled(variables), e.values);
+    const Candidate there = weigh(problem, book.scales(), pose, x_of(problem, e.record), e.values);
     const VectorXd xk = posing.start(there);
     const VectorXd move = posing.design(xk) - posing.design(x);
     if (move.norm() == 0 || move.lpNorm<Eigen::Infinity>() > near) continue;
@@ -261,14 +248,14 @@ bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   return symmetric_eigenvalues(moment)[0] > spanned * spanned;
 }
 
-VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                const Candidate& at) {
+VectorXd beside(EvaluationBook& book, const Pose& pose, const Candidate& at) {
+  const DesignProblem& problem = book.problem();
   constexpr double step = 0.05, of_value = 0.2, near = 0.05, inwards = 0.2;
   const VectorXd& x = at.x;
   const Variables values = problem.variables(x);
   VectorXd move(x.size());
   for (Eigen::Index j = 0; j < x.size(); ++j) {
-    const double value = std::abs(values[static_cast<std::size_t>(j)]) / problem.range(j),
+    const double value = std::abs(values[j]) / problem.range(j),
                  most = value > 0 ? std::min(step, of_value * value) : step;
     const bool down = x[j] > 0.5 * (pose.lower[j] + pose.upper[j]);
     move[j] = pose.lower[j] < pose.upper[j] ? (down ? -most : most) : 0.0;
@@ -278,17 +265,14 @@ VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& 
   const auto derivatives = book.derivatives(x, cost);
   if (!derivatives) return x + move;
   std::vector<VectorXd> slopes;  // slopes of bounds that are met, in units of the reach
-  Eigen::Index first = static_cast<Eigen::Index>(at.values.goals[0].size());
   for (std::size_t g = 1; g < problem.goals().size(); ++g) {
     const Bounds& bounds = pose.bounds[g - 1];
     const GoalValues& of = at.values.goals[g];
     const Extreme e = extreme(problem.goals()[g], of);
     const double value = e.sign * of[e.entry], scale = book.scales().constraints[g - 1];
-    const VectorXd slope =
-        e.sign * derivatives->row(first + static_cast<Eigen::Index>(e.entry)).transpose();
+    const VectorXd slope = e.sign * derivatives->row(at.values.first(g) + e.entry).transpose();
     if (bounds.max && (value - *bounds.max) / scale > -near) slopes.push_back(slope);
     if (bounds.min && (*bounds.min - value) / scale > -near) slopes.push_back(-slope);
-    first += static_cast<Eigen::Index>(of.size());
   }
   VectorXd unit = move.cwiseQuotient(reach.cwiseMax(1e-300));
   for (int sweep = 0; sweep < 50; ++sweep)  // onto the half spaces inside, one after the other
@@ -312,15 +296,13 @@ bool objectives_agree(double a, double b) {
 std::vector<std::vector<int>> different_ends(const std::vector<const Candidate*>& ends,
                                              bool maximise, double feasible_within) {
   constexpr double near = 0.05;
-  const auto end = [&](int i) -> const Candidate& { return *ends[static_cast<std::size_t>(i)]; };
+  const auto end = [&](int i) -> const Candidate& { return *ends[i]; };
   const auto feasible = [&](int i) { return end(i).violation <= feasible_within; };
   std::vector<int> order;
   for (int i = 0; i < static_cast<int>(ends.size()); ++i)
-    if (ends[static_cast<std::size_t>(i)]) order.push_back(i);
-  std::ranges::stable_sort(order, [&](int i, int j) {
-    return better({end(i).objective, end(i).violation}, {end(j).objective, end(j).violation},
-                  maximise, feasible_within);
-  });
+    if (ends[i]) order.push_back(i);
+  std::ranges::stable_sort(
+      order, [&](int i, int j) { return better(end(i), end(j), maximise, feasible_within); });
   std::vector<std::vector<int>> groups;
   for (const int i : order) {
     const auto same = std::ranges::find_if(groups, [&](const std::vector<int>& group) {

@@ -11,20 +11,13 @@ namespace flexopt {
 namespace {
 
 StartSummary summarise(const DesignProblem& problem, const Start& start, int index) {
-  StartSummary s;
+  StartSummary s{end_of(problem, start.result)};
   s.index = index;
   s.from = problem.named(problem.variables(start.from));
-  s.status = word_of(start.result.summary.reason);
-  s.stop_reason = start.result.summary.message;
   s.kkt = start.result.summary.kkt;
   s.evaluations = static_cast<int>(start.book->evaluations().size());
   s.failed_evaluations = start.book->failures();
-  if (const auto& best = start.result.best) {
-    s.to = problem.named(problem.variables(best->x));
-    s.objective = best->objective;
-    s.violation = best->violation;
-    s.feasible = s.violation <= problem.spec().constraint_tolerance;
-  }
+  if (s.ok) s.to = problem.named(problem.variables(start.result.best->x));
   return s;
 }
 
@@ -72,11 +65,6 @@ std::vector<const Candidate*> ends_of(const std::vector<Start>& starts) {
   return ends;
 }
 
-EvaluationLog open_log(const Job& job, const OptimiseOptions& options) {
-  if (options.log.empty()) return EvaluationLog(job);
-  return {job, options.log, options.version, options.overwrite_log};
-}
-
 void add(std::vector<LoggedEvaluation>& all, const std::vector<LoggedEvaluation>& more) {
   all.insert(all.end(), more.begin(), more.end());
 }
@@ -116,7 +104,7 @@ class Optimisation {
   OptimumStatus kept_if(bool holds) const {
     return holds ? optimum_.status : OptimumStatus::feasible;
   }
-  Start& best_start() { return starts_[static_cast<std::size_t>(optimum_.best_start)]; }
+  Start& best_start() { return starts_[optimum_.best_start]; }
 
   const Job& job_;
   const OptimiseSpec& spec_;
@@ -138,7 +126,7 @@ Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
       spec_(*job.optimise),
       options_(options),
       problem_(job, options.evaluators),
-      log_(open_log(job, options)),
+      log_(job, options.log, options.version, options.overwrite_log),
       board_(options.progress, spec_.starts, spec_.objective.maximise, spec_.constraint_tolerance),
       campaign_{problem_,
                 log_,
@@ -149,14 +137,7 @@ Optimisation::Optimisation(const Job& job, const OptimiseOptions& options)
 
 std::vector<VectorXd> Optimisation::points() {
   if (spec_.search == SearchKind::starts) return start_points(problem_, campaign_.scales);
-  const bool logged = !options_.log.empty();
-  Screening found = screen(job_, options_.evaluators,
-                           {.log = logged ? screening_log(options_.log) : options_.log,
-                            .overwrite_log = options_.overwrite_log,
-                            .version = options_.version,
-                            .threads = options_.threads,
-                            .progress = options_.screening_progress,
-                            .sharing = options_.sharing});
+  Screening found = screen(job_, options_);
   optimum_.screening = std::move(found.report);
   return std::move(found.starts);
 }
@@ -167,26 +148,23 @@ void Optimisation::search_from_starts() {
   const auto count = static_cast<int>(starts_.size());
   const int together = std::clamp(campaign_.threads, 1, count);
   parallel_for(count, together, [&](int i) {
-    Start& start = starts_[static_cast<std::size_t>(i)];
+    Start& start = starts_[i];
     start.result = search_from(start, std::max(1, campaign_.threads / together));
   });
   for (Start& start : starts_) start.book->set_threads(campaign_.threads);
   confirmation_ = confirm(campaign_, starts_);
-  for (int i = 0; i < count; ++i)
-    optimum_.starts.push_back(summarise(problem_, starts_[static_cast<std::size_t>(i)], i));
+  for (int i = 0; i < count; ++i) optimum_.starts.push_back(summarise(problem_, starts_[i], i));
 }
 
 SearchResult Optimisation::search_from(Start& start, int threads) {
   start.book->set_threads(threads);
-  return search(problem_, *start.book, job_pose(problem_), start.from,
-                {spec_.max_evaluations, false, {}});
+  return search(*start.book, job_pose(problem_), start.from, spec_.max_evaluations);
 }
 
 void Optimisation::search_own_starts(Sharing& sharing) {
   const std::vector<int> own = sharing.own("starts", static_cast<int>(starts_.size()));
-  parallel_for(static_cast<int>(own.size()), options_.threads, [&](int i) {
-    search_from(starts_[static_cast<std::size_t>(own[static_cast<std::size_t>(i)])], 1);
-  });
+  parallel_for(static_cast<int>(own.size()), options_.threads,
+               [&](int i) { search_from(starts_[own[i]], 1); });
   throw ShardEnds();
 }
 
@@ -197,21 +175,20 @@ int Optimisation::compare_optima(int best) {
   optimum_.optima.resize(groups.size());
   std::vector<EvaluationBook> books;
   for (const std::vector<int>& group : groups)
-    books.push_back(campaign_.book(Stage::verification, 2 + group.front(),
-                                   starts_[static_cast<std::size_t>(group.front())].book.get()));
-  parallel_for(count, campaign_.threads, [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
+    books.push_back(
+        campaign_.book(Stage::verification, 2 + group.front(), starts_[group.front()].book.get()));
+  parallel_for(count, campaign_.threads, [&](int k) {
     FoundOptimum& of = optimum_.optima[k];
     of.start = groups[k].front();
     of.starts = groups[k];
     std::ranges::sort(of.starts);
     int cost = 0;
-    const VectorXd& x = starts_[static_cast<std::size_t>(of.start)].result.best->x;
+    const VectorXd& x = starts_[of.start].result.best->x;
     const DesignValues& full = books[k].full(problem_.variables(x), cost);
     of.ok = full.ok;
     if (!full.ok) return;
     of.objective = problem_.objective(full);
-    of.violation = problem_.violation(full, campaign_.scales);
+    of.violation = problem_.violation(problem_.constraints(full), campaign_.scales);
   });
   // what the models differ by makes none infeasible
   const double tolerated =
@@ -219,9 +196,9 @@ int Optimisation::compare_optima(int best) {
   const FoundOptimum* chosen = nullptr;
   for (std::size_t k = 0; k < groups.size(); ++k) {
     const FoundOptimum& of = optimum_.optima[k];
-    starts_[static_cast<std::size_t>(of.start)].book->adopt(books[k]);
+    starts_[of.start].book->adopt(books[k]);
     add(later_, books[k].evaluations());
-    const bool feasible = optimum_.starts[static_cast<std::size_t>(of.start)].feasible;
+    const bool feasible = optimum_.starts[of.start].feasible;
     if (feasible && of.ok && of.violation <= tolerated &&
         (!chosen || better({of.objective, 0}, {chosen->objective, 0}, maximise, 0)))
       chosen = &of;
@@ -238,8 +215,7 @@ std::optional<Chosen> Optimisation::best_end() {
     optimum_.stop_reason = optimum_.starts.front().stop_reason;
     return std::nullopt;
   }
-  optimum_.agreeing_starts =
-      mark_agreeing(optimum_.starts, optimum_.starts[static_cast<std::size_t>(best)]);
+  optimum_.agreeing_starts = mark_agreeing(optimum_.starts, optimum_.starts[best]);
   const SearchResult& end = best_start().result;
   Chosen answer{job_pose(problem_), *end.best, end.multipliers};
   optimum_.stop_reason = end.summary.message;
@@ -251,7 +227,7 @@ std::optional<Chosen> Optimisation::best_end() {
         starts_.size() == 1 ? "" : "s",
         optimum_.screening ? fmt::format(" of {} screened designs", optimum_.screening->designs)
                            : "",
-        what_stops(problem_, *best_start().book, campaign_.scales, answer, optimum_.constraints),
+        what_stops(*best_start().book, campaign_.scales, answer, optimum_.constraints),
         end.summary.message);
   return answer;
 }
@@ -330,7 +306,7 @@ void Optimisation::finish(Start& start, Chosen answer) {
   const bool moved = optimum_.stock || loop;
   EvaluationBook last = campaign_.book(Stage::verification, 1, moved ? start.book.get() : nullptr);
   EvaluationBook& knows = moved ? last : *start.book;
-  add_derivatives(problem_, knows, answer, optimum_);
+  add_derivatives(knows, answer, optimum_);
   const Variables variables = problem_.variables(answer.best.x);
   int cost = 0;
   const DesignValues own = optimum_.at_full_accuracy ? knows.at(variables, cost) : own_values;
@@ -350,7 +326,7 @@ void Optimisation::tell_gradients() {
       optimum_.gradients_message = start.book->why_differences();
   }
   if (optimum_.gradients_message.empty()) optimum_.gradients_message = why_differences_at_end_;
-  const bool gradients = needs_gradients(optimiser_options(spec_));
+  const bool gradients = algorithm_of(optimiser_options(spec_)).gradients;
   optimum_.gradients = !gradients ? "none" : !differences ? "exact" : "central differences";
 }
 
@@ -377,8 +353,7 @@ Optimum Optimisation::run() {
 
 /// The work of a process that follows: designs as the leader asks for them.
 void help_optimise(const Job& job, const OptimiseOptions& options) {
-  if (job.optimise->search == SearchKind::global)
-    screen(job, options.evaluators, {.threads = options.threads, .sharing = options.sharing});
+  if (job.optimise->search == SearchKind::global) screen(job, options);
   answer_evaluations(*options.sharing->workers(), DesignProblem(job, options.evaluators));
 }
 

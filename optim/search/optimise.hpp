@@ -13,20 +13,18 @@
 
 namespace flexopt {
 
-/// How far a screening is.
-struct ScreeningProgress {
-  int screened = 0, designs = 0;
-  int failed = 0;    ///< not evaluated, or without values
-  int replayed = 0;  ///< read from the log
-};
+// job → optimum: several starts, the best feasible end, checked at full accuracy.
 
-struct ScreeningOptions {
-  std::filesystem::path log;   ///< resumed from where it exists; empty: none
+struct OptimiseOptions {
+  std::filesystem::path log;   ///< evaluations.jsonl; resumed from where it exists; empty: none
   bool overwrite_log = false;  ///< start anew instead of resuming
   std::string version;         ///< the program's; a log of another version is refused
   int threads = 1;             ///< the result does not depend on it
-  std::function<void(const ScreeningProgress&)> progress;  ///< one at a time, from any thread
-  Sharing* sharing = nullptr;  ///< with whom the designs are shared; null: nobody
+  ProgressCallback progress;   ///< after each evaluation, one at a time, from any thread
+  /// Called during the screening of a global search, which comes first; otherwise as `progress`.
+  std::function<void(const LoopState&)> screening_progress;
+  Sharing* sharing = nullptr;  ///< with whom designs or starts are shared; null: nobody
+  Evaluators evaluators;       ///< the mechanics with exact derivatives, unless another is given
 };
 
 struct Screening {
@@ -40,7 +38,7 @@ struct Screening {
 /// from anything better; where there are fewer clusters than starts, the latter alone, of smaller
 /// groups. One design, the job's own, where none could be evaluated. A process that follows a
 /// leader works for it and returns nothing; throws ShardEnds where the run is a shard.
-Screening screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options);
+Screening screen(const Job& job, const OptimiseOptions& options);
 
 /// evaluations.jsonl → evaluations.screening.jsonl: [number, objective, [constraints]], or
 /// [number, "why not"], a line each; the variables follow from the number.
@@ -52,20 +50,6 @@ void check_screening_log(const Job& job, const std::filesystem::path& log,
 
 /// How many designs an interrupted screening has looked at.
 int screened_so_far(const std::filesystem::path& log);
-
-// job → optimum: several starts, the best feasible end, checked at full accuracy.
-
-struct OptimiseOptions {
-  std::filesystem::path log;   ///< evaluations.jsonl; resumed from where it exists; empty: none
-  bool overwrite_log = false;  ///< start anew instead of resuming
-  std::string version;         ///< the program's; a log of another version is refused
-  int threads = 1;             ///< the result does not depend on it
-  ProgressCallback progress;   ///< after each evaluation, one at a time, from any thread
-  /// Called during the screening of a global search, which comes first; otherwise as `progress`.
-  std::function<void(const ScreeningProgress&)> screening_progress;
-  Sharing* sharing = nullptr;  ///< with whom designs or starts are shared; null: nobody
-  Evaluators evaluators;       ///< the mechanics with exact derivatives, unless another is given
-};
 
 /// Runs the job's optimisation: of a global search the screening; the starts; then, from the best
 /// one's end, the front of two objectives, the best design of stock sizes, and the correction

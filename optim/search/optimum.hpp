@@ -21,15 +21,24 @@ struct ConstraintState {
   std::optional<GoalPlace> decisive;  ///< where its value is from; of a quantity
 };
 
-struct StartSummary {
+/// The state of a constraint with this value; `scale`: what the tolerance is relative to.
+ConstraintState state_of(const Constraint& constraint, double value, double scale,
+                         double tolerance);
+
+/// What a search ended with.
+struct SearchEnd {
+  bool ok = false, feasible = false;  ///< ok: a design could be evaluated
+  double objective = 0, violation = 0;
+  std::string status, stop_reason;
+  int evaluations = 0;
+};
+
+struct StartSummary : SearchEnd {
   int index = 0;
   ParameterValues from, to;
-  double objective = 0, violation = 0;
-  bool feasible = false;
-  bool agrees = false;  ///< feasible, and within 0.1 % of the best objective
-  std::string status, stop_reason;
+  bool agrees = false;        ///< feasible, and within 0.1 % of the best objective
   std::optional<double> kkt;  ///< largest |∇f + Σ λ ∇c|, scaled, of gradient methods
-  int evaluations = 0, failed_evaluations = 0;
+  int failed_evaluations = 0;
 };
 
 /// One design evaluated at full accuracy on the way to the optimum of full accuracy.
@@ -71,13 +80,9 @@ struct Verification {
 };
 
 /// A neighbouring design of stock sizes, its other variables optimised again.
-struct StockDesign {
+struct StockDesign : SearchEnd {
   ParameterValues sizes;       ///< sizes of the stock variables
   ParameterValues parameters;  ///< all of the family's
-  bool ok = false, feasible = false;
-  double objective = 0, violation = 0;
-  std::string status, stop_reason;
-  int evaluations = 0;
 };
 
 struct StockSearch {
@@ -92,14 +97,11 @@ struct StockSearch {
 };
 
 /// A design on the front of two objectives.
-struct ParetoPoint {
+struct ParetoPoint : SearchEnd {
   std::optional<double> bound;  ///< on the second objective; none at the first one's own optimum
-  bool ok = false, feasible = false;
-  double objective = 0, second = 0, violation = 0;
+  double second = 0;
   std::optional<double> trade_off;  ///< d objective / d bound, where the algorithm yields one
   ParameterValues parameters;
-  std::string status, stop_reason;
-  int evaluations = 0;
 };
 
 struct ParetoFront {

@@ -26,18 +26,11 @@ double second_of(const DesignProblem& problem, const Candidate& c) {
 }
 
 ParetoPoint report_of(const DesignProblem& problem, const Place& place) {
-  ParetoPoint p;
-  p.bound = place.bound;
-  p.status = word_of(place.result.summary.reason);
-  p.stop_reason = place.result.summary.message;
+  ParetoPoint p{end_of(problem, place.result), place.bound};
   p.evaluations = place.evaluations;
   const std::optional<Candidate>& best = place.result.best;
   if (!best) return p;
-  p.ok = true;
-  p.objective = best->objective;
   p.second = second_of(problem, *best);
-  p.violation = best->violation;
-  p.feasible = best->violation <= problem.spec().constraint_tolerance;
   p.parameters = problem.parameters(problem.variables(best->x));
   if (place.bound && !place.result.multipliers.empty())
     p.trade_off = place.result.multipliers.back();
@@ -52,7 +45,7 @@ class Front {
         spec_(campaign.problem.spec()),
         book_(campaign.book(Stage::pareto, 0, &known)),
         optimum_(optimum),
-        gradients_(needs_gradients(optimiser_options(spec_))),
+        gradients_(algorithm_of(optimiser_options(spec_)).gradients),
         places_{{{}, optimum, 0}} {}
   ParetoOutcome follow();
 
@@ -66,9 +59,8 @@ class Front {
   void improve_backwards();
   void add_multipliers(SearchResult& result, const Pose& pose) {
     if (result.best && result.multipliers.empty() && gradients_)
-      result.multipliers = multipliers_at(problem_, book_, pose, *result.best);
+      result.multipliers = multipliers_at(book_, pose, *result.best);
   }
-  SearchOptions warm() const { return {spec_.max_evaluations, true, {}}; }
 
   const DesignProblem& problem_;
   const OptimiseSpec& spec_;
@@ -83,7 +75,7 @@ SearchResult Front::other_end() {
   Pose other = job_pose(problem_);
   other.goal = problem_.goals().size() - 1;
   other.maximise = spec_.pareto->maximise;
-  return search(problem_, book_, other, optimum_.best->x, {spec_.max_evaluations, false, {}});
+  return search(book_, other, optimum_.best->x, spec_.max_evaluations);
 }
 
 bool Front::is_one_design(const SearchResult& end, double begin_value, double end_value) const {
@@ -102,7 +94,7 @@ void Front::advance(const SearchResult& end, double begin_value, double end_valu
     const Pose pose = bounded(problem_, bound);
     // the last bound is met by the end alone: begin there
     const VectorXd from = i + 1 == count ? end.best->x : places_.back().result.best->x;
-    Place place{bound, search(problem_, book_, pose, from, warm()), 0};
+    Place place{bound, search(book_, pose, from, spec_.max_evaluations, true), 0};
     place.evaluations = place.result.evaluations;
     add_multipliers(place.result, pose);
     if (!place.result.best) {
@@ -119,11 +111,11 @@ void Front::improve_backwards() {
   for (std::size_t i = places_.size() - 1; i-- > 1;) {
     const Candidate& harder = *places_[i + 1].result.best;
     const Pose pose = bounded(problem_, *places_[i].bound);
-    const Posing posing(problem_, book_, pose, true);
+    const Posing posing(book_, pose, true);
     int cost = 0;
     const auto there = posing.assess(harder.x, cost);
     if (!there || !posing.better(*there, *places_[i].result.best)) continue;
-    SearchResult again = search(problem_, book_, pose, harder.x, warm());
+    SearchResult again = search(book_, pose, harder.x, spec_.max_evaluations, true);
     places_[i].evaluations += again.evaluations;
     if (!again.best || !posing.better(*again.best, *places_[i].result.best)) continue;
     add_multipliers(again, pose);

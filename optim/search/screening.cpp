@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cassert>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "optim/job/job_sections.hpp"
@@ -50,21 +49,6 @@ std::pair<int, Screened> parse_line(const std::string& line) {
   return {j.at(0).get<int>(), std::move(design)};
 }
 
-/// The designs by their numbers; those beyond the job's are kept as lines.
-struct Designs {
-  std::vector<Screened> all;
-  std::vector<std::string> beyond;
-
-  explicit Designs(int count) : all(static_cast<std::size_t>(count)) {}
-  void read(const std::string& line) {
-    auto [number, design] = parse_line(line);
-    if (static_cast<std::size_t>(number) < all.size())
-      all[static_cast<std::size_t>(number)] = std::move(design);
-    else
-      beyond.push_back(line + "\n");
-  }
-};
-
 /// The job as it is screened.
 Job screened_job(Job job) {
   job.model = on_reduced_leaves(job.search_model.value_or(job.model));
@@ -75,10 +59,12 @@ Job screened_job(Job job) {
 
 class Screen {
  public:
-  Screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options);
+  Screen(const Job& job, const OptimiseOptions& options);
   Screening run();
 
  private:
+  /// Takes a line of the log.
+  void read(const std::string& line);
   /// Whether all are known then.
   bool evaluate_all();
   Screened evaluate(int number, const Scales& scales) const;
@@ -88,19 +74,18 @@ class Screen {
   /// Places of the designs with values from the best to the worst.
   std::vector<int> ranked() const;
   Screening choose(ScreeningReport report) const;
-  const Screened& design(int number) const {
-    return designs_.all[static_cast<std::size_t>(number)];
-  }
-  const VectorXd& point(int number) const { return points_[static_cast<std::size_t>(number)]; }
+  const Screened& design(int number) const { return designs_[number]; }
+  const VectorXd& point(int number) const { return points_[number]; }
   bool feasible(const Screened& d) const {
     return d.violation <= problem_.spec().constraint_tolerance;
   }
 
-  const ScreeningOptions& options_;
+  const OptimiseOptions& options_;
   DesignProblem problem_;
   std::vector<VectorXd> points_;
-  Designs designs_;
-  std::unique_ptr<LineLog> log_;
+  std::vector<Screened> designs_;    ///< by their numbers
+  std::vector<std::string> beyond_;  ///< lines of designs beyond the job's
+  LineLog log_;
 };
 
 std::vector<VectorXd> screened_points(const DesignProblem& problem) {
@@ -113,16 +98,23 @@ std::vector<VectorXd> screened_points(const DesignProblem& problem) {
 
 // Values as modelled: exact derivatives, which would have them finished on full leaves, are for the
 // searches.
-Screen::Screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options)
+Screen::Screen(const Job& job, const OptimiseOptions& options)
     : options_(options),
-      problem_(screened_job(job), {evaluators.values, by_differences}),
+      problem_(screened_job(job), {options.evaluators.values, by_differences}),
       points_(screened_points(problem_)),
-      designs_(problem_.spec().screened_designs),
-      log_(options.log.empty() ? std::make_unique<LineLog>()
-                               : std::make_unique<LineLog>(
-                                     options.log, log_identity(problem_.job(), options.version),
-                                     options.overwrite_log,
-                                     [this](const std::string& line) { designs_.read(line); })) {}
+      designs_(problem_.spec().screened_designs) {
+  if (!options.log.empty())
+    log_.open(screening_log(options.log), log_identity(problem_.job(), options.version),
+              options.overwrite_log, [this](const std::string& line) { read(line); });
+}
+
+void Screen::read(const std::string& line) {
+  auto [number, design] = parse_line(line);
+  if (static_cast<std::size_t>(number) < designs_.size())
+    designs_[number] = std::move(design);
+  else
+    beyond_.push_back(line + "\n");
+}
 
 Screened Screen::evaluate(int number, const Scales& scales) const {
   Screened screened;
@@ -143,51 +135,39 @@ Screened Screen::evaluate(int number, const Scales& scales) const {
 
 bool Screen::evaluate_all() {
   const Scales scales = problem_.scales(nullptr);
-  ScreeningProgress progress;
   Sharing nobody;
   Sharing& sharing = options_.sharing ? *options_.sharing : nobody;
   const auto count = static_cast<int>(points_.size());
-  const std::vector<int> own = sharing.own("screened designs", count);
-  progress.designs = static_cast<int>(own.size());
-  std::vector<int> open;
-  for (const int k : own) {
-    if (!design(k).known) {
-      open.push_back(k);
-      continue;
-    }
-    ++progress.screened;
-    ++progress.replayed;
-    if (!design(k).ok) ++progress.failed;
-  }
-  if (options_.progress) options_.progress(progress);
-  std::mutex mutex;
-  const auto work = [&](int k) { return line_of(k, evaluate(k, scales)); };
-  const auto keep = [&](int k, const std::string& line) {
-    log_->append(line);
-    const std::lock_guard lock(mutex);
-    designs_.read(line);
-    ++progress.screened;
-    if (!design(k).ok) ++progress.failed;
-    if (options_.progress) options_.progress(progress);
-  };
-  sharing.run(open, options_.threads, work, keep);
+  const bool complete = sharing.run(
+      {.what = "screened designs",
+       .count = count,
+       .threads = options_.threads,
+       .known =
+           [&](int k) { return design(k).known ? std::optional(!design(k).ok) : std::nullopt; },
+       .work = [&](int k) { return line_of(k, evaluate(k, scales)); },
+       .keep =
+           [&](const std::string& line) {
+             log_.append(line);
+             read(line);
+           },
+       .progress = options_.screening_progress});
   if (sharing.shard()) throw ShardEnds();
-  if (!sharing.complete()) return false;
+  if (!complete) return false;
   std::vector<std::string> lines;
   for (int k = 0; k < count; ++k) lines.push_back(line_of(k, design(k)));
-  lines.insert(lines.end(), designs_.beyond.begin(), designs_.beyond.end());
-  log_->finish(lines);
+  lines.insert(lines.end(), beyond_.begin(), beyond_.end());
+  log_.finish(lines);
   return true;
 }
 
 void Screen::weigh() {
-  const auto first = std::ranges::find(designs_.all, true, &Screened::ok);
-  if (first == designs_.all.end()) return;
+  const auto first = std::ranges::find(designs_, true, &Screened::ok);
+  if (first == designs_.end()) return;
   // a bound of zero is weighed by what the first design reaches
-  const auto number = static_cast<int>(first - designs_.all.begin());
+  const auto number = static_cast<int>(first - designs_.begin());
   const DesignValues reference = problem_.evaluate(problem_.variables(point(number)));
   const Scales scales = problem_.scales(&reference);
-  for (Screened& d : designs_.all)
+  for (Screened& d : designs_)
     if (d.ok) d.violation = problem_.violation(d.constraints, scales);
 }
 
@@ -203,7 +183,7 @@ ScreeningReport Screen::report() const {
   ScreeningReport report;
   std::map<std::string, int> failures, violated;
   const std::vector<Constraint>& constraints = problem_.spec().constraints;
-  for (const Screened& d : designs_.all) {
+  for (const Screened& d : designs_) {
     ++report.designs;
     if (!d.ok) {
       ++(d.reason == missed_formulas ? report.ruled_out : report.failed);
@@ -229,10 +209,8 @@ std::vector<int> Screen::ranked() const {
     if (design(k).ok) order.push_back(k);
   const bool maximise = problem_.spec().objective.maximise;
   const double tolerated = problem_.spec().constraint_tolerance;
-  std::ranges::stable_sort(order, [&](int i, int j) {
-    return better({design(i).objective, design(i).violation},
-                  {design(j).objective, design(j).violation}, maximise, tolerated);
-  });
+  std::ranges::stable_sort(
+      order, [&](int i, int j) { return better(design(i), design(j), maximise, tolerated); });
   return order;
 }
 
@@ -278,7 +256,7 @@ Screening Screen::choose(ScreeningReport report) const {
   Screening screening;
   const auto starts = static_cast<std::size_t>(problem_.spec().starts);
   for (const PointCluster& of : chosen_clusters(good, starts, report.clusters)) {
-    const int number = order[static_cast<std::size_t>(of.best)];
+    const int number = order[of.best];
     const Screened& best = design(number);
     screening.starts.push_back(point(number));
     report.searched.push_back({problem_.named(problem_.variables(point(number))), best.objective,
@@ -343,9 +321,9 @@ std::vector<VectorXd> spread(const DesignProblem& problem, int count) {
 
 }  // namespace
 
-Screening screen(const Job& job, const Evaluators& evaluators, const ScreeningOptions& options) {
+Screening screen(const Job& job, const OptimiseOptions& options) {
   assert(job.optimise && job.optimise->search == SearchKind::global);
-  return Screen(job, evaluators, options).run();
+  return Screen(job, options).run();
 }
 
 std::filesystem::path screening_log(const std::filesystem::path& log) {

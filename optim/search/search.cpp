@@ -6,22 +6,10 @@
 #include <array>
 #include <cmath>
 
-#include "optim/solvers/multipliers.hpp"
 #include "optim/solvers/unit_points.hpp"
 
 namespace flexopt {
 namespace {
-
-/// The first-order conditions of a pose at a design that can be evaluated, with the slack that
-/// makes its rows tight. Nothing where there is nothing to vary.
-std::optional<Multipliers> balance_at(Posing& posing, const Candidate& at) {
-  const Problem p = posing.problem();
-  const VectorXd x = posing.start(at);
-  if (x.size() == 0) return std::nullopt;
-  const Problem::Value value = p.evaluate(x, true);
-  if (!value.ok) return std::nullopt;
-  return least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc);
-}
 
 constexpr int spread_designs = 16;
 
@@ -47,25 +35,24 @@ std::optional<Candidate> workable(const Posing& posing, const Pose& pose, const 
 /// One search, run by run of the optimiser.
 class Search {
  public:
-  Search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-         const SearchOptions& options)
-      : problem_(problem),
+  Search(EvaluationBook& book, const Pose& pose, int max_evaluations, bool warm)
+      : problem_(book.problem()),
         book_(book),
         pose_(pose),
-        options_(options),
-        choice_(optimiser_options(problem.spec())),
-        slack_(prefers_slack(choice_)),
+        max_evaluations_(max_evaluations),
+        choice_(optimiser_options(problem_.spec())),
+        slack_(algorithm_of(choice_).slack),
         before_(static_cast<int>(book.evaluations().size())) {
-    choice_.warm = options.warm;
+    choice_.warm = warm;
     pose_objective();
   }
   SearchResult from(const VectorXd& x);
 
  private:
   int spent() const { return static_cast<int>(book_.evaluations().size()) - before_; }
-  int left() const { return options_.max_evaluations - spent(); }
+  int left() const { return max_evaluations_ - spent(); }
   bool feasible() const { return result_.best->violation <= problem_.spec().constraint_tolerance; }
-  bool is_global() const { return is_global_algorithm(choice_); }
+  bool is_global() const { return algorithm_of(choice_).global(); }
   std::string no_design() const;
   void pose_objective();
   void take_scales(const Scales& scales);
@@ -89,7 +76,7 @@ class Search {
   const DesignProblem& problem_;
   EvaluationBook& book_;
   const Pose& pose_;
-  const SearchOptions& options_;
+  int max_evaluations_;
   OptimiserOptions choice_;
   bool slack_;
   int before_;  ///< evaluations in the book when the search began
@@ -103,21 +90,18 @@ std::string Search::no_design() const {
   return fmt::format(
       "no design from the start to the middle of the box, and none of {} spread over it, "
       "could be evaluated: {}",
-      spread_designs,
-      spent() == 0 ? "the formulas rule them out"
-                   : tried[static_cast<std::size_t>(before_)].record.message);
+      spread_designs, spent() == 0 ? "the formulas rule them out" : tried[before_].record.message);
 }
 
 void Search::pose_objective() {
-  objective_.emplace(problem_, book_, pose_, slack_);
+  objective_.emplace(book_, pose_, slack_);
   if (!is_global()) objective_->watch_scale();
 }
 
 void Search::take_scales(const Scales& scales) {
   book_.set_scales(scales);
   pose_objective();
-  result_.best =
-      weigh(problem_, scales, pose_, VectorXd(result_.best->x), DesignValues(result_.best->values));
+  weigh(problem_, scales, pose_, *result_.best);
 }
 
 bool Search::rescale() {
@@ -126,7 +110,7 @@ bool Search::rescale() {
     constexpr double order = 10;
     return a > order * b || b > order * a;
   };
-  bool far = differ(objective_scale(now, pose_), objective_scale(book_.scales(), pose_));
+  bool far = differ(now.of(pose_.goal), book_.scales().of(pose_.goal));
   for (std::size_t i = 0; i < now.constraints.size(); ++i)
     far = far || differ(now.constraints[i], book_.scales().constraints[i]);
   if (far) take_scales(now);
@@ -138,7 +122,8 @@ void Search::take(const Posing& posing, const OptimiserSummary& summary) {
   if (!found) return;
   // an optimum where the gradients balance, unless a clearly better design came by
   passed_by_ = false;
-  if (summary.reason == StopReason::converged && needs_gradients(choice_) && !posing.outgrown()) {
+  if (summary.reason == StopReason::converged && algorithm_of(choice_).gradients &&
+      !posing.outgrown()) {
     int cost = 0;
     const auto end = posing.assess(posing.design(summary.x), cost);
     passed_by_ = end && !posing.as_good(*end, *found);
@@ -162,7 +147,7 @@ OptimiserSummary Search::least_violation() {
   OptimiserSummary summary;
   for (int k = 0; k < most_runs; ++k) {
     const double before = result_.best->violation;
-    Posing posing(problem_, book_, pose_, slack_, Aim::feasibility, before);
+    Posing posing(book_, pose_, slack_, Aim::feasibility, before);
     summary = run(posing, choice_);
     rescale();
     if (feasible() || left() <= 0 || result_.best->violation > same_order * before) break;
@@ -179,7 +164,6 @@ void Search::lead(OptimiserOptions how) {
     if (!passed_by_ || is_global()) return;
     if (left() <= 0 || (again && objective_->as_good(from, *result_.best))) break;
     how.warm = true;
-    how.multipliers.resize(0);
   }
   OptimiserSummary& summary = result_.summary;
   summary.reason = left() > 0 ? StopReason::stalled : StopReason::max_evaluations;
@@ -204,9 +188,7 @@ void Search::approach() {
   // A converged least violation settles that the bounds cannot be met near here.
   if (feasible() || !nearest || nearest->reason != StopReason::converged) {
     if (left() > 0) {
-      OptimiserOptions how = choice_;
-      if (!nearest) how.multipliers = options_.multipliers;
-      improve(how);
+      improve(choice_);
       if (!feasible() && left() > 0) {
         nearest = least_violation();
         if (feasible() && left() > 0) improve(choice_), nearest.reset();
@@ -219,7 +201,6 @@ void Search::approach() {
   if (!feasible() && nearest) {
     result_.summary.reason = nearest->reason;
     result_.summary.message = "least violation: " + nearest->message;
-    result_.summary.multipliers.resize(0);
     result_.summary.kkt.reset();
   }
 }
@@ -228,15 +209,14 @@ void Search::judge() {
   OptimiserSummary& summary = result_.summary;
   const bool known = problem_.differentiable() ||
                      (summary.kkt && objective_->design(summary.x) == result_.best->x);
-  if (!feasible() || !needs_gradients(choice_)) return;
+  if (!feasible() || !algorithm_of(choice_).gradients) return;
   summary.kkt.reset();
-  summary.multipliers.resize(0);
   if (!known) return;  // the derivatives would be evaluations
   take_scales(problem_.scales(&result_.best->values, &book_.scales()));
-  const auto balance = balance_at(*objective_, *result_.best);
-  if (!balance) return;
+  const auto at_best = first_order_at(*objective_, *result_.best);
+  if (!at_best) return;
+  const Multipliers* const balance = &at_best->multipliers;
   summary.kkt = balance->residual;
-  summary.multipliers = balance->lambda;
   result_.multipliers = objective_->multipliers(balance->lambda);
   const bool holds = balance->residual <= choice_.tolerance;
   if (holds && summary.reason == StopReason::stalled) summary.reason = StopReason::converged;
@@ -248,7 +228,7 @@ void Search::judge() {
 }
 
 SearchResult Search::from(const VectorXd& x) {
-  result_.best = workable(*objective_, pose_, x, options_.max_evaluations);
+  result_.best = workable(*objective_, pose_, x, max_evaluations_);
   if (!result_.best) {
     result_.summary.message = no_design();
     result_.evaluations = spent();
@@ -269,7 +249,7 @@ SearchResult Search::from(const VectorXd& x) {
 
 EvaluationBook Campaign::book(Stage stage, int start, const EvaluationBook* known) const {
   EvaluationBook fresh(problem, log, board, stage, start,
-                       needs_gradients(optimiser_options(problem.spec())));
+                       algorithm_of(optimiser_options(problem.spec())).gradients);
   if (known) fresh.adopt(*known);
   fresh.set_scales(scales);
   fresh.set_threads(threads);
@@ -277,36 +257,51 @@ EvaluationBook Campaign::book(Stage stage, int start, const EvaluationBook* know
   return fresh;
 }
 
-std::string word_of(StopReason reason) {
+SearchEnd end_of(const DesignProblem& problem, const SearchResult& found) {
   constexpr std::array names{"converged", "max_evaluations", "stalled", "failed"};
-  return names[static_cast<std::size_t>(reason)];
+  SearchEnd end{.ok = found.best.has_value(),
+                .status = names[static_cast<std::size_t>(found.summary.reason)],
+                .stop_reason = found.summary.message,
+                .evaluations = found.evaluations};
+  if (!end.ok) return end;
+  end.objective = found.best->objective;
+  end.violation = found.best->violation;
+  end.feasible = end.violation <= problem.spec().constraint_tolerance;
+  return end;
 }
 
-SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                    const VectorXd& from, const SearchOptions& options) {
-  return Search(problem, book, pose, options).from(from);
+SearchResult search(EvaluationBook& book, const Pose& pose, const VectorXd& from,
+                    int max_evaluations, bool warm) {
+  return Search(book, pose, max_evaluations, warm).from(from);
 }
 
-std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& book,
-                                  const Pose& pose, const Candidate& at) {
-  Posing posing(problem, book, pose, true);
-  const auto found = balance_at(posing, at);
-  if (!found) return std::nullopt;
-  return Balance{found->residual, found->gap, posing.multipliers(found->lambda)};
-}
-
-std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
-                                    const Pose& pose, const Candidate& at) {
-  constexpr double holds = 0.1, presses = 1e-4;  // shares of multipliers whose sum is 1
-  if (at.violation <= 0 || !problem.differentiable()) return std::nullopt;
-  Posing posing(problem, book, pose, true, Aim::feasibility, at.violation);
-  const Problem p = posing.problem();
-  const VectorXd x = posing.start(at);
-  const Problem::Value value = p.evaluate(x, true);
+std::optional<FirstOrder> first_order_at(Posing& posing, const Candidate& at) {
+  FirstOrder here{posing.problem(), posing.start(at), {}, {}};
+  const auto& [programme, x, value, multipliers] = here;
+  if (x.size() == 0) return std::nullopt;
+  here.value = programme.evaluate(x, true);
   if (!value.ok) return std::nullopt;
-  const Multipliers found =
-      least_squares_multipliers(x, p.lower, p.upper, value.c, value.df, value.dc);
-  const VectorXd slope = value.df + value.dc.transpose() * found.lambda;
+  here.multipliers =
+      least_squares_multipliers(x, programme.lower, programme.upper, value.c, value.df, value.dc);
+  return here;
+}
+
+std::optional<Balance> balance_at(EvaluationBook& book, const Pose& pose, const Candidate& at) {
+  Posing posing(book, pose, true);
+  const auto here = first_order_at(posing, at);
+  if (!here) return std::nullopt;
+  const Multipliers& found = here->multipliers;
+  return Balance{found.residual, found.gap, posing.multipliers(found.lambda)};
+}
+
+std::optional<Conflict> conflict_at(EvaluationBook& book, const Pose& pose, const Candidate& at) {
+  constexpr double holds = 0.1, presses = 1e-4;  // shares of multipliers whose sum is 1
+  if (at.violation <= 0 || !book.problem().differentiable()) return std::nullopt;
+  Posing posing(book, pose, true, Aim::feasibility, at.violation);
+  const auto here = first_order_at(posing, at);
+  if (!here) return std::nullopt;
+  const auto& [p, x, value, found] = *here;
+  const VectorXd slope = here->slope();
   Conflict conflict;
   for (Eigen::Index i = 0; i < found.lambda.size(); ++i)
     if (const std::size_t goal = posing.goal_of(i);
@@ -323,10 +318,9 @@ std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook
   return conflict;
 }
 
-std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
-                                   const Pose& pose, const Candidate& at) {
+std::vector<double> multipliers_at(EvaluationBook& book, const Pose& pose, const Candidate& at) {
   constexpr double no_optimum = 0.1;  // there the multipliers mean nothing
-  const auto balance = balance_at(problem, book, pose, at);
+  const auto balance = balance_at(book, pose, at);
   return balance && balance->residual <= no_optimum ? balance->multipliers : std::vector<double>();
 }
 

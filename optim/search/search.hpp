@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "optim/problem/posing.hpp"
+#include "optim/search/optimum.hpp"
+#include "optim/solvers/multipliers.hpp"
 
 namespace flexopt {
 
@@ -21,12 +23,6 @@ struct Campaign {
   EvaluationBook book(Stage stage, int start, const EvaluationBook* known = nullptr) const;
 };
 
-struct SearchOptions {
-  int max_evaluations = 500;
-  bool warm = false;     ///< the start is near the optimum
-  VectorXd multipliers;  ///< multipliers of the pose's rows at the start, where they are known
-};
-
 struct SearchResult {
   /// Summary of the last run of the optimiser; its message where there was no run.
   OptimiserSummary summary;
@@ -38,9 +34,23 @@ struct SearchResult {
 
 /// Searches from `from` (or from the first design on the way to the middle of the pose's box that
 /// can be evaluated). Where bounds are violated, first towards a design that keeps them, by the
-/// least violation; then towards the best objective. Global algorithms do both at once.
-SearchResult search(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                    const VectorXd& from, const SearchOptions& options);
+/// least violation; then towards the best objective. Global algorithms do both at once. `warm`: the
+/// start is near the optimum.
+SearchResult search(EvaluationBook& book, const Pose& pose, const VectorXd& from,
+                    int max_evaluations, bool warm = false);
+
+/// The first-order conditions of a pose at a design, with the slack that makes its rows tight.
+struct FirstOrder {
+  Problem programme;
+  VectorXd x;
+  Problem::Value value;
+  Multipliers multipliers;
+
+  /// ∇f + Σ λ ∇c
+  VectorXd slope() const { return value.df + value.dc.transpose() * multipliers.lambda; }
+};
+/// Nothing where the design has no derivatives, or nothing varies.
+std::optional<FirstOrder> first_order_at(Posing& posing, const Candidate& at);
 
 /// How far a design is from the first-order conditions of a pose, in the book's scales.
 struct Balance {
@@ -49,8 +59,7 @@ struct Balance {
 };
 /// Balance of the first-order conditions at a design; nothing where the derivatives are not known,
 /// or nothing varies.
-std::optional<Balance> balance_at(const DesignProblem& problem, EvaluationBook& book,
-                                  const Pose& pose, const Candidate& at);
+std::optional<Balance> balance_at(EvaluationBook& book, const Pose& pose, const Candidate& at);
 
 /// What the least violation at a design rests on.
 struct Conflict {
@@ -59,18 +68,16 @@ struct Conflict {
 };
 /// Constraints with a multiplier in the first-order conditions of the least violation. Nothing
 /// where these conditions do not hold at the design, or its derivatives are not known.
-std::optional<Conflict> conflict_at(const DesignProblem& problem, EvaluationBook& book,
-                                    const Pose& pose, const Candidate& at);
+std::optional<Conflict> conflict_at(EvaluationBook& book, const Pose& pose, const Candidate& at);
 
 /// Multipliers alone; empty where balance_at() returns nothing.
-std::vector<double> multipliers_at(const DesignProblem& problem, EvaluationBook& book,
-                                   const Pose& pose, const Candidate& at);
+std::vector<double> multipliers_at(EvaluationBook& book, const Pose& pose, const Candidate& at);
 
 /// What an objective may still gain to first order, of its value, where a design counts as an
 /// optimum whatever the residual.
 inline constexpr double negligible_gap = 1e-3;
 
-/// "optimal", "feasible", … of what a search ended with.
-std::string word_of(StopReason reason);
+/// What a search ended with, in words and figures.
+SearchEnd end_of(const DesignProblem& problem, const SearchResult& found);
 
 }  // namespace flexopt

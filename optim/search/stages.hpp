@@ -79,8 +79,7 @@ struct VerificationOutcome {
   VerificationLoop report;
   /// Best design with its values at full accuracy; nothing where full accuracy has none.
   std::optional<Candidate> best;
-  Pose pose;                        ///< with the correction that holds there
-  std::vector<double> multipliers;  ///< multipliers of the goals 1, 2, …, from the corrected search
+  Pose pose;  ///< with the correction that holds there
   std::vector<LoggedEvaluation> evaluations;
 };
 
@@ -124,13 +123,11 @@ Confirmation confirm(Campaign& campaign, std::vector<Start>& starts);
 /// Whether the first-order conditions at a design are those of a strict local optimum, by what the
 /// book knows: where multipliers leave directions free, designs that it evaluated span them, and
 /// the Lagrangian is larger at all that are near. False where that is not known.
-bool stands_out(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                const Candidate& at);
+bool stands_out(EvaluationBook& book, const Pose& pose, const Candidate& at);
 
 /// A design beside one in the box, away from the bounds that it is at, to begin a fresh search
 /// from.
-VectorXd beside(const DesignProblem& problem, EvaluationBook& book, const Pose& pose,
-                const Candidate& at);
+VectorXd beside(EvaluationBook& book, const Pose& pose, const Candidate& at);
 
 // What an optimum says of its design: whether it is one, its constraints, sensitivities, and paths.
 
@@ -152,13 +149,12 @@ std::string violated_words(const std::vector<ConstraintState>& constraints, cons
 /// What stands against a feasible design at the least violated one, in words with the figures: the
 /// constraints (and bounds of variables) with a multiplier in its first-order conditions, which
 /// cannot be met together near it, where these are known; else those that are violated.
-std::string what_stops(const DesignProblem& problem, EvaluationBook& book, const Scales& scales,
-                       const Chosen& answer, const std::vector<ConstraintState>& constraints);
+std::string what_stops(EvaluationBook& book, const Scales& scales, const Chosen& answer,
+                       const std::vector<ConstraintState>& constraints);
 
 /// Sensitivities of the objective and the active constraints, and multipliers of the constraints,
 /// at the answer: from the derivatives of all goals there.
-void add_derivatives(const DesignProblem& problem, EvaluationBook& book, const Chosen& answer,
-                     Optimum& optimum);
+void add_derivatives(EvaluationBook& book, const Chosen& answer, Optimum& optimum);
 
 /// Request for the same path with shapes, for drawing.
 StrokeRequest drawn(StrokeRequest request);

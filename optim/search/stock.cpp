@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <set>
 
 #include "optim/search/stages.hpp"
@@ -14,95 +15,45 @@ namespace {
 constexpr std::size_t most_considered = 64, most_searched = 8;
 
 struct Neighbour {
-  VectorXd x;           ///< scaled; other variables as at the optimum
+  Variables values;     ///< other variables as at the optimum
   double distance = 0;  ///< from the optimum
-  std::optional<Candidate> seen;
+  VectorXd x = {};      ///< scaled, to the same bits as the sizes themselves
+  std::optional<Candidate> seen = {};
 };
 
-/// Scaled places of the next smaller and the next larger size; one where a size is hit.
-std::vector<double> next_sizes(const DesignProblem& problem, std::size_t variable, double at) {
-  const Variable& of = problem.spec().variables[variable];
+/// A size that a variable may have, and how far it is.
+struct Size {
+  double size = 0, distance = 0;
+};
+
+/// Places of the variables that carry sizes.
+std::vector<std::size_t> stock_variables(const OptimiseSpec& spec) {
+  std::vector<std::size_t> places;
+  for (std::size_t j = 0; j < spec.variables.size(); ++j)
+    if (!spec.variables[j].stock.empty()) places.push_back(j);
+  return places;
+}
+
+/// The next smaller and the next larger size; one where a size is hit.
+std::vector<Size> next_sizes(const Variable& of, double at) {
   const double value = of.min + at * (of.max - of.min), near = 1e-9 * (of.max - of.min);
-  const auto scaled = [&](double size) { return (size - of.min) / (of.max - of.min); };
+  const auto size = [&](double next) {
+    return Size{next, std::abs((next - of.min) / (of.max - of.min) - at)};
+  };
   const auto above = std::lower_bound(of.stock.begin(), of.stock.end(), value - near);
-  if (above == of.stock.end()) return {scaled(of.stock.back())};
-  if (*above <= value + near || above == of.stock.begin()) return {scaled(*above)};
-  return {scaled(*(above - 1)), scaled(*above)};
+  if (above == of.stock.end()) return {size(of.stock.back())};
+  if (*above <= value + near || above == of.stock.begin()) return {size(*above)};
+  return {size(*(above - 1)), size(*above)};
 }
 
-/// All combinations of available sizes, the nearest ones first.
-std::vector<Neighbour> neighbours(const DesignProblem& problem, const VectorXd& x) {
-  std::vector<Neighbour> all{{x, 0, {}}};
-  const std::vector<Variable>& variables = problem.spec().variables;
-  for (std::size_t j = 0; j < variables.size(); ++j) {
-    if (variables[j].stock.empty()) continue;
-    const auto column = static_cast<Eigen::Index>(j);
-    std::vector<Neighbour> more;
-    for (const double size : next_sizes(problem, j, x[column]))
-      for (Neighbour n : all) {
-        n.x[column] = size;
-        n.distance += std::abs(size - x[column]);
-        more.push_back(std::move(n));
-      }
-    std::stable_sort(more.begin(), more.end(), [](const Neighbour& a, const Neighbour& b) {
-      return a.distance < b.distance;
-    });
-    // dropping the farthest half-way keeps a job of many stock variables bounded
-    if (more.size() > most_considered) more.resize(most_considered);
-    all = std::move(more);
-  }
-  // to the same bits as the sizes themselves
-  for (Neighbour& n : all) {
-    Variables values = problem.variables(n.x);
-    for (std::size_t j = 0; j < variables.size(); ++j) {
-      const std::vector<double>& stock = variables[j].stock;
-      if (stock.empty()) continue;
-      values[j] = *std::min_element(stock.begin(), stock.end(), [&](double a, double b) {
-        return std::abs(a - values[j]) < std::abs(b - values[j]);
-      });
-    }
-    n.x = problem.scaled(values);
-  }
-  return all;
-}
-
-int combinations(const DesignProblem& problem, const VectorXd& x) {
-  double count = 1;
-  for (std::size_t j = 0; j < problem.spec().variables.size(); ++j)
-    if (!problem.spec().variables[j].stock.empty())
-      count *= static_cast<double>(next_sizes(problem, j, x[static_cast<Eigen::Index>(j)]).size());
-  return static_cast<int>(std::min(count, 1e9));
-}
-
-ParameterValues sizes_of(const DesignProblem& problem, const VectorXd& x) {
-  ParameterValues sizes;
-  const Variables values = problem.variables(x);
-  for (std::size_t j = 0; j < values.size(); ++j)
-    if (!problem.spec().variables[j].stock.empty())
-      sizes[problem.spec().variables[j].parameter] = values[j];
+/// The size itself, and those one step from it.
+std::vector<Size> sizes_a_step_from(const Variable& of, double value) {
+  const auto here = std::ranges::find(of.stock, value);
+  assert(here != of.stock.end());
+  std::vector<Size> sizes{{value, 0}};
+  if (here != of.stock.begin()) sizes.push_back({*(here - 1), 1});
+  if (here + 1 != of.stock.end()) sizes.push_back({*(here + 1), 1});
   return sizes;
-}
-
-Pose held_at(const DesignProblem& problem, Pose pose, const VectorXd& x) {
-  for (Eigen::Index j = 0; j < x.size(); ++j)
-    if (!problem.spec().variables[static_cast<std::size_t>(j)].stock.empty())
-      pose.lower[j] = pose.upper[j] = x[j];
-  return pose;
-}
-
-StockDesign report_of(const DesignProblem& problem, const VectorXd& sizes, const SearchResult& r) {
-  StockDesign design;
-  design.sizes = sizes_of(problem, sizes);
-  design.status = word_of(r.summary.reason);
-  design.stop_reason = r.summary.message;
-  design.evaluations = r.evaluations;
-  if (!r.best) return design;
-  design.ok = true;
-  design.parameters = problem.parameters(problem.variables(r.best->x));
-  design.objective = r.best->objective;
-  design.violation = r.best->violation;
-  design.feasible = r.best->violation <= problem.spec().constraint_tolerance;
-  return design;
 }
 
 /// Search from combination to combination of sizes, until none of the neighbours is better.
@@ -113,6 +64,7 @@ class Sizes {
         problem_(campaign.problem),
         spec_(campaign.problem.spec()),
         pose_(pose),
+        stock_(stock_variables(spec_)),
         book_(campaign.book(Stage::stock, 0, &known)) {}
   StockOutcome run(const Candidate& optimum);
 
@@ -120,9 +72,18 @@ class Sizes {
   /// Evaluates combinations that were not tried yet, and searches from the best of them.
   void try_all(std::vector<Neighbour> these);
   void search_from(const std::vector<Neighbour>& these);
-  /// Designs that were not tried whose sizes differ from this one's by at most one step each, with
-  /// its other variables.
-  std::vector<Neighbour> beside(const Candidate& at);
+  /// Combinations that were not tried of the sizes that each variable may have, with the other
+  /// variables of x, the nearest ones first.
+  std::vector<Neighbour> combined(
+      const VectorXd& x, const std::function<std::vector<Size>(std::size_t variable)>& sizes) const;
+  /// Of the next smaller and the next larger sizes.
+  std::vector<Neighbour> neighbours(const VectorXd& x) const;
+  /// Of sizes that differ from those of x by at most one step each.
+  std::vector<Neighbour> beside(const VectorXd& x) const;
+  std::vector<double> key_of(const VectorXd& x) const;
+  Pose held_at(const VectorXd& x) const;
+  StockDesign report_of(const VectorXd& sizes, const SearchResult& r) const;
+  int combinations(const VectorXd& x) const;
   /// Moves one size further and further away, with any values of the other sizes. Where that is
   /// better than the best, the combinations round it are tried. Returns whether one of them is
   /// better.
@@ -136,21 +97,42 @@ class Sizes {
   const DesignProblem& problem_;
   const OptimiseSpec& spec_;
   const Pose& pose_;
+  std::vector<std::size_t> stock_;  ///< variables that carry sizes
   EvaluationBook book_;
   std::set<std::vector<double>> tried_;  ///< scaled sizes
   std::optional<Candidate> best_;        ///< best of all: feasible, or the least violated
   StockOutcome outcome_;
 };
 
-std::vector<double> key_of(const DesignProblem& problem, const VectorXd& x) {
+std::vector<double> Sizes::key_of(const VectorXd& x) const {
   std::vector<double> key;
-  for (std::size_t j = 0; j < problem.spec().variables.size(); ++j)
-    if (!problem.spec().variables[j].stock.empty()) key.push_back(x[static_cast<Eigen::Index>(j)]);
+  for (const std::size_t j : stock_) key.push_back(x[j]);
   return key;
 }
 
+Pose Sizes::held_at(const VectorXd& x) const {
+  Pose pose = pose_;
+  for (const std::size_t j : stock_) pose.lower[j] = pose.upper[j] = x[j];
+  return pose;
+}
+
+StockDesign Sizes::report_of(const VectorXd& sizes, const SearchResult& r) const {
+  StockDesign design{end_of(problem_, r), {}, {}};
+  const Variables values = problem_.variables(sizes);
+  for (const std::size_t j : stock_) design.sizes[spec_.variables[j].parameter] = values[j];
+  if (r.best) design.parameters = problem_.parameters(problem_.variables(r.best->x));
+  return design;
+}
+
+int Sizes::combinations(const VectorXd& x) const {
+  double count = 1;
+  for (const std::size_t j : stock_)
+    count *= static_cast<double>(next_sizes(spec_.variables[j], x[j]).size());
+  return static_cast<int>(std::min(count, 1e9));
+}
+
 void Sizes::search_from(const std::vector<Neighbour>& these) {
-  const Posing posing(problem_, book_, pose_, true);
+  const Posing posing(book_, pose_, true);
   const auto count = static_cast<int>(these.size());
   if (count == 0) return;
   const auto first = static_cast<int>(outcome_.report.designs.size());
@@ -162,36 +144,32 @@ void Sizes::search_from(const std::vector<Neighbour>& these) {
         std::make_unique<EvaluationBook>(campaign_.book(Stage::stock, first + i + 1, &book_)));
     books.back()->set_threads(std::max(1, campaign_.threads / together));
   }
-  parallel_for(count, together, [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
-    results[k] = search(problem_, *books[k], held_at(problem_, pose_, these[k].x), these[k].x,
-                        {spec_.max_evaluations, true, {}});
+  parallel_for(count, together, [&](int k) {
+    results[k] = search(*books[k], held_at(these[k].x), these[k].x, spec_.max_evaluations, true);
   });
   for (std::size_t k = 0; k < these.size(); ++k) {
     outcome_.evaluations.insert(outcome_.evaluations.end(), books[k]->evaluations().begin(),
                                 books[k]->evaluations().end());
     SearchResult& r = results[k];
-    if (r.best)
-      r.best = weigh(problem_, campaign_.scales, pose_, VectorXd(r.best->x),
-                     DesignValues(r.best->values));
-    StockDesign design = report_of(problem_, these[k].x, r);
+    if (r.best) weigh(problem_, campaign_.scales, pose_, *r.best);
+    StockDesign design = report_of(these[k].x, r);
     const bool better = r.best && (!best_ || posing.better(*r.best, *best_));
     if (better) best_ = r.best;
     if (better && design.feasible) {
       outcome_.report.chosen = first + static_cast<int>(k);
       outcome_.chosen = r;
-      outcome_.pose = held_at(problem_, pose_, these[k].x);
+      outcome_.pose = held_at(these[k].x);
     }
     outcome_.report.designs.push_back(std::move(design));
   }
 }
 
 void Sizes::try_all(std::vector<Neighbour> these) {
-  const Posing posing(problem_, book_, pose_, true);
+  const Posing posing(book_, pose_, true);
   int cost = 0;
   for (Neighbour& n : these) {
     n.seen = posing.assess(n.x, cost);
-    tried_.insert(key_of(problem_, n.x));
+    tried_.insert(key_of(n.x));
   }
   std::stable_sort(these.begin(), these.end(), [&](const Neighbour& a, const Neighbour& b) {
     if (!a.seen || !b.seen) return a.seen.has_value() && !b.seen.has_value();
@@ -201,62 +179,60 @@ void Sizes::try_all(std::vector<Neighbour> these) {
   search_from(these);
 }
 
-std::vector<Neighbour> Sizes::beside(const Candidate& at) {
-  std::vector<Neighbour> all{{at.x, 0, {}}};
-  const std::vector<Variable>& variables = spec_.variables;
-  const Variables values = problem_.variables(at.x);
-  for (std::size_t j = 0; j < variables.size(); ++j) {
-    const std::vector<double>& stock = variables[j].stock;
-    if (stock.empty()) continue;
-    const auto here = std::ranges::find(stock, values[j]);
-    assert(here != stock.end());
+std::vector<Neighbour> Sizes::combined(
+    const VectorXd& x, const std::function<std::vector<Size>(std::size_t)>& sizes) const {
+  std::vector<Neighbour> all{{problem_.variables(x)}};
+  for (const std::size_t j : stock_) {
     std::vector<Neighbour> more;
     for (const Neighbour& n : all)
-      for (const int step : {0, -1, 1}) {
-        if ((step < 0 && here == stock.begin()) || (step > 0 && here + 1 == stock.end())) continue;
-        Variables moved = problem_.variables(n.x);
-        moved[j] = *(here + step);
-        more.push_back({problem_.scaled(moved), n.distance + std::abs(step), {}});
+      for (const auto& [size, distance] : sizes(j)) {
+        more.push_back(n);
+        more.back().values[j] = size;
+        more.back().distance += distance;
       }
     std::ranges::stable_sort(more, {}, &Neighbour::distance);
+    // dropping the farthest half-way keeps a job of many stock variables bounded
     if (more.size() > most_considered) more.resize(most_considered);
     all = std::move(more);
   }
-  std::erase_if(all, [&](const Neighbour& n) { return tried_.contains(key_of(problem_, n.x)); });
+  for (Neighbour& n : all) n.x = problem_.scaled(n.values);
+  std::erase_if(all, [&](const Neighbour& n) { return tried_.contains(key_of(n.x)); });
   return all;
+}
+
+std::vector<Neighbour> Sizes::neighbours(const VectorXd& x) const {
+  return combined(x, [&](std::size_t j) { return next_sizes(spec_.variables[j], x[j]); });
+}
+
+std::vector<Neighbour> Sizes::beside(const VectorXd& x) const {
+  const Variables values = problem_.variables(x);
+  return combined(x,
+                  [&](std::size_t j) { return sizes_a_step_from(spec_.variables[j], values[j]); });
 }
 
 bool Sizes::look_further() {
   const Candidate from = *best_;
-  const std::vector<Variable>& variables = spec_.variables;
-  if (std::ranges::count_if(variables, [](const Variable& v) { return !v.stock.empty(); }) < 2)
-    return false;
+  if (stock_.size() < 2) return false;
   const Variables values = problem_.variables(from.x);
-  for (std::size_t j = 0; j < variables.size(); ++j) {
-    const std::vector<double>& stock = variables[j].stock;
-    if (stock.empty()) continue;
+  for (const std::size_t j : stock_) {
+    const std::vector<double>& stock = spec_.variables[j].stock;
     const auto here = std::ranges::find(stock, values[j]) - stock.begin();
     for (const std::ptrdiff_t side : {-1, 1}) {
       VectorXd x = from.x;
       for (std::ptrdiff_t k = here + side; k >= 0 && k < std::ssize(stock); k += side) {
         if (spent(1)) return false;
         Variables moved = problem_.variables(x);
-        moved[j] = stock[static_cast<std::size_t>(k)];
+        moved[j] = stock[k];
         x = problem_.scaled(moved);
         Pose held = pose_;
-        const auto column = static_cast<Eigen::Index>(j);
-        held.lower[column] = held.upper[column] = x[column];
-        const SearchResult any =
-            search(problem_, book_, held, x, {spec_.max_evaluations, true, {}});
+        held.lower[j] = held.upper[j] = x[j];
+        const SearchResult any = search(book_, held, x, spec_.max_evaluations, true);
         book_.set_scales(campaign_.scales);
         if (!any.best) break;
         const Candidate relaxed =
             weigh(problem_, campaign_.scales, pose_, any.best->x, any.best->values);
-        if (!Posing(problem_, book_, pose_, true).better(relaxed, *best_)) break;
-        std::vector<Neighbour> round = neighbours(problem_, relaxed.x);
-        std::erase_if(round,
-                      [&](const Neighbour& n) { return tried_.contains(key_of(problem_, n.x)); });
-        try_all(std::move(round));
+        if (!Posing(book_, pose_, true).better(relaxed, *best_)) break;
+        try_all(neighbours(relaxed.x));
         if (best_->x != from.x) return true;
         x = relaxed.x;
       }
@@ -268,8 +244,7 @@ bool Sizes::look_further() {
 void Sizes::tell(std::size_t beside) {
   StockSearch& report = outcome_.report;
   report.tried = static_cast<int>(tried_.size());
-  const bool all_held =
-      std::ranges::none_of(spec_.variables, [](const Variable& v) { return v.stock.empty(); });
+  const bool all_held = stock_.size() == spec_.variables.size();
   report.message = fmt::format(
       "{} combinations of sizes tried{}: {}{}", report.tried,
       all_held
@@ -285,12 +260,12 @@ void Sizes::tell(std::size_t beside) {
 StockOutcome Sizes::run(const Candidate& optimum) {
   outcome_.report.continuous = problem_.parameters(problem_.variables(optimum.x));
   outcome_.report.continuous_objective = optimum.objective;
-  outcome_.report.neighbours = combinations(problem_, optimum.x);
-  try_all(neighbours(problem_, optimum.x));
+  outcome_.report.neighbours = combinations(optimum.x);
+  try_all(neighbours(optimum.x));
   std::size_t untried = 0;
   while (best_ && !outcome_.report.settled) {
     const VectorXd here = best_->x;
-    std::vector<Neighbour> more = beside(*best_);
+    std::vector<Neighbour> more = beside(best_->x);
     untried = more.size();
     if (spent(untried)) break;
     try_all(std::move(more));
@@ -307,10 +282,7 @@ StockOutcome Sizes::run(const Candidate& optimum) {
 
 }  // namespace
 
-bool has_stock(const OptimiseSpec& spec) {
-  return std::any_of(spec.variables.begin(), spec.variables.end(),
-                     [](const Variable& v) { return !v.stock.empty(); });
-}
+bool has_stock(const OptimiseSpec& spec) { return !stock_variables(spec).empty(); }
 
 StockOutcome search_stock(const Campaign& campaign, const EvaluationBook& known, const Pose& pose,
                           const Candidate& optimum) {

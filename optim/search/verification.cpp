@@ -107,8 +107,7 @@ double Loop::difference(const Candidate& model, const Candidate& full) const {
       continue;
     const double a = aggregate(problem_.goals()[g], model.values.goals[g]),
                  b = aggregate(problem_.goals()[g], full.values.goals[g]);
-    const double scale = g == 0 ? campaign_.scales.objective : campaign_.scales.constraints[g - 1];
-    most = std::max(most, std::abs(a - b) / std::max(std::abs(b), 0.01 * scale));
+    most = std::max(most, std::abs(a - b) / std::max(std::abs(b), 0.01 * campaign_.scales.of(g)));
   }
   return most;
 }
@@ -172,7 +171,7 @@ bool Loop::improve() {
   outcome_.pose.correction = pose.correction;
   const bool feasible = here_->candidate.violation <= spec_.constraint_tolerance;
   if (is_exact()) {
-    if (const auto balance = balance_at(problem_, book_, outcome_.pose, here_->candidate))
+    if (const auto balance = balance_at(book_, outcome_.pose, here_->candidate))
       report.kkt = balance->residual;
     report.converged = feasible && report.kkt && *report.kkt <= spec_.tolerance;
     if (report.converged) return false;
@@ -184,10 +183,9 @@ bool Loop::improve() {
         spent(), report.difference, here_->candidate.violation);
     return false;
   }
-  const SearchResult found = search(problem_, book_, pose, x, {spec_.max_evaluations, true, {}});
+  const SearchResult found = search(book_, pose, x, spec_.max_evaluations, true);
   ++report.iterations;
   assert(found.best);  // x itself can be evaluated
-  outcome_.multipliers = found.multipliers;
   const double moved = (found.best->x - x).lpNorm<Eigen::Infinity>();
   if (moved > (feasible ? 10 * spec_.tolerance : least_region))
     return judge(*found.best, pose, moved);

@@ -8,10 +8,8 @@
 
 namespace flexopt {
 
-/// Values of a design at scaled variables in [0, 1]ⁿ; nothing where they cannot be computed.
-using ValuesAt = std::function<std::optional<VectorXd>(const VectorXd& x)>;
-
-/// Values at many designs at once, in the order of the designs.
+/// Values of designs at scaled variables in [0, 1]ⁿ, in the order of the designs; nothing where
+/// they cannot be computed.
 using ValuesAtMany =
     std::function<std::vector<std::optional<VectorXd>>(const std::vector<VectorXd>& x)>;
 

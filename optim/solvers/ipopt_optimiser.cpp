@@ -30,7 +30,6 @@ class Programme : public Ipopt::TNLP {
       : trials_(trials), x0_(std::move(x0)), lower_(std::move(lower)), upper_(std::move(upper)) {}
 
   VectorXd x, multipliers;  ///< where Ipopt ended
-  Ipopt::SolverReturn end = Ipopt::UNASSIGNED;
 
  private:
   const Problem& problem() const { return trials_.problem(); }
@@ -64,20 +63,9 @@ class Programme : public Ipopt::TNLP {
     return true;
   }
 
-  /// The bounds' multipliers are what the gradient of the Lagrangian leaves over.
-  bool get_starting_point(Index n, bool, Number* x, bool bounds, Number* z_lower, Number* z_upper,
-                          Index m, bool rows, Number* lambda) override {
+  bool get_starting_point(Index n, bool, Number* x, bool, Number*, Number*, Index, bool,
+                          Number*) override {
     Eigen::Map<VectorXd>(x, n) = x0_;
-    const VectorXd& given = trials_.options().multipliers;
-    assert(!rows || given.size() == m);
-    if (rows) Eigen::Map<VectorXd>(lambda, m) = given;
-    if (!bounds) return true;
-    const Problem::Value& v = value(x, true);
-    if (!v.ok) return false;
-    VectorXd rest = v.df;
-    if (rows) rest += v.dc.transpose() * given;
-    Eigen::Map<VectorXd>(z_lower, n) = rest.cwiseMax(0.0);
-    Eigen::Map<VectorXd>(z_upper, n) = (-rest).cwiseMax(0.0);
     return true;
   }
 
@@ -118,10 +106,9 @@ class Programme : public Ipopt::TNLP {
     return v.ok;
   }
 
-  void finalize_solution(Ipopt::SolverReturn status, Index n, const Number* x_end, const Number*,
+  void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x_end, const Number*,
                          const Number*, Index m, const Number*, const Number* lambda, Number,
                          const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
-    end = status;
     x = Eigen::Map<const VectorXd>(x_end, n);
     multipliers = Eigen::Map<const VectorXd>(lambda, m);
   }
@@ -155,7 +142,7 @@ struct Outcome {
 };
 
 Outcome run(Trials& trials, const VectorXd& x0, const VectorXd& lower, const VectorXd& upper,
-            bool warm, int runs) {
+            bool warm) {
   const OptimiserOptions& o = trials.options();
   Outcome outcome;
   const std::lock_guard lock(library_mutex);
@@ -175,15 +162,6 @@ Outcome run(Trials& trials, const VectorXd& x0, const VectorXd& lower, const Vec
   options->SetNumericValue("acceptable_constr_viol_tol", 0.1 * o.constraint_tolerance);
   options->SetNumericValue("acceptable_obj_change_tol", 0.1 * o.tolerance);
   options->SetNumericValue("bound_relax_factor", 0);  // not even 1e-8 outside the box
-  if (warm && trials.options().multipliers.size() == trials.problem().constraints &&
-      trials.problem().constraints > 0 && runs == 0) {
-    options->SetStringValue("warm_start_init_point", "yes");
-    options->SetNumericValue("warm_start_bound_push", 1e-4);
-    options->SetNumericValue("warm_start_bound_frac", 1e-4);
-    options->SetNumericValue("warm_start_slack_bound_push", 1e-4);
-    options->SetNumericValue("warm_start_slack_bound_frac", 1e-4);
-    options->SetNumericValue("warm_start_mult_bound_push", 1e-4);
-  }
   if (warm) {  // stay near: x0 is the best point seen, often on a constraint
     options->SetNumericValue("bound_push", 1e-4);
     options->SetNumericValue("bound_frac", 1e-4);
@@ -223,7 +201,7 @@ OptimiserSummary minimise_ipopt(Trials& trials) {
   // point, in a box that ends half-way to the nearest failure.
   while (runs < 4) {
     const double f = trials.best().f, violation = trials.best_violation();
-    outcome = run(trials, trials.best_x(), lower, upper, options.warm || runs > 0, runs);
+    outcome = run(trials, trials.best_x(), lower, upper, options.warm || runs > 0);
     ++runs;
     if (outcome.spent || outcome.status == Ipopt::Solve_Succeeded ||
         outcome.status == Ipopt::Solved_To_Acceptable_Level ||

@@ -76,19 +76,18 @@ Multipliers least_squares_multipliers(const VectorXd& x, const VectorXd& lower,
       if (distance >= -out_of_reach)
         columns.push_back({side * VectorXd::Unit(x.size(), j), distance});
     }
-  const Eigen::Index n = x.size(), m = static_cast<Eigen::Index>(columns.size());
+  const Eigen::Index n = x.size(), m = std::ssize(columns);
   MatrixXd A = MatrixXd::Zero(n + m, m);
   for (Eigen::Index k = 0; k < m; ++k) {
-    A.col(k).head(n) = columns[static_cast<std::size_t>(k)].slope;
-    A(n + k, k) = columns[static_cast<std::size_t>(k)].distance;
+    A.col(k).head(n) = columns[k].slope;
+    A(n + k, k) = columns[k].distance;
   }
   VectorXd b = VectorXd::Zero(n + m);
   b.head(n) = df;
   const VectorXd y = non_negative_least_squares(A, -b);
   Multipliers result;
   result.lambda = VectorXd::Zero(c.size());
-  for (std::size_t k = 0; k < rows.size(); ++k)
-    result.lambda[rows[k]] = y[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < rows.size(); ++k) result.lambda[rows[k]] = y[k];
   result.residual = (b + A * y).lpNorm<Eigen::Infinity>();
   result.gap = result.lambda.dot(c.cwiseAbs());
   VectorXd slope = df;

@@ -1,7 +1,6 @@
 // The adapter of NLopt [S. G. Johnson, nlopt.readthedocs.io]; the only file that includes it.
 #include <fmt/format.h>
 
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -13,46 +12,8 @@
 namespace flexopt {
 namespace {
 
-struct Entry {
-  nlopt::algorithm id;
-  AlgorithmInfo info;
-};
-
-const std::vector<Entry>& entries() {
-  using enum Constraining;
-  static const std::vector<std::string> penalised{"LD_LBFGS", "LD_MMA", "LD_CCSAQ"},
-      smooth{"LD_LBFGS", "LD_SLSQP", "LD_MMA", "LD_CCSAQ"},
-      blind{"LN_SBPLX", "LN_NELDERMEAD", "LN_COBYLA", "LN_BOBYQA"};
-  static const std::vector<Entry> table{
-      {nlopt::LN_COBYLA, {"LN_COBYLA", false, true, own, {}}},
-      {nlopt::LN_SBPLX, {"LN_SBPLX", false, false, augmented, {}}},
-      {nlopt::LN_NELDERMEAD, {"LN_NELDERMEAD", false, false, augmented, {}}},
-      {nlopt::LN_BOBYQA, {"LN_BOBYQA", false, false, augmented, {}}},
-      {nlopt::LD_SLSQP, {"LD_SLSQP", true, true, own, {}}},
-      {nlopt::LD_MMA, {"LD_MMA", true, true, own, {}}},
-      {nlopt::LD_CCSAQ, {"LD_CCSAQ", true, true, own, {}}},
-      {nlopt::LD_LBFGS, {"LD_LBFGS", true, true, augmented, {}}},
-      {nlopt::LN_AUGLAG, {"LN_AUGLAG", false, false, augmented, blind}},
-      {nlopt::LD_AUGLAG, {"LD_AUGLAG", true, true, augmented, penalised}},
-      {nlopt::GN_ISRES, {"GN_ISRES", false, false, own, {}}},
-      {nlopt::GN_ORIG_DIRECT, {"GN_ORIG_DIRECT", false, false, own, {}}},
-      {nlopt::GN_ORIG_DIRECT_L, {"GN_ORIG_DIRECT_L", false, false, own, {}}},
-      {nlopt::GN_DIRECT, {"GN_DIRECT", false, false, none, {}}},
-      {nlopt::GN_DIRECT_L, {"GN_DIRECT_L", false, false, none, {}}},
-      {nlopt::GN_CRS2_LM, {"GN_CRS2_LM", false, false, none, {}}},
-      {nlopt::GN_MLSL, {"GN_MLSL", false, false, none, blind}},
-      {nlopt::GN_MLSL_LDS, {"GN_MLSL_LDS", false, false, none, blind}},
-      {nlopt::GD_MLSL, {"GD_MLSL", true, false, none, smooth}},
-      {nlopt::GD_MLSL_LDS, {"GD_MLSL_LDS", true, false, none, smooth}},
-  };
-  return table;
-}
-
-const Entry& entry_of(const std::string& name) {
-  for (const Entry& e : entries())
-    if (e.info.name == name) return e;
-  assert(false);
-  return entries().front();
+nlopt::algorithm id_of(const std::string& name) {
+  return static_cast<nlopt::algorithm>(nlopt_algorithm_from_string(name.c_str()));
 }
 
 VectorXd to_eigen(const double* x, unsigned n) { return Eigen::Map<const VectorXd>(x, n); }
@@ -60,17 +21,16 @@ VectorXd to_eigen(const double* x, unsigned n) { return Eigen::Map<const VectorX
 /// One run of a library algorithm, and the callbacks that it sees.
 class Run {
  public:
-  Run(Trials& trials, const Entry& entry) : trials_(trials), entry_(entry) {
-    if (entry.info.locals.empty()) return;
+  explicit Run(Trials& trials)
+      : trials_(trials), algorithm_(algorithm_of(trials.options())), id_(id_of(algorithm_.name)) {
+    if (algorithm_.locals.empty()) return;
     const std::string& local = trials.options().local;
-    local_ = entry_of(local.empty() ? entry.info.locals.front() : local).id;
+    local_ = id_of(local.empty() ? algorithm_.locals.front() : local);
   }
 
-  /// Runs the algorithm on the problem itself.
-  nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper,
-                      double step) {
-    return start(x0, lower, upper, step, trials_.options().tolerance);
-  }
+  /// Runs the algorithm, on the problem itself unless it is part of an augmented Lagrangian.
+  nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper, double step,
+                      double tolerance);
   /// Runs the algorithm on an augmented Lagrangian.
   nlopt::result start_augmented(double step);
 
@@ -85,27 +45,23 @@ class Run {
   double objective(const VectorXd& x, double* gradient);
   void constraints(unsigned m, double* c, const VectorXd& x, double* gradient);
   Problem::Value seen(const VectorXd& x, bool gradient);
-  nlopt::result start(const VectorXd& x0, const VectorXd& lower, const VectorXd& upper, double step,
-                      double tolerance);
 
   bool augmented() const {
-    return entry_.info.constraining == Constraining::augmented && trials_.problem().constraints > 0;
+    return algorithm_.constraining == Constraining::augmented && trials_.problem().constraints > 0;
   }
-  bool marks_failures() const { return entry_.id == nlopt::LN_COBYLA; }
+  bool marks_failures() const { return id_ == nlopt::LN_COBYLA; }
   /// Whether x is beyond the move limit: SLSQP halves a step to a point of infinite f.
-  bool is_too_far(const VectorXd& x) const {
-    return entry_.id == nlopt::LD_SLSQP && trials_.is_far(x);
-  }
-  bool is_global() const { return entry_.info.name.starts_with("G"); }
+  bool is_too_far(const VectorXd& x) const { return id_ == nlopt::LD_SLSQP && trials_.is_far(x); }
   /// What runs: of the augmented Lagrangian the local one.
   nlopt::algorithm id() const {
-    return local_ && entry_.info.constraining == Constraining::augmented ? *local_ : entry_.id;
+    return local_ && algorithm_.constraining == Constraining::augmented ? *local_ : id_;
   }
   double augmented_lagrangian(const Problem::Value& value) const;
   bool is_stationary(const VectorXd& x, const Problem::Value& value) const;
 
   Trials& trials_;
-  const Entry& entry_;
+  const AlgorithmInfo& algorithm_;
+  nlopt::algorithm id_;
   std::optional<nlopt::algorithm> local_;
   VectorXd lambda_;  ///< multipliers of the augmented Lagrangian
   double rho_ = 10;  ///< its penalty
@@ -177,11 +133,9 @@ nlopt::result Run::start(const VectorXd& x0, const VectorXd& lower, const Vector
   opt.set_upper_bounds(std::vector<double>(upper.data(), upper.data() + n));
   // x and f are of order one, so absolute and relative tolerances are the same thing. The change of
   // f is that of one step, which for MMA is short long before the optimum: hence the factor.
-  opt.set_xtol_abs(entry_.id == nlopt::LD_SLSQP ? 1e-3 * tolerance : tolerance);
+  opt.set_xtol_abs(id_ == nlopt::LD_SLSQP ? 1e-3 * tolerance : tolerance);
   // SLSQP's steps shrink fast, and on its way from outside a slack variable may stand still.
-  opt.set_ftol_abs(entry_.id != nlopt::LD_SLSQP ? 0.01 * tolerance
-                   : m > 0                      ? 0.0
-                                                : 1e-4 * tolerance);
+  opt.set_ftol_abs(id_ != nlopt::LD_SLSQP ? 0.01 * tolerance : m > 0 ? 0.0 : 1e-4 * tolerance);
   std::vector<double> steps(n, step);
   for (unsigned j = 0; j < n; ++j) {
     const double width = upper[j] - lower[j];
@@ -190,9 +144,9 @@ nlopt::result Run::start(const VectorXd& x0, const VectorXd& lower, const Vector
   opt.set_initial_step(steps);
   // GN_DIRECT is deaf to a forced stop; the global methods never ask for the same point twice, so
   // that calls are evaluations.
-  if (is_global())
+  if (algorithm_.global())
     opt.set_maxeval(std::max(1, trials_.options().max_evaluations - trials_.evaluations()));
-  if (local_ && is_global()) {
+  if (local_ && algorithm_.global()) {
     nlopt::opt local(*local_, n);
     local.set_xtol_abs(tolerance);
     local.set_ftol_abs(0.01 * tolerance);
@@ -227,15 +181,15 @@ nlopt::result Run::start_augmented(double step) try {
   double last_violation = std::numeric_limits<double>::infinity();
   double inner_tolerance = std::max(options.tolerance, 1e-3);
   nlopt::result result = nlopt::FAILURE;
-  const int most_rounds = entry_.info.gradients ? 200 : 40;
+  const int most_rounds = algorithm_.gradients ? 200 : 40;
   for (int round = 0; round < most_rounds; ++round) {
     const VectorXd before = x;
     best_x_.resize(0);
     result = start(x, problem.lower, problem.upper, step, inner_tolerance);
     if (result == nlopt::FORCED_STOP || best_x_.size() == 0) return result;
     x = best_x_;
-    const Problem::Value value = seen(x, entry_.info.gradients);
-    const bool stationary = !entry_.info.gradients || is_stationary(x, value);
+    const Problem::Value value = seen(x, algorithm_.gradients);
+    const bool stationary = !algorithm_.gradients || is_stationary(x, value);
     const VectorXd lambda = (lambda_ + rho_ * value.c).cwiseMax(0.0);
     const double change = (lambda - lambda_).lpNorm<Eigen::Infinity>();
     lambda_ = lambda;
@@ -275,14 +229,15 @@ std::string words(nlopt::result result) {
 }
 
 /// What the runs came to.
-OptimiserSummary summarise(const Trials& trials, const Entry& entry, nlopt::result result, int runs,
+OptimiserSummary summarise(const Trials& trials, const AlgorithmInfo& algorithm,
+                           nlopt::result result, int runs,
                            const std::optional<Multipliers>& balance) {
   const OptimiserOptions& options = trials.options();
   std::string message = fmt::format(
       "NLopt {}{}: {} after {} evaluations ({} without values, {} run{})", options.name,
-      entry.info.locals.empty()
+      algorithm.locals.empty()
           ? ""
-          : " with " + (options.local.empty() ? entry.info.locals.front() : options.local),
+          : " with " + (options.local.empty() ? algorithm.locals.front() : options.local),
       words(result), trials.evaluations(), trials.failures(), runs, runs == 1 ? "" : "s");
   if (balance) message += fmt::format("; |grad f + sum lambda grad c| = {:.1e}", balance->residual);
   const bool spent = result == nlopt::FORCED_STOP;
@@ -299,18 +254,40 @@ OptimiserSummary summarise(const Trials& trials, const Entry& entry, nlopt::resu
 }  // namespace
 
 const std::vector<AlgorithmInfo>& nlopt_algorithms() {
-  static const std::vector<AlgorithmInfo> all = [] {
-    std::vector<AlgorithmInfo> list;
-    for (const Entry& e : entries()) list.push_back(e.info);
-    return list;
-  }();
-  return all;
+  using enum Constraining;
+  static const std::vector<std::string> penalised{"LD_LBFGS", "LD_MMA", "LD_CCSAQ"},
+      smooth{"LD_LBFGS", "LD_SLSQP", "LD_MMA", "LD_CCSAQ"},
+      blind{"LN_SBPLX", "LN_NELDERMEAD", "LN_COBYLA", "LN_BOBYQA"};
+  static const std::vector<AlgorithmInfo> table{
+      {"LN_COBYLA", false, true, own, {}},
+      {"LN_SBPLX", false, false, augmented, {}},
+      {"LN_NELDERMEAD", false, false, augmented, {}},
+      {"LN_BOBYQA", false, false, augmented, {}},
+      {"LD_SLSQP", true, true, own, {}},
+      {"LD_MMA", true, true, own, {}},
+      {"LD_CCSAQ", true, true, own, {}},
+      {"LD_LBFGS", true, true, augmented, {}},
+      {"LN_AUGLAG", false, false, augmented, blind},
+      {"LD_AUGLAG", true, true, augmented, penalised},
+      {"GN_ISRES", false, false, own, {}},
+      {"GN_ORIG_DIRECT", false, false, own, {}},
+      {"GN_ORIG_DIRECT_L", false, false, own, {}},
+      {"GN_DIRECT", false, false, none, {}},
+      {"GN_DIRECT_L", false, false, none, {}},
+      {"GN_CRS2_LM", false, false, none, {}},
+      {"GN_MLSL", false, false, none, blind},
+      {"GN_MLSL_LDS", false, false, none, blind},
+      {"GD_MLSL", true, false, none, smooth},
+      {"GD_MLSL_LDS", true, false, none, smooth},
+  };
+  return table;
 }
 
 OptimiserSummary minimise_nlopt(Trials& trials) {
   const OptimiserOptions& options = trials.options();
   const Problem& problem = trials.problem();
-  const Entry& entry = entry_of(options.name);
+  const AlgorithmInfo& algorithm = algorithm_of(options);
+  const nlopt::algorithm id = id_of(algorithm.name);
   VectorXd lower = problem.lower, upper = problem.upper;
   double step = options.warm ? 0.05 : 0.2;
   nlopt::result result = nlopt::FAILURE;
@@ -319,7 +296,7 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
   bool done = false;
   // COBYLA's trust region often collapses on a ridge between constraints: its end counts when a
   // second run from there, with a new simplex, finds no better.
-  const bool confirm = entry.id == nlopt::LN_COBYLA;
+  const bool confirm = id == nlopt::LN_COBYLA;
   bool met_test = false;
   int idle = 0;  // runs without progress, one after the other
   // A run that rounding ended, that met failures while it modelled the functions, or that leaves
@@ -329,10 +306,10 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
     const int failures = trials.failures();
     const double f = trials.best().f, violation = trials.best_violation();
     const VectorXd x0 = trials.best_x();
-    Run run(trials, entry);
-    result = entry.info.constraining == Constraining::augmented && problem.constraints > 0
+    Run run(trials);
+    result = algorithm.constraining == Constraining::augmented && problem.constraints > 0
                  ? run.start_augmented(step)
-                 : run.start(x0, lower, upper, step);
+                 : run.start(x0, lower, upper, step, options.tolerance);
     ++runs;
     if (result == nlopt::MAXEVAL_REACHED) result = nlopt::FORCED_STOP;
     const bool moved = violation - trials.best_violation() > options.constraint_tolerance ||
@@ -344,22 +321,22 @@ OptimiserSummary minimise_nlopt(Trials& trials) {
         result = nlopt::FORCED_STOP;
       break;
     }
-    if (entry.info.gradients) balance = trials.multipliers();
+    if (algorithm.gradients) balance = trials.multipliers();
     const double balanced_within =
-        entry.id == nlopt::LD_SLSQP ? trials.stationary_within() : unbalanced(trials);
+        id == nlopt::LD_SLSQP ? trials.stationary_within() : unbalanced(trials);
     const bool balanced = !balance || balance->residual <= balanced_within;
-    const bool clean = !entry.info.slack || trials.failures() == failures;
+    const bool clean = !algorithm.slack || trials.failures() == failures;
     const bool whole_box = lower == problem.lower && upper == problem.upper;
     met_test = result > 0 && clean && balanced && whole_box;
     idle = moved || runs == 1 ? 0 : idle + 1;
-    done = (met_test && !confirm) || idle > 1 || (idle == 1 && (whole_box || !entry.info.slack));
+    done = (met_test && !confirm) || idle > 1 || (idle == 1 && (whole_box || !algorithm.slack));
     const double radius = clean ? 0.5 * step : std::min(trials.retreat_radius(), 0.5 * step);
     const VectorXd reach = VectorXd::Constant(x0.size(), radius);
     lower = clean ? problem.lower : problem.lower.cwiseMax(trials.best_x() - reach);
     upper = clean ? problem.upper : problem.upper.cwiseMin(trials.best_x() + reach);
     step = std::max(radius, 10 * options.tolerance);
   }
-  return summarise(trials, entry, result, runs, balance);
+  return summarise(trials, algorithm, result, runs, balance);
 }
 
 }  // namespace flexopt

@@ -18,17 +18,6 @@ std::string names_of(const std::vector<AlgorithmInfo>& algorithms, bool constrai
   return names;
 }
 
-const AlgorithmInfo& find_algorithm(const OptimiserOptions& options) {
-  static const AlgorithmInfo ipopt{"", true, true, Constraining::own, {}};
-  if (options.library == "ipopt") return ipopt;
-  if (options.library != "nlopt")
-    throw SpecError("/optimise/algorithm/library", options.library, "expected nlopt or ipopt");
-  for (const AlgorithmInfo& a : nlopt_algorithms())
-    if (a.name == options.name) return a;
-  throw SpecError("/optimise/algorithm/name", options.name,
-                  "expected one of " + names_of(nlopt_algorithms(), false));
-}
-
 /// x0, or the first workable point on the way from it to the middle of the box.
 bool find_start(Trials& trials, const VectorXd& x0) {
   const Problem& p = trials.problem();
@@ -43,21 +32,15 @@ bool find_start(Trials& trials, const VectorXd& x0) {
 
 }  // namespace
 
-bool needs_gradients(const OptimiserOptions& options) { return find_algorithm(options).gradients; }
-
-std::vector<std::string> local_algorithms(const OptimiserOptions& options) {
-  return find_algorithm(options).locals;
-}
-
-bool prefers_slack(const OptimiserOptions& options) { return find_algorithm(options).slack; }
-
-bool is_global_algorithm(const OptimiserOptions& options) {
-  return options.library == "nlopt" && options.name.starts_with("G");
-}
-
-bool bears_repetition(const OptimiserOptions& options) {
-  return find_algorithm(options).slack &&
-         (options.library == "ipopt" || options.name == "LD_SLSQP");
+const AlgorithmInfo& algorithm_of(const OptimiserOptions& options) {
+  static const AlgorithmInfo ipopt{"", true, true, Constraining::own, {}};
+  if (options.library == "ipopt") return ipopt;
+  if (options.library != "nlopt")
+    throw SpecError("/optimise/algorithm/library", options.library, "expected nlopt or ipopt");
+  for (const AlgorithmInfo& a : nlopt_algorithms())
+    if (a.name == options.name) return a;
+  throw SpecError("/optimise/algorithm/name", options.name,
+                  "expected one of " + names_of(nlopt_algorithms(), false));
 }
 
 std::vector<std::string> algorithms() {
@@ -68,7 +51,7 @@ std::vector<std::string> algorithms() {
 }
 
 void check_takes_constraints(const OptimiserOptions& options) {
-  if (find_algorithm(options).constraining == Constraining::none)
+  if (algorithm_of(options).constraining == Constraining::none)
     throw SpecError("/optimise/algorithm/name", options.name,
                     "this algorithm takes no constraints; with constraints expected one of " +
                         names_of(nlopt_algorithms(), true) + ", or the library ipopt");
@@ -77,7 +60,7 @@ void check_takes_constraints(const OptimiserOptions& options) {
 OptimiserSummary minimise(const Problem& problem, const VectorXd& x0,
                           const OptimiserOptions& options) {
   if (problem.constraints > 0) check_takes_constraints(options);
-  const AlgorithmInfo& algorithm = find_algorithm(options);
+  const AlgorithmInfo& algorithm = algorithm_of(options);
   const std::vector<std::string>& locals = algorithm.locals;
   if (!options.local.empty() &&
       std::find(locals.begin(), locals.end(), options.local) == locals.end())

@@ -11,17 +11,23 @@
 
 namespace flexopt {
 
-void parallel_for(int count, int threads, const std::function<void(int)>& work) {
-  std::vector<std::exception_ptr> errors(static_cast<std::size_t>(std::max(count, 0)));
+void parallel_for(int count, int threads, const std::function<void(int)>& work,
+                  const LoopProgress& progress) {
+  std::mutex mutex;
+  int done = 0;
+  std::vector<std::exception_ptr> errors(std::max(count, 0));
   std::atomic<bool> interrupted = false;
   const auto guarded = [&](int i) {
     if (interrupted) return;
     try {
       work(i);
+      if (!progress) return;
+      const std::lock_guard lock(mutex);
+      progress(++done, count);
     } catch (const Interrupted&) {
       interrupted = true;
     } catch (...) {
-      errors[static_cast<std::size_t>(i)] = std::current_exception();
+      errors[i] = std::current_exception();
     }
   };
   const int together = std::min(threads, count);
@@ -37,18 +43,6 @@ void parallel_for(int count, int threads, const std::function<void(int)>& work) 
   if (interrupted) throw Interrupted{};
   for (const std::exception_ptr& error : errors)
     if (error) std::rethrow_exception(error);
-}
-
-void parallel_for(int count, int threads, const std::function<void(int)>& work,
-                  const LoopProgress& progress) {
-  if (!progress) return parallel_for(count, threads, work);
-  std::mutex mutex;
-  int done = 0;
-  parallel_for(count, threads, [&](int i) {
-    work(i);
-    const std::lock_guard lock(mutex);
-    progress(++done, count);
-  });
 }
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {

@@ -42,10 +42,8 @@ struct OptimiserOptions {
   /// Farthest that SLSQP and Ipopt go from the points where they know the gradient, in each bounded
   /// x: linearised constraints mean little beyond.
   double move_limit = std::numeric_limits<double>::infinity();
-  /// x0 is near the optimum: short first steps. Ipopt then begins with a small barrier, and with
-  /// these multipliers of c if they are given.
+  /// x0 is near the optimum: short first steps. Ipopt then begins with a small barrier.
   bool warm = false;
-  VectorXd multipliers;
 };
 
 enum class StopReason {
@@ -90,23 +88,30 @@ OptimiserSummary minimise(const Problem& problem, const VectorXd& x0,
 /// Throws SpecError for an algorithm that takes no constraints, and like minimise.
 void check_takes_constraints(const OptimiserOptions& options);
 
-/// What AUGLAG or MLSL may run inside, the default first; empty for the others. Throws like
-/// minimise.
-std::vector<std::string> local_algorithms(const OptimiserOptions& options);
+enum class Constraining {
+  own,        ///< the algorithm models constraints
+  augmented,  ///< through NLopt's augmented Lagrangian
+  none        ///< bounds only
+};
 
-/// True if the algorithm asks for gradients. Throws like minimise.
-bool needs_gradients(const OptimiserOptions& options);
+struct AlgorithmInfo {
+  std::string name;  ///< NLopt's; empty: Ipopt
+  bool gradients = false;
+  /// It models each constraint by itself, so that a slack variable with one constraint for each
+  /// stroke point beats one value with kinks.
+  bool slack = false;
+  Constraining constraining = Constraining::own;
+  std::vector<std::string> locals;  ///< what may run inside AUGLAG or MLSL, the default first
 
-/// True if the algorithm models each constraint by itself, so that a slack variable with one
-/// constraint for each stroke point beats one value with kinks. Throws like minimise.
-bool prefers_slack(const OptimiserOptions& options);
+  /// Whether it looks through the box until the evaluations are spent.
+  bool global() const { return name.starts_with("G"); }
+  /// SLSQP and Ipopt: constraints that are nearly the same do no harm. The dual problems of MMA and
+  /// CCSAQ then have no end.
+  bool bears_repetition() const { return name.empty() || name == "LD_SLSQP"; }
+};
 
-/// True for NLopt's global algorithms, which look through the box until the evaluations are spent.
-bool is_global_algorithm(const OptimiserOptions& options);
-
-/// True for SLSQP and Ipopt, to which constraints that are nearly the same do no harm; the dual
-/// problems of MMA and CCSAQ then have no end. Throws like minimise.
-bool bears_repetition(const OptimiserOptions& options);
+/// Throws like minimise.
+const AlgorithmInfo& algorithm_of(const OptimiserOptions& options);
 
 /// Every algorithm this build offers, "library name" each.
 std::vector<std::string> algorithms();

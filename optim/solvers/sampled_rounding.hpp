@@ -35,7 +35,7 @@ template <class Evaluate>
 std::vector<double> rounding_beside(const Evaluate& numbers) {
   constexpr int samples = 6;
   std::array<std::vector<double>, samples> at;
-  for (int k = 0; k < samples; ++k) at[static_cast<std::size_t>(k)] = numbers(1e-6 * k);
+  for (int k = 0; k < samples; ++k) at[k] = numbers(1e-6 * k);
   std::vector<double> noise(at[0].size(), 0.0);
   for (std::size_t i = 0; i < noise.size(); ++i) {
     for (std::size_t k = 0; k + 3 < samples; ++k)

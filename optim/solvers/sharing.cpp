@@ -1,6 +1,7 @@
 #include "optim/solvers/sharing.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <mutex>
 #include <sstream>
 
@@ -42,9 +43,8 @@ Answerer answerer(int threads, const std::function<std::string(int)>& work) {
     std::vector<int> units;
     for (int unit = 0; stream >> unit;) units.push_back(unit);
     std::vector<std::string> yields(units.size());
-    parallel_for(static_cast<int>(units.size()), threads, [&](int i) {
-      yields[static_cast<std::size_t>(i)] = work(units[static_cast<std::size_t>(i)]);
-    });
+    parallel_for(static_cast<int>(units.size()), threads,
+                 [&](int i) { yields[i] = work(units[i]); });
     return packed(yields);
   };
 }
@@ -102,7 +102,7 @@ void Sharing::run(const std::vector<int>& units, int threads,
   if (follows()) return workers_->answer(answerer(threads, work));
   if (!workers_)
     return parallel_for(static_cast<int>(units.size()), threads, [&](int i) {
-      const int unit = units[static_cast<std::size_t>(i)];
+      const int unit = units[i];
       keep(unit, work(unit));
     });
   const Answerer here = answerer(threads, work);
@@ -122,6 +122,29 @@ void Sharing::run(const std::vector<int>& units, int threads,
   };
   parallel_for(workers_->members(), workers_->members(), conversation);
   workers_->end_stage();
+}
+
+bool Sharing::run(const LoggedLoop& loop) {
+  LoopState state;
+  const std::vector<int> units = own(loop.what, loop.count);
+  state.total = static_cast<int>(units.size());
+  const auto is_known = [&](int unit) {
+    const std::optional<bool> failed = loop.known(unit);
+    if (failed) ++state.done, state.failed += *failed;
+    return failed.has_value();
+  };
+  std::vector<int> open;
+  std::ranges::remove_copy_if(units, std::back_inserter(open), is_known);
+  state.replayed = state.done;
+  if (loop.progress) loop.progress(state);
+  std::mutex mutex;
+  run(open, loop.threads, loop.work, [&](int unit, const std::string& lines) {
+    const std::lock_guard lock(mutex);
+    loop.keep(lines);
+    is_known(unit);
+    if (loop.progress) loop.progress(state);
+  });
+  return complete();
 }
 
 }  // namespace flexopt

@@ -70,6 +70,23 @@ struct SharedLoop {
   int here = 0, all = 0;
 };
 
+/// How far a loop is.
+struct LoopState {
+  int done = 0, total = 0;
+  int failed = 0, replayed = 0;  ///< numbers of those done; replayed: read from the log
+};
+
+/// A loop whose units yield lines of a log, from which an interrupted run resumes.
+struct LoggedLoop {
+  std::string what;
+  int count = 0, threads = 1;
+  /// Takes what is known of a unit: whether it failed. Nothing where it is to be done.
+  std::function<std::optional<bool>(int unit)> known;
+  std::function<std::string(int unit)> work;            ///< yields lines
+  std::function<void(const std::string& lines)> keep;   ///< from then on the unit is known
+  std::function<void(const LoopState&)> progress = {};  ///< one at a time, from any thread
+};
+
 /// How a run shares its units.
 class Sharing {
  public:
@@ -95,6 +112,10 @@ class Sharing {
   void run(const std::vector<int>& units, int threads,
            const std::function<std::string(int unit)>& work,
            const std::function<void(int unit, const std::string& yield)>& keep) const;
+
+  /// The units of the loop that are this process's and not known. `keep` and `known` are called one
+  /// at a time. False where this process does not learn what all units yield.
+  bool run(const LoggedLoop& loop);
 
   /// All loops shared so far.
   const std::vector<SharedLoop>& loops() const { return loops_; }

@@ -16,9 +16,9 @@ VectorXd into_box(const VectorXd& x, const VectorXd& lower, const VectorXd& uppe
 Trials::Trials(const Problem& problem, const OptimiserOptions& options)
     : problem_(problem),
       options_(options),
-      weight_(needs_gradients(options) ? violation_weight : 0.0),
-      watches_(problem.ends_at_balance && needs_gradients(options) &&
-               !options.name.starts_with("G")) {
+      weight_(algorithm_of(options).gradients ? violation_weight : 0.0),
+      watches_(problem.ends_at_balance && algorithm_of(options).gradients &&
+               !algorithm_of(options).global()) {
   assert(problem.lower.size() == problem.upper.size());
   assert((problem.lower.array() <= problem.upper.array()).all());
 }

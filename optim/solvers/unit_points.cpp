@@ -30,7 +30,7 @@ std::vector<VectorXd> sobol_points(int dimensions, int count, unsigned seed) {
   for (int k = 0; k < count; ++k) {
     if (k > 0) sequence.generate(bits.begin(), bits.end());
     VectorXd x(dimensions);
-    for (std::size_t j = 0; j < n; ++j) x[static_cast<Eigen::Index>(j)] = unit(bits[j] ^ shift[j]);
+    for (std::size_t j = 0; j < n; ++j) x[j] = unit(bits[j] ^ shift[j]);
     points.push_back(std::move(x));
   }
   return points;
@@ -39,7 +39,7 @@ std::vector<VectorXd> sobol_points(int dimensions, int count, unsigned seed) {
 std::vector<VectorXd> latin_hypercube_points(int dimensions, int count, unsigned seed) {
   assert(dimensions > 0);
   std::mt19937_64 random(seed);
-  std::vector<VectorXd> points(static_cast<std::size_t>(count), VectorXd(dimensions));
+  std::vector<VectorXd> points(count, VectorXd(dimensions));
   std::vector<int> cells(points.size());
   for (int j = 0; j < dimensions; ++j) {
     std::iota(cells.begin(), cells.end(), 0);
@@ -53,13 +53,13 @@ std::vector<VectorXd> latin_hypercube_points(int dimensions, int count, unsigned
 }
 
 std::vector<VectorXd> grid_points(const std::vector<int>& counts) {
-  const auto n = static_cast<Eigen::Index>(counts.size());
+  const auto n = std::ssize(counts);
   const int total = std::accumulate(counts.begin(), counts.end(), 1, std::multiplies<>());
   std::vector<VectorXd> points;
   for (int k = 0; k < total; ++k) {
     VectorXd x(n);
     for (int rest = k, j = static_cast<int>(n) - 1; j >= 0; --j) {
-      const int m = counts[static_cast<std::size_t>(j)];
+      const int m = counts[j];
       x[j] = m == 1 ? 0.5 : static_cast<double>(rest % m) / (m - 1);
       rest /= m;
     }
@@ -80,14 +80,12 @@ NearestBetter nearest_better(const std::vector<VectorXd>& points) {
   better.point.assign(count, 0);
   better.distance.assign(count, std::numeric_limits<double>::infinity());
   // all coordinates in one block: the loop over pairs is what takes the time
-  MatrixXd block(points.front().size(), static_cast<Eigen::Index>(count));
-  for (std::size_t i = 0; i < count; ++i) block.col(static_cast<Eigen::Index>(i)) = points[i];
+  MatrixXd block(points.front().size(), count);
+  for (std::size_t i = 0; i < count; ++i) block.col(i) = points[i];
   for (std::size_t i = 1; i < count; ++i) {
     Eigen::Index nearest = 0;
-    const double squared = (block.leftCols(static_cast<Eigen::Index>(i)).colwise() - points[i])
-                               .colwise()
-                               .squaredNorm()
-                               .minCoeff(&nearest);
+    const double squared =
+        (block.leftCols(i).colwise() - points[i]).colwise().squaredNorm().minCoeff(&nearest);
     better.point[i] = static_cast<int>(nearest);
     better.distance[i] = std::sqrt(squared);
     better.mean += better.distance[i] / static_cast<double>(count - 1);
@@ -100,7 +98,7 @@ std::vector<PointCluster> clusters_beyond(double distance, const NearestBetter& 
   std::vector<std::size_t> member_of(better.point.size());
   for (std::size_t i = 0; i < member_of.size(); ++i) {
     const bool first = i == 0 || better.distance[i] > distance;
-    member_of[i] = first ? clusters.size() : member_of[static_cast<std::size_t>(better.point[i])];
+    member_of[i] = first ? clusters.size() : member_of[better.point[i]];
     if (first) clusters.push_back({static_cast<int>(i), better.distance[i], 0});
     ++clusters[member_of[i]].size;
   }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 #include <utility>
 
 #include "core/response/quantities.hpp"
@@ -52,10 +51,8 @@ class Box {
   int size() const { return box_.size(); }
   int evaluations() const { return evaluations_; }
   std::vector<AssemblyError> errors(const VectorXd& z) const { return box_.errors(z); }
-  /// Indices of all load cases.
-  std::vector<std::size_t> all_cases() const;
-  /// Index of the load case that a quantity names, or of all cases.
-  std::vector<std::size_t> cases_of(const Constraint& quantity) const;
+  /// Index of the named load case; of all where there is no name.
+  std::vector<std::size_t> cases_named(const std::string& name = "") const;
   Paths evaluate(const VectorXd& z, const std::vector<std::size_t>& cases);
   /// Reading at the errors z, each −1 … 1, of the box times `scale`.
   Reading read(const VectorXd& z, double scale, const Read& of);
@@ -83,7 +80,7 @@ Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& 
       spec_(*job.assembly_tolerances),
       model_(model),
       mechanism_(make_mechanism(job, parameters)),
-      cases_(flexopt::cases_of(job)) {
+      cases_(cases_of(job)) {
   for (JobCase& one : cases_) {
     one.request.outputs = {Output::equilibrium};
     for (const Constraint& c : spec_.quantities) one.request.outputs.add(needs_of(c.quantity));
@@ -91,18 +88,11 @@ Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& 
   }
 }
 
-std::vector<std::size_t> Box::all_cases() const {
-  std::vector<std::size_t> all(cases_.size());
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
-
-std::vector<std::size_t> Box::cases_of(const Constraint& quantity) const {
-  std::vector<std::size_t> counted = all_cases();
-  std::erase_if(counted, [&](std::size_t k) {
-    return !quantity.load_case.empty() && cases_[k].name != quantity.load_case;
-  });
-  return counted;
+std::vector<std::size_t> Box::cases_named(const std::string& name) const {
+  std::vector<std::size_t> named;
+  for (std::size_t k = 0; k < cases_.size(); ++k)
+    if (name.empty() || cases_[k].name == name) named.push_back(k);
+  return named;
 }
 
 Paths Box::evaluate(const VectorXd& z, const std::vector<std::size_t>& cases) {
@@ -180,7 +170,7 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
   for (int k = 0; k < spec_.starts && !best.second.unstable; ++k) {
     // the first start is the middle, or what is known
     VectorXd from = start;
-    if (k > 0) from = (2 * spread[static_cast<std::size_t>(k)].array() - 1).matrix();
+    if (k > 0) from = (2 * spread[k].array() - 1).matrix();
     const Reading here = read(from, scale, of);
     keep(from, here);
     if (!here.ok) continue;
@@ -273,7 +263,7 @@ WorstAssembly worst_of(Box& box, const Constraint& of, const Paths& nominal) {
   WorstAssembly result;
   result.of = of;
   const int before = box.evaluations();
-  const std::vector<std::size_t> cases = box.cases_of(of);
+  const std::vector<std::size_t> cases = box.cases_named(of.load_case);
   const Reading plain = read_worst(nominal, of, cases);
   const double side = side_of(of);
   if (!plain.ok) {
@@ -331,7 +321,7 @@ CriticalAssembly critical_of(Box& box, const AssemblyTolerances& spec, const Pat
   CriticalAssembly result;
   const int before = box.evaluations();
   const Read of{[&](const Paths& found) { return read_critical(found, nominal, spec); },
-                box.all_cases()};
+                box.cases_named()};
   result.scale = spec.largest_scale;
   result.limit = "none";
   result.text = fmt::format("nothing critical up to {:g} times the box", spec.largest_scale);
@@ -370,7 +360,7 @@ AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
   AssemblyReport report;
   const AssemblyTolerances& spec = *job.assembly_tolerances;
   Box box(job, parameters, model);
-  const Paths nominal = box.evaluate(VectorXd::Zero(box.size()), box.all_cases());
+  const Paths nominal = box.evaluate(VectorXd::Zero(box.size()), box.cases_named());
   for (const StrokeResponse& one : nominal)
     if (one.status != Status::ok) {
       report.message = one.message;

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <chrono>
 #include <iterator>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
@@ -93,6 +92,7 @@ struct Book {
   std::size_t width = 0;
   std::vector<std::optional<ComparedPath>> paths;
   std::vector<std::optional<EvaluationSeconds>> seconds;
+  LineLog values_log, times_log;
 
   Book(const Job& job, std::size_t designs)
       : quantities(compared_quantities(job)),
@@ -100,6 +100,14 @@ struct Book {
         paths(designs * width),
         seconds(designs * width) {}
 
+  /// Opens both logs and reads what they hold.
+  void open(const Job& job, const std::filesystem::path& log, const std::string& version,
+            bool overwrite) {
+    const json identity = log_identity(job, version);
+    values_log.open(log, identity, overwrite, [&](const std::string& line) { read_path(line); });
+    times_log.open(seconds_log(log), identity, overwrite,
+                   [&](const std::string& line) { read_seconds(line); });
+  }
   std::size_t place(int design, int model) const {
     const auto d = static_cast<std::size_t>(design), m = static_cast<std::size_t>(model);
     if (design < 0 || model < 0 || m >= width || d * width + m >= paths.size())
@@ -117,19 +125,6 @@ struct Book {
   }
 };
 
-/// The log of values and that of seconds, read into the book.
-struct Logs {
-  LineLog values, seconds;
-
-  Logs() = default;
-  Logs(const Job& job, const std::filesystem::path& log, const std::string& version, bool overwrite,
-       Book& book)
-      : values(log, log_identity(job, version), overwrite,
-               [&](const std::string& line) { book.read_path(line); }),
-        seconds(seconds_log(log), log_identity(job, version), overwrite,
-                [&](const std::string& line) { book.read_seconds(line); }) {}
-};
-
 /// Adds a load case; what it says is said with its name.
 void append(StrokeResponse of_case, const std::string& name, StrokeResponse& whole) {
   std::ranges::move(of_case.path, std::back_inserter(whole.path));
@@ -144,18 +139,17 @@ void append(StrokeResponse of_case, const std::string& name, StrokeResponse& who
 ComparedPath evaluate(const Job& job, const Sample& sample, int design, int model,
                       const Quantities& quantities, const StrokeEvaluator& evaluator,
                       EvaluationSeconds& seconds) {
-  if (!sample.refused.empty()) return failed_path(design, model, sample.refused);
+  if (!sample.refused.empty()) return {design, model, sample.refused};
   const CompareSpec& spec = *job.compare;
-  const ModelChoice& choice =
-      model == 0 ? spec.full : spec.models[static_cast<std::size_t>(model - 1)];
+  const ModelChoice& choice = model == 0 ? spec.full : spec.models[model - 1];
   const auto begin = std::chrono::steady_clock::now();
   try {
-    const Mechanism mechanism = make_mechanism(job, sample);
+    const Mechanism mechanism = make_mechanism(job, sample.parameters);
     StrokeResponse whole;  // all load cases one after the other
     auto first = sample.stroke.begin();
     for (const JobCase& one : cases_of(job)) {
       StrokeRequest request = one.request;
-      const auto last = first + static_cast<std::ptrdiff_t>(request.points.size());
+      const auto last = first + std::ssize(request.points);
       request.points.assign(first, last);
       first = last;
       request.newton = choice.newton;
@@ -165,7 +159,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
     seconds = {whole.seconds_path, seconds_since(begin)};
     return compared_path(design, model, quantities, whole);
   } catch (const SpecError& error) {
-    return failed_path(design, model, error.what());
+    return {design, model, error.what()};
   }
 }
 
@@ -175,7 +169,7 @@ std::string seconds_line(int design, int model, const EvaluationSeconds& seconds
 }
 
 /// What all paths say, which are in the logs from then on in the order of the designs.
-CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
+CompareRun concluded(const Job& job, Book& book) {
   const int width = static_cast<int>(book.width);
   CompareRun run;
   run.seconds.resize(book.width);
@@ -183,13 +177,12 @@ CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
   for (std::size_t k = 0; k < book.paths.size(); ++k) {
     values.push_back(line_of(book.quantities, *book.paths[k]));
     if (!book.seconds[k]) continue;
-    run.seconds[k % book.width].path += book.seconds[k]->path;
-    run.seconds[k % book.width].total += book.seconds[k]->total;
+    run.seconds[k % book.width] += *book.seconds[k];
     seconds.push_back(
         seconds_line(static_cast<int>(k) / width, static_cast<int>(k) % width, *book.seconds[k]));
   }
-  logs.seconds.finish(seconds);
-  logs.values.finish(values);
+  book.times_log.finish(seconds);
+  book.values_log.finish(values);
   run.comparison = make_comparison(job, book.paths, book.seconds);
   return run;
 }
@@ -199,60 +192,42 @@ CompareRun concluded(const Job& job, const Book& book, Logs& logs) {
 void check_compare_log(const Job& job, const std::filesystem::path& log,
                        const std::string& version) {
   Book book(job, make_samples(job).size());
-  const Logs logs(job, log, version, false, book);
+  book.open(job, log, version, false);
 }
 
 CompareRun compare(const Job& job, const CompareOptions& options) {
   assert(job.compare);
   const std::vector<Sample> samples = make_samples(job);
   Book book(job, samples.size());
-  const auto logs = options.log.empty() ? std::make_unique<Logs>()
-                                        : std::make_unique<Logs>(job, options.log, options.version,
-                                                                 options.overwrite_log, book);
-  CompareProgress progress;
+  if (!options.log.empty()) book.open(job, options.log, options.version, options.overwrite_log);
   Sharing nobody;
   Sharing& sharing = options.sharing ? *options.sharing : nobody;
-  const std::vector<int> own = sharing.own("evaluations", static_cast<int>(book.paths.size()));
-  progress.total = static_cast<int>(own.size());
-  std::vector<int> open;
-  for (const int k : own) {
-    const auto& known = book.paths[static_cast<std::size_t>(k)];
-    if (!known) {
-      open.push_back(k);
-      continue;
-    }
-    ++progress.evaluations;
-    ++progress.replayed;
-    if (!known->whole()) ++progress.failed;
-  }
-  if (options.progress) options.progress(progress);
-
-  std::mutex mutex;
   const int width = static_cast<int>(book.width);
+  const auto known = [&](int k) {
+    const auto& path = book.paths[k];
+    return path ? std::optional(!path->whole()) : std::nullopt;
+  };
   const auto work = [&](int k) {
     const int design = k / width, model = k % width;
     EvaluationSeconds seconds;
-    const ComparedPath path = evaluate(job, samples[static_cast<std::size_t>(design)], design,
-                                       model, book.quantities, options.evaluator, seconds);
+    const ComparedPath path =
+        evaluate(job, samples[design], design, model, book.quantities, options.evaluator, seconds);
     return seconds_line(design, model, seconds) + line_of(book.quantities, path);
   };
-  const auto keep = [&](int k, const std::string& lines) {
+  const auto keep = [&](const std::string& lines) {
     const std::size_t second = lines.find('\n') + 1;
     const std::string seconds = lines.substr(0, second), values = lines.substr(second);
-    logs->seconds.append(seconds);  // first: never without it
-    logs->values.append(values);
-    const std::lock_guard lock(mutex);
+    book.times_log.append(seconds);  // first: never without it
+    book.values_log.append(values);
     book.read_seconds(seconds);
     book.read_path(values);
-    ++progress.evaluations;
-    if (!book.paths[static_cast<std::size_t>(k)]->whole()) ++progress.failed;
-    if (options.progress) options.progress(progress);
   };
-  sharing.run(open, options.threads, work, keep);
+  const bool complete = sharing.run({"evaluations", static_cast<int>(book.paths.size()),
+                                     options.threads, known, work, keep, options.progress});
   if (sharing.shard()) throw ShardEnds();
-  if (!sharing.complete()) return {};
+  if (!complete) return {};
 
-  return concluded(job, book, *logs);
+  return concluded(job, book);
 }
 
 Comparison compare_logged(const Job& job, const std::filesystem::path& log) {

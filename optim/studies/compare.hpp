@@ -9,17 +9,12 @@
 
 namespace flexopt {
 
-struct CompareProgress {
-  int evaluations = 0, total = 0;  ///< design and model pairs
-  int failed = 0, replayed = 0;    ///< numbers of the evaluations; replayed: read from the log
-};
-
 struct CompareOptions {
   std::filesystem::path log;   ///< evaluations.jsonl; resumed from where it exists; empty: none
   bool overwrite_log = false;  ///< start anew instead of resuming
   std::string version;         ///< the program's; a log of another version is refused
   int threads = 1;             ///< no number depends on it but the seconds
-  std::function<void(const CompareProgress&)> progress;  ///< one at a time, from any thread
+  std::function<void(const LoopState&)> progress;  ///< one at a time, from any thread
   StrokeEvaluator evaluator = evaluate_stroke;
   Sharing* sharing = nullptr;  ///< with whom the evaluations are shared; null: nobody
 };

@@ -18,7 +18,7 @@ std::string reason_of(const ComparedQuantity::Number& number, const PathPoint& p
   if (needs.has(Output::buckling) && p.buckling)
     return (number.component == 0 ? p.buckling->drive_locked : p.buckling->drive_free).reason;
   if (needs.has(Output::load_capacity)) {
-    const auto& capacity = p.load_capacity[static_cast<std::size_t>(number.component)];
+    const auto& capacity = p.load_capacity[number.component];
     return capacity ? capacity->reason : "";
   }
   if (!needs.has(Output::stress)) return "";
@@ -31,8 +31,7 @@ ComparedPoint compared_point(const std::vector<ComparedQuantity>& quantities, co
   c.converged = p.status == PointStatus::converged;
   if (!c.converged) return c;
   c.stable = p.stable;
-  c.fallback = std::any_of(p.leaves.begin(), p.leaves.end(),
-                           [](const LeafReport& leaf) { return leaf.replaced; });
+  c.fallback = std::ranges::any_of(p.leaves, &LeafReport::replaced);
   for (const ComparedQuantity& quantity : quantities) {
     auto& numbers = c.numbers.emplace_back();
     auto& reasons = c.reasons.emplace_back();
@@ -84,8 +83,7 @@ class TwoPaths {
   void add_motion(const ComparedQuantity& of, std::size_t quantity) {
     const auto vector = [&](const ComparedPoint& p) {
       Vector3d u;
-      for (std::size_t k = 0; k < 3; ++k)
-        u[static_cast<Eigen::Index>(k)] = p.numbers[quantity][k].value_or(0);
+      for (std::size_t k = 0; k < 3; ++k) u[k] = p.numbers[quantity][k].value_or(0);
       return u;
     };
     double largest = 0;
@@ -117,7 +115,7 @@ double percentile(const std::vector<double>& sorted, double fraction) {
 
 void describe(const Job& job, ComparedDesign& design) try {
   if (!design.sample.refused.empty()) return;
-  for (const LeafSpring& leaf : make_mechanism(job, design.sample).leaves) {
+  for (const LeafSpring& leaf : make_mechanism(job, design.sample.parameters).leaves) {
     const double wide = leaf.width * leaf.width / (leaf.length * leaf.thickness);
     if (wide <= design.width2_over_length_thickness) continue;
     design.width2_over_length_thickness = wide;
@@ -131,13 +129,11 @@ void describe(const Job& job, ComparedDesign& design) try {
 }  // namespace
 
 int ComparedPath::converged() const {
-  return static_cast<int>(std::count_if(points.begin(), points.end(),
-                                        [](const ComparedPoint& p) { return p.converged; }));
+  return std::ranges::count(points, true, &ComparedPoint::converged);
 }
 
 int ComparedPath::fallbacks() const {
-  return static_cast<int>(std::count_if(points.begin(), points.end(),
-                                        [](const ComparedPoint& p) { return p.fallback; }));
+  return std::ranges::count(points, true, &ComparedPoint::fallback);
 }
 
 ComparedPath compared_path(int design, int model, const std::vector<ComparedQuantity>& quantities,
@@ -154,15 +150,6 @@ ComparedPath compared_path(int design, int model, const std::vector<ComparedQuan
   if (missing > 0 || response.status != Status::ok)
     path.message =
         response.message.empty() ? fmt::format("{} points not reached", missing) : response.message;
-  return path;
-}
-
-ComparedPath failed_path(int design, int model, std::string message) {
-  assert(!message.empty());
-  ComparedPath path;
-  path.design = design;
-  path.model = model;
-  path.message = std::move(message);
   return path;
 }
 
@@ -209,18 +196,14 @@ Comparison make_comparison(const Job& job, const std::vector<std::optional<Compa
   Comparison result;
   result.evaluations = static_cast<int>(paths.size());
   result.quantities = compared_quantities(job);
-  for (const auto& path : paths)
-    if (path) ++result.evaluated;
-  for (Sample& sample : make_samples(job)) {
-    ComparedDesign design;
-    design.sample = std::move(sample);
+  result.evaluated = std::ranges::count_if(paths, [](const auto& path) { return bool(path); });
+  std::vector<Sample> samples = make_samples(job);
+  assert(paths.size() == width * samples.size());
+  for (std::size_t d = 0; d < samples.size(); ++d) {
+    ComparedDesign& design = result.designs.emplace_back();
+    design.sample = std::move(samples[d]);
     describe(job, design);
-    result.designs.push_back(std::move(design));
-  }
-  assert(paths.size() == width * result.designs.size());
-  for (std::size_t d = 0; d < result.designs.size(); ++d) {
     const auto& full = paths[d * width];
-    ComparedDesign& design = result.designs[d];
     if (!full) continue;
     design.failed = !full->whole();
     design.message = full->message;
@@ -250,10 +233,8 @@ Comparison make_comparison(const Job& job, const std::vector<std::optional<Compa
       std::ranges::move(found.missing, std::back_inserter(model.missing));
       const auto &full_time = seconds[d * width], &own_time = seconds[d * width + m];
       if (full->whole() && path->whole() && full_time && own_time) {
-        full_seconds.path += full_time->path;
-        full_seconds.total += full_time->total;
-        own_seconds.path += own_time->path;
-        own_seconds.total += own_time->total;
+        full_seconds += *full_time;
+        own_seconds += *own_time;
       }
     }
     if (own_seconds.path > 0) model.speed_up = full_seconds.path / own_seconds.path;

@@ -24,9 +24,6 @@ struct Sample {
 /// range is refused in words, not left out.
 std::vector<Sample> make_samples(const Job& job);
 
-/// The mechanism of a sample. Throws SpecError where the parameters contradict each other.
-Mechanism make_mechanism(const Job& job, const Sample& sample);
-
 // What a comparison with full accuracy returns, and its errors. Plain data.
 
 /// What is compared at a stroke point.
@@ -58,12 +55,12 @@ struct ComparedPath {
 struct EvaluationSeconds {
   double path = 0;   ///< along the stroke, coefficients ready
   double total = 0;  ///< with building the mechanism and the leaves' coefficients
+
+  void operator+=(const EvaluationSeconds& other) { path += other.path, total += other.total; }
 };
 
 ComparedPath compared_path(int design, int model, const std::vector<ComparedQuantity>& quantities,
                            const StrokeResponse& response);
-/// Path of a design for which no mechanism could be made.
-ComparedPath failed_path(int design, int model, std::string message);
 
 /// One number's relative error, ≥ 0.
 struct PointError {

@@ -79,17 +79,15 @@ std::string loop_of(const MapSpec& map, const ParameterValues& parameters) {
   return loop_name("designs of a map", says.dump());
 }
 
-OrderedJson packed_place(const Mapped& mapped) {
+void to_json(OrderedJson& json, const Mapped& mapped) {
   const bool bounded = std::isfinite(mapped.margin);  // without constraints there is no margin
-  return {mapped.values, bounded ? OrderedJson(mapped.margin) : OrderedJson(), mapped.failure};
+  json = {mapped.values, bounded ? OrderedJson(mapped.margin) : OrderedJson(), mapped.failure};
 }
 
-Mapped unpacked_place(const nlohmann::json& yield) {
-  Mapped mapped;
-  yield.at(0).get_to(mapped.values);
-  if (!yield.at(1).is_null()) yield.at(1).get_to(mapped.margin);
-  yield.at(2).get_to(mapped.failure);
-  return mapped;
+void from_json(const nlohmann::json& json, Mapped& mapped) {
+  json.at(0).get_to(mapped.values);
+  if (!json.at(1).is_null()) json.at(1).get_to(mapped.margin);
+  json.at(2).get_to(mapped.failure);
 }
 
 }  // namespace
@@ -102,19 +100,15 @@ ResponseMap evaluate_map(const Job& job, const MapSpec& map, const ParameterValu
   const Scales scales = problem.scales(nullptr);
   std::vector<Mapped> designs(grid.size());
   const auto work = [&](int i) {
-    const Variables at = problem.variables(grid[static_cast<std::size_t>(i)]);
+    const Variables at = problem.variables(grid[i]);
     return evaluate(problem, at, map.quantities.size(), scales);
   };
   ResponseMap found;
-  if (!run_units(shared, loop_of(map, parameters), threads, progress, designs, work, packed_place,
-                 unpacked_place))
-    return found;
+  if (!run_units(shared, loop_of(map, parameters), threads, progress, designs, work)) return found;
   const auto [rows, columns] = map.points;
   for (int i = 0; i < rows; ++i)
-    found.parameters[0].push_back(
-        problem.variables(grid[static_cast<std::size_t>(i * columns)])[0]);
-  for (int j = 0; j < columns; ++j)
-    found.parameters[1].push_back(problem.variables(grid[static_cast<std::size_t>(j)])[1]);
+    found.parameters[0].push_back(problem.variables(grid[i * columns])[0]);
+  for (int j = 0; j < columns; ++j) found.parameters[1].push_back(problem.variables(grid[j])[1]);
   for (std::size_t k = 0; k < 2; ++k)
     found.held[k] = problem.job().design.parameters.at(map.parameters[k].parameter);
   found.looked_up = problem.job().model.atlas != nullptr;

@@ -61,8 +61,7 @@ std::vector<Sample> make_samples(const Job& job) {
       Sample sample;
       for (std::size_t j = 0; j < spec.ranges.size(); ++j) {
         const SampleRange& range = spec.ranges[j];
-        (range.symbol ? sample.symbols : sample.parameters)[range.name] =
-            value_in(range, u[static_cast<Eigen::Index>(j)]);
+        (range.symbol ? sample.symbols : sample.parameters)[range.name] = value_in(range, u[j]);
       }
       samples.push_back(std::move(sample));
     }
@@ -101,11 +100,6 @@ std::vector<Sample> make_samples(const Job& job) {
       sample.refused = error.what();
     }
   return samples;
-}
-
-Mechanism make_mechanism(const Job& job, const Sample& sample) {
-  assert(sample.refused.empty());
-  return make_mechanism(job, sample.parameters);
 }
 
 }  // namespace flexopt

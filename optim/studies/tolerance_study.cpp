@@ -30,22 +30,20 @@ struct SampledDesign {
 
 using OrderedJson = nlohmann::ordered_json;
 
-OrderedJson packed_design(const SampledDesign& sample) {
+void to_json(OrderedJson& json, const SampledDesign& sample) {
   OrderedJson quantities = OrderedJson::array();
   // those that are not finite do not count
   for (const std::optional<double>& value : sample.quantities)
     quantities.push_back(value && std::isfinite(*value) ? OrderedJson(*value) : OrderedJson());
-  return {sample.failure, std::move(quantities), sample.goals};
+  json = {sample.failure, std::move(quantities), sample.goals};
 }
 
-SampledDesign unpacked_design(const nlohmann::json& yield) {
-  SampledDesign sample;
-  yield.at(0).get_to(sample.failure);
-  for (const nlohmann::json& value : yield.at(1))
+void from_json(const nlohmann::json& json, SampledDesign& sample) {
+  json.at(0).get_to(sample.failure);
+  for (const nlohmann::json& value : json.at(1))
     sample.quantities.push_back(value.is_null() ? std::nullopt
                                                 : std::optional(value.get<double>()));
-  yield.at(2).get_to(sample.goals);
-  return sample;
+  json.at(2).get_to(sample.goals);
 }
 
 std::optional<SampledNumber> figures(const std::vector<double>& values) {
@@ -123,10 +121,7 @@ Answer<GoalReading, Why> Study::read(const Goal& goal, const ParameterValues& pa
                                      const std::vector<StrokeSensitivity>& found) const {
   auto reading = goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests_);
   if (reading && reading->gradient.rows() > 0)
-    reading->gradient =
-        slopes(goal.expression ? goal.expression->names()
-                               : found[goal.parts.front().load_case].gradients->parameters,
-               reading->gradient);
+    reading->gradient = slopes(reading->parameters, reading->gradient);
   return reading;
 }
 
@@ -198,7 +193,7 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
   ParameterValues values = parameters_;
   for (std::size_t e = 0; e < spec_.entries.size(); ++e) {
     constexpr double edge = 1e-12;  // a normal deviation has no ends
-    const double u = std::clamp(unit_point[static_cast<Eigen::Index>(e)], edge, 1 - edge);
+    const double u = std::clamp(unit_point[e], edge, 1 - edge);
     const Tolerance& entry = spec_.entries[e];
     const double z = entry.spread == ToleranceSpread::uniform
                          ? 2 * u - 1
@@ -261,10 +256,8 @@ void Study::sample(int threads, const LoopProgress& progress, SharedUnits* share
       latin_hypercube_points(static_cast<int>(spec_.entries.size()), spec_.samples, spec_.seed);
   std::vector<SampledDesign> designs(points.size());
   const OrderedJson about{parameters_, static_cast<int>(model_.accuracy)};
-  if (!run_units(
-          shared, loop_name("sampled designs", about.dump()), threads, progress, designs,
-          [&](int i) { return evaluate(points[static_cast<std::size_t>(i)], report); },
-          packed_design, unpacked_design))
+  if (!run_units(shared, loop_name("sampled designs", about.dump()), threads, progress, designs,
+                 [&](int i) { return evaluate(points[i], report); }))
     return;
   report.samples = spec_.samples;
   int keep = 0;
@@ -313,7 +306,7 @@ ToleranceReport Study::run(int threads, const LoopProgress& progress, SharedUnit
 }
 
 double size_of(const MatrixXd& slopes, std::size_t value) {
-  return slopes.row(static_cast<Eigen::Index>(value)).cwiseAbs().sum();
+  return slopes.row(value).cwiseAbs().sum();
 }
 
 /// The goal's one number where every value is `by` times its farthest away.
@@ -340,7 +333,7 @@ ToleranceReport study_tolerances(const Job& job, const ParameterValues& paramete
 LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixXd& slopes) {
   const Extreme e = extreme(goal, values);
   return {e.sign * values[e.entry], moved(goal, values, slopes, -1), moved(goal, values, slopes, 1),
-          e.sign * slopes.row(static_cast<Eigen::Index>(e.entry)).transpose()};
+          e.sign * slopes.row(e.entry).transpose()};
 }
 
 std::optional<double> room_of(const Goal& goal, const GoalValues& values, const MatrixXd& slopes,

@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "core/spec/spec_error.hpp"
-#include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_book.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/search/optimise.hpp"
@@ -24,26 +23,6 @@ namespace flexopt {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Evaluation of a line of the log; nothing for the heading.
-std::optional<EvaluationRecord> record_of(const std::string& line) {
-  const auto json = OrderedJson::parse(line, nullptr, false);
-  if (!json.is_object() || !json.contains("variables")) return std::nullopt;
-  EvaluationRecord record;
-  record.start = json.at("start");
-  record.number = json.at("number");
-  record.variables = json.at("variables").get<ParameterValues>();
-  record.ok = json.at("ok");
-  record.difference = json.value("difference", false);
-  record.full = json.value("full", false);
-  record.stage = stage_named(json.value("stage", "search"));
-  record.message = json.value("message", "");
-  if (!record.ok) return record;
-  record.objective = json.at("objective");
-  record.constraints = json.at("constraints").get<std::vector<double>>();
-  record.violation = json.at("violation");
-  return record;
-}
 
 ShownRun unfinished(OrderedJson result, OrderedJson scene = {}) {
   return {std::make_shared<OrderedJson>(std::move(result)),
@@ -65,11 +44,9 @@ std::vector<ConstraintState> states_of(const OptimiseSpec& spec, const Evaluatio
   std::vector<ConstraintState> states;
   for (std::size_t i = 0; i < std::min(spec.constraints.size(), best.constraints.size()); ++i) {
     const Constraint& c = spec.constraints[i];
-    ConstraintState state{c.label, best.constraints[i], c.min, c.max};
-    state.margin = -excess(state.value, c.min, c.max, 1.0);
     const double scale = std::max(std::abs(c.min.value_or(0)), std::abs(c.max.value_or(0)));
-    state.active = std::abs(state.margin) <= spec.constraint_tolerance * (scale > 0 ? scale : 1);
-    states.push_back(std::move(state));
+    states.push_back(
+        state_of(c, best.constraints[i], scale > 0 ? scale : 1, spec.constraint_tolerance));
   }
   return states;
 }
@@ -91,8 +68,10 @@ const std::vector<EvaluationRecord>& GrowingLog::read(const fs::path& file) try 
   for (std::size_t begin = 0, end; (end = more.find('\n', begin)) != std::string::npos;
        begin = end + 1) {
     read_ += end + 1 - begin;
-    if (auto record = record_of(lines_.next(std::string_view(more).substr(begin, end - begin))))
-      records_.push_back(std::move(*record));
+    const auto line = nlohmann::json::parse(
+        lines_.next(std::string_view(more).substr(begin, end - begin)), nullptr, false);
+    if (line.is_object() && line.contains("variables"))  // the heading has none
+      records_.push_back(record_of(line));
   }
   return records_;
 } catch (const OrderedJson::exception& error) {
@@ -121,9 +100,7 @@ ShownRun interrupted_run(const fs::path& folder, GrowingLog& evaluations) {
     if (!trial.ok)
       ++optimum.failed_evaluations;
     else if (!trial.difference && !trial.full &&
-             (!best ||
-              better({trial.objective, trial.violation}, {best->objective, best->violation},
-                     spec.objective.maximise, spec.constraint_tolerance)))
+             (!best || better(trial, *best, spec.objective.maximise, spec.constraint_tolerance)))
       best = &trial;
   }
   if (best) {

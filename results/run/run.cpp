@@ -294,10 +294,10 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
   listener.say(fmt::format("optimising {}: {} variables, {} constraints, {} starts", job.name,
                            spec.variables.size(), spec.constraints.size(), spec.starts));
   const auto begin = std::chrono::steady_clock::now();
-  options.screening_progress = [&](const ScreeningProgress& progress) {
+  options.screening_progress = [&](const LoopState& state) {
     const double seconds = seconds_since(begin);
-    if (progress.screened == progress.designs) record.timings["screening"] = seconds;
-    listener.step(step_of(progress, seconds));
+    if (state.done == state.total) record.timings["screening"] = seconds;
+    listener.step(step_of(state, "designs screened", "without values", seconds));
   };
   record.optimum = optimise(job, options);
 
@@ -326,7 +326,9 @@ RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, in
   keep_log(job, folder, options);
   options.threads = threads;
   options.sharing = sharing;
-  options.progress = [&](const CompareProgress& progress) { listener.step(step_of(progress)); };
+  options.progress = [&](const LoopState& state) {
+    listener.step(step_of(state, "evaluations", "failed"));
+  };
   listener.say(fmt::format("comparing {}: {} model{} with full accuracy", job.name,
                            job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s"));
   CompareRun run = compare(job, options);

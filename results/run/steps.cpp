@@ -15,9 +15,7 @@ BestSoFar::BestSoFar(const OptimiseSpec& spec, const DriveList& drives) : spec_(
 
 void BestSoFar::add(const EvaluationRecord& evaluation) {
   if (!evaluation.ok || evaluation.difference || evaluation.full) return;
-  const auto merit = [](const EvaluationRecord& e) { return Merit{e.objective, e.violation}; };
-  if (!best_ || better(merit(evaluation), merit(*best_), spec_.objective.maximise,
-                       spec_.constraint_tolerance))
+  if (!best_ || better(evaluation, *best_, spec_.objective.maximise, spec_.constraint_tolerance))
     best_ = evaluation;
 }
 
@@ -51,29 +49,18 @@ RunStep step_of(const Progress& progress, int total, const BestSoFar& best) {
   return step;
 }
 
-RunStep step_of(const ScreeningProgress& progress, double seconds) {
-  RunStep step{.done = progress.screened,
-               .total = progress.designs,
-               .what = "designs screened",
-               .text = "designs screened",
-               .replayed = progress.replayed};
-  if (progress.failed > 0) step.goals = fmt::format("{} without values", progress.failed);
-  if (progress.failed > 0) step.text += ", " + step.goals;
-  if (progress.replayed > 0) step.text += fmt::format(", {} from the log", progress.replayed);
-  const int fresh = progress.screened - progress.replayed;
+RunStep step_of(const LoopState& state, const std::string& what, const std::string& failed,
+                double seconds) {
+  RunStep step{.done = state.done,
+               .total = state.total,
+               .what = what,
+               .text = what,
+               .replayed = state.replayed};
+  if (state.failed > 0) step.goals = fmt::format("{} {}", state.failed, failed);
+  if (state.failed > 0) step.text += ", " + step.goals;
+  if (state.replayed > 0) step.text += fmt::format(", {} from the log", state.replayed);
+  const int fresh = state.done - state.replayed;
   if (fresh > 0 && seconds > 1) step.text += fmt::format(", {:.0f} a second", fresh / seconds);
-  return step;
-}
-
-RunStep step_of(const CompareProgress& progress) {
-  RunStep step{.done = progress.evaluations,
-               .total = progress.total,
-               .what = "evaluations",
-               .text = "evaluations",
-               .replayed = progress.replayed};
-  if (progress.failed > 0) step.goals = fmt::format("{} failed", progress.failed);
-  if (progress.failed > 0) step.text += ", " + step.goals;
-  if (progress.replayed > 0) step.text += fmt::format(", {} from the log", progress.replayed);
   return step;
 }
 

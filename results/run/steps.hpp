@@ -5,7 +5,6 @@
 
 #include "optim/search/optimise.hpp"
 #include "optim/solvers/parallel.hpp"
-#include "optim/studies/compare.hpp"
 #include "results/run/progress.hpp"
 
 namespace flexopt {
@@ -32,9 +31,10 @@ class BestSoFar {
 
 /// Step of an optimisation, which ends after `total` evaluations of its starts at the latest.
 RunStep step_of(const Progress& progress, int total, const BestSoFar& best);
-/// Step of the screening before an optimisation, which has taken `seconds` so far [s].
-RunStep step_of(const ScreeningProgress& progress, double seconds);
-RunStep step_of(const CompareProgress& progress);
+/// Step of a loop over `what` in which units may be `failed`; with the rate where it has taken
+/// `seconds` so far [s].
+RunStep step_of(const LoopState& state, const std::string& what, const std::string& failed,
+                double seconds = 0);
 
 /// Progress that tells the listener of every unit; plain lines show nothing of it.
 LoopProgress counted(RunListener& listener, const std::string& what);

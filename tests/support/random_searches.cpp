@@ -178,7 +178,7 @@ std::optional<double> dense_search(const RandomSearch& of, int points, int searc
     take(seen[k]);
     EvaluationBook book(problem, log, board, Stage::search, 0, true);
     book.set_scales(scales);
-    const SearchResult end = search(problem, book, pose, seen[k].x, {300, false, {}});
+    const SearchResult end = search(book, pose, seen[k].x, 300);
     if (end.best) take(*end.best);
   }
   return best;

@@ -258,7 +258,8 @@ TEST_CASE("a guide is optimised for its worst errors of assembly", "[assembly][s
       const Variables beside{std::clamp(t * best[0], 0.3e-3, 0.6e-3),
                              std::clamp(w * best[1], 0.01, 0.03)};
       const DesignValues there = problem.evaluate(beside);
-      if (!there.ok || problem.violation(there, problem.scales(&there)) > 1e-4) continue;
+      if (!there.ok || problem.violation(problem.constraints(there), problem.scales(&there)) > 1e-4)
+        continue;
       CHECK(problem.objective(there) <= optimum.objective * (1 + 1e-4));
     }
 }

@@ -77,7 +77,7 @@ TEST_CASE("the posed programme has exact gradients, slack and branches included"
   const Pose pose = job_pose(s.problem);
   for (const Aim aim : {Aim::objective, Aim::feasibility})
     for (const bool slack : {true, false}) {
-      Posing posing(s.problem, s.book, pose, slack, aim, 0.5);
+      Posing posing(s.book, pose, slack, aim, 0.5);
       const Problem p = posing.problem();
       VectorXd x = VectorXd::Constant(p.lower.size(), 0.37);
       const Problem::Value v = p.evaluate(x, true);
@@ -100,7 +100,7 @@ TEST_CASE("a row keeps its mode when two modes cross from one design to the next
   set_algorithm(document, "LD_SLSQP");
   Setting s(parse_job(document), true);
   const Pose pose = job_pose(s.problem);
-  Posing posing(s.problem, s.book, pose, true);
+  Posing posing(s.book, pose, true);
   const Problem p = posing.problem();
   // u² = 1.5 at rest: width 36.7 mm, x = 0.4825; fa rises with the width, fb falls
   VectorXd x = VectorXd::Constant(p.lower.size(), 0.47);

@@ -80,7 +80,7 @@ Run run(const json& document, Counted& counted, const fs::path& log = {}, int th
   options.threads = threads;
   options.log = log;
   Run r;
-  options.screening_progress = [&](const ScreeningProgress& p) { r.replayed = p.replayed; };
+  options.screening_progress = [&](const LoopState& p) { r.replayed = p.replayed; };
   r.optimum = optimise(parse_job(document), options);
   return r;
 }
@@ -144,7 +144,7 @@ TEST_CASE("screening is on reduced leaves, and asks for no derivatives", "[optim
   json document = global_job();
   document["model"]["accuracy"] = "full";
   const Job job = parse_job(document);
-  const Screening found = screen(job, {two_hills(counted), by_differences}, {});
+  const Screening found = screen(job, {.evaluators = {two_hills(counted), by_differences}});
   CHECK(found.starts.size() == 4);
   CHECK(counted.reduced >= 1024);
   CHECK(counted.full == 0);
@@ -156,9 +156,10 @@ TEST_CASE("goals that bear tolerances are screened without them", "[optim]") {
   json document = global_job();
   document["tolerances"] = {{"length", "1 mm"}};
   document["optimise"]["objective"].update({{"under", "tolerances"}, {"as", "worst"}});
-  const Screening with = screen(parse_job(document), {two_hills(counted), by_differences}, {}),
-                  without =
-                      screen(parse_job(global_job()), {two_hills(counted), by_differences}, {});
+  const Screening with = screen(parse_job(document),
+                                {.evaluators = {two_hills(counted), by_differences}}),
+                  without = screen(parse_job(global_job()),
+                                   {.evaluators = {two_hills(counted), by_differences}});
   CHECK(with.report.evaluated > 900);
   CHECK(with.starts == without.starts);
 }

@@ -180,13 +180,13 @@ TEST_CASE("a slack variable takes every algorithm that models constraints to the
   CAPTURE(name);
   const OptimiserSummary s = minimise(kink(), vector({-0.5, 1.5, -2}), options(name));
   INFO(s.message);
-  CHECK(prefers_slack(options(name)));
+  CHECK(algorithm_of(options(name)).slack);
   CHECK(s.reason == StopReason::converged);
   // The tolerated violation, 3e-5, moves a flat optimum by √(3e-5 / 0.75).
   CHECK(s.x[0] == Approx(x).margin(6e-3));
   CHECK(s.x[1] == Approx(y).margin(6e-3));
   CHECK(-s.f == Approx(1 + x - 0.5 * y * y).epsilon(2e-4));
-  if (!needs_gradients(options(name))) return;
+  if (!algorithm_of(options(name)).gradients) return;
   CHECK(s.multipliers[0] == Approx(0.5).margin(5e-3));
   CHECK(s.multipliers[1] == Approx(0.5).margin(5e-3));
 }
@@ -329,8 +329,9 @@ TEST_CASE("what the problem throws comes out of every library", "[optim]") {
 TEST_CASE("unknown libraries and algorithms are refused with what there is", "[optim]") {
   OptimiserOptions o;
   o.library = "matlab";
-  CHECK_THROWS_WITH(needs_gradients(o), Catch::Contains("/optimise/algorithm/library = matlab") &&
-                                            Catch::Contains("nlopt or ipopt"));
+  CHECK_THROWS_WITH(
+      algorithm_of(o).gradients,
+      Catch::Contains("/optimise/algorithm/library = matlab") && Catch::Contains("nlopt or ipopt"));
   o.library = "nlopt";
   o.name = "LD_SLSQ";
   CHECK_THROWS_AS(minimise(rosenbrock_in_disk(), vector({0, 0}), o), SpecError);

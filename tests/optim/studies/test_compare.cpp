@@ -214,7 +214,8 @@ TEST_CASE("a model 1 % below full accuracy has that error everywhere", "[optim][
     }
     CHECK_FALSE(error_figures(model.errors, displacement));  // the guide has none
   }
-  const LeafSpring leaf = make_mechanism(parse_job(job_document()), c.designs[0].sample).leaves[0];
+  const LeafSpring leaf =
+      make_mechanism(parse_job(job_document()), c.designs[0].sample.parameters).leaves[0];
   CHECK(c.designs[0].length_over_width == Approx(leaf.length / leaf.width));
   CHECK(c.designs[0].width2_over_length_thickness ==
         Approx(leaf.width * leaf.width / (leaf.length * leaf.thickness)));

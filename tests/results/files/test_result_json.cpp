@@ -288,14 +288,15 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   o.gradients_message = "drive_load has no exact derivatives";
   o.at_full_accuracy = true;
   StockDesign good{
-      {{"thickness", 3.5e-4}}, o.parameters, true, true, 168.0, 0, "converged", "", 12};
-  StockDesign failed{{{"thickness", 4e-4}}, {}, false, false, 0, 0, "failed", "no equilibrium", 5};
+      {true, true, 168.0, 0, "converged", "", 12}, {{"thickness", 3.5e-4}}, o.parameters};
+  StockDesign failed{
+      {false, false, 0, 0, "failed", "no equilibrium", 5}, {{"thickness", 4e-4}}, {}};
   o.stock = StockSearch{o.parameters, 169.2, 2, {good, failed}, 0};
   spec.pareto = ParetoSpec{"drive_load", "", OverStroke::max_abs, false, 2, "drive_load"};
   o.pareto =
       ParetoFront{"",
-                  {{{}, true, true, 169.2, 0.41, 0, {}, o.parameters, "converged", "", 0},
-                   {0.2, true, true, 120.5, 0.2, 1e-6, 85.0, o.parameters, "converged", "", 31}}};
+                  {{{true, true, 169.2, 0, "converged", "", 0}, {}, 0.41, {}, o.parameters},
+                   {{true, true, 120.5, 1e-6, "converged", "", 31}, 0.2, 0.2, 85.0, o.parameters}}};
   spec.verify = VerifySpec{0.002, 6};
   VerificationStep first{{{"thickness", 3.5e-4}}, 168.9, 0.01, 0.03, 0, true, true};
   VerificationStep lost{{{"thickness", 3.6e-4}}, 0, 0, 0, 0.2, false, false};
