@@ -104,7 +104,7 @@ void check_transmissibility(const json& read, const TransmissibilityRule& rule,
                             const Mechanism& mechanism, FaultList& faults) {
   const Pointer at("/dynamics/transmissibility");
   if (!(rule.from < rule.to))
-    faults.add((at / "to").to_string(), fmt::format("{:g} Hz", rule.to),
+    faults.add(at / "to", fmt::format("{:g} Hz", rule.to),
                fmt::format("the band begins at {:g} Hz: expected more", rule.from));
   const auto d = static_cast<std::size_t>(index(rule.direction));
   const char* held = "";
@@ -112,7 +112,7 @@ void check_transmissibility(const json& read, const TransmissibilityRule& rule,
     held = "O cannot move there: the ground takes it along";
   else if (rule.drive == DriveState::locked && prescribed_directions(mechanism)[d])
     held = "the locked drive holds O there: expected \"drive\": \"free\"";
-  if (*held) faults.add((at / "direction").to_string(), shown(read["direction"]), held);
+  if (*held) faults.add(at / "direction", shown(read["direction"]), held);
 }
 
 void read_measures(const json& read, const Mechanism& mechanism, FaultList& faults,
@@ -133,11 +133,11 @@ void read_state_space(const json& read, FaultList& faults, StrokeRequest& reques
   if (!section.contains("damping") && request.dynamics)
     wanted.damping = {request.dynamics->damping};
   if (wanted.damping.size() != 1 && static_cast<int>(wanted.damping.size()) != wanted.modes)
-    faults.add((at / "damping").to_string(), fmt::format("{} ratios", wanted.damping.size()),
+    faults.add(at / "damping", fmt::format("{} ratios", wanted.damping.size()),
                fmt::format("expected one, or {} as there are modes", wanted.modes));
   for (std::size_t k = 0; k < wanted.points.size(); ++k)
     if (wanted.points[k] >= static_cast<int>(request.points.size()))
-      faults.add((at / "points" / k).to_string(), fmt::format("{}", wanted.points[k]),
+      faults.add(at / "points" / k, fmt::format("{}", wanted.points[k]),
                  fmt::format("the path has {} points: expected 0 to {}", request.points.size(),
                              request.points.size() - 1));
   request.state_space = std::move(wanted);

@@ -109,7 +109,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   Objective objective = objective_table().read(read);
   objective.maximise = read.contains("maximise");
   if (objective.maximise == read.contains("minimise"))
-    throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
+    throw SpecError(at, shown(read), "give maximise or minimise, one of the two");
   objective.margin = read_margin(read, context.borne.tolerances, at);
   const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
   const bool formula =
@@ -135,7 +135,7 @@ Objective read_objective(json& read, const GoalContext& context) {
 Constraint read_constraint(json& read, const GoalContext& context, const Pointer& at) {
   const bool formula = read.contains("expression"), largest = read.contains("max");
   if (formula != read.contains("quantity") && !read.contains("min") && !largest)
-    throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
+    throw SpecError(at, shown(read), "it has no bound: give min, max or both");
   Constraint constraint =
       read_measure(read, context, at, largest ? OverStroke::max : OverStroke::min);
   const auto bound = [&](const char* key) {
@@ -149,7 +149,7 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
   if (constraint.min && constraint.max && !(*constraint.min <= *constraint.max))
-    throw SpecError((at / "min").to_string(), fmt::format("{:g}", *constraint.min),
+    throw SpecError(at / "min", fmt::format("{:g}", *constraint.min),
                     fmt::format("expected min <= max = {:g}", *constraint.max));
   return constraint;
 }
@@ -183,15 +183,14 @@ OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const Cas
                            Borne borne, FaultList& faults) {
   const GoalContext context(family, job, cases, borne, faults);
   const Pointer at("/optimise");
-  const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
+  const auto sound = [&](const Pointer& place) { return faults.sound(place); };
   OptimiseSpec spec = search_table().read(read);
   std::set<std::string> taken;
   for (std::size_t i = 0; read.contains("variables") && i < read["variables"].size(); ++i) {
     const Pointer here = at / "variables" / i;
     json& item = read["variables"][i];
     if (sound(here / "parameter") && !taken.insert(item["parameter"].get<std::string>()).second)
-      faults.add((here / "parameter").to_string(), shown(item["parameter"]),
-                 "it is a variable already");
+      faults.add(here / "parameter", shown(item["parameter"]), "it is a variable already");
     if (sound(here))
       faults.attempt(
           [&] { spec.variables.push_back(read_variable(item, context, here, job.notes)); });

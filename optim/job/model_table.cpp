@@ -129,10 +129,10 @@ ModelChoice read_model(const json& read, const JsonPointer& at, FaultList& fault
     choice.accuracy.tolerance = std::exchange(choice.newton.tolerance, NewtonOptions{}.tolerance);
   const std::string method = name_in_job(model.method);
   const auto refuse = [&](const char* key, const std::string& rule) {
-    faults.add((at / key).to_string(), read[key].dump(), rule);
+    faults.add(at / key, read[key].dump(), rule);
   };
   if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
-  if (!faults.sound((at / "method").to_string())) return choice;
+  if (!faults.sound(at / "method")) return choice;
   if (const Check has = has_estimates(model); !has && choice.accuracy.wants_estimates())
     refuse(choice.accuracy.automatic ? "accuracy" : "estimate", has.error());
   if (model.method != Reduction::modal_derivatives &&
@@ -149,7 +149,7 @@ ModelChoice read_model(const json& read, const JsonPointer& at, FaultList& fault
     refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
                                         "number, or \"method\": \"linear_craig_bampton\"",
                                         method));
-  if (faults.sound(at.to_string()))
+  if (faults.sound(at))
     if (const Check found = find_atlas(model); !found && model.atlas_use == AtlasUse::required)
       refuse("atlas", found.error());
   return choice;
