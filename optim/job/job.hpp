@@ -19,6 +19,10 @@ enum class JobKind { evaluate, optimise, compare };
 /// How the values of a quantity over the stroke become one number.
 enum class OverStroke { min, max, max_abs, first, last };
 
+/// The names that a job gives them.
+std::string name_of(JobKind kind);
+std::string name_of(OverStroke over);
+
 struct Variable {
   std::string parameter;        ///< a parameter of the family, or one of job_numbers
   double min = 0, max = 0;      ///< SI

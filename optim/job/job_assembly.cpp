@@ -104,7 +104,7 @@ bool read_worst_assembly(json& goal, const GoalContext& context, const Constrain
   if ((least && (over == OverStroke::max || over == OverStroke::max_abs)) ||
       (!least && over == OverStroke::min))
     throw SpecError(
-        at / "over_stroke", '"' + name_in_job(over) + '"',
+        at / "over_stroke", '"' + name_of(over) + '"',
         fmt::format("the worst of the box is the {} here, and so must be that over the stroke: {}",
                     least ? "least" : "largest",
                     least ? "min, first, last" : "max, max_abs, first, last"));

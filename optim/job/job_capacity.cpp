@@ -13,16 +13,6 @@ namespace flexopt {
 using nlohmann::json;
 using Pointer = json::json_pointer;
 
-template <>
-void read_member(const json& read, std::vector<std::string>& member) {
-  read.get_to(member);
-}
-
-template <>
-json written_member(const std::vector<std::string>& member) {
-  return member.empty() ? json() : json(member);
-}
-
 namespace {
 
 /// Loads at O that are increased, and to what.

@@ -167,7 +167,7 @@ std::vector<FormulaName> SamplesReader::plain_names() const {
 void SamplesReader::read_spread(json& read) {
   if (!method_known_) return;
   if (spec_.method == SampleMethod::grid || spec_.method == SampleMethod::list) {
-    const std::string method = name_in_job(spec_.method);
+    const std::string method = name_of(spec_.method);
     refuse_keys(read, at_, {"count", "seed"},
                 fmt::format("\"method\": \"{}\" is neither counted nor random", method), faults_);
   } else {

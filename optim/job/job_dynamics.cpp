@@ -26,14 +26,11 @@ const RecordTable<TransmissibilityRule>& transmissibility_table() {
       if (read == direction_names[static_cast<std::size_t>(d)])
         rule.direction = static_cast<Direction>(d);
   };
-  const auto written_direction = [](const TransmissibilityRule& rule) -> json {
-    return direction_names[static_cast<std::size_t>(index(rule.direction))];
-  };
   static const auto table =
       RecordTable<TransmissibilityRule>()
           .row(shape::required("direction", shape::choice({"ux", "uy", "uz"}),
                                "translation of the ground, and of O"),
-               read_direction, written_direction)
+               read_direction)
           .required("from", frequency, &TransmissibilityRule::from, "lower end of the band")
           .required("to", frequency, &TransmissibilityRule::to, "upper end of the band")
           .choice<DriveState>("drive", {{"free", DriveState::free}, {"locked", DriveState::locked}},
@@ -59,9 +56,6 @@ const RecordTable<StateSpaceRequest>& state_space_table() {
     else
       request.damping = {read.get<double>()};
   };
-  const auto written_damping = [](const StateSpaceRequest& request) -> json {
-    return request.damping.size() == 1 ? json(request.damping.front()) : json(request.damping);
-  };
   static const auto table =
       RecordTable<StateSpaceRequest>()
           .with_default("modes", shape::integer(1, most_modes), &StateSpaceRequest::modes,
@@ -70,18 +64,12 @@ const RecordTable<StateSpaceRequest>& state_space_table() {
                    "damping", shape::one_of({ratio(true), shape::list(ratio(true), 1, most_modes)}),
                    "damping ratio of all modes, or of one after the other; default "
                    "that of dynamics, or 0.01"),
-               read_damping, written_damping)
+               read_damping)
           .with_default("sensors", shape::boolean(), &StateSpaceRequest::probes,
                         "whether the displacements of the job's probes are outputs")
-          .row(
-              shape::optional("points", shape::list(shape::integer(0, 10000), 1, 10001),
-                              "which points of the path, the first is 0; default all"),
-              [](const json& read, StateSpaceRequest& request) {
-                request.points = read.get<std::vector<int>>();
-              },
-              [](const StateSpaceRequest& request) -> json {
-                return request.points.empty() ? json() : json(request.points);
-              });
+          .optional("points", shape::list(shape::integer(0, 10000), 1, 10001),
+                    &StateSpaceRequest::points,
+                    "which points of the path, the first is 0; default all");
   return table;
 }
 

@@ -106,7 +106,7 @@ void forbid_over_stroke(const json& read, const Pointer& at) {
 
 std::string goal_label(const Constraint& goal) {
   if (!goal.expression.empty()) return goal.expression;
-  return fmt::format("{} {} over stroke{}", goal.quantity, name_in_job(goal.over_stroke),
+  return fmt::format("{} {} over stroke{}", goal.quantity, name_of(goal.over_stroke),
                      goal.load_case.empty() ? "" : ", case " + goal.load_case);
 }
 
@@ -138,7 +138,7 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
                       "it must be said which value over the stroke is meant: min, max, max_abs, "
                       "first, last");
     if (!said) measure.over_stroke = usual.value_or(OverStroke::first);
-    read["over_stroke"] = name_in_job(measure.over_stroke);
+    read["over_stroke"] = name_of(measure.over_stroke);
   }
   Constraint bounded = measure;  // the least is the worst of what is to be made large
   if (least || (read.contains("sense") && read["sense"] == "maximise")) bounded.min = 0;

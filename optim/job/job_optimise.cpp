@@ -125,7 +125,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   objective.quantity = context.quantity(goal, objective.load_case, at / key).name;
   if (!read.contains("over_stroke"))
     objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
-  read["over_stroke"] = name_in_job(objective.over_stroke);
+  read["over_stroke"] = name_of(objective.over_stroke);
   Constraint bounded{.quantity = objective.quantity, .over_stroke = objective.over_stroke};
   if (objective.maximise) bounded.min = 0;
   objective.worst_assembly = read_worst_assembly(read, context, bounded, at);
