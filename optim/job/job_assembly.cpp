@@ -136,7 +136,7 @@ bool names_the_box(const json& job) {
 }
 
 void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec) {
-  const auto look_at = [&](const auto& goal, bool least) {
+  const auto look_at = [&](const Constraint& goal, bool least) {
     const auto same = [&](const Constraint& c) {
       return c.quantity == goal.quantity && c.over_stroke == goal.over_stroke &&
              c.load_case == goal.load_case && c.min.has_value() == least;

@@ -36,11 +36,7 @@ void take_bounds(json& axis, const Job& job, const Pointer& at) {
 
 /// Objective and constraints, without bounds and tolerances, each once.
 std::vector<Constraint> measures_of(const OptimiseSpec& goals) {
-  const Objective& o = goals.objective;
-  std::vector<Constraint> all{{.quantity = o.quantity,
-                               .expression = o.expression,
-                               .over_stroke = o.over_stroke,
-                               .load_case = o.load_case}};
+  std::vector<Constraint> all{goals.objective};
   all.insert(all.end(), goals.constraints.begin(), goals.constraints.end());
   std::vector<Constraint> measures;
   for (Constraint& c : all) {

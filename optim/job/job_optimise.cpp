@@ -106,7 +106,8 @@ Variable read_variable(json& read, const GoalContext& context, const Pointer& at
 
 Objective read_objective(json& read, const GoalContext& context) {
   const Pointer at("/optimise/objective");
-  Objective objective = objective_table().read(read);
+  Objective objective{{.over_stroke = OverStroke::min}};
+  objective_table().read(read, objective);
   objective.maximise = read.contains("maximise");
   if (objective.maximise == read.contains("minimise"))
     throw SpecError(at, shown(read), "give maximise or minimise, one of the two");
@@ -118,7 +119,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   if (formula) {
     forbid_over_stroke(read, at);
     objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
-    read_worst_assembly(read, context, {.expression = objective.expression}, at);
+    read_worst_assembly(read, context, objective, at);
     return objective;
   }
   objective.load_case = context.load_case(read, at);
@@ -126,7 +127,7 @@ Objective read_objective(json& read, const GoalContext& context) {
   if (!read.contains("over_stroke"))
     objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
   read["over_stroke"] = name_of(objective.over_stroke);
-  Constraint bounded{.quantity = objective.quantity, .over_stroke = objective.over_stroke};
+  Constraint bounded = objective;
   if (objective.maximise) bounded.min = 0;
   objective.worst_assembly = read_worst_assembly(read, context, bounded, at);
   return objective;
@@ -157,15 +158,8 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
 ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext& context) {
   const Pointer at("/optimise/pareto");
   ParetoSpec front = pareto_table().read(read);
-  const Constraint measure =
+  static_cast<Constraint&>(front) =
       read_measure(read, context, at, front.maximise ? OverStroke::min : OverStroke::max);
-  front.quantity = measure.quantity;
-  front.expression = measure.expression;
-  front.over_stroke = measure.over_stroke;
-  front.load_case = measure.load_case;
-  front.label = measure.label;
-  front.margin = measure.margin;
-  front.worst_assembly = measure.worst_assembly;
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
       front.margin.text() == objective.margin.text() &&
       front.worst_assembly == objective.worst_assembly &&

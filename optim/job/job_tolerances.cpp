@@ -232,7 +232,7 @@ Field tolerance_samples_field() {
 }
 
 OptimiseSpec without_margins(OptimiseSpec goals) {
-  const auto drop = [](auto& goal) {
+  const auto drop = [](Constraint& goal) {
     goal.margin = {};
     goal.worst_assembly = false;
   };
