@@ -1,8 +1,10 @@
-// Frames, bodies, leaves, joints, springs and drives of a design file.
+// Frames, bodies, leaves, joints, springs, drives of a design file, and its parts: other files.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
+#include "core/spec/names.hpp"
 #include "designs/family.hpp"
 #include "designs/plan_reader.hpp"
 
@@ -119,7 +121,8 @@ void PlanReader::read_leaves() {
     } else {
       leaf.across = DesignVector{};
     }
-    if (from.contains("material")) leaf.material = material_of(from["material"], at / "material");
+    if (from.contains("material"))
+      leaf.material = material_of(from["material"], at / "material", false);
     if (from.contains("curve")) {
       leaf.curve = number(from["curve"]["angle"], "rad", at / "curve" / "angle");
       if (!from.contains("across"))
@@ -227,6 +230,78 @@ void PlanReader::read_drives() {
   if (plan_.named_drives)
     for (std::size_t i = 0; i < read_["drives"].size(); ++i)
       read(read_["drives"][i], Pointer("/drives") / i);
+}
+
+std::shared_ptr<const DesignPlan> PlanReader::plan_of_part(const std::string& design,
+                                                           const Pointer& at) {
+  const auto refuse_circle = [&](const std::string& which) {
+    if (std::ranges::find(within_, which) != within_.end())
+      throw SpecError(
+          at, shown(design),
+          fmt::format("a design is no part of itself: {} > {}", fmt::join(within_, " > "), which));
+  };
+  std::vector<std::string> within = within_;
+  if (design.ends_with(".json")) {
+    const auto file = std::filesystem::path(plan_.source.folder) / design;
+    std::error_code error;
+    std::string name = std::filesystem::weakly_canonical(file, error).string();
+    if (error) name = file.string();
+    refuse_circle(name);
+    return read_design_file(file.string(), within);
+  }
+  const std::string_view text = library_text(design);
+  if (text.empty())
+    throw SpecError(at, shown(design),
+                    "unknown family; " + known_names(design, library_names()) +
+                        "; or a path that ends in .json");
+  refuse_circle(design);
+  within.push_back(design);
+  FaultList faults;
+  auto plan =
+      read_plan(parse_json(std::string(text), design), library_source(design), faults, within);
+  faults.raise();
+  return plan;
+}
+
+PartItem PlanReader::part(const json& from, const Pointer& at) {
+  PartItem part;
+  read_item(from, at, "part", part);
+  if (from.contains("mirror")) part.mirror = from["mirror"].get<std::string>()[0] - 'x';
+  part.design = plan_of_part(from["design"], at / "design");
+  const DesignPlan& design = *part.design;
+  std::vector<std::string> known;
+  for (const Parameter& p : design.parameters) known.push_back(p.name);
+  for (const FamilyOption& o : design.options) known.push_back(o.name);
+  const Pointer here = at / "parameters";
+  for (const FamilyOption& o : design.options) part.choices[o.name] = o.choices.front();
+  for (const auto& [name, value] : from["parameters"].items()) {
+    if (std::ranges::find(known, name) == known.end())
+      throw SpecError(here / name, shown(value),
+                      "the part has no such parameter; " + known_names(name, known));
+    const auto option = std::ranges::find(design.options, name, &FamilyOption::name);
+    if (option == design.options.end()) continue;
+    const std::string choice = value.is_string() ? value.get<std::string>() : shown(value);
+    if (std::ranges::find(option->choices, choice) == option->choices.end())
+      throw SpecError(here / name, shown(value), known_names(choice, option->choices));
+    part.choices[name] = choice;
+  }
+  for (const Parameter& p : design.parameters) {
+    if (from["parameters"].contains(p.name)) {
+      part.parameters.push_back(number(from["parameters"][p.name], p.unit, here / p.name));
+    } else if (p.default_value) {
+      part.parameters.push_back({*p.default_value, nullptr});
+    } else {
+      throw SpecError(here / p.name, "nothing",
+                      "the part needs it: " + (p.meaning.empty() ? p.name : p.meaning));
+    }
+  }
+  for (const auto& [inner, outer] : from["join"].items()) part.join.emplace_back(inner, outer);
+  return part;
+}
+
+void PlanReader::read_parts() {
+  each("parts",
+       [&](const json& from, const Pointer& at) { plan_.parts.push_back(part(from, at)); });
 }
 
 }  // namespace flexopt

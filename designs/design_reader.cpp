@@ -46,9 +46,9 @@ std::optional<std::string> compound_quantity(const std::string& text) {
 
 }  // namespace
 
-std::shared_ptr<const DesignPlan> PlanReader::read(DesignHead& head) {
+std::shared_ptr<const DesignPlan> PlanReader::read() {
   if (!read_.is_object()) return nullptr;
-  read_head(head);
+  read_head();
   read_options();
   read_parameters();
   read_lets();
@@ -63,14 +63,14 @@ std::shared_ptr<const DesignPlan> PlanReader::read(DesignHead& head) {
   return std::make_shared<const DesignPlan>(std::move(plan_));
 }
 
-void PlanReader::read_head(DesignHead& head) const {
-  head.name = read_.value("name", "");
-  head.summary = read_.value("summary", "");
+void PlanReader::read_head() {
+  plan_.name = read_.value("name", "");
+  plan_.summary = read_.value("summary", "");
   if (read_.contains("drawing")) {
-    head.drawing = "\n";
-    for (const json& line : read_["drawing"]) head.drawing += line.get<std::string>() + "\n";
+    plan_.drawing = "\n";
+    for (const json& line : read_["drawing"]) plan_.drawing += line.get<std::string>() + "\n";
   }
-  if (read_.contains("mesh")) head.mesh = read_["mesh"].get<std::vector<int>>();
+  if (read_.contains("mesh")) plan_.mesh = read_["mesh"].get<std::vector<int>>();
 }
 
 void PlanReader::check_name(const std::string& name, const Pointer& at) {
@@ -205,17 +205,13 @@ void PlanReader::read_lets() {
 }
 
 void PlanReader::read_rules() {
-  for (std::size_t i = 0; i < read_["rules"].size(); ++i) {
-    const json& from = read_["rules"][i];
-    const Pointer at = Pointer("/rules") / i;
-    if (!faults_.sound(at) || !from.is_object()) continue;
-    faults_.attempt([&] {
-      const std::string that = from["that"], where = (at / "that").to_string();
-      if (that.find_first_of("<>=") == std::string::npos)
-        throw SpecError(where, shown(that), "a rule compares: \"spacing > 2*thickness\"");
-      plan_.rules.push_back({where, Formula(that, names_, where), from["else"]});
-    });
-  }
+  faults_.each(read_["rules"], Pointer("/rules"), [&](const json& from, const Pointer& at) {
+    if (!from.is_object()) return;
+    const std::string that = from["that"], where = (at / "that").to_string();
+    if (that.find_first_of("<>=") == std::string::npos)
+      throw SpecError(where, shown(that), "a rule compares: \"spacing > 2*thickness\"");
+    plan_.rules.push_back({where, Formula(that, names_, where), from["else"]});
+  });
 }
 
 ChoiceCondition PlanReader::condition(const std::string& text, const Pointer& at) {
@@ -243,12 +239,10 @@ ChoiceCondition PlanReader::condition(const std::string& text, const Pointer& at
         throw SpecError(at, shown(text), "expected \"OPTION == CHOICE\" or !=");
       const std::string name = trimmed(sides[0]), choice = trimmed(sides[1]);
       const auto option = std::ranges::find(plan_.options, name, &FamilyOption::name);
-      if (option == plan_.options.end()) {
-        std::vector<std::string> known;
-        for (const FamilyOption& o : plan_.options) known.push_back(o.name);
+      if (option == plan_.options.end())
         throw SpecError(at, shown(text),
-                        fmt::format("there is no option '{}'; {}", name, known_names(name, known)));
-      }
+                        fmt::format("there is no option '{}'; {}", name,
+                                    known_names(name, names_in(plan_.options))));
       if (std::ranges::find(option->choices, choice) == option->choices.end())
         throw SpecError(at, shown(text),
                         fmt::format("'{}' is no choice of {}; {}", choice, name,
@@ -352,16 +346,15 @@ DesignSource library_source(const std::string& name) {
 }
 
 std::shared_ptr<const DesignPlan> read_plan(const json& document, const DesignSource& source,
-                                            DesignHead& head, FaultList& faults,
-                                            std::vector<std::string> within) {
+                                            FaultList& faults, std::vector<std::string> within) {
   FaultList own;
-  auto plan = PlanReader(document, source, own, std::move(within)).read(head);
+  auto plan = PlanReader(document, source, own, std::move(within)).read();
   if (own.faults().empty()) return plan;
   faults.add(located(source, SpecError(own.faults())));
   return nullptr;
 }
 
-std::shared_ptr<const DesignPlan> read_design_file(const std::string& file, DesignHead& head,
+std::shared_ptr<const DesignPlan> read_design_file(const std::string& file,
                                                    std::vector<std::string> within) {
   DesignSource source{
       .kind = DesignSource::Kind::file, .text = read_text(file), .folder = {}, .lead = {}};
@@ -372,10 +365,9 @@ std::shared_ptr<const DesignPlan> read_design_file(const std::string& file, Desi
   const auto name = std::filesystem::weakly_canonical(file, error);
   within.push_back(error ? file : name.string());
   FaultList faults;
-  auto plan = read_plan(document, source, head, faults, std::move(within));
+  auto plan = read_plan(document, source, faults, std::move(within));
   wrong.insert(wrong.end(), faults.faults().begin(), faults.faults().end());
   if (!wrong.empty()) throw SpecError(std::move(wrong));
-  if (head.name.empty()) head.name = std::filesystem::path(file).stem().string();
   return plan;
 }
 

@@ -111,11 +111,8 @@ std::string describe(const Shape& shape) {
                              ? fmt::format("{}", shape.min_size)
                              : fmt::format("{} to {}", shape.min_size, shape.max_size),
                          describe(shape.inner.front()));
-    case ShapeKind::record: {
-      std::vector<std::string> names;
-      for (const Field& field : shape.fields) names.push_back(field.name);
-      return fmt::format("an object with the keys {}", fmt::join(names, ", "));
-    }
+    case ShapeKind::record:
+      return fmt::format("an object with the keys {}", fmt::join(names_in(shape.fields), ", "));
     case ShapeKind::map:
       return fmt::format("an object of names, each with ({})", describe(shape.inner.front()));
     case ShapeKind::one_of: {
@@ -135,25 +132,17 @@ SpecError wrong(const Shape& shape, const json& value, const Pointer& at) {
 
 /// Whether the value's JSON type alone fits the shape.
 bool fits_type(const Shape& shape, const json& value) {
-  switch (shape.kind) {
-    case ShapeKind::quantity:
-      return value.is_number() || value.is_string();
-    case ShapeKind::integer:
-      return value.is_number();
-    case ShapeKind::boolean:
-      return value.is_boolean();
-    case ShapeKind::text:
-      return value.is_string();
-    case ShapeKind::list:
-      return value.is_array();
-    case ShapeKind::record:
-    case ShapeKind::map:
-      return value.is_object();
-    case ShapeKind::one_of:
-      return std::any_of(shape.inner.begin(), shape.inner.end(),
-                         [&](const Shape& inner) { return fits_type(inner, value); });
-  }
-  return false;
+  using enum ShapeKind;
+  if (shape.kind == one_of)
+    return std::ranges::any_of(shape.inner,
+                               [&](const Shape& inner) { return fits_type(inner, value); });
+  const auto is = [&](ShapeKind one, ShapeKind other) {
+    return shape.kind == one || shape.kind == other;
+  };
+  return (value.is_number() && is(quantity, integer)) ||
+         (value.is_string() && is(quantity, text)) ||
+         (value.is_boolean() && shape.kind == boolean) ||
+         (value.is_array() && shape.kind == list) || (value.is_object() && is(record, map));
 }
 
 void check_range(const Shape& shape, double value, const json& as_written, const Pointer& at) {
@@ -187,17 +176,10 @@ bool fits_items(const Shape& shape, const json& value) {
   return fits_type(shape.inner.front(), value.front());
 }
 
-/// Names of the keys that a record may have.
-std::vector<std::string> key_names(const Shape& shape) {
-  std::vector<std::string> names;
-  for (const Field& field : shape.fields) names.push_back(field.name);
-  return names;
-}
-
 /// Complains of keys that the record does not know. A key that is missing because it was misspelt
 /// is not complained of again.
 void check_keys(const Shape& shape, const json& value, const Pointer& at, FaultList& faults) {
-  const std::vector<std::string> names = key_names(shape);
+  const std::vector<std::string> names = names_in(shape.fields);
   for (const auto& [key, item] : value.items()) {
     if (std::ranges::find(names, key) != names.end()) continue;
     Fault fault{.pointer = (at / key).to_string(), .value = shown(item)};

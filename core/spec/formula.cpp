@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/spec/formula_parser.hpp"
+#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 
 namespace flexopt {
@@ -94,9 +95,8 @@ void Formula::move_to(std::span<const int> to) {
 }
 
 std::string uses_no_name(const std::vector<FormulaName>& names) {
-  std::vector<std::string> list;
-  for (const FormulaName& n : names) list.push_back(n.name);
-  return fmt::format("the formula uses no design parameter; there are: {}", fmt::join(list, ", "));
+  return fmt::format("the formula uses no design parameter; there are: {}",
+                     fmt::join(names_in(names), ", "));
 }
 
 void Formula::values(std::span<const double> numbers, double* of) const {

@@ -7,7 +7,6 @@
 #include <cassert>
 #include <numbers>
 
-#include "core/spec/formula_functions.hpp"
 #include "core/spec/names.hpp"
 
 namespace flexopt {
@@ -59,11 +58,8 @@ void FormulaParser::parse() {
   const std::string& text = formula_.text_;
   if (text.size() > longest_formula)
     throw refuse(fmt::format("{} letters, expected at most {}", text.size(), longest_formula));
-  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
-    std::vector<std::string> known;
-    for (const FormulaName& n : names_) known.push_back(n.name);
-    throw refuse(fmt::format("expected a formula over: {}", fmt::join(known, ", ")));
-  }
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw refuse(fmt::format("expected a formula over: {}", fmt::join(names_in(names_), ", ")));
   read_tokens();
   const Part whole = choice();
   if (is(",")) throw no_formula("a formula has one value; ',' separates two", token().begin);

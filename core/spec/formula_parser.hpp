@@ -1,6 +1,5 @@
 #pragma once
-// Parser that turns the text of a formula into its steps. Private to formula.cpp and
-// formula_parser.cpp.
+// Parser that turns the text of a formula into its steps. Private to the formula's own sources.
 #include <string_view>
 
 #include "core/spec/formula.hpp"
@@ -49,6 +48,21 @@ struct FormulaFunction {
   double (*derivative)(double x, double y);  ///< y: the value; null: zero everywhere
   FormulaMeasure measure;
 };
+
+constexpr std::size_t longest_formula = 10000;  ///< letters
+
+/// A function of several arguments: how many, and the operation that joins them.
+struct ListFunction {
+  std::string_view name;
+  FormulaOp op;
+  std::size_t most;  ///< arguments
+};
+
+/// The function of this name; null where there is none.
+const FormulaFunction* find_function(std::string_view name);
+const ListFunction* find_list_function(std::string_view name);
+
+std::vector<std::string> function_names();
 
 /// The value of a step that is no name.
 double value_of_step(const Formula::Step& step, double a, double b, double c);

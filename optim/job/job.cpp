@@ -22,10 +22,8 @@ namespace {
 
 std::vector<Expectation> read_expectations(const json& read, FaultList& faults) {
   std::vector<Expectation> result;
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    const Pointer at = Pointer("/expect") / i;
-    if (!faults.sound(at)) continue;
-    Expectation e = expectation_table().read(read[i]);
+  faults.each(read, Pointer("/expect"), [&](const json& item, const Pointer& at) {
+    Expectation e = expectation_table().read(item);
     try {
       static_cast<void>(Pointer(e.pointer));
     } catch (const json::exception&) {
@@ -33,7 +31,7 @@ std::vector<Expectation> read_expectations(const json& read, FaultList& faults) 
                  "expected a JSON pointer such as \"/path/10/drive_load\"");
     }
     result.push_back(std::move(e));
-  }
+  });
   return result;
 }
 

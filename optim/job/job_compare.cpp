@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
+#include "designs/design_reader.hpp"
 #include "optim/job/compared_quantity.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -24,13 +24,6 @@ namespace {
 
 constexpr int most_designs = 100000;
 constexpr int grid_points_default = 5;
-
-bool is_identifier(const std::string& text) {
-  const auto letter = [](unsigned char c) { return std::isalpha(c) || c == '_'; };
-  return !text.empty() && letter(static_cast<unsigned char>(text[0])) &&
-         std::ranges::all_of(
-             text, [&](unsigned char c) { return letter(c) || (std::isdigit(c) && c < 128); });
-}
 
 void refuse_keys(const json& read, const Pointer& at, std::initializer_list<const char*> keys,
                  const std::string& rule, FaultList& faults) {
@@ -207,8 +200,7 @@ void SamplesReader::read_formulas(const json& read, const StrokeRequest& request
   std::vector<FormulaName> known = plain_names();
   const auto parse = [&](SampleFormula& f, const std::string& unit) {
     f.may_use = known;
-    faults_.attempt(
-        [&] { Expression(f.formula, f.may_use, f.pointer).formula().check_unit(unit); });
+    faults_.attempt([&] { Expression(f.formula, f.may_use, f.pointer).check_unit(unit); });
   };
   for (SampleFormula& f : spec_.formulas) {
     const std::string unit = find_parameter(family_, f.parameter)->unit;

@@ -33,18 +33,11 @@ Material read_material(json& read, const json& written, FaultList& faults,
     faults.add(at / "poissons_ratio", nu ? shown(written["poissons_ratio"]) : "nothing",
                "give poissons_ratio or shear_modulus, one of the two");
   if (!faults.sound(at)) return material;
-  if (read.is_string()) {
-    for (const NamedMaterial& named : materials())
-      if (named.material.name == read.get<std::string>()) material = named.material;
-  } else {
-    material.name = "custom";
-    if (!faults.attempt([&] { material_table().read(read, material); })) return material;
-    if (material.poissons_ratio < 0.2 || material.poissons_ratio > 0.4)
-      notes.push_back(
-          fmt::format("The material's Poisson's ratio {}is {:g}; metals have 0.2 to 0.4.",
-                      shear ? "E/(2G) - 1 " : "", material.poissons_ratio));
-  }
-  read = material_table().write(material);
+  if (!faults.attempt([&] { material = material_of(read, at, true); })) return material;
+  if (read.is_object() && (material.poissons_ratio < 0.2 || material.poissons_ratio > 0.4))
+    notes.push_back(fmt::format("The material's Poisson's ratio {}is {:g}; metals have 0.2 to 0.4.",
+                                shear ? "E/(2G) - 1 " : "", material.poissons_ratio));
+  read = written_material(material, true);
   return material;
 }
 
@@ -58,7 +51,7 @@ std::optional<double> value_by_formula(const Family& family, const DesignSpec& d
   for (const Parameter& p : family.parameters)
     if (!design.expressions.contains(p.name)) names.push_back({p.name, p.unit});
   const Expression formula(design.expressions.at(name), names, formula_at);
-  formula.formula().check_unit(find_parameter(family, name)->unit);
+  formula.check_unit(find_parameter(family, name)->unit);
   for (const std::string& used : formula.names())
     if (!given.contains(used)) return std::nullopt;
   const std::optional<double> value = formula.value(given);

@@ -73,11 +73,7 @@ const Quantity& GoalContext::quantity(const std::string& name, const std::string
     return SpecError(at, '"' + name + '"', rule);
   };
   const Quantity* found = find_quantity(name);
-  if (!found) {
-    std::vector<std::string> all;
-    for (const Quantity& q : quantities) all.push_back(q.name);
-    throw refuse("unknown quantity; " + known_names(name, all));
-  }
+  if (!found) throw refuse("unknown quantity; " + known_names(name, names_in(quantities)));
   if (found->row->needs.need_frequencies() && request.frequencies == 0)
     throw SpecError("/frequencies", "0",
                     fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));

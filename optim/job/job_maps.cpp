@@ -85,11 +85,9 @@ std::vector<MapSpec> read_maps(json& read, const Family& family, const Job& job,
                                const CaseNames& cases, FaultList& faults) {
   const GoalContext context(family, job, cases, {}, faults);
   std::vector<MapSpec> maps;
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    const Pointer at = Pointer("/maps") / i;
-    if (faults.sound(at))
-      faults.attempt([&] { maps.push_back(read_map(read[i], context, job, at)); });
-  }
+  faults.each(read, Pointer("/maps"), [&](json& item, const Pointer& at) {
+    maps.push_back(read_map(item, context, job, at));
+  });
   return maps;
 }
 

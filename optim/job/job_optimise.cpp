@@ -3,16 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/solvers/problem.hpp"
 
 namespace flexopt {
 
@@ -20,6 +23,22 @@ using nlohmann::json;
 using Pointer = json::json_pointer;
 
 namespace {
+
+constexpr int starts_of_global = 8;
+
+/// A power of two: Sobol's sequence is the most even there.
+int default_screening(std::size_t variables) {
+  constexpr unsigned of_each = 2000, most = 65536;
+  return static_cast<int>(
+      std::min(most, std::bit_ceil(of_each * static_cast<unsigned>(variables))));
+}
+
+OptimiserOptions options_of(const Algorithm& algorithm) {
+  OptimiserOptions options;
+  options.library = algorithm.library;
+  options.name = algorithm.name;
+  return options;
+}
 
 /// Bound of a formula: a number in SI, or a text with a unit that the formula can have.
 double formula_bound(const Formula& formula, const json& value, const Pointer& at) {
@@ -144,7 +163,7 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
       return read_quantity(shape::quantity(context.find_quantity(constraint.quantity)->unit),
                            read[key], at / key);
     const Expression of(constraint.expression, context.names, (at / "expression").to_string());
-    return formula_bound(of.formula(), read[key], at / key);
+    return formula_bound(of, read[key], at / key);
   };
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
@@ -171,6 +190,68 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
   return front;
 }
 
+/// The section "algorithm", filled in with what it leaves open. Throws SpecError.
+Algorithm read_algorithm(json& read) {
+  const Pointer at("/optimise/algorithm");
+  Algorithm algorithm = algorithm_table().read(read);
+  if (algorithm.library == "ipopt") {
+    if (read.contains("name"))
+      throw wrong(read, at, "name", "ipopt is one algorithm and takes no name");
+    if (read.contains("local"))
+      throw wrong(read, at, "local", "ipopt runs no other algorithm inside");
+    algorithm.name.clear();
+    return algorithm;
+  }
+  std::vector<std::string> names;
+  for (const std::string& offered : algorithms())
+    if (offered.starts_with("nlopt ")) names.push_back(offered.substr(6));
+  if (std::find(names.begin(), names.end(), algorithm.name) == names.end())
+    throw SpecError(at / "name", '"' + algorithm.name + '"',
+                    "unknown algorithm; " + known_names(algorithm.name, names));
+  const std::vector<std::string> locals = local_algorithms(options_of(algorithm));
+  if (!algorithm.local.empty() && locals.empty())
+    throw SpecError(at / "local", '"' + algorithm.local + '"',
+                    algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");
+  if (algorithm.local.empty() && !locals.empty()) algorithm.local = locals.front();
+  if (!locals.empty() && std::ranges::find(locals, algorithm.local) == locals.end())
+    throw SpecError(
+        at / "local", '"' + algorithm.local + '"',
+        fmt::format("{} may run inside: {}", algorithm.name, known_names(algorithm.local, locals)));
+  read = algorithm_table().write(algorithm);
+  return algorithm;
+}
+
+/// Throws SpecError where there are constraints, or a front, which is found by them, and the
+/// algorithm takes none.
+void check_takes_goals(const OptimiseSpec& spec) {
+  if (spec.constraints.empty() && !spec.pareto) return;
+  check_takes_constraints(options_of(spec.algorithm));
+}
+
+/// Fills in starts and screened designs where the section "optimise" leaves them open, and says
+/// what does not go with its "search".
+void settle_search(json& read, OptimiseSpec& spec, FaultList& faults) {
+  const auto refuse = [&](const char* place, const std::string& rule) {
+    faults.add(std::string("/optimise") + place, shown(read.at(Pointer(place))), rule);
+  };
+  const bool global = spec.search == SearchKind::global;
+  if (!read.contains("starts")) spec.starts = global ? starts_of_global : 1;
+  read["starts"] = spec.starts;
+  if (!global) {
+    if (read.contains("screened_designs"))
+      refuse("/screened_designs", "no design is screened unless \"search\" is \"global\"");
+    return;
+  }
+  if (!read.contains("screened_designs"))
+    spec.screened_designs = default_screening(spec.variables.size());
+  read["screened_designs"] = spec.screened_designs;
+  if (spec.spread != Spread::sobol) refuse("/spread", "a global search is spread by \"sobol\"");
+  if (spec.algorithm.name.starts_with("G"))
+    refuse("/algorithm/name",
+           "it looks through the whole box itself; \"search\": \"global\" needs an algorithm that "
+           "goes on from a design, as LD_SLSQP or LN_COBYLA do");
+}
+
 }  // namespace
 
 OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
@@ -191,13 +272,9 @@ OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const Cas
   }
   if (sound(at / "objective"))
     faults.attempt([&] { spec.objective = read_objective(read["objective"], context); });
-  for (std::size_t i = 0; i < read["constraints"].size(); ++i) {
-    const Pointer here = at / "constraints" / i;
-    if (sound(here))
-      faults.attempt([&] {
-        spec.constraints.push_back(read_constraint(read["constraints"][i], context, here));
-      });
-  }
+  faults.each(read["constraints"], at / "constraints", [&](json& item, const Pointer& here) {
+    spec.constraints.push_back(read_constraint(item, context, here));
+  });
   if (sound(at / "algorithm"))
     faults.attempt([&] { spec.algorithm = read_algorithm(read["algorithm"]); });
   settle_search(read, spec, faults);

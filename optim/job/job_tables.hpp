@@ -41,11 +41,6 @@ struct AssemblySpec {
   Vector3d move = Vector3d::Zero(), turn = Vector3d::Zero();  ///< [m], [rad]
 };
 
-/// The load under which the mechanism may buckle, by name.
-struct BucklingSpec {
-  std::string load;
-};
-
 struct ProbeSpec {
   std::string name;
   Vector3d at = Vector3d::Zero();  ///< [m]
@@ -53,7 +48,6 @@ struct ProbeSpec {
 
 /// Name, kind and frequencies of a job.
 const RecordTable<Job>& head_table();
-const RecordTable<Material>& material_table();
 const RecordTable<EndEffector>& end_effector_table();
 /// Schema of one stroke of a drive in this direction.
 Shape stroke_place(Direction direction);
@@ -64,7 +58,6 @@ const RecordTable<LoadSpec>& load_table();
 const RecordTable<LoadSpec>& load_path_table();
 const RecordTable<AssemblySpec>& assembly_table();
 Shape temperature_shape();
-const RecordTable<BucklingSpec>& buckling_table();
 const RecordTable<ProbeSpec>& probe_table();
 const RecordTable<Expectation>& expectation_table();
 const RecordTable<ModelChoice>& model_table();

@@ -79,15 +79,11 @@ class EntryReader {
 /// Throws SpecError for a name that is none, or of something that is exact.
 void EntryReader::check_parameter(const std::string& name, const Pointer& at) const {
   const std::string place = at.to_string();
-  if (!find_parameter(family_, name)) {
-    std::vector<std::string> known;
-    for (const Parameter& p : family_.parameters) known.push_back(p.name);
-    for (const Parameter& p : job_numbers()) known.push_back(p.name);
+  if (!find_parameter(family_, name))
     throw SpecError(place, shown(name),
                     "no parameter of the design, of its material or of the end-effector; " +
-                        known_names(name, known) +
+                        known_names(name, parameter_names(family_)) +
                         "; an entry of another name says under \"parameters\" which ones deviate");
-  }
   if (const Check has = has_number(family_, job_.design.choices, name); !has)
     throw SpecError(place, shown(name), has.error());
   if (std::ranges::find(family_.counts, name) != family_.counts.end())
