@@ -188,7 +188,7 @@ const std::vector<NamedMaterial>& materials() {
 Shape material_shape(bool of_job) {
   std::vector<std::string> names;
   for (const auto& [named, source] : materials()) names.push_back(named.name);
-  return shape::one_of({shape::choice(names), constants_table({}, of_job).shape()});
+  return shape::one_of({shape::choice(names), constants_table(JsonPointer(), of_job).shape()});
 }
 
 Material material_of(const json& read, const JsonPointer& at, bool of_job) {
@@ -201,7 +201,7 @@ Material material_of(const json& read, const JsonPointer& at, bool of_job) {
 }
 
 nlohmann::ordered_json written_material(const Material& material, bool of_job) {
-  const RecordTable<Material> table = constants_table({}, of_job);
+  const RecordTable<Material> table = constants_table(JsonPointer(), of_job);
   const json written = table.write(material);
   nlohmann::ordered_json ordered = nlohmann::ordered_json::object();
   for (const Field& field : table.fields())
