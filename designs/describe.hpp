@@ -37,6 +37,10 @@ std::string_view library_text(std::string_view name);
 nlohmann::ordered_json expanded(const Family& family, const ParameterValues& values,
                                 const FamilyChoices& choices, const Material& material);
 
+/// A built-in material by name, or its constants. One of a job may have a shear modulus instead of
+/// Poisson's ratio.
+Shape material_shape(bool of_job);
+
 // What may stand in a design file: one description for reading, messages and the JSON Schema.
 
 /// Schema of a design file. Numbers stay as they are written: the reader knows their units.

@@ -158,6 +158,8 @@ struct DesignSource {
 
 struct DesignPlan {
   DesignSource source;
+  std::string name, summary, drawing;  ///< empty where the file does not say
+  std::vector<int> mesh;               ///< elements along and across, or empty
   std::vector<Parameter> parameters;
   ParameterValues examples;  ///< examples of parameters without default
   std::vector<FamilyOption> options;

@@ -46,9 +46,9 @@ std::optional<std::string> compound_quantity(const std::string& text) {
 
 }  // namespace
 
-std::shared_ptr<const DesignPlan> PlanReader::read(DesignHead& head) {
+std::shared_ptr<const DesignPlan> PlanReader::read() {
   if (!read_.is_object()) return nullptr;
-  read_head(head);
+  read_head();
   read_options();
   read_parameters();
   read_lets();
@@ -63,14 +63,14 @@ std::shared_ptr<const DesignPlan> PlanReader::read(DesignHead& head) {
   return std::make_shared<const DesignPlan>(std::move(plan_));
 }
 
-void PlanReader::read_head(DesignHead& head) const {
-  head.name = read_.value("name", "");
-  head.summary = read_.value("summary", "");
+void PlanReader::read_head() {
+  plan_.name = read_.value("name", "");
+  plan_.summary = read_.value("summary", "");
   if (read_.contains("drawing")) {
-    head.drawing = "\n";
-    for (const json& line : read_["drawing"]) head.drawing += line.get<std::string>() + "\n";
+    plan_.drawing = "\n";
+    for (const json& line : read_["drawing"]) plan_.drawing += line.get<std::string>() + "\n";
   }
-  if (read_.contains("mesh")) head.mesh = read_["mesh"].get<std::vector<int>>();
+  if (read_.contains("mesh")) plan_.mesh = read_["mesh"].get<std::vector<int>>();
 }
 
 void PlanReader::check_name(const std::string& name, const Pointer& at) {
@@ -95,7 +95,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
   p.unit = from["unit"];
   const std::optional<Measure> unit = measured(1, p.unit);
   if (p.unit != "1" && (!unit || unit->value != 1 || !is_known_unit(p.unit)))  // " m" is none
-    throw SpecError((at / "unit").to_string(), shown(from["unit"]),
+    throw SpecError(at / "unit", shown(from["unit"]),
                     "expected an SI unit such as \"m\", \"rad\", \"kg\", or \"1\"");
   p.meaning = from.value("meaning", "");
   const auto bound = [&](const char* key) -> std::optional<double> {
@@ -104,7 +104,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
   };
   for (const auto& [closed, open] : {std::pair{"min", "above"}, {"max", "below"}})
     if (from.contains(closed) && from.contains(open))
-      throw SpecError((at / open).to_string(), shown(from[open]),
+      throw SpecError(at / open, shown(from[open]),
                       fmt::format("give {} or {}, one of the two", closed, open));
   p.open_min = from.contains("above");
   p.open_max = from.contains("below");
@@ -115,7 +115,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
     p.default_value = read_quantity(in_range, from["default"], at / "default");
   if (from.contains("example")) {
     if (p.default_value)
-      throw SpecError((at / "example").to_string(), shown(from["example"]),
+      throw SpecError(at / "example", shown(from["example"]),
                       "there is a default: an example is for a parameter without one");
     plan_.examples[name] = read_quantity(in_range, from["example"], at / "example");
   }
@@ -126,7 +126,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
 void PlanReader::read_parameters() {
   const auto take = [&](const std::string& name) {
     const Pointer at = Pointer("/parameters") / name;
-    if (faults_.sound(at.to_string()))
+    if (faults_.sound(at))
       faults_.attempt([&] { read_parameter(name, read_["parameters"][name], at); });
   };
   const std::vector<std::string> order = keys_in_text(plan_.source.text.text, "parameters");
@@ -141,9 +141,9 @@ void PlanReader::read_options() {
   constexpr std::array taken{"family", "file", "mechanism", "parameters", "material"};
   for (const auto& [name, from] : read_["options"].items()) {
     const Pointer at = Pointer("/options") / name;
-    if (!faults_.sound(at.to_string())) continue;
+    if (!faults_.sound(at)) continue;
     const auto refuse = [&](const Pointer& where, const std::string& value, const char* rule) {
-      faults_.add(where.to_string(), shown(value), rule);
+      faults_.add(where, shown(value), rule);
     };
     if (std::ranges::find(taken, name) != taken.end())
       refuse(at, name, "it has a meaning of its own in a job's design: another name");
@@ -162,8 +162,7 @@ void PlanReader::read_lets() {
   std::map<std::string, json> open;
   for (const auto& [name, from] : read_["let"].items()) {
     const Pointer at = Pointer("/let") / name;
-    if (faults_.sound(at.to_string()) &&
-        faults_.attempt([&, &name = name] { check_name(name, at); }))
+    if (faults_.sound(at) && faults_.attempt([&, &name = name] { check_name(name, at); }))
       open[name] = from;
   }
   while (!open.empty()) {
@@ -176,7 +175,7 @@ void PlanReader::read_lets() {
     if (ready == open.end()) {
       std::vector<std::string> circle;
       for (const auto& [name, from] : open) circle.push_back(name);
-      faults_.add((Pointer("/let") / circle.front()).to_string(), shown(open.begin()->second),
+      faults_.add(Pointer("/let") / circle.front(), shown(open.begin()->second),
                   fmt::format("these need each other in a circle: {}", fmt::join(circle, ", ")));
       return;
     }
@@ -206,17 +205,13 @@ void PlanReader::read_lets() {
 }
 
 void PlanReader::read_rules() {
-  for (std::size_t i = 0; i < read_["rules"].size(); ++i) {
-    const json& from = read_["rules"][i];
-    const Pointer at = Pointer("/rules") / i;
-    if (!faults_.sound(at.to_string()) || !from.is_object()) continue;
-    faults_.attempt([&] {
-      const std::string that = from["that"], where = (at / "that").to_string();
-      if (that.find_first_of("<>=") == std::string::npos)
-        throw SpecError(where, shown(that), "a rule compares: \"spacing > 2*thickness\"");
-      plan_.rules.push_back({where, Formula(that, names_, where), from["else"]});
-    });
-  }
+  faults_.each(read_["rules"], Pointer("/rules"), [&](const json& from, const Pointer& at) {
+    if (!from.is_object()) return;
+    const std::string that = from["that"], where = (at / "that").to_string();
+    if (that.find_first_of("<>=") == std::string::npos)
+      throw SpecError(where, shown(that), "a rule compares: \"spacing > 2*thickness\"");
+    plan_.rules.push_back({where, Formula(that, names_, where), from["else"]});
+  });
 }
 
 ChoiceCondition PlanReader::condition(const std::string& text, const Pointer& at) {
@@ -241,17 +236,15 @@ ChoiceCondition PlanReader::condition(const std::string& text, const Pointer& at
       const bool equal = term.find("!=") == std::string::npos;
       const auto sides = split(term, equal ? "==" : "!=");
       if (sides.size() != 2)
-        throw SpecError(at.to_string(), shown(text), "expected \"OPTION == CHOICE\" or !=");
+        throw SpecError(at, shown(text), "expected \"OPTION == CHOICE\" or !=");
       const std::string name = trimmed(sides[0]), choice = trimmed(sides[1]);
       const auto option = std::ranges::find(plan_.options, name, &FamilyOption::name);
-      if (option == plan_.options.end()) {
-        std::vector<std::string> known;
-        for (const FamilyOption& o : plan_.options) known.push_back(o.name);
-        throw SpecError(at.to_string(), shown(text),
-                        fmt::format("there is no option '{}'; {}", name, known_names(name, known)));
-      }
+      if (option == plan_.options.end())
+        throw SpecError(at, shown(text),
+                        fmt::format("there is no option '{}'; {}", name,
+                                    known_names(name, names_in(plan_.options))));
       if (std::ranges::find(option->choices, choice) == option->choices.end())
-        throw SpecError(at.to_string(), shown(text),
+        throw SpecError(at, shown(text),
                         fmt::format("'{}' is no choice of {}; {}", choice, name,
                                     known_names(choice, option->choices)));
       terms.push_back({name, choice, equal});
@@ -277,7 +270,7 @@ void PlanReader::read_item(const json& from, const Pointer& at, const char* kind
   item.name = from.value("name", "");
   item.frame = from.value("frame", "");
   if (kind != nullptr && item.name.empty())
-    throw SpecError((at / "name").to_string(), "nothing",
+    throw SpecError(at / "name", "nothing",
                     fmt::format("it is required: what the {} is called", kind));
   if (from.contains("when")) item.when = condition(from["when"], at / "when");
   if (from.contains("repeat")) read_repeat(from["repeat"], at / "repeat", item);
@@ -353,16 +346,15 @@ DesignSource library_source(const std::string& name) {
 }
 
 std::shared_ptr<const DesignPlan> read_plan(const json& document, const DesignSource& source,
-                                            DesignHead& head, FaultList& faults,
-                                            std::vector<std::string> within) {
+                                            FaultList& faults, std::vector<std::string> within) {
   FaultList own;
-  auto plan = PlanReader(document, source, own, std::move(within)).read(head);
+  auto plan = PlanReader(document, source, own, std::move(within)).read();
   if (own.faults().empty()) return plan;
   faults.add(located(source, SpecError(own.faults())));
   return nullptr;
 }
 
-std::shared_ptr<const DesignPlan> read_design_file(const std::string& file, DesignHead& head,
+std::shared_ptr<const DesignPlan> read_design_file(const std::string& file,
                                                    std::vector<std::string> within) {
   DesignSource source{
       .kind = DesignSource::Kind::file, .text = read_text(file), .folder = {}, .lead = {}};
@@ -373,10 +365,9 @@ std::shared_ptr<const DesignPlan> read_design_file(const std::string& file, Desi
   const auto name = std::filesystem::weakly_canonical(file, error);
   within.push_back(error ? file : name.string());
   FaultList faults;
-  auto plan = read_plan(document, source, head, faults, std::move(within));
+  auto plan = read_plan(document, source, faults, std::move(within));
   wrong.insert(wrong.end(), faults.faults().begin(), faults.faults().end());
   if (!wrong.empty()) throw SpecError(std::move(wrong));
-  if (head.name.empty()) head.name = std::filesystem::path(file).stem().string();
   return plan;
 }
 

@@ -63,29 +63,6 @@ Shape edge(bool free) {
   return record({body, required("at", vector(), "middle of the edge")});
 }
 
-Shape material() {
-  std::vector<std::string> names;
-  for (const NamedMaterial& named : materials()) names.push_back(named.material.name);
-  return one_of(
-      {choice(std::move(names)),
-       record({optional("name", text(), "for the report"),
-               required("youngs_modulus", quantity("Pa", 0, 1e13, true), "Young's modulus E"),
-               required("poissons_ratio", quantity("1", -1, 0.5, true), "Poisson's ratio"),
-               required("density", quantity("kg/m^3", 0, 1e5, true), "density"),
-               optional("allowable_stress", quantity("Pa", 0, 1e12, true),
-                        "von Mises stress a leaf may see; for the report"),
-               optional("yield_strength", quantity("Pa", 0, 1e12, true),
-                        "stress at which it yields (Rp0.2), for yield_safety"),
-               optional("ultimate_strength", quantity("Pa", 0, 1e12, true),
-                        "tensile strength (Rm), for fatigue_safety"),
-               optional("endurance_limit", quantity("Pa", 0, 1e12, true),
-                        "stress amplitude at mean zero that the leaf endures, "
-                        "with surface and size as made; for fatigue_safety"),
-               s_n_curve_field(),
-               optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3),
-                        "linear coefficient of thermal expansion, for a job's temperature")})});
-}
-
 Shape size_along() {
   return one_of(
       {number(), list(number(), 2, 2),
@@ -131,7 +108,7 @@ Shape leaves() {
       optional("width", size_along(), "across"),
       optional("thickness", size_along(), "normal to length and width"),
       optional("diameter", number(), "of a wire, instead of width and thickness"),
-      optional("material", material(), "of this leaf alone"),
+      optional("material", material_shape(false), "of this leaf alone"),
       optional("curve", record({required("angle", number(), "subtended by the circular arc")}),
                "initially curved about its width, bulging to its normal"),
       optional(

@@ -83,7 +83,7 @@ class Expander {
       if (leaf.curve) item["curve"] = {{"angle", *leaf.curve}};
       if (leaf.fold) item["fold"] = {{"at", numbers(*leaf.fold)}};
       if (leaf.fold && leaf.fold_radius > 0) item["fold"]["radius"] = leaf.fold_radius;
-      if (leaf.material) item["material"] = material(*leaf.material);
+      if (leaf.material) item["material"] = written_material(*leaf.material, false);
       list.push_back(std::move(item));
     }
     return list;
@@ -97,7 +97,7 @@ class Expander {
                 {"type", types[static_cast<int>(joint.type)]},
                 {"body", name_of(joint.body)},
                 {"other", name_of(joint.other)},
-                {"at", numbers(joint.at)}};
+                {"at", numbers(joint.place)}};
       if (joint.type == JointType::revolute || joint.type == JointType::prismatic)
         item["axis"] = numbers(joint.axis);
       list.push_back(std::move(item));
@@ -107,7 +107,7 @@ class Expander {
 
   Json springs() const {
     Json list = Json::array();
-    for (const auto& [source, spring] : design_.springs) {
+    for (const FlatSpring<double>& spring : design_.springs) {
       Json item{{"name", spring.name},
                 {"body", name_of(spring.body)},
                 {"other", name_of(spring.other)},
@@ -160,20 +160,6 @@ class Expander {
   }
 
   static std::string frame_of(std::size_t drive) { return "drive " + std::to_string(drive + 1); }
-
-  static Json material(const Material& m) {
-    Json item{{"name", m.name.empty() ? "custom" : m.name},
-              {"youngs_modulus", m.youngs_modulus},
-              {"poissons_ratio", m.poissons_ratio},
-              {"density", m.density}};
-    if (m.allowable_stress) item["allowable_stress"] = *m.allowable_stress;
-    if (m.yield_strength) item["yield_strength"] = *m.yield_strength;
-    if (m.ultimate_strength) item["ultimate_strength"] = *m.ultimate_strength;
-    if (m.endurance_limit) item["endurance_limit"] = *m.endurance_limit;
-    if (m.s_n_curve) item["s_n_curve"] = written_s_n_curve(*m.s_n_curve);
-    if (m.thermal_expansion) item["thermal_expansion"] = *m.thermal_expansion;
-    return item;
-  }
 
   /// Turns about z, y, x in this order that make these axes.
   static Json turns(const Matrix3d& axes) {

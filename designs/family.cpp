@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -60,15 +61,16 @@ DriveList drives_of(const DesignPlan& plan) {
   return list;
 }
 
-Family family_of(std::shared_ptr<const DesignPlan> plan, const DesignHead& head) {
+/// `unnamed`: name of the family where its plan has none.
+Family family_of(std::shared_ptr<const DesignPlan> plan, const std::string& unnamed) {
   Family family;
-  family.name = head.name;
-  family.summary = head.summary;
-  family.drawing = head.drawing;
+  family.name = plan->name.empty() ? unnamed : plan->name;
+  family.summary = plan->summary;
+  family.drawing = plan->drawing;
   family.parameters = plan->parameters;
   family.options = plan->options;
   family.drives = drives_of(*plan);
-  if (!head.mesh.empty()) family.mesh = {head.mesh[0], head.mesh[1]};
+  if (!plan->mesh.empty()) family.mesh = {plan->mesh[0], plan->mesh[1]};
   family.counts = counts_of(*plan);
   family.plan = std::move(plan);
   return family;
@@ -104,31 +106,22 @@ EndEffectorT<S> payload_of(const EndEffector& payload, const Seed& seed) {
   return result;
 }
 
-/// Origin of a leaf's size: the parameter that alone determines it, or the leaf itself.
-struct Culprit {
-  std::string pointer, value;
-};
-Culprit culprit_of(const Family& family, const ParameterValues& values, const ItemSource& source,
-                   const char* parameter) {
-  if (values.contains(parameter) && source.instance.empty() &&
-      source.source == &family.plan->source)
-    return {pointer_to(parameter), fmt::format("{:g} m", values.at(parameter))};
-  return {source.pointer + "/" + parameter, ""};
-}
-
 /// A leaf is thinner than long and wide.
 void check_thin(const Family& family, const ParameterValues& values, const FlatLeaf<double>& flat,
                 const LeafSpring& leaf) {
   const bool wire = leaf.section == Section::circular;
   const double smallest = wire ? leaf.length : std::min(leaf.length, leaf.width);
   if (leaf.thickness < smallest) return;
-  Culprit at = culprit_of(family, values, flat.source, "thickness");
-  if (at.value.empty()) at.value = fmt::format("{:g} m", leaf.thickness);
-  throw located(flat.source,
-                SpecError(at.pointer, at.value,
-                          fmt::format("a leaf is thinner than long and wide: thickness < {:g} m "
-                                      "({})",
-                                      smallest, leaf.name)));
+  const ItemSource& source = flat.source;
+  const bool of_parameter = values.contains("thickness") && source.instance.empty() &&
+                            source.source == &family.plan->source;  // which alone determines it
+  throw located(
+      source,
+      SpecError(of_parameter ? pointer_to("thickness") : source.pointer + "/thickness",
+                fmt::format("{:g} m", of_parameter ? values.at("thickness") : leaf.thickness),
+                fmt::format("a leaf is thinner than long and wide: thickness < {:g} m "
+                            "({})",
+                            smallest, leaf.name)));
 }
 
 /// The rule that a mechanism breaks, at the item whose name it begins with.
@@ -148,7 +141,7 @@ SpecError broken(const Family& family, const ParameterValues& values,
   look(flat.bodies);
   look(flat.joints);
   look(flat.drives);
-  for (const FlatSpring<double>& item : flat.springs) look_at(item.spring.name, item.source);
+  look(flat.springs);
   for (const FlatDrive<double>& drive : flat.drives) look_at("the drive", drive.source);
   const ItemSource* seen = source;  // by the reader: no family of the program
   while (seen != nullptr && seen->source->kind == DesignSource::Kind::library)
@@ -167,12 +160,11 @@ const Family& library_family(const std::string& name) {
   const std::lock_guard lock(mutex);
   std::unique_ptr<const Family>& family = known[name];
   if (!family) {
-    DesignHead head;
     FaultList faults;
     const DesignSource source = library_source(name);
-    auto plan = read_plan(parse_json(source.text.text, name), source, head, faults, {name});
+    auto plan = read_plan(parse_json(source.text.text, name), source, faults, {name});
     faults.raise();
-    family = std::make_unique<const Family>(family_of(std::move(plan), head));
+    family = std::make_unique<const Family>(family_of(std::move(plan), ""));
   }
   return *family;
 }
@@ -258,23 +250,20 @@ const Family& find_family(const std::string& name, const std::string& pointer) {
 }
 
 std::shared_ptr<const Family> read_family_file(const std::string& file) {
-  DesignHead head;
-  auto plan = read_design_file(file, head);
-  return std::make_shared<const Family>(family_of(std::move(plan), head));
+  return std::make_shared<const Family>(
+      family_of(read_design_file(file), std::filesystem::path(file).stem().string()));
 }
 
 std::shared_ptr<const Family> read_family(const nlohmann::json& document,
                                           const std::string& pointer, const std::string& folder,
                                           FaultList& faults) {
-  DesignHead head;
   FaultList own;
   auto plan = read_plan(
       document, {.kind = DesignSource::Kind::job, .text = {}, .folder = folder, .lead = pointer},
-      head, own);
+      own);
   for (const Fault& fault : own.faults()) faults.add(fault);
   if (!own.faults().empty() || !plan) return nullptr;
-  if (head.name.empty()) head.name = "mechanism";
-  return std::make_shared<const Family>(family_of(std::move(plan), head));
+  return std::make_shared<const Family>(family_of(std::move(plan), "mechanism"));
 }
 
 }  // namespace flexopt

@@ -26,9 +26,14 @@ struct NamedMaterial {
 };
 const std::vector<NamedMaterial>& materials();
 
-/// The material of a design file at `at`: the name of a built-in one, or its constants (checked).
-/// Throws SpecError where its S-N curve is none.
-Material material_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at);
+/// The material that stands at `at` of a design file or a job: the name of a built-in one, or its
+/// constants, which have passed material_shape. Throws SpecError where its S-N curve is none.
+Material material_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at,
+                     bool of_job);
+/// JSON that reads as this material, its keys in the order of the documentation.
+nlohmann::ordered_json written_material(const Material& material, bool of_job);
+/// JSON that reads as this curve.
+nlohmann::json written_s_n_curve(const SnCurve& curve);
 
 // What a design lets its user choose.
 
@@ -108,17 +113,5 @@ std::shared_ptr<const Family> read_family_file(const std::string& file);
 std::shared_ptr<const Family> read_family(const nlohmann::json& document,
                                           const std::string& pointer, const std::string& folder,
                                           FaultList& faults);
-
-// The S-N curve of a material as it stands in jobs and design files.
-
-struct Field;
-
-/// The key "s_n_curve" of a material.
-Field s_n_curve_field();
-
-/// `read` has passed the shape and stands at `at`. Throws SpecError where it is no curve.
-SnCurve s_n_curve_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at);
-/// JSON that reads as this curve.
-nlohmann::json written_s_n_curve(const SnCurve& curve);
 
 }  // namespace flexopt

@@ -26,6 +26,18 @@ struct ItemSource {
 /// program's families the place is that of the part, in the file that uses it.
 SpecError located(const ItemSource& item, const SpecError& error);
 
+/// An item with what it comes from.
+template <class Item>
+struct Sourced : Item {
+  ItemSource source;
+};
+template <class S>
+using FlatJoint = Sourced<JointT<S>>;
+template <class S>
+using FlatSpring = Sourced<SpringT<S>>;
+template <class S>
+using FlatDrive = Sourced<DriveT<S>>;
+
 /// A direction that a body holds, of the kind held_displacement or held_rotation.
 template <class S>
 struct FlatHeld {
@@ -67,30 +79,6 @@ struct FlatLeaf {
   std::optional<Vector3<S>> fold;  ///< middle of its fold line
   S fold_radius = S(0);            ///< inner radius of its bend [m]
   std::optional<Material> material;  ///< where the leaf has its own
-};
-
-template <class S>
-struct FlatJoint {
-  std::string name;
-  ItemSource source;
-  JointType type = JointType::rigid;
-  int body = ground, other = ground;
-  Vector3<S> at, axis = Vector3<S>::UnitZ();
-};
-
-template <class S>
-struct FlatSpring {
-  ItemSource source;
-  SpringT<S> spring;
-};
-
-template <class S>
-struct FlatDrive {
-  std::string name;
-  ItemSource source;
-  int body = 0, other = ground;
-  Direction direction = Direction::uy;
-  Matrix3<S> axes = Matrix3<S>::Identity();
 };
 
 template <class S>

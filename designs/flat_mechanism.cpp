@@ -111,12 +111,9 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
 template <class S>
 void put_on_leaf(MechanismT<S>& mechanism, const FlatBody<S>& body, int index) {
   const auto leaf = std::ranges::find(mechanism.leaves, body.leaf, &LeafSpringT<S>::name);
-  if (leaf == mechanism.leaves.end()) {
-    std::vector<std::string> known;
-    for (const LeafSpringT<S>& l : mechanism.leaves) known.push_back(l.name);
+  if (leaf == mechanism.leaves.end())
     throw SpecError(body.source.pointer + "/on/leaf", "\"" + body.leaf + "\"",
-                    "there is no such leaf; " + known_names(body.leaf, known));
-  }
+                    "there is no such leaf; " + known_names(body.leaf, names_in(mechanism.leaves)));
   if (leaf->point)
     throw SpecError(body.source.pointer + "/on/leaf", "\"" + body.leaf + "\"",
                     "a leaf has one material point at most");
@@ -191,16 +188,6 @@ void add_held(MechanismT<S>& mechanism, const FlatBody<S>& from, int index) {
                                 .axis = direction.axis});
 }
 
-template <class S>
-void set_drives(MechanismT<S>& mechanism, const FlatDesign<S>& design) {
-  for (const FlatDrive<S>& from : design.drives)
-    mechanism.drives.push_back({.name = from.name,
-                                .body = from.body,
-                                .other = from.other,
-                                .direction = from.direction,
-                                .axes = from.axes});
-}
-
 }  // namespace
 
 template <class S>
@@ -240,17 +227,11 @@ MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& mate
     if (!design.bodies[i].leaf.empty())
       attempt(design.bodies[i].source,
               [&] { put_on_leaf(mechanism, design.bodies[i], static_cast<int>(i)); });
-  for (const FlatJoint<S>& from : design.joints)
-    mechanism.joints.push_back({.name = from.name,
-                                .type = from.type,
-                                .body = from.body,
-                                .other = from.other,
-                                .place = from.at,
-                                .axis = from.axis});
+  mechanism.joints.assign(design.joints.begin(), design.joints.end());
   for (std::size_t i = 0; i < design.bodies.size(); ++i)
     add_held(mechanism, design.bodies[i], static_cast<int>(i));
-  for (const FlatSpring<S>& from : design.springs) mechanism.springs.push_back(from.spring);
-  set_drives(mechanism, design);
+  mechanism.springs.assign(design.springs.begin(), design.springs.end());
+  mechanism.drives.assign(design.drives.begin(), design.drives.end());
   faults.raise();
   return mechanism;
 }

@@ -114,13 +114,7 @@ template <class S>
 template <class Item, class Add>
 void Flattener<S>::each_copy(const Item& item, std::size_t index, Add add) {
   if (index == item.repeat.size()) {
-    faults_.attempt([&] {
-      try {
-        add(item);
-      } catch (const SpecError& error) {
-        throw located(source_of(item), error);
-      }
-    });
+    attempt(item, [&] { add(item); });
     return;
   }
   const RepeatIndex& repeat = item.repeat[index];
@@ -132,18 +126,14 @@ void Flattener<S>::each_copy(const Item& item, std::size_t index, Add add) {
     return static_cast<long>(rounded);
   };
   long first = 0, last = -1;
-  faults_.attempt([&] {
-    try {
-      first = whole(repeat.first);
-      last = whole(repeat.last);
-      if (last - first + 1 > most_copies)
-        throw SpecError(pointer, fmt::format("{} copies", last - first + 1),
-                        fmt::format("at most {} copies", most_copies));
-    } catch (const SpecError& error) {
-      last = first - 1;
-      throw located(source_of(item), error);
-    }
+  const bool sound = attempt(item, [&] {
+    first = whole(repeat.first);
+    last = whole(repeat.last);
+    if (last - first + 1 > most_copies)
+      throw SpecError(pointer, fmt::format("{} copies", last - first + 1),
+                      fmt::format("at most {} copies", most_copies));
   });
+  if (!sound) last = first - 1;
   const std::size_t slots = slots_.size();
   // all indices have their slots from the first on, those further in not yet with their values
   if (index == 0) slots_.resize(slots + item.repeat.size(), S(0));
@@ -166,17 +156,9 @@ void Flattener<S>::each(const std::vector<Item>& items, Add add) {
 template <class S>
 bool Flattener<S>::take_numbers() {
   slots_ = input_.parameters;
-  for (std::size_t i = 0; i < plan_.lets.size(); ++i) {
-    const bool sound = faults_.attempt([&] {
-      try {
-        slots_.push_back(number(plan_.let_numbers[i]));
-      } catch (const SpecError& error) {
-        throw located(ItemSource{&plan_.source, "", scope_.instance, scope_.part}, error);
-      }
-    });
-    if (!sound) return false;
-  }
-  return true;
+  return std::ranges::all_of(plan_.let_numbers, [&](const DesignNumber& own) {
+    return attempt(DesignItem{}, [&] { slots_.push_back(number(own)); });
+  });
 }
 
 /// "at most {width}" with the value of the parameter.
@@ -234,13 +216,7 @@ void Flattener<S>::collect_frames() {
       throw SpecError(item.pointer + "/name", "\"" + name + "\"", "another frame has this name");
   });
   for (const auto& [name, frame] : frames_)
-    faults_.attempt([&, &name = name, &frame = frame] {
-      try {
-        (void)this->frame(name, *frame.item);
-      } catch (const SpecError& error) {
-        throw located(source_of(*frame.item), error);
-      }
-    });
+    attempt(*frame.item, [&, &name = name, &frame = frame] { this->frame(name, *frame.item); });
 }
 
 template <class S>

@@ -132,7 +132,7 @@ void Flattener<S>::add_joint(const JointItem& item) {
   joint.type = item.type;
   joint.body = body(item, item.body, "/body");
   joint.other = body(item, item.other, "/other");
-  joint.at = at.place(vector(item.at));
+  joint.place = at.place(vector(item.at));
   if (item.type == JointType::revolute || item.type == JointType::prismatic) {
     joint.axis = unit(at.direction(vector(item.axis)), item.pointer + "/axis");
   }
@@ -142,7 +142,8 @@ void Flattener<S>::add_joint(const JointItem& item) {
 template <class S>
 void Flattener<S>::add_spring(const SpringItem& item) {
   const Placement<S> at = frame(item.frame, item);
-  SpringT<S> spring;
+  FlatSpring<S> spring;
+  spring.source = source_of(item);
   spring.name = scope_.prefix + instance_name(item, item.name);
   spring.body = body(item, item.body, "/body");
   spring.other = body(item, item.other, "/other");
@@ -171,7 +172,7 @@ void Flattener<S>::add_spring(const SpringItem& item) {
     }
     spring.matrix = matrix;
   }
-  out_.springs.push_back({source_of(item), std::move(spring)});
+  out_.springs.push_back(std::move(spring));
 }
 
 template <class S>

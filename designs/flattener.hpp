@@ -103,6 +103,17 @@ class Flattener {
   bool is_fixed(const DesignNumber& n) const;
   Vector3<S> unit(const Vector3<S>& v, const std::string& pointer) const;
 
+  /// Runs `action`; what it throws is taken in with the place of the item.
+  template <class Action>
+  bool attempt(const DesignItem& item, const Action& action) {
+    return faults_.attempt([&] {
+      try {
+        action();
+      } catch (const SpecError& error) {
+        throw located(source_of(item), error);
+      }
+    });
+  }
   template <class Item, class Add>
   void each(const std::vector<Item>& items, Add add);
   template <class Item, class Add>

@@ -12,39 +12,37 @@ namespace {
 
 bool is_word_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
+/// visit(at, piece) for the words of a text and for what stands between them.
+template <class Visit>
+void each_piece(const std::string& text, const Visit& visit) {
+  for (std::size_t at = 0, end = 0; at < text.size(); at = end) {
+    while (end < text.size() && is_word_letter(text[end]) == is_word_letter(text[at])) ++end;
+    visit(at, text.substr(at, end - at));
+  }
+}
+
 }  // namespace
 
 std::size_t word_in(const std::string& text, const std::string& word) {
-  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
-    const std::size_t end = at + word.size();
-    if ((at == 0 || !is_word_letter(text[at - 1])) &&
-        (end == text.size() || !is_word_letter(text[end])))
-      return at;
-  }
-  return std::string::npos;
+  std::size_t found = std::string::npos;
+  each_piece(text, [&](std::size_t at, const std::string& piece) {
+    if (piece == word) found = std::min(found, at);
+  });
+  return found;
 }
 
 std::string with_numbers(const Formula& profile, std::span<const double> slots) {
-  std::string result, word;
+  std::string result;
   const auto& names = profile.names();
-  const std::string& text = profile.text();
-  for (std::size_t at = 0; at <= text.size(); ++at) {
-    const char c = at < text.size() ? text[at] : ' ';
-    if (is_word_letter(c)) {
-      word += c;
-      continue;
-    }
-    const auto named = std::ranges::find(names, word);
-    if (!word.empty() && named != names.end() && word != "s") {
-      const auto i = static_cast<std::size_t>(named - names.begin());
-      const std::size_t slot = static_cast<std::size_t>(profile.slots()[i]);
-      result += fmt::format("({}{})", slots[slot], profile.units()[i]);
-    } else {
-      result += word;
-    }
-    word.clear();
-    if (at < text.size()) result += c;
-  }
+  each_piece(profile.text(), [&](std::size_t, const std::string& piece) {
+    const auto named = std::ranges::find(names, piece);
+    const auto i = static_cast<std::size_t>(named - names.begin());
+    if (named == names.end() || piece == "s")
+      result += piece;
+    else
+      result += fmt::format("({}{})", slots[static_cast<std::size_t>(profile.slots()[i])],
+                            profile.units()[i]);
+  });
   return result;
 }
 
@@ -59,15 +57,9 @@ bool is_identifier(const std::string& name) {
 
 std::set<std::string> words_of(const std::string& text) {
   std::set<std::string> words;
-  std::string word;
-  for (const char c : text + " ") {
-    if (is_word_letter(c)) {
-      word += c;
-    } else {
-      if (is_identifier(word)) words.insert(word);
-      word.clear();
-    }
-  }
+  each_piece(text, [&](std::size_t, const std::string& piece) {
+    if (is_identifier(piece)) words.insert(piece);
+  });
   return words;
 }
 

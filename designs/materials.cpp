@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/spec/field_table.hpp"
 #include "core/spec/json_file.hpp"
+#include "core/spec/record_table.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/family.hpp"
+#include "designs/describe.hpp"
 
 namespace flexopt {
 
@@ -26,7 +26,7 @@ Material material(std::string name, double youngs_modulus, double poissons_ratio
   return m;
 }
 
-constexpr double most_cycles = 1e15, largest_stress = 1e12;
+constexpr double most_cycles = 1e15, largest_stress = 1e12;  // [1], [Pa]
 
 Shape cycles() { return shape::quantity("1", 1, most_cycles); }
 
@@ -37,59 +37,15 @@ std::vector<SnCurve::Point> points_of(const json& read, const JsonPointer& at) {
     const SnCurve::Point point{read[i]["cycles"], read[i]["amplitude"]};
     if (!points.empty() && point.cycles <= points.back().cycles)
       throw SpecError(
-          (at / i / "cycles").to_string(), fmt::format("{:g}", point.cycles),
+          at / i / "cycles", fmt::format("{:g}", point.cycles),
           fmt::format("points go on to more cycles, here more than {:g}", points.back().cycles));
     if (!points.empty() && point.amplitude >= points.back().amplitude)
-      throw SpecError((at / i / "amplitude").to_string(), fmt::format("{:g} Pa", point.amplitude),
+      throw SpecError(at / i / "amplitude", fmt::format("{:g} Pa", point.amplitude),
                       fmt::format("what is survived longer is a smaller stress, here below {:g} Pa",
                                   points.back().amplitude));
     points.push_back(point);
   }
   return points;
-}
-
-}  // namespace
-
-// Typical design values of the flexure literature, not a data sheet; the source says what each
-// allowable stress stands for. Thermal expansions are handbook means from 20 to 100 °C.
-const std::vector<NamedMaterial>& materials() {
-  static const std::vector<NamedMaterial> all{
-      {material("stavax", 210e9, 0.30, 7800, 600e6, 11.0e-6),
-       "hardened tool steel Stavax (modified 1.4028 / AISI 420), E 200 to 215 GPa, Rp0.2 about "
-       "1400 MPa; 600 MPa is the customary design stress of wire-eroded large-stroke hinges"},
-      {material("spring_steel_1.4310", 190e9, 0.30, 7900, 500e6, 16e-6),
-       "cold-rolled stainless spring strip 1.4310 (AISI 301), E 185 to 195 GPa, Rp0.2 1200 to "
-       "1500 MPa; customary design stress 400 to 600 MPa"},
-      {material("sandvik_7C27Mo2", 210e9, 0.30, 7700, 600e6, 10.5e-6),
-       "flapper-valve strip Sandvik 7C27Mo2, Rp0.2 about 1400 MPa; design stress set like that of "
-       "Stavax, its fatigue grade allows more"},
-      {material("Ti-6Al-4V", 114e9, 0.34, 4430, 450e6, 8.6e-6),
-       "wrought grade 5, Rp0.2 880 to 950 MPa; customary design stress 400 to 500 MPa (printed: "
-       "200 to 300 MPa)"},
-      {material("Al-7075-T6", 71.7e9, 0.33, 2810, 130e6, 23.4e-6),
-       "wrought, Rp0.2 503 MPa; design stress by fatigue, 100 to 160 MPa"},
-  };
-  return all;
-}
-
-Material material_of(const nlohmann::json& read, const nlohmann::json_pointer<std::string>& at) {
-  if (read.is_string()) {
-    const auto named = std::ranges::find_if(
-        materials(), [&](const NamedMaterial& m) { return m.material.name == read; });
-    return named->material;
-  }
-  Material m;
-  m.name = read.value("name", "custom");
-  m.youngs_modulus = read["youngs_modulus"];
-  m.poissons_ratio = read["poissons_ratio"];
-  m.density = read["density"];
-  if (read.contains("allowable_stress")) m.allowable_stress = read["allowable_stress"];
-  if (read.contains("yield_strength")) m.yield_strength = read["yield_strength"];
-  if (read.contains("ultimate_strength")) m.ultimate_strength = read["ultimate_strength"];
-  if (read.contains("endurance_limit")) m.endurance_limit = read["endurance_limit"];
-  if (read.contains("s_n_curve")) m.s_n_curve = s_n_curve_of(read["s_n_curve"], at / "s_n_curve");
-  if (read.contains("thermal_expansion")) m.thermal_expansion = read["thermal_expansion"];
-  return m;
 }
 
 Field s_n_curve_field() {
@@ -120,13 +76,11 @@ SnCurve s_n_curve_of(const json& read, const JsonPointer& at) {
   SnCurve curve;
   const bool line = read.contains("coefficient") || read.contains("exponent");
   if (line == read.contains("points"))
-    throw SpecError(at.to_string(), shown(read),
-                    "give points, or coefficient and exponent, one of the two");
+    throw SpecError(at, shown(read), "give points, or coefficient and exponent, one of the two");
   if (line) {
     for (const char* key : {"coefficient", "exponent"})
       if (!read.contains(key))
-        throw SpecError((at / key).to_string(), "nothing",
-                        "Basquin's line has a coefficient and an exponent");
+        throw SpecError(at / key, "nothing", "Basquin's line has a coefficient and an exponent");
     curve.basquin = Basquin{read["coefficient"], read["exponent"]};
   } else {
     curve.points = points_of(read["points"], at / "points");
@@ -136,11 +90,65 @@ SnCurve s_n_curve_of(const json& read, const JsonPointer& at) {
   curve.knee = read["knee"];
   if (!line &&
       (*curve.knee < curve.points.front().cycles || *curve.knee > curve.points.back().cycles))
-    throw SpecError((at / "knee").to_string(), fmt::format("{:g}", *curve.knee),
+    throw SpecError(at / "knee", fmt::format("{:g}", *curve.knee),
                     fmt::format("the knee lies on the curve, from {:g} to {:g} cycles",
                                 curve.points.front().cycles, curve.points.back().cycles));
   return curve;
 }
+
+/// The constants of a material at `at`; one of a job may have a shear modulus instead of Poisson's
+/// ratio.
+RecordTable<Material> constants_table(const JsonPointer& at, bool of_job) {
+  using namespace shape;
+  const Shape modulus = quantity("Pa", 0, 10 * largest_stress, true),
+              stress = quantity("Pa", 0, largest_stress, true),
+              ratio = quantity("1", -1, 0.5, true);
+  RecordTable<Material> table;
+  table.optional("name", text(), &Material::name, "for the report")
+      .required("youngs_modulus", modulus, &Material::youngs_modulus, "Young's modulus E");
+  if (of_job)
+    table
+        .row(
+            shape::optional("poissons_ratio", ratio, "Poisson's ratio; or give shear_modulus"),
+            [](const json& read, Material& m) { m.poissons_ratio = read; },
+            [](const Material& m) {
+              return m.poissons_ratio <= 0.5 ? json(m.poissons_ratio) : json();
+            })
+        .row(
+            shape::optional("shear_modulus", modulus,
+                            "shear modulus G = E / (2 (1 + nu)); or give poissons_ratio"),
+            [](const json& read, Material& m) {
+              const double implied = m.youngs_modulus / (2 * read.get<double>()) - 1;
+              // what a plate cannot be made of, a beam can: check_leaf_model tells
+              m.poissons_ratio = implied < 0.5 + 1e-9 ? std::min(implied, 0.5) : implied;
+            },
+            [](const Material& m) {
+              return m.poissons_ratio <= 0.5 ? json() : json(m.shear_modulus());
+            });
+  else
+    table.required("poissons_ratio", ratio, &Material::poissons_ratio, "Poisson's ratio");
+  return table.required("density", quantity("kg/m^3", 0, 1e5, true), &Material::density, "density")
+      .optional("allowable_stress", stress, &Material::allowable_stress,
+                "von Mises stress a leaf may see; for the report")
+      .optional("yield_strength", stress, &Material::yield_strength,
+                "stress at which it yields (Rp0.2), for yield_safety")
+      .optional("ultimate_strength", stress, &Material::ultimate_strength,
+                "tensile strength (Rm), for fatigue_safety")
+      .optional("endurance_limit", stress, &Material::endurance_limit,
+                "stress amplitude at mean zero that the leaf endures, "
+                "with surface and size as made; for fatigue_safety")
+      .row(
+          s_n_curve_field(),
+          [at](const json& read, Material& m) {
+            m.s_n_curve = s_n_curve_of(read, at / "s_n_curve");
+          },
+          [](const Material& m) { return m.s_n_curve ? written_s_n_curve(*m.s_n_curve) : json(); })
+      .optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3), &Material::thermal_expansion,
+                std::string("linear coefficient of thermal expansion, for ") +
+                    (of_job ? "temperature" : "a job's temperature"));
+}
+
+}  // namespace
 
 json written_s_n_curve(const SnCurve& curve) {
   json written = json::object();
@@ -153,6 +161,52 @@ json written_s_n_curve(const SnCurve& curve) {
   if (curve.knee) written["knee"] = *curve.knee;
   if (curve.survival) written["survival"] = *curve.survival;
   return written;
+}
+
+// Typical design values of the flexure literature, not a data sheet; the source says what each
+// allowable stress stands for. Thermal expansions are handbook means from 20 to 100 °C.
+const std::vector<NamedMaterial>& materials() {
+  static const std::vector<NamedMaterial> all{
+      {material("stavax", 210e9, 0.30, 7800, 600e6, 11.0e-6),
+       "hardened tool steel Stavax (modified 1.4028 / AISI 420), E 200 to 215 GPa, Rp0.2 about "
+       "1400 MPa; 600 MPa is the customary design stress of wire-eroded large-stroke hinges"},
+      {material("spring_steel_1.4310", 190e9, 0.30, 7900, 500e6, 16e-6),
+       "cold-rolled stainless spring strip 1.4310 (AISI 301), E 185 to 195 GPa, Rp0.2 1200 to "
+       "1500 MPa; customary design stress 400 to 600 MPa"},
+      {material("sandvik_7C27Mo2", 210e9, 0.30, 7700, 600e6, 10.5e-6),
+       "flapper-valve strip Sandvik 7C27Mo2, Rp0.2 about 1400 MPa; design stress set like that of "
+       "Stavax, its fatigue grade allows more"},
+      {material("Ti-6Al-4V", 114e9, 0.34, 4430, 450e6, 8.6e-6),
+       "wrought grade 5, Rp0.2 880 to 950 MPa; customary design stress 400 to 500 MPa (printed: "
+       "200 to 300 MPa)"},
+      {material("Al-7075-T6", 71.7e9, 0.33, 2810, 130e6, 23.4e-6),
+       "wrought, Rp0.2 503 MPa; design stress by fatigue, 100 to 160 MPa"},
+  };
+  return all;
+}
+
+Shape material_shape(bool of_job) {
+  std::vector<std::string> names;
+  for (const auto& [named, source] : materials()) names.push_back(named.name);
+  return shape::one_of({shape::choice(names), constants_table(JsonPointer(), of_job).shape()});
+}
+
+Material material_of(const json& read, const JsonPointer& at, bool of_job) {
+  Material material;
+  material.name = "custom";
+  if (read.is_object()) constants_table(at, of_job).read(read, material);
+  for (const NamedMaterial& named : materials())
+    if (read == named.material.name) material = named.material;
+  return material;
+}
+
+nlohmann::ordered_json written_material(const Material& material, bool of_job) {
+  const RecordTable<Material> table = constants_table(JsonPointer(), of_job);
+  const json written = table.write(material);
+  nlohmann::ordered_json ordered = nlohmann::ordered_json::object();
+  for (const Field& field : table.fields())
+    if (written.contains(field.name)) ordered[field.name] = written[field.name];
+  return ordered;
 }
 
 }  // namespace flexopt

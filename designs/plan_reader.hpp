@@ -1,5 +1,5 @@
 #pragma once
-// Private to design_reader.cpp and its companions: design_items.cpp, design_parts.cpp.
+// Private to design_reader.cpp and its companion design_items.cpp.
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -18,10 +18,10 @@ class PlanReader {
     read_ = read_value(design_file_shape(), document, nlohmann::json::json_pointer(), faults_);
   }
 
-  std::shared_ptr<const DesignPlan> read(DesignHead& head);
+  std::shared_ptr<const DesignPlan> read();
 
  private:
-  void read_head(DesignHead& head) const;
+  void read_head();
   void read_parameters();
   void read_parameter(const std::string& name, const nlohmann::json& from,
                       const nlohmann::json::json_pointer& at);
@@ -75,7 +75,7 @@ void PlanReader::each(const char* list, Read read) {
     const nlohmann::json::json_pointer at =
         nlohmann::json::json_pointer("/" + std::string(list)) / i;
     const nlohmann::json& from = read_[list][i];
-    if (!from.is_object() || !faults_.sound(at.to_string())) continue;
+    if (!from.is_object() || !faults_.sound(at)) continue;
     faults_.attempt([&] { read(from, at); });
     names_ = names;
   }

@@ -1,6 +1,5 @@
 #pragma once
-// Parser that turns the text of a formula into its steps. Private to formula.cpp and
-// formula_parser.cpp.
+// Parser that turns the text of a formula into its steps. Private to the formula's own sources.
 #include <string_view>
 
 #include "core/spec/formula.hpp"
@@ -50,6 +49,21 @@ struct FormulaFunction {
   FormulaMeasure measure;
 };
 
+constexpr std::size_t longest_formula = 10000;  ///< letters
+
+/// A function of several arguments: how many, and the operation that joins them.
+struct ListFunction {
+  std::string_view name;
+  FormulaOp op;
+  std::size_t most;  ///< arguments
+};
+
+/// The function of this name; null where there is none.
+const FormulaFunction* find_function(std::string_view name);
+const ListFunction* find_list_function(std::string_view name);
+
+std::vector<std::string> function_names();
+
 /// The value of a step that is no name.
 double value_of_step(const Formula::Step& step, double a, double b, double c);
 
@@ -89,12 +103,8 @@ class FormulaParser {
   void read_unit(Token& number) const;
 
   Part choice();
-  Part either();
-  Part both();
-  Part comparison();
-  Part sum();
-  Part product();
-  Part factor();  ///< with its signs
+  Part binary(int level);  ///< signs of this level and of higher ones
+  Part factor();           ///< with its signs
   Part power();
   Part operand();
   Part number();
@@ -108,6 +118,9 @@ class FormulaParser {
 
   Part make(FormulaOp op, const Part& a, const Part& b);
   Part make(Formula::Step step, std::size_t begin, std::size_t end);
+  static Formula::Step unary(FormulaOp op, const Part& argument) {
+    return {.op = op, .a = argument.step, .b = argument.step, .c = argument.step};
+  }
   Part alike(FormulaOp op, const Part& a, const Part& b, const char* verb);
   void measure_alike(Part& result, const Part& a, const Part& b, const char* verb) const;
   void measure_product(Part& result, const Part& a, const Part& b, bool quotient) const;

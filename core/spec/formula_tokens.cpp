@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "core/spec/formula_functions.hpp"
+#include "core/spec/formula_parser.hpp"
 #include "core/spec/names.hpp"
 
 namespace flexopt {
@@ -40,8 +40,7 @@ SpecError FormulaParser::unexpected() const {
 }
 
 SpecError FormulaParser::unknown(const Token& name) const {
-  std::vector<std::string> known;
-  for (const FormulaName& n : names_) known.push_back(n.name);
+  const std::vector<std::string> known = names_in(names_);
   std::string rule =
       fmt::format("unknown name '{}' ({}); {}", name.text, position(name.begin),
                   known.empty() ? "a formula has no names here" : known_names(name.text, known));

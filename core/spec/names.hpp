@@ -18,4 +18,12 @@ std::optional<std::string> nearest_name(std::string_view name,
 /// "did you mean 'length'? Known: length, width", the first part only where a name is near.
 std::string known_names(std::string_view name, const std::vector<std::string>& known);
 
+/// The names of the items of a list.
+template <class List>
+std::vector<std::string> names_in(const List& list) {
+  std::vector<std::string> names;
+  for (const auto& item : list) names.emplace_back(item.name);
+  return names;
+}
+
 }  // namespace flexopt

@@ -11,18 +11,13 @@
 namespace flexopt {
 
 /// A formula over named numbers.
-class Expression {
+class Expression : public Formula {
  public:
   /// `parameters` are the names it may use; `pointer` is the JSON pointer of the text. Throws
   /// SpecError for what is no formula and for one that uses no parameter. Numbers without unit may
   /// be quantities in SI.
   Expression(std::string text, const std::vector<FormulaName>& parameters, std::string pointer);
 
-  const std::string& text() const { return formula_.text(); }
-  const std::string& pointer() const { return formula_.pointer(); }
-  const Formula& formula() const { return formula_; }
-  /// The parameters that the formula uses.
-  const std::vector<std::string>& names() const { return names_; }
   /// The value; nothing where the formula is not finite (1/0, sqrt(-1)). `values` must hold every
   /// used name.
   std::optional<double> value(const ParameterValues& values) const;
@@ -32,10 +27,6 @@ class Expression {
 
  private:
   std::vector<double> numbers(const ParameterValues& values) const;
-
-  Formula formula_;
-  std::vector<std::string> names_;
-  std::size_t numbers_ = 0;
 };
 
 }  // namespace flexopt

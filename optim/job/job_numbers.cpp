@@ -6,6 +6,7 @@
 
 #include "core/mechanism/body_inertia.hpp"
 #include "core/mechanism/each_number.hpp"
+#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 
 namespace flexopt {
@@ -72,6 +73,12 @@ const Parameter* find_job_number(const std::string& name) {
 const Parameter* find_parameter(const Family& family, const std::string& name) {
   const auto found = std::ranges::find(family.parameters, name, &Parameter::name);
   return found == family.parameters.end() ? find_job_number(name) : &*found;
+}
+
+std::vector<std::string> parameter_names(const Family& family) {
+  std::vector<std::string> names = names_in(family.parameters);
+  for (const Parameter& p : job_numbers()) names.push_back(p.name);
+  return names;
 }
 
 std::vector<Parameter> parameters_of(const Job& job) {

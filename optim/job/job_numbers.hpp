@@ -19,6 +19,9 @@ const Parameter* find_job_number(const std::string& name);
 /// The family's parameter or the number of the job of that name, or null.
 const Parameter* find_parameter(const Family& family, const std::string& name);
 
+/// Names of all parameters of the family and of all numbers of a job.
+std::vector<std::string> parameter_names(const Family& family);
+
 /// The family's parameters, then those numbers that differ from design to design.
 std::vector<Parameter> parameters_of(const Job& job);
 

@@ -3,16 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/solvers/problem.hpp"
 
 namespace flexopt {
 
@@ -20,6 +23,22 @@ using nlohmann::json;
 using Pointer = json::json_pointer;
 
 namespace {
+
+constexpr int starts_of_global = 8;
+
+/// A power of two: Sobol's sequence is the most even there.
+int default_screening(std::size_t variables) {
+  constexpr unsigned of_each = 2000, most = 65536;
+  return static_cast<int>(
+      std::min(most, std::bit_ceil(of_each * static_cast<unsigned>(variables))));
+}
+
+OptimiserOptions options_of(const Algorithm& algorithm) {
+  OptimiserOptions options;
+  options.library = algorithm.library;
+  options.name = algorithm.name;
+  return options;
+}
 
 /// Bound of a formula: a number in SI, or a text with a unit that the formula can have.
 double formula_bound(const Formula& formula, const json& value, const Pointer& at) {
@@ -106,10 +125,11 @@ Variable read_variable(json& read, const GoalContext& context, const Pointer& at
 
 Objective read_objective(json& read, const GoalContext& context) {
   const Pointer at("/optimise/objective");
-  Objective objective = objective_table().read(read);
+  Objective objective{{.over_stroke = OverStroke::min}};
+  objective_table().read(read, objective);
   objective.maximise = read.contains("maximise");
   if (objective.maximise == read.contains("minimise"))
-    throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
+    throw SpecError(at, shown(read), "give maximise or minimise, one of the two");
   objective.margin = read_margin(read, context.borne.tolerances, at);
   const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
   const bool formula =
@@ -118,15 +138,15 @@ Objective read_objective(json& read, const GoalContext& context) {
   if (formula) {
     forbid_over_stroke(read, at);
     objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
-    read_worst_assembly(read, context, {.expression = objective.expression}, at);
+    read_worst_assembly(read, context, objective, at);
     return objective;
   }
   objective.load_case = context.load_case(read, at);
   objective.quantity = context.quantity(goal, objective.load_case, at / key).name;
   if (!read.contains("over_stroke"))
     objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
-  read["over_stroke"] = name_in_job(objective.over_stroke);
-  Constraint bounded{.quantity = objective.quantity, .over_stroke = objective.over_stroke};
+  read["over_stroke"] = name_of(objective.over_stroke);
+  Constraint bounded = objective;
   if (objective.maximise) bounded.min = 0;
   objective.worst_assembly = read_worst_assembly(read, context, bounded, at);
   return objective;
@@ -135,7 +155,7 @@ Objective read_objective(json& read, const GoalContext& context) {
 Constraint read_constraint(json& read, const GoalContext& context, const Pointer& at) {
   const bool formula = read.contains("expression"), largest = read.contains("max");
   if (formula != read.contains("quantity") && !read.contains("min") && !largest)
-    throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
+    throw SpecError(at, shown(read), "it has no bound: give min, max or both");
   Constraint constraint =
       read_measure(read, context, at, largest ? OverStroke::max : OverStroke::min);
   const auto bound = [&](const char* key) {
@@ -143,13 +163,13 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
       return read_quantity(shape::quantity(context.find_quantity(constraint.quantity)->unit),
                            read[key], at / key);
     const Expression of(constraint.expression, context.names, (at / "expression").to_string());
-    return formula_bound(of.formula(), read[key], at / key);
+    return formula_bound(of, read[key], at / key);
   };
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
   if (constraint.min && constraint.max && !(*constraint.min <= *constraint.max))
-    throw SpecError((at / "min").to_string(), fmt::format("{:g}", *constraint.min),
+    throw SpecError(at / "min", fmt::format("{:g}", *constraint.min),
                     fmt::format("expected min <= max = {:g}", *constraint.max));
   return constraint;
 }
@@ -157,15 +177,8 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
 ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext& context) {
   const Pointer at("/optimise/pareto");
   ParetoSpec front = pareto_table().read(read);
-  const Constraint measure =
+  static_cast<Constraint&>(front) =
       read_measure(read, context, at, front.maximise ? OverStroke::min : OverStroke::max);
-  front.quantity = measure.quantity;
-  front.expression = measure.expression;
-  front.over_stroke = measure.over_stroke;
-  front.load_case = measure.load_case;
-  front.label = measure.label;
-  front.margin = measure.margin;
-  front.worst_assembly = measure.worst_assembly;
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
       front.margin.text() == objective.margin.text() &&
       front.worst_assembly == objective.worst_assembly &&
@@ -177,34 +190,91 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
   return front;
 }
 
+/// The section "algorithm", filled in with what it leaves open. Throws SpecError.
+Algorithm read_algorithm(json& read) {
+  const Pointer at("/optimise/algorithm");
+  Algorithm algorithm = algorithm_table().read(read);
+  if (algorithm.library == "ipopt") {
+    if (read.contains("name"))
+      throw wrong(read, at, "name", "ipopt is one algorithm and takes no name");
+    if (read.contains("local"))
+      throw wrong(read, at, "local", "ipopt runs no other algorithm inside");
+    algorithm.name.clear();
+    return algorithm;
+  }
+  std::vector<std::string> names;
+  for (const std::string& offered : algorithms())
+    if (offered.starts_with("nlopt ")) names.push_back(offered.substr(6));
+  if (std::find(names.begin(), names.end(), algorithm.name) == names.end())
+    throw SpecError(at / "name", '"' + algorithm.name + '"',
+                    "unknown algorithm; " + known_names(algorithm.name, names));
+  const std::vector<std::string> locals = algorithm_of(options_of(algorithm)).locals;
+  if (!algorithm.local.empty() && locals.empty())
+    throw SpecError(at / "local", '"' + algorithm.local + '"',
+                    algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");
+  if (algorithm.local.empty() && !locals.empty()) algorithm.local = locals.front();
+  if (!locals.empty() && std::ranges::find(locals, algorithm.local) == locals.end())
+    throw SpecError(
+        at / "local", '"' + algorithm.local + '"',
+        fmt::format("{} may run inside: {}", algorithm.name, known_names(algorithm.local, locals)));
+  read = algorithm_table().write(algorithm);
+  return algorithm;
+}
+
+/// Throws SpecError where there are constraints, or a front, which is found by them, and the
+/// algorithm takes none.
+void check_takes_goals(const OptimiseSpec& spec) {
+  if (spec.constraints.empty() && !spec.pareto) return;
+  check_takes_constraints(options_of(spec.algorithm));
+}
+
+/// Fills in starts and screened designs where the section "optimise" leaves them open, and says
+/// what does not go with its "search".
+void settle_search(json& read, OptimiseSpec& spec, FaultList& faults) {
+  const auto refuse = [&](const char* place, const std::string& rule) {
+    faults.add(std::string("/optimise") + place, shown(read.at(Pointer(place))), rule);
+  };
+  const bool global = spec.search == SearchKind::global;
+  if (!read.contains("starts")) spec.starts = global ? starts_of_global : 1;
+  read["starts"] = spec.starts;
+  if (!global) {
+    if (read.contains("screened_designs"))
+      refuse("/screened_designs", "no design is screened unless \"search\" is \"global\"");
+    return;
+  }
+  if (!read.contains("screened_designs"))
+    spec.screened_designs = default_screening(spec.variables.size());
+  read["screened_designs"] = spec.screened_designs;
+  if (spec.spread != Spread::sobol) refuse("/spread", "a global search is spread by \"sobol\"");
+  if (spec.algorithm.name.starts_with("G"))
+    refuse("/algorithm/name",
+           "it looks through the whole box itself; \"search\": \"global\" needs an algorithm that "
+           "goes on from a design, as LD_SLSQP or LN_COBYLA do");
+}
+
 }  // namespace
 
 OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const CaseNames& cases,
                            Borne borne, FaultList& faults) {
   const GoalContext context(family, job, cases, borne, faults);
   const Pointer at("/optimise");
-  const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
+  const auto sound = [&](const Pointer& place) { return faults.sound(place); };
   OptimiseSpec spec = search_table().read(read);
   std::set<std::string> taken;
   for (std::size_t i = 0; read.contains("variables") && i < read["variables"].size(); ++i) {
     const Pointer here = at / "variables" / i;
     json& item = read["variables"][i];
     if (sound(here / "parameter") && !taken.insert(item["parameter"].get<std::string>()).second)
-      faults.add((here / "parameter").to_string(), shown(item["parameter"]),
-                 "it is a variable already");
+      faults.add(here / "parameter", shown(item["parameter"]), "it is a variable already");
     if (sound(here))
       faults.attempt(
           [&] { spec.variables.push_back(read_variable(item, context, here, job.notes)); });
   }
   if (sound(at / "objective"))
     faults.attempt([&] { spec.objective = read_objective(read["objective"], context); });
-  for (std::size_t i = 0; i < read["constraints"].size(); ++i) {
-    const Pointer here = at / "constraints" / i;
-    if (sound(here))
-      faults.attempt([&] {
-        spec.constraints.push_back(read_constraint(read["constraints"][i], context, here));
-      });
-  }
+  faults.each(read["constraints"], at / "constraints", [&](json& item, const Pointer& here) {
+    spec.constraints.push_back(read_constraint(item, context, here));
+  });
   if (sound(at / "algorithm"))
     faults.attempt([&] { spec.algorithm = read_algorithm(read["algorithm"]); });
   settle_search(read, spec, faults);

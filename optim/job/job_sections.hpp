@@ -280,19 +280,6 @@ TolerancesSpec read_tolerances(nlohmann::json& read, const Family& family, const
 std::vector<MapSpec> read_maps(nlohmann::json& read, const Family& family, const Job& job,
                                const CaseNames& cases, FaultList& faults);
 
-// Who searches, and where the searches begin.
-
-/// The section "algorithm", filled in with what it leaves open. Throws SpecError.
-Algorithm read_algorithm(nlohmann::json& read);
-
-/// Throws SpecError where there are constraints, or a front, which is found by them, and the
-/// algorithm takes none.
-void check_takes_goals(const OptimiseSpec& spec);
-
-/// Fills in starts and screened designs where the section "optimise" leaves them open, and says
-/// what does not go with its "search".
-void settle_search(nlohmann::json& read, OptimiseSpec& spec, FaultList& faults);
-
 // The atlas that a job's leaves are looked up in.
 
 /// Opens the atlas of a model that wants one, unless it has it. All is well too

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "core/spec/names.hpp"
 #include "designs/describe.hpp"
 #include "optim/job/compared_quantity.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -41,10 +42,10 @@ Shape parameters_shape(const Family& family) {
 /// What any design may hold; which parameters there must be is for the design to say.
 Shape any_parameters_shape() { return map(number_or_formula(quantity(""))); }
 
-Shape material_shape() {
-  std::vector<std::string> names;
-  for (const NamedMaterial& named : materials()) names.push_back(named.material.name);
-  return one_of({choice(names), material_table().shape()});
+/// The shape of a record with these fields, and more behind them.
+Shape with_fields(std::vector<Field> fields, const std::vector<Field>& more) {
+  fields.insert(fields.end(), more.begin(), more.end());
+  return record(std::move(fields));
 }
 
 /// Whether there are parameters without default.
@@ -63,7 +64,7 @@ Shape design_shape(const Family* family) {
           ? required("parameters", parameters_shape(*family), "what the design leaves open")
           : with_default("parameters", family ? parameters_shape(*family) : any_parameters_shape(),
                          json::object(), "what the design leaves open"),
-      required("material", material_shape(), "a built-in material by name, or its constants"),
+      required("material", material_shape(true), "a built-in material by name, or its constants"),
   };
   const auto add_options = [&](const Family& known) {
     for (const FamilyOption& option : known.options)
@@ -78,27 +79,17 @@ Shape design_shape(const Family* family) {
   return record(std::move(fields));
 }
 
-/// What may differ from design to design.
-std::vector<std::string> names_of(const Family& family) {
-  std::vector<std::string> names;
-  for (const Parameter& p : family.parameters) names.push_back(p.name);
-  for (const Parameter& p : job_numbers()) names.push_back(p.name);
-  return names;
-}
-
 /// Names of quantities where the table of the section leaves any text.
 Shape with_quantities(Shape section, const Family* family) {
   if (!family) return section;
-  std::vector<std::string> names;
-  for (const Quantity& q : quantities(family->drives)) names.push_back(q.name);
   for (Field& field : section.fields)
-    if (field.name == "quantity") field.shape = choice(names);
+    if (field.name == "quantity") field.shape = choice(names_in(quantities(family->drives)));
   return section;
 }
 
 Shape variable_shape(const Family* family) {
   return record({
-      required("parameter", family ? choice(names_of(*family)) : text(),
+      required("parameter", family ? choice(parameter_names(*family)) : text(),
                "which parameter of the family, or number of the material or the end-effector"),
       required("min", quantity(""), "lower bound"),
       required("max", quantity(""), "upper bound"),
@@ -110,24 +101,24 @@ Shape variable_shape(const Family* family) {
 }
 
 Shape optimise_shape(const Family* family) {
-  std::vector<Field> fields{
-      required("variables", list(variable_shape(family), 1, 50), "what may change"),
-      required("objective", objective_table().shape(), "what should become best"),
-      with_default("constraints", list(with_quantities(constraint_table().shape(), family), 0, 200),
-                   json::array(), "what must hold"),
-      with_default("algorithm", algorithm_table().shape(), json::object(), "who searches"),
-      optional("pareto", with_quantities(pareto_table().shape(), family),
-               "a second objective: the front of both"),
-      optional("verify", verify_table().shape(), "the optimum is to be that of full accuracy"),
-  };
-  const std::vector<Field>& plain = search_table().fields();
-  fields.insert(fields.end(), plain.begin(), plain.end());
-  return record(std::move(fields));
+  return with_fields(
+      {
+          required("variables", list(variable_shape(family), 1, 50), "what may change"),
+          required("objective", objective_table().shape(), "what should become best"),
+          with_default("constraints",
+                       list(with_quantities(constraint_table().shape(), family), 0, 200),
+                       json::array(), "what must hold"),
+          with_default("algorithm", algorithm_table().shape(), json::object(), "who searches"),
+          optional("pareto", with_quantities(pareto_table().shape(), family),
+                   "a second objective: the front of both"),
+          optional("verify", verify_table().shape(), "the optimum is to be that of full accuracy"),
+      },
+      search_table().fields());
 }
 
 Shape map_shape(const Family* family) {
   const Shape axis = record(
-      {required("parameter", family ? choice(names_of(*family)) : text(),
+      {required("parameter", family ? choice(parameter_names(*family)) : text(),
                 "which parameter of the family, or number of the material or the end-effector"),
        optional("min", quantity(""),
                 "where it begins; default: where it does as a variable of \"optimise\""),
@@ -138,31 +129,28 @@ Shape map_shape(const Family* family) {
     return field.name != "quantity" && field.name != "expression" && field.name != "over_stroke" &&
            field.name != "case";
   });
-  std::vector<Field> fields{
-      required("parameters", list(axis, 2, 2), "the two that vary, across and up"),
-      optional("quantities", list(measure, 1, 50),
-               "what is drawn; default: objective and constraints")};
-  const std::vector<Field>& plain = map_table().fields();
-  fields.insert(fields.end(), plain.begin(), plain.end());
-  return record(std::move(fields));
+  return with_fields({required("parameters", list(axis, 2, 2), "the two that vary, across and up"),
+                      optional("quantities", list(measure, 1, 50),
+                               "what is drawn; default: objective and constraints")},
+                     map_table().fields());
 }
 
 /// An entry of "vary".
 Shape vary_shape(const Family* family) {
-  std::vector<Field> fields{
-      optional("parameter", family ? choice(names_of(*family)) : text(),
-               "which parameter of the family, or number of the material or the end-effector, "
-               "differs from design to design"),
-      optional("symbol", text(50), "or a name of its own, for formulas"),
-      optional("min", quantity(""), "least value"),
-      optional("max", quantity(""), "largest value"),
-      optional("expression", text(),
-               "formula for the parameter instead of a range: of symbols, and of parameters that "
-               "have no formula or one further up, in SI"),
-  };
-  const std::vector<Field>& plain = range_table().fields();
-  fields.insert(fields.end(), plain.begin(), plain.end());
-  return record(std::move(fields));
+  return with_fields(
+      {
+          optional("parameter", family ? choice(parameter_names(*family)) : text(),
+                   "which parameter of the family, or number of the material or the end-effector, "
+                   "differs from design to design"),
+          optional("symbol", text(50), "or a name of its own, for formulas"),
+          optional("min", quantity(""), "least value"),
+          optional("max", quantity(""), "largest value"),
+          optional(
+              "expression", text(),
+              "formula for the parameter instead of a range: of symbols, and of parameters that "
+              "have no formula or one further up, in SI"),
+      },
+      range_table().fields());
 }
 
 /// Schema of the stroke of a design whose drives are not known here: strokes of one drive, or of
@@ -195,23 +183,21 @@ Shape parasitic_shape() {
 Shape samples_shape(const Family* family) {
   std::vector<Field> listed;
   if (family)
-    for (const std::string& name : names_of(*family)) {
+    for (const std::string& name : parameter_names(*family)) {
       const Parameter& p = *find_parameter(*family, name);
       listed.push_back(optional(name, parameter_shape(p), p.meaning));
     }
-  std::vector<Field> fields = samples_table().fields();
-  fields.push_back(
-      optional("points", integer(1, 1000), "of a grid, for each sampled number; default 5"));
-  fields.push_back(with_default("vary", list(vary_shape(family), 0, 50), json::array(),
-                                "what differs from design to design"));
-  fields.push_back(optional(
-      "designs", list(family ? record(std::move(listed)) : any_parameters_shape(), 1, 100000),
-      "of a list: parameters that differ from the job's own"));
-  fields.push_back(
-      optional("largest_stroke", text(),
-               "formula of parameters and symbols, in SI: the job's stroke points are multiplied "
-               "so that the furthest gets there; default: the same stroke for all designs"));
-  return record(std::move(fields));
+  return with_fields(
+      samples_table().fields(),
+      {optional("points", integer(1, 1000), "of a grid, for each sampled number; default 5"),
+       with_default("vary", list(vary_shape(family), 0, 50), json::array(),
+                    "what differs from design to design"),
+       optional("designs",
+                list(family ? record(std::move(listed)) : any_parameters_shape(), 1, 100000),
+                "of a list: parameters that differ from the job's own"),
+       optional("largest_stroke", text(),
+                "formula of parameters and symbols, in SI: the job's stroke points are multiplied "
+                "so that the furthest gets there; default: the same stroke for all designs")});
 }
 
 /// An entry of "models": a name and any keys of the model.
@@ -273,7 +259,10 @@ Shape job_shape(const Family* family) {
                "how much warmer leaves are than the bodies that hold them, before the stroke"),
       with_default("assembly", list(assembly_table().shape(), 0, 1000), json::array(),
                    "edges that sit in their bodies other than designed, before the stroke"),
-      optional("buckling", buckling_table().shape(),
+      optional("buckling",
+               record({required("load", text(100),
+                                "name of the dead load that grows, all else kept, until the "
+                                "tangent is singular")}),
                "at every point the factor of a load at which the mechanism becomes unstable"),
       load_capacity_field(),
       with_default("branch", choice({"primary", "stable"}), "primary",
@@ -299,15 +288,13 @@ Shape job_shape(const Family* family) {
   fields.insert(fields.end(), sections.begin(), sections.end());
   for (Field& field : stress_fields()) fields.push_back(std::move(field));
   for (Field& field : dynamics_fields()) fields.push_back(std::move(field));
-  fields.push_back(cases_field(sections));
-  fields.push_back(optional(
-      "maps", list(map_shape(family), 1, 20),
-      "quantities over two parameters, on reduced leaves, all else as in the design or, of "
-      "an optimisation, at the optimum"));
-  fields.push_back(tolerances_field());
-  fields.push_back(assembly_tolerances_field());
-  fields.push_back(tolerance_samples_field());
-  return record(std::move(fields));
+  return with_fields(
+      std::move(fields),
+      {cases_field(sections),
+       optional("maps", list(map_shape(family), 1, 20),
+                "quantities over two parameters, on reduced leaves, all else as in the design or, "
+                "of an optimisation, at the optimum"),
+       tolerances_field(), assembly_tolerances_field(), tolerance_samples_field()});
 }
 
 json job_schema() {

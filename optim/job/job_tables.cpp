@@ -3,8 +3,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "designs/family.hpp"
-
 namespace flexopt {
 
 using nlohmann::json;
@@ -18,16 +16,6 @@ void read_member(const json& read, Vector3d& member) {
 template <>
 json written_member(const Vector3d& member) {
   return {member[0], member[1], member[2]};
-}
-
-template <>
-void read_member(const json& read, std::optional<Vector3d>& member) {
-  read_member(read, member.emplace());
-}
-
-template <>
-json written_member(const std::optional<Vector3d>& member) {
-  return member ? written_member(*member) : json();
 }
 
 /// Three principal values or three rows.
@@ -55,68 +43,25 @@ Shape vector3(const std::string& unit, double largest) {
   return list(quantity(unit, -largest, largest), 3, 3);
 }
 
+namespace {
+
+const EnumNames<JobKind> kind_names{{"evaluate", JobKind::evaluate},
+                                    {"optimise", JobKind::optimise},
+                                    {"compare", JobKind::compare}};
+
+}  // namespace
+
+std::string name_of(JobKind kind) { return name_of(kind_names, kind); }
+
 const RecordTable<Job>& head_table() {
   static const auto table =
       RecordTable<Job>()
           .row(shape::with_default("name", text(200), "job", "for the report"), &Job::name)
-          .choice<JobKind>("job",
-                           {{"evaluate", JobKind::evaluate},
-                            {"optimise", JobKind::optimise},
-                            {"compare", JobKind::compare}},
-                           &Job::kind, "what to do")
+          .choice<JobKind>("job", kind_names, &Job::kind, "what to do")
           .row(
               shape::with_default("frequencies", integer(0, 100), 6,
                                   "how many, drive free and drive locked each"),
               [](auto& job) -> auto& { return job.request.frequencies; });
-  return table;
-}
-
-const RecordTable<Material>& material_table() {
-  const auto read_ratio = [](const json& read, Material& m) { m.poissons_ratio = read; };
-  const auto written_ratio = [](const Material& m) {
-    return m.poissons_ratio <= 0.5 ? json(m.poissons_ratio) : json();
-  };
-  const auto read_shear = [](const json& read, Material& m) {
-    const double implied = m.youngs_modulus / (2 * read.get<double>()) - 1;
-    // what a plate cannot be made of, a beam can: check_leaf_model tells
-    m.poissons_ratio = implied < 0.5 + 1e-9 ? std::min(implied, 0.5) : implied;
-  };
-  const auto written_shear = [](const Material& m) {
-    return m.poissons_ratio <= 0.5 ? json() : json(m.shear_modulus());
-  };
-  static const auto table =
-      RecordTable<Material>()
-          .optional("name", text(), &Material::name, "for the report")
-          .required("youngs_modulus", quantity("Pa", 0, largest_number * 10, true),
-                    &Material::youngs_modulus, "Young's modulus E")
-          .row(shape::optional("poissons_ratio", quantity("1", -1, 0.5, true),
-                               "Poisson's ratio; or give shear_modulus"),
-               read_ratio, written_ratio)
-          .row(shape::optional("shear_modulus", quantity("Pa", 0, largest_number * 10, true),
-                               "shear modulus G = E / (2 (1 + nu)); or give poissons_ratio"),
-               read_shear, written_shear)
-          .required("density", quantity("kg/m^3", 0, 1e5, true), &Material::density, "density")
-          .optional("allowable_stress", quantity("Pa", 0, largest_number, true),
-                    &Material::allowable_stress, "von Mises stress a leaf may see; for the report")
-          .optional("yield_strength", quantity("Pa", 0, largest_number, true),
-                    &Material::yield_strength,
-                    "stress at which it yields (Rp0.2), for yield_safety")
-          .optional("ultimate_strength", quantity("Pa", 0, largest_number, true),
-                    &Material::ultimate_strength, "tensile strength (Rm), for fatigue_safety")
-          .optional("endurance_limit", quantity("Pa", 0, largest_number, true),
-                    &Material::endurance_limit,
-                    "stress amplitude at mean zero that the leaf endures, "
-                    "with surface and size as made; for fatigue_safety")
-          .row(
-              s_n_curve_field(),
-              [](const json& read, Material& m) {
-                m.s_n_curve = s_n_curve_of(read, JsonPointer("/design/material/s_n_curve"));
-              },
-              [](const Material& m) {
-                return m.s_n_curve ? written_s_n_curve(*m.s_n_curve) : json();
-              })
-          .optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3), &Material::thermal_expansion,
-                    "linear coefficient of thermal expansion, for temperature");
   return table;
 }
 
@@ -184,10 +129,8 @@ const RecordTable<AssemblySpec>& assembly_table() {
   static const auto table =
       RecordTable<AssemblySpec>()
           .required("leaf", text(100), &AssemblySpec::leaf, "whose edge it is")
-          .row(
-              shape::required("end", choice({"base", "tip"}), "which of its edges"),
-              [](const json& read, AssemblySpec& error) { error.end = read == "tip" ? 1 : 0; },
-              [](const AssemblySpec& error) -> json { return error.end == 1 ? "tip" : "base"; })
+          .row(shape::required("end", choice({"base", "tip"}), "which of its edges"),
+               [](const json& read, AssemblySpec& error) { error.end = read == "tip" ? 1 : 0; })
           .with_default("move", vector3("m", 1), &AssemblySpec::move,
                         "of the edge's middle relative to the body that holds it, global axes")
           .with_default("turn", vector3("rad", 1), &AssemblySpec::turn,
@@ -208,13 +151,6 @@ Shape temperature_shape() {
            "for pieces of leaves (reinforcements, rigid folds), which are as warm as these"),
        shape::optional("thermal_expansion", quantity("1/K", -1e-3, 1e-3),
                        "of the bodies; default: that of the leaves")});
-}
-
-const RecordTable<BucklingSpec>& buckling_table() {
-  static const auto table = RecordTable<BucklingSpec>().required(
-      "load", text(100), &BucklingSpec::load,
-      "name of the dead load that grows, all else kept, until the tangent is singular");
-  return table;
 }
 
 const RecordTable<ProbeSpec>& probe_table() {

@@ -1,6 +1,5 @@
 #pragma once
 // The sections of a job that go to plain structs, each declared once: key, shape, meaning, member.
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -42,11 +41,6 @@ struct AssemblySpec {
   Vector3d move = Vector3d::Zero(), turn = Vector3d::Zero();  ///< [m], [rad]
 };
 
-/// The load under which the mechanism may buckle, by name.
-struct BucklingSpec {
-  std::string load;
-};
-
 struct ProbeSpec {
   std::string name;
   Vector3d at = Vector3d::Zero();  ///< [m]
@@ -54,7 +48,6 @@ struct ProbeSpec {
 
 /// Name, kind and frequencies of a job.
 const RecordTable<Job>& head_table();
-const RecordTable<Material>& material_table();
 const RecordTable<EndEffector>& end_effector_table();
 /// Schema of one stroke of a drive in this direction.
 Shape stroke_place(Direction direction);
@@ -65,7 +58,6 @@ const RecordTable<LoadSpec>& load_table();
 const RecordTable<LoadSpec>& load_path_table();
 const RecordTable<AssemblySpec>& assembly_table();
 Shape temperature_shape();
-const RecordTable<BucklingSpec>& buckling_table();
 const RecordTable<ProbeSpec>& probe_table();
 const RecordTable<Expectation>& expectation_table();
 const RecordTable<ModelChoice>& model_table();
@@ -87,15 +79,8 @@ const RecordTable<SamplesSpec>& samples_table();
 /// Spread and points of an entry of "vary".
 const RecordTable<SampleRange>& range_table();
 
-/// The name of a value that has one.
-template <class Enum>
-std::string name_of(const EnumNames<Enum>& names, Enum wanted) {
-  return std::ranges::find(names, wanted, &std::pair<const char*, Enum>::second)->first;
-}
-
-/// The names of a reduction and of a value over the stroke.
-std::string name_in_job(Reduction method);
-std::string name_in_job(OverStroke over);
-std::string name_in_job(SampleMethod method);
+// The names that a job gives them.
+std::string name_of(Reduction method);
+std::string name_of(SampleMethod method);
 
 }  // namespace flexopt

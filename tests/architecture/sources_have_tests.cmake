@@ -28,7 +28,6 @@ set(tested_by
   core/elements/plate/plate_series_edges core/response/path/test_frequency_derivatives
   designs/describe designs/test_families
   designs/design_items designs/test_design_files
-  designs/design_parts designs/test_design_files
   designs/design_plan designs/test_design_files
   designs/design_reader designs/test_design_files
   designs/design_shape designs/test_design_files

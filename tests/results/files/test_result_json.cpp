@@ -292,7 +292,10 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   StockDesign failed{
       {false, false, 0, 0, "failed", "no equilibrium", 5}, {{"thickness", 4e-4}}, {}};
   o.stock = StockSearch{o.parameters, 169.2, 2, {good, failed}, 0};
-  spec.pareto = ParetoSpec{"drive_load", "", OverStroke::max_abs, false, 2, "drive_load"};
+  spec.pareto = ParetoSpec{
+      {.quantity = "drive_load", .over_stroke = OverStroke::max_abs, .label = "drive_load"},
+      false,
+      2};
   o.pareto =
       ParetoFront{"",
                   {{{true, true, 169.2, 0, "converged", "", 0}, {}, 0.41, {}, o.parameters},
