@@ -95,7 +95,7 @@ ModelOptions slender(ModelOptions model) {
 
 }  // namespace
 
-TEST_CASE("a beam under an end moment rolls up to a full circle", "[literature][beam]") {
+TEST_CASE("a beam under an end moment rolls up to a full circle") {
   const Material m{"m", 12e9, 0.3, 1000, {}};
   const double L = 1, w = 0.1, t = 0.005, EI = m.youngs_modulus * w * t * t * t / 12;
   const StrokeResponse r = evaluate_stroke(
@@ -112,7 +112,7 @@ TEST_CASE("a beam under an end moment rolls up to a full circle", "[literature][
   }
 }
 
-TEST_CASE("a wire under an end moment becomes a helix", "[literature][beam]") {
+TEST_CASE("a wire under an end moment becomes a helix") {
   // dead moment (5, 0, 10) EI/L, GJ/EI = 0.8
   const Material m{"m", 200e9, 0.25, 7800, {}};
   const double L = 0.1, d = 5e-4, EI = m.youngs_modulus * pi * std::pow(d, 4) / 64;
@@ -136,7 +136,7 @@ TEST_CASE("a wire under an end moment becomes a helix", "[literature][beam]") {
   CHECK((R - turned).norm() < 1e-2);
 }
 
-TEST_CASE("a strip twisted at its tip stiffens and shortens", "[literature][beam]") {
+TEST_CASE("a strip twisted at its tip stiffens and shortens") {
   // lines across stay straight, no axial force: T = GJ θ′ + E t w⁵ θ′³ / 360, u = −w² θ′² L / 24
   const Material m{"m", 200e9, 0.3, 7800, {}};
   const double L = 1, w = 0.05, t = 1e-3;
@@ -154,7 +154,7 @@ TEST_CASE("a strip twisted at its tip stiffens and shortens", "[literature][beam
   CHECK(r.path[2].displacement[0] == Approx(-w * w * twist * twist * L / 24).epsilon(2e-3));
 }
 
-TEST_CASE("a chain of wires follows the 45° bend of Bathe and Bolourchi", "[literature][beam]") {
+TEST_CASE("a chain of wires follows the 45° bend of Bathe and Bolourchi") {
   // R = 100, E = 1e7, ν = 0; a chain of straight pieces on the arc
   const Material m{"m", 1e7, 0, 1, {}};
   const double R = 100;
@@ -182,7 +182,7 @@ TEST_CASE("a chain of wires follows the 45° bend of Bathe and Bolourchi", "[lit
   }
 }
 
-TEST_CASE("a cantilever strip buckles sideways at Prandtl's load", "[literature][beam]") {
+TEST_CASE("a cantilever strip buckles sideways at Prandtl's load") {
   // w/t = 50: EI_strong/EI_weak = 2500, GJ/EI_weak = 1.54
   const Material m{"m", 200e9, 0.3, 7800, {}};
   const double L = 1, w = 0.02, t = 4e-4;
@@ -197,7 +197,7 @@ TEST_CASE("a cantilever strip buckles sideways at Prandtl's load", "[literature]
   CHECK(factor == Approx(1).epsilon(2e-3));
 }
 
-TEST_CASE("a right-angle frame buckles out of its plane, either way", "[literature][beam]") {
+TEST_CASE("a right-angle frame buckles out of its plane, either way") {
   // N, mm: legs 240, section 30 × 0.6 with the width in the plane of the frame (x, z)
   const Material m{"m", 71240, 0.31, 1, {}};
   const double L = 240;
@@ -213,7 +213,7 @@ TEST_CASE("a right-angle frame buckles out of its plane, either way", "[literatu
   CHECK(factor == Approx(1).epsilon(2e-3));
 }
 
-TEST_CASE("a right-angle frame vibrates as in Argyris's example", "[literature][beam]") {
+TEST_CASE("a right-angle frame vibrates as in Argyris's example") {
   // N, mm, t: legs 240, section 30 × 3
   const Material m{"m", 71240, 0.31, 5e-9, {}};
   const double L = 240;

@@ -55,7 +55,7 @@ double critical_turn(const Mechanism& guide, const ModelOptions& model, double e
 }  // namespace
 
 TEST_CASE("a guide is crooked up to the lateral buckling of its leaves with restrained warping",
-          "[literature][assembly][slow]") {
+          "[slow]") {
   const Material m = models::steel();
   const ModelOptions beams{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {12, 1}};
   ModelOptions plates{.accuracy = Accuracy::full};

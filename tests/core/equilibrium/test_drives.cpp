@@ -77,8 +77,7 @@ std::unique_ptr<System> check_work(const Mechanism& m, const VectorXd& to,
 
 }  // namespace
 
-TEST_CASE("a drive on the stage finds the states that a drive on the end-effector passes",
-          "[drive]") {
+TEST_CASE("a drive on the stage finds the states that a drive on the end-effector passes") {
   // the end-effector held at a stroke, its load the one drive load; the stage driven to where it
   // then is, the end-effector loaded by that force
   const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0)});
@@ -98,7 +97,7 @@ TEST_CASE("a drive on the stage finds the states that a drive on the end-effecto
   CHECK(second.energy() == Approx(first.energy()).epsilon(1e-9));
 }
 
-TEST_CASE("the load of a drive is the derivative of the energy along its stroke", "[drive]") {
+TEST_CASE("the load of a drive is the derivative of the energy along its stroke") {
   const Matrix3d R = rotation_exp({0.2, -0.1, 0.4});
   SECTION("of an intermediate body") {
     check_work(driven(double_guide(), {drive("", Direction::uy, 1)}), VectorXd::Constant(1, 0.01));
@@ -134,8 +133,7 @@ TEST_CASE("the load of a drive is the derivative of the energy along its stroke"
   }
 }
 
-TEST_CASE("a drive against a body on rigid joints to the ground is one against the ground",
-          "[drive]") {
+TEST_CASE("a drive against a body on rigid joints to the ground is one against the ground") {
   const Direction of = GENERATE(Direction::uy, Direction::rz);
   const double to = of == Direction::uy ? 0.015 : 0.4;
   Mechanism base = of == Direction::uy
@@ -168,7 +166,7 @@ TEST_CASE("a drive against a body on rigid joints to the ground is one against t
           Approx(a.frequency_derivatives[k].d2_omega2).epsilon(1e-4));
 }
 
-TEST_CASE("turned axes drive as a turned mechanism is driven", "[drive]") {
+TEST_CASE("turned axes drive as a turned mechanism is driven") {
   const Matrix3d R = rotation_exp({0.4, 0.7, -0.3});
   const bool hinge = GENERATE(false, true);
   const Mechanism straight =
@@ -194,7 +192,7 @@ TEST_CASE("turned axes drive as a turned mechanism is driven", "[drive]") {
   }
 }
 
-TEST_CASE("reduced leaves follow a relative drive as full ones do", "[drive]") {
+TEST_CASE("reduced leaves follow a relative drive as full ones do") {
   const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0, 1)});
   ModelOptions full = models::beams(8), reduced = full;
   reduced.accuracy = Accuracy::reduced;
@@ -210,7 +208,7 @@ TEST_CASE("reduced leaves follow a relative drive as full ones do", "[drive]") {
   }
 }
 
-TEST_CASE("without a drive a mechanism answers at rest and under loads", "[drive]") {
+TEST_CASE("without a drive a mechanism answers at rest and under loads") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.drives.clear();
   StrokeRequest request = stroke({0});
@@ -223,7 +221,7 @@ TEST_CASE("without a drive a mechanism answers at rest and under loads", "[drive
   CHECK_THAT(evaluate_stroke(m, models::beams(8), request).message, Contains("no drive"));
 }
 
-TEST_CASE("several drives are held at once", "[drive]") {
+TEST_CASE("several drives are held at once") {
   const Mechanism m =
       driven(double_guide(), {drive("y", Direction::uy, 0), drive("stage", Direction::uy, 1)});
   StrokeRequest request = stroke({}, 4);

@@ -56,7 +56,7 @@ LeafSpring plain_leaf(const Vector3d& from, const Vector3d& along, double length
 
 }  // namespace
 
-TEST_CASE("leaf edges tied by rigid joints behave as if clamped directly", "[joint][slow]") {
+TEST_CASE("leaf edges tied by rigid joints behave as if clamped directly", "[slow]") {
   struct Case {
     const char* name;
     Mechanism mechanism;
@@ -88,7 +88,7 @@ TEST_CASE("leaf edges tied by rigid joints behave as if clamped directly", "[joi
   }
 }
 
-TEST_CASE("joints do not drift over fifty steps back and forth", "[joint]") {
+TEST_CASE("joints do not drift over fifty steps back and forth") {
   Mechanism m = tied(models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}}));
   m.joints[1].type = JointType::spherical;  // one release, or all would be one body
   System system(m, make_full_leaves(m, {.mesh = {6, 2}}));
@@ -107,7 +107,7 @@ TEST_CASE("joints do not drift over fifty steps back and forth", "[joint]") {
 
 // Clamped at the base, turning about the tip: 4 EI/L there, frequencies of the clamped–pinned beam
 // with the tip free to turn and of the clamped–clamped one with it held.
-TEST_CASE("a leaf with a spherical joint at its end is the clamped and pinned beam", "[joint]") {
+TEST_CASE("a leaf with a spherical joint at its end is the clamped and pinned beam") {
   Mechanism m{.drives = {make_drive(Direction::rz)}};
   const double L = 0.1, t = 2e-4;
   m.leaves = {plain_leaf({0, 0, 0}, {1, 0, 0}, L, 2e-3, t)};
@@ -128,7 +128,7 @@ TEST_CASE("a leaf with a spherical joint at its end is the clamped and pinned be
 
 // An end-effector that cannot turn: 12 EI/L³ clamped, 3 EI/L³ hinged. Eliminated by its axis, a
 // revolute joint does the same as a spherical one.
-TEST_CASE("a hinge at a leaf's tip takes three quarters of its stiffness", "[joint]") {
+TEST_CASE("a hinge at a leaf's tip takes three quarters of its stiffness") {
   const double L = 0.1;
   Mechanism m{.bodies = {models::body({L, 0, 0}, 0.2, 1e-4), carrier("tip", {L, 0, 0})},
               .leaves = {plain_leaf({0, 0, 0}, {1, 0, 0}, L, 5e-3, 2e-4)},
@@ -152,7 +152,7 @@ TEST_CASE("a hinge at a leaf's tip takes three quarters of its stiffness", "[joi
 // A slider across the leaf: the tip cannot draw in, the leaf is stretched. With u² = N L²/EI,
 //   δ = F L³/EI (u − 2 tanh(u/2))/u³,   N L/EA = ½ ∫ w′² dx   (von Kármán)
 // where w′ = (F/N) (1 − cosh(u(ξ − ½))/cosh(u/2)).
-TEST_CASE("a leaf on a slider is stretched as von Karman says", "[joint]") {
+TEST_CASE("a leaf on a slider is stretched as von Karman says") {
   const double L = 0.1, t = 5e-4, w = 5e-3;
   Mechanism m{.bodies = {models::body({L, 0, 0}, 0.1, 1e-5)},
               .leaves = {plain_leaf({0, 0, 0}, {1, 0, 0}, L, w, t)},
@@ -240,7 +240,7 @@ struct FourBar {
 
 // Crank, coupler and rocker in the x–y plane; a leaf turns the rocker back. With φ(θ) the rocker's
 // angle and M(φ) what the leaf alone wants, the crank's moment is M(φ) dφ/dθ: virtual work.
-TEST_CASE("a four-bar of rigid bodies transmits a leaf's moment as its kinematics say", "[joint]") {
+TEST_CASE("a four-bar of rigid bodies transmits a leaf's moment as its kinematics say") {
   const FourBar bar;
   REQUIRE(bar.phi(0) == Approx(0).margin(1e-12));
   const Mechanism m = bar.mechanism(), alone = bar.rocker_alone();
@@ -272,7 +272,7 @@ TEST_CASE("a four-bar of rigid bodies transmits a leaf's moment as its kinematic
 }
 
 // At stroke zero, bodies with inertia: ω² = K_θ / (I_crank + m v²… + I_rocker φ′²), leaf light.
-TEST_CASE("a four-bar vibrates with the inertia its kinematics give the crank", "[joint]") {
+TEST_CASE("a four-bar vibrates with the inertia its kinematics give the crank") {
   const FourBar bar;
   Mechanism m = bar.mechanism();
   m.leaves[0].material.density = 1e-3;
@@ -291,7 +291,7 @@ TEST_CASE("a four-bar vibrates with the inertia its kinematics give the crank", 
         Approx(std::sqrt(stiffness / inertia) / (2 * pi)).epsilon(1e-5));
 }
 
-TEST_CASE("conditions that repeat others end in words, not in numbers", "[joint]") {
+TEST_CASE("conditions that repeat others end in words, not in numbers") {
   const FourBar bar;
   Mechanism m = bar.mechanism();
   for (Joint& joint : m.joints) {

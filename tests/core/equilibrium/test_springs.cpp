@@ -45,7 +45,7 @@ Mechanism straight_guide() {
 
 }  // namespace
 
-TEST_CASE("a spring beside a guide adds its stiffness", "[spring]") {
+TEST_CASE("a spring beside a guide adds its stiffness") {
   const ModelOptions model = model_of(GENERATE(Accuracy::full, Accuracy::reduced));
   const Mechanism alone = models::guide(0.1, 0.03, 5e-4);
   Mechanism with = alone;
@@ -63,7 +63,7 @@ TEST_CASE("a spring beside a guide adds its stiffness", "[spring]") {
         Approx(pull * (along + aside * 2 * aside / 0.015) / length).epsilon(1e-4));
 }
 
-TEST_CASE("a preloaded spring across the stroke has its geometric stiffness", "[spring]") {
+TEST_CASE("a preloaded spring across the stroke has its geometric stiffness") {
   const ModelOptions model = model_of(GENERATE(Accuracy::full, Accuracy::reduced));
   const Mechanism alone = straight_guide();
   const double built = 0.2, k = 5e3;
@@ -82,7 +82,7 @@ TEST_CASE("a preloaded spring across the stroke has its geometric stiffness", "[
         Approx(k * (length - free) * stroke / length).epsilon(1e-7));
 }
 
-TEST_CASE("two springs that push balance a guide", "[spring]") {
+TEST_CASE("two springs that push balance a guide") {
   // k (l0 − b)/b of each against the guide's own stiffness: the drive needs next to no force
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeRequest request = request_of({0, 1e-4});
@@ -98,7 +98,7 @@ TEST_CASE("two springs that push balance a guide", "[spring]") {
   CHECK(std::abs(balanced.path[1].drive_load) < 1e-3 * stiffness * 1e-4);
 }
 
-TEST_CASE("a bushing beside a guide adds its matrix at rest", "[spring]") {
+TEST_CASE("a bushing beside a guide adds its matrix at rest") {
   const ModelOptions model = model_of(Accuracy::full);
   const Mechanism alone = models::guide(0.1, 0.03, 5e-4);
   Mechanism with = alone;
@@ -120,7 +120,7 @@ TEST_CASE("a bushing beside a guide adds its matrix at rest", "[spring]") {
   CHECK((stiffness(with) - stiffness(alone) - added).norm() < 1e-9 * stiffness(alone).norm());
 }
 
-TEST_CASE("a mass on a spring has its frequency", "[spring]") {
+TEST_CASE("a mass on a spring has its frequency") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies.push_back(models::intermediate({0.3, 0, 0}, 0.2, 1e-5, "counterweight"));
   m.bodies[1].held = {true, false, true, true, true, true};
@@ -138,7 +138,7 @@ TEST_CASE("a mass on a spring has its frequency", "[spring]") {
   }
 }
 
-TEST_CASE("a mechanism with springs that is put elsewhere answers the same", "[spring]") {
+TEST_CASE("a mechanism with springs that is put elsewhere answers the same") {
   // axes x, y, z become y, z, x, and everything is shifted
   Matrix3d R = Matrix3d::Zero();
   R(1, 0) = R(2, 1) = R(0, 2) = 1;
@@ -173,8 +173,7 @@ TEST_CASE("a mechanism with springs that is put elsewhere answers the same", "[s
   }
 }
 
-TEST_CASE("force and tangent are the derivatives of the energy of leaves and springs",
-          "[equilibrium][spring]") {
+TEST_CASE("force and tangent are the derivatives of the energy of leaves and springs") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.springs = {between({0.11, 0.02, 0.01}, {0.2, 0.1, 0.05}, 3e3, 0.08)};
   System system(m, make_full_leaves(m, model_of(Accuracy::full)));

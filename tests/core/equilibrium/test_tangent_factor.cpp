@@ -99,7 +99,7 @@ std::unique_ptr<Both> at_a_state(Ties ties) {
 
 }  // namespace
 
-TEST_CASE("a system solved sparse finds the equilibria of the dense one", "[sparse]") {
+TEST_CASE("a system solved sparse finds the equilibria of the dense one") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   const auto owner = at_a_state(ties);
   Both& both = *owner;
@@ -110,8 +110,7 @@ TEST_CASE("a system solved sparse finds the equilibria of the dense one", "[spar
   CHECK(difference(both.sparse.tangent_stiffness(), both.dense.tangent_stiffness()) < 1e-8);
 }
 
-TEST_CASE("motions, stability and stiffness of a sparse system are those of the dense one",
-          "[sparse]") {
+TEST_CASE("motions, stability and stiffness of a sparse system are those of the dense one") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   const auto owner = at_a_state(ties);
   Both& both = *owner;
@@ -134,8 +133,7 @@ TEST_CASE("motions, stability and stiffness of a sparse system are those of the 
   CHECK(s.negative_pivots == d.negative_pivots);
 }
 
-TEST_CASE("the sparse count of negative directions is the dense one where there are some",
-          "[sparse]") {
+TEST_CASE("the sparse count of negative directions is the dense one where there are some") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   // pushed along the chain, far beyond buckling, with nothing deflected
   Both both(chain(6, ties), {});
@@ -159,8 +157,7 @@ TEST_CASE("the sparse count of negative directions is the dense one where there 
   CHECK(most > 1);
 }
 
-TEST_CASE("frequencies and balanced states of a sparse system are those of the dense one",
-          "[sparse]") {
+TEST_CASE("frequencies and balanced states of a sparse system are those of the dense one") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   const auto owner = at_a_state(ties);
   Both& both = *owner;

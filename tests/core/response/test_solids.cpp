@@ -60,8 +60,7 @@ Solids bent_solids(const Mechanism& m) {
 
 }  // namespace
 
-TEST_CASE("the points of an undeflected leaf, a wire and a box are where geometry has them",
-          "[response]") {
+TEST_CASE("the points of an undeflected leaf, a wire and a box are where geometry has them") {
   const Mechanism m = sample();
   const Solids solids = Solids::undeflected(m);
   REQUIRE(solids.count() == 3);
@@ -84,7 +83,7 @@ TEST_CASE("the points of an undeflected leaf, a wire and a box are where geometr
       }
 }
 
-TEST_CASE("slopes and curvatures of the places are their derivatives", "[response]") {
+TEST_CASE("slopes and curvatures of the places are their derivatives") {
   const Mechanism m = sample();
   const Solids solids = bent_solids(m);
   for (int solid = 0; solid < 3; ++solid) {
@@ -117,7 +116,7 @@ TEST_CASE("slopes and curvatures of the places are their derivatives", "[respons
   }
 }
 
-TEST_CASE("the surface of a bent leaf is interpolated to the fourth order", "[response]") {
+TEST_CASE("the surface of a bent leaf is interpolated to the fourth order") {
   const Mechanism m = sample();
   const Solids solids = bent_solids(m);
   for (const double s : {0.012, 0.31, 0.487, 0.99})
@@ -127,8 +126,7 @@ TEST_CASE("the surface of a bent leaf is interpolated to the fourth order", "[re
     }
 }
 
-TEST_CASE("places of points follow the parameters that leaves and bodies move along",
-          "[response]") {
+TEST_CASE("places of points follow the parameters that leaves and bodies move along") {
   const bool folded = GENERATE(false, true);
   CAPTURE(folded);
   Mechanism m = sample();

@@ -27,7 +27,7 @@ struct Folder {
 
 }  // namespace
 
-TEST_CASE("a file is written whole, or its old content stays", "[core][files]") {
+TEST_CASE("a file is written whole, or its old content stays") {
   const Folder folder;
   const fs::path file = folder.path / "a";
   CHECK(write_whole(file, "one") == 0);
@@ -42,7 +42,7 @@ TEST_CASE("a file is written whole, or its old content stays", "[core][files]") 
   CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 2);
 }
 
-TEST_CASE("drafts of killed processes go, those of others stay", "[core][files]") {
+TEST_CASE("drafts of killed processes go, those of others stay") {
   const Folder folder;
   const std::string host = test::this_host(), dead = std::to_string(test::gone_process()),
                     alive = std::to_string(::getppid());

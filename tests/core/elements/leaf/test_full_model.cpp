@@ -104,8 +104,8 @@ class BareLeaf final : public LeafElement {
 
 }  // namespace
 
-TEST_CASE("the full model of a reduced leaf is the equilibrium of the full leaf between its edges",
-          "[elements][full_model]") {
+TEST_CASE(
+    "the full model of a reduced leaf is the equilibrium of the full leaf between its edges") {
   const Mechanism m = turned_leaf();
   for (const Case& c : cases()) {
     INFO(c.name);
@@ -149,8 +149,7 @@ TEST_CASE("the full model of a reduced leaf is the equilibrium of the full leaf 
 }
 
 TEST_CASE(
-    "the full model of a leaf with a material point keeps its place and leads to its equilibrium",
-    "[elements][full_model]") {
+    "the full model of a leaf with a material point keeps its place and leads to its equilibrium") {
   for (const bool free_tip : {false, true}) {
     INFO("free tip " << free_tip);
     Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
@@ -185,8 +184,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a full model comes from the undeflected leaf where the other model's places lead nowhere",
-    "[elements][full_model]") {
+    "a full model comes from the undeflected leaf where the other model's places lead nowhere") {
   const Mechanism m = turned_leaf();
   const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
   const LeafSpring& leaf = m.leaves[0];
@@ -213,8 +211,7 @@ TEST_CASE(
   CHECK(at.energy < energy / (1 - 0.3 * 0.3));
 }
 
-TEST_CASE("the full model of a full leaf is a copy that keeps its report",
-          "[elements][full_model]") {
+TEST_CASE("the full model of a full leaf is a copy that keeps its report") {
   const Mechanism m = turned_leaf();
   const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
   FullLeaf leaf(m.leaves[0], mesh, 0, "it has no two rigid edges");
@@ -225,8 +222,7 @@ TEST_CASE("the full model of a full leaf is a copy that keeps its report",
   CHECK((copy->evaluate().tangent - leaf.evaluation().tangent).norm() == 0);
 }
 
-TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say so",
-          "[elements][full_model][slow]") {
+TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say so", "[slow]") {
   // beyond the reach of the reduced models: stretched by more than 5 %, or without equilibrium
   struct Lost {
     const char* name;
@@ -255,8 +251,7 @@ TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say
   }
 }
 
-TEST_CASE("a leaf without a linearised interior says so by its model's name",
-          "[elements][full_model]") {
+TEST_CASE("a leaf without a linearised interior says so by its model's name") {
   const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
   std::vector<std::unique_ptr<LeafElement>> bare;
@@ -274,8 +269,7 @@ TEST_CASE("a leaf without a linearised interior says so by its model's name",
   CHECK_FALSE(tube.leaf(0).check_interior({}));
 }
 
-TEST_CASE("a full leaf has a gradient and a series, and a leaf of a compared method has neither",
-          "[elements][full_model]") {
+TEST_CASE("a full leaf has a gradient and a series, and a leaf of a compared method has neither") {
   const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   for (const Case& c : cases()) {
     if (c.model.method == Reduction::mixed_potential) continue;
@@ -300,8 +294,7 @@ TEST_CASE("a full leaf has a gradient and a series, and a leaf of a compared met
   CHECK(leaf.linear->series());
 }
 
-TEST_CASE("what leaves share is made once for the same data and the same kind of rate",
-          "[elements][leaf_rates]") {
+TEST_CASE("what leaves share is made once for the same data and the same kind of rate") {
   LeafRates rates;
   const auto a = std::make_shared<const int>(1), b = std::make_shared<const int>(2);
   int made = 0;

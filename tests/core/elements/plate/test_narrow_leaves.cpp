@@ -108,8 +108,7 @@ TEST_CASE("mesh lines near the clamps move smoothly with the width, those of wid
   CHECK(first(0.3) == Approx(first(3)).epsilon(1e-5));
 }
 
-TEST_CASE("gradients of narrow leaves, whose mesh lines move, agree with differences",
-          "[gradients][slow]") {
+TEST_CASE("gradients of narrow leaves, whose mesh lines move, agree with differences", "[slow]") {
   const auto make = [](const test::Values& p) {
     Mechanism m;
     m.drives = {make_drive(Direction::uy)};

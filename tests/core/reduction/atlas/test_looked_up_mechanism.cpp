@@ -23,7 +23,7 @@ StrokeResponse guide(const std::shared_ptr<const TubeAtlas>& atlas, double size,
 
 }  // namespace
 
-TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas][slow]") {
+TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[slow]") {
   const StrokeResponse found = guide(small_atlas(), 1, 1, 4), built = guide(nullptr, 1, 1, 4);
   for (std::size_t k = 0; k < built.path.size(); ++k) {
     const PathPoint &a = found.path[k], &b = built.path[k];
@@ -36,7 +36,7 @@ TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas
   }
 }
 
-TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[core][atlas][slow]") {
+TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[slow]") {
   const double size = 0.37, modulus = 1.0 / 3;
   const StrokeResponse one = guide(small_atlas(), 1, 1, 0),
                        other = guide(small_atlas(), size, modulus, 0);
@@ -91,16 +91,14 @@ test::Family family(bool hinge, const std::vector<std::size_t>& along) {
 
 }  // namespace
 
-TEST_CASE("derivatives of a mechanism of looked-up leaves agree with differences of it",
-          "[core][atlas]") {
+TEST_CASE("derivatives of a mechanism of looked-up leaves agree with differences of it") {
   for (const bool hinge : {false, true}) {
     CHECK(test::check_gradients(family(hinge, {0, 1, 2, 3, 4, 5}), looked_up(), statics(hinge)) >=
           2 * 14 * 6);
   }
 }
 
-TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
-          "[core][atlas]") {
+TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves") {
   for (const bool hinge : {false, true}) {
     const test::Family guide_or_hinge = family(hinge, {0, 1, 2, 4, 5});
     const test::Values p = test::values_of(numbers);
@@ -134,8 +132,7 @@ TEST_CASE("derivatives of looked-up leaves are those of full ones within the err
   }
 }
 
-TEST_CASE("where a point is asked for more, full leaves take over from looked-up ones",
-          "[core][atlas]") {
+TEST_CASE("where a point is asked for more, full leaves take over from looked-up ones") {
   const test::Family guide = family(false, {0});
   StrokeRequest request = statics(false);
   request.outputs.add(Output::moving_envelope);

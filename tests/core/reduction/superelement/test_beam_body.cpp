@@ -23,7 +23,7 @@ LeafSpring beam(bool circular) {
 
 }  // namespace
 
-TEST_CASE("a condensed beam has six rigid motions, and its frame goes with them", "[reduction]") {
+TEST_CASE("a condensed beam has six rigid motions, and its frame goes with them") {
   for (const bool circular : {false, true})
     for (const Warping warping : {Warping::clamped, Warping::free}) {
       const CondensedPlate body = condense_beam(beam(circular), 4, warping, 3);
@@ -39,8 +39,7 @@ TEST_CASE("a condensed beam has six rigid motions, and its frame goes with them"
     }
 }
 
-TEST_CASE("a condensed beam is Timoshenko's in stiffness, and weighs what the beam does",
-          "[reduction]") {
+TEST_CASE("a condensed beam is Timoshenko's in stiffness, and weighs what the beam does") {
   const LeafSpring leaf = beam(true);  // no shear: a Kirchhoff rod
   const CondensedPlate body = condense_beam(leaf, 4, Warping::free, 0);
   const BeamSection s = beam_section(leaf.section, 1e-3, 1e-3, 0.3);
@@ -57,7 +56,7 @@ TEST_CASE("a condensed beam is Timoshenko's in stiffness, and weighs what the be
     CHECK(M(c, c) + 2 * M(c, 6 + c) + M(6 + c, 6 + c) == Approx(mass).epsilon(1e-9));
 }
 
-TEST_CASE("a chain of beam superelements bends as the full beam does", "[reduction]") {
+TEST_CASE("a chain of beam superelements bends as the full beam does") {
   // P L²/EI = 10; the full beam follows the elastica (test_beam_leaf)
   const Material m{"m", 12e9, 0.3, 1000, {}};
   Mechanism cantilever = models::single_leaf(10, 1, 0.1, Direction::uy, m);

@@ -69,8 +69,7 @@ Vector12d random_vector(const LeafSpring& leaf, synthetic::Random& random) {
 
 }  // namespace
 
-TEST_CASE("a modal leaf's force and tangent are the derivatives of its energy",
-          "[reduction][modal_leaf]") {
+TEST_CASE("a modal leaf's force and tangent are the derivatives of its energy") {
   const Mechanism m = single();
   const Matrix12d unit = units(m.leaves[0]).transpose();
   for (const Case& c : cases()) {
@@ -89,8 +88,7 @@ TEST_CASE("a modal leaf's force and tangent are the derivatives of its energy",
   }
 }
 
-TEST_CASE("a rigid motion leaves a modal leaf's energy alone and turns its forces",
-          "[reduction][modal_leaf][slow]") {
+TEST_CASE("a rigid motion leaves a modal leaf's energy alone and turns its forces", "[slow]") {
   const Mechanism m = single();
   for (const Case& c : cases()) {
     INFO(c.name);
@@ -130,7 +128,7 @@ TEST_CASE("a rigid motion leaves a modal leaf's energy alone and turns its force
   }
 }
 
-TEST_CASE("a saved state of a modal leaf comes back", "[reduction][modal_leaf]") {
+TEST_CASE("a saved state of a modal leaf comes back") {
   const Mechanism m = single();
   for (const Case& c : cases()) {
     const auto leaf = element(m, c.model);
@@ -146,8 +144,7 @@ TEST_CASE("a saved state of a modal leaf comes back", "[reduction][modal_leaf]")
   }
 }
 
-TEST_CASE("at rest a modal leaf has the full leaf's stiffness, boundary mass and stress",
-          "[reduction][modal_leaf]") {
+TEST_CASE("at rest a modal leaf has the full leaf's stiffness, boundary mass and stress") {
   for (const Flexure flexure : {Flexure::beam, Flexure::plate})
     for (const auto method : {Reduction::modal_derivatives, Reduction::quadratic_manifold}) {
       Mechanism m = single();
@@ -166,8 +163,7 @@ TEST_CASE("at rest a modal leaf has the full leaf's stiffness, boundary mass and
     }
 }
 
-TEST_CASE("a chain of full leaves is the full leaf of a beam cut there",
-          "[reduction][leaf_chain]") {
+TEST_CASE("a chain of full leaves is the full leaf of a beam cut there") {
   const Mechanism m = models::guide(0.1, 0.01, 5e-4);
   ModelOptions model = modal(Flexure::beam, 2, ModalDerivativeSet::third_order);
   model.mesh = {16, 1};
@@ -194,8 +190,7 @@ TEST_CASE("a chain of full leaves is the full leaf of a beam cut there",
 
 TEST_CASE(
     "modal derivatives follow a guide better than their linear superelement, third-order "
-    "fields as the full leaf",
-    "[reduction][modal_leaf]") {
+    "fields as the full leaf") {
   // Section 5.1 of the method: support stiffness of one superelement 60×, 15× and 1 % too stiff
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeRequest request{.points = {0.01, 0.02, 0.03}, .outputs = test::without_stress()};
@@ -223,7 +218,7 @@ TEST_CASE(
   CHECK(t.drive_load == Approx(full.drive_load).epsilon(1e-4));
 }
 
-TEST_CASE("what a modal leaf cannot hold is full, and says so", "[reduction][modal_leaf]") {
+TEST_CASE("what a modal leaf cannot hold is full, and says so") {
   Mechanism m = models::single_leaf(0.1, 0.02, 5e-4);
   m.leaves[0].tip = free_edge;
   m.leaves[0].point = LeafPoint{0, 1.0, 0.5, true};

@@ -90,7 +90,7 @@ Derivatives along(const RealBody& body, const std::vector<NodePose>& nodes,
 
 }  // namespace
 
-TEST_CASE("a superelement's force and tangent are the derivatives of its energy", "[reduction]") {
+TEST_CASE("a superelement's force and tangent are the derivatives of its energy") {
   for (int m = 2; m <= 8; ++m) {
     const CondensedPlate body = irregular(10 + m, m, m % 3);
     const SuperelementModel& model = body.superelement;
@@ -121,7 +121,7 @@ TEST_CASE("a superelement's force and tangent are the derivatives of its energy"
   }
 }
 
-TEST_CASE("the geometric terms of a superelement's tangent are there", "[reduction]") {
+TEST_CASE("the geometric terms of a superelement's tangent are there") {
   // with the stresses of another state the tangent differs: the test above would see it missing
   const CondensedPlate body = irregular(3, 4);
   Random random(3);
@@ -137,7 +137,7 @@ TEST_CASE("the geometric terms of a superelement's tangent are there", "[reducti
   CHECK((K - element.tangent()).norm() < 1e-13 * K.norm());
 }
 
-TEST_CASE("a superelement's force turns with its moments as spins do", "[reduction]") {
+TEST_CASE("a superelement's force turns with its moments as spins do") {
   // dg/dq = K_T − ½ hat(moment): symmetric where the moments vanish, as at free nodes in
   // equilibrium
   const CondensedPlate body = irregular(5, 3);
@@ -166,7 +166,7 @@ TEST_CASE("a superelement's force turns with its moments as spins do", "[reducti
   CHECK((difference - expected).norm() < 1e-9 * expected.norm());  // h⁴ and rounding 1e-16 / h
 }
 
-TEST_CASE("a superelement does not notice a thousand rigid motions", "[reduction]") {
+TEST_CASE("a superelement does not notice a thousand rigid motions") {
   const CondensedPlate body = irregular(7, 5);
   const SuperelementModel& model = body.superelement;
   Random random(7);
@@ -211,7 +211,7 @@ TEST_CASE("a superelement does not notice a thousand rigid motions", "[reduction
   CHECK(tangent_error < 1e-12);
 }
 
-TEST_CASE("rigid motions store no energy, whatever their size", "[reduction]") {
+TEST_CASE("rigid motions store no energy, whatever their size") {
   const CondensedPlate body = irregular(8, 6);
   const SuperelementModel& model = body.superelement;
   std::vector<NodePose> nodes;
@@ -226,7 +226,7 @@ TEST_CASE("rigid motions store no energy, whatever their size", "[reduction]") {
   }
 }
 
-TEST_CASE("the floating frame does not drift over load steps forth and back", "[reduction]") {
+TEST_CASE("the floating frame does not drift over load steps forth and back") {
   // 50 steps out and 50 back. Beside it the scheme of the seed, which moves the frame by the
   // linearised increment Z dq alone: that one drifts, as the seed says it does.
   const CondensedPlate body = irregular(9, 4);
@@ -282,7 +282,7 @@ TEST_CASE("the floating frame does not drift over load steps forth and back", "[
   CHECK((element.frame().axes - Matrix3d::Identity()).norm() < 1e-12);
 }
 
-TEST_CASE("the chord frame of a leaf is a case of the floating frame", "[reduction]") {
+TEST_CASE("the chord frame of a leaf is a case of the floating frame") {
   // u1 = 0, u2y = u2z = 0, θ1x + θ2x = 0 are linear in q: Φ_CB of the chord frame
   const double L = 0.1;
   SuperelementModel model;
@@ -330,7 +330,7 @@ TEST_CASE("the chord frame of a leaf is a case of the floating frame", "[reducti
   }
 }
 
-TEST_CASE("a superelement's mass is that of the body, turned", "[reduction]") {
+TEST_CASE("a superelement's mass is that of the body, turned") {
   const CondensedPlate body = irregular(12, 4, 3);
   const SuperelementModel& model = body.superelement;
   Random random(12);
@@ -356,7 +356,7 @@ TEST_CASE("a superelement's mass is that of the body, turned", "[reduction]") {
   }
 }
 
-TEST_CASE("places that are not finite have no frame", "[reduction]") {
+TEST_CASE("places that are not finite have no frame") {
   const SuperelementModel model = irregular(14, 3).superelement;
   Random random(14);
   std::vector<NodePose> nodes = deformed(model, random, 0.01, 0.1);

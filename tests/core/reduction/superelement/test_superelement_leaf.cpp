@@ -32,7 +32,7 @@ Matrix6d tip_compliance(const LeafSpring& leaf, LeafElement& element) {
 
 }  // namespace
 
-TEST_CASE("a leaf of one linear superelement is the full leaf at rest", "[reduction]") {
+TEST_CASE("a leaf of one linear superelement is the full leaf at rest") {
   LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0.3, 0}, 0.1, 0.03, 5e-4);
   leaf.base = 1;  // both edges move
   ModelOptions model = linear(1, 0);
@@ -51,7 +51,7 @@ TEST_CASE("a leaf of one linear superelement is the full leaf at rest", "[reduct
         1e-8 * db.mass.topLeftCorner<12, 12>().norm());
 }
 
-TEST_CASE("a grid of patches converges to the full leaf at rest", "[reduction]") {
+TEST_CASE("a grid of patches converges to the full leaf at rest") {
   // soft directions: bending and torsion; stiff ones: stretch and in-plane bending
   const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.05, 1e-3);
   ModelOptions fine = linear(1, 0);
@@ -76,8 +76,7 @@ TEST_CASE("a grid of patches converges to the full leaf at rest", "[reduction]")
   CHECK(previous < 6e-3);
 }
 
-TEST_CASE("a superelement leaf's force and tangent are the derivatives of its energy",
-          "[reduction]") {
+TEST_CASE("a superelement leaf's force and tangent are the derivatives of its energy") {
   const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0.2, 0}, 0.1, 0.05, 1e-3);
   for (const auto& cut : {std::array{3, 0}, std::array{3, 2}, std::array{1, 0}}) {
     const ModelOptions model = linear(cut[0], cut[1]);
@@ -101,8 +100,7 @@ TEST_CASE("a superelement leaf's force and tangent are the derivatives of its en
 
 TEST_CASE(
     "one or two linear superelements miss the collapse of a guide's support stiffness, patches "
-    "converge",
-    "[reduction]") {
+    "converge") {
   // Row (a) of the method's table: a bent leaf between two nodes misses its bulge under axial load.
   // Segments between rigid lines then converge to a stiffer leaf: the lines forbid the anticlastic
   // curvature (1/(1 − ν²) = 1.1 at worst); patches do not.
@@ -135,7 +133,7 @@ TEST_CASE(
   CHECK(rows[8].stiffness < 0.005);
 }
 
-TEST_CASE("a loaded and unloaded chain of superelements is back where it began", "[reduction]") {
+TEST_CASE("a loaded and unloaded chain of superelements is back where it began") {
   const Mechanism hinge = models::hinge(0.1, 5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
   System system(hinge, make_reduced_leaves(hinge, linear(4, 2), 0));
   const NewtonOptions newton;
@@ -152,7 +150,7 @@ TEST_CASE("a loaded and unloaded chain of superelements is back where it began",
   CHECK(std::abs(system.internal_force().norm()) < 1e-6);
 }
 
-TEST_CASE("stress and shape of a superelement leaf are those of the full leaf", "[reduction]") {
+TEST_CASE("stress and shape of a superelement leaf are those of the full leaf") {
   const Mechanism m = models::single_leaf(0.1, 0.03, 1e-3);
   StrokeRequest request{.points = {0, 5e-4}, .frequencies = 4};
   request.outputs.add(Output::shapes);

@@ -53,8 +53,7 @@ StrokeRequest load_path(double F, std::vector<double> points) {
 
 }  // namespace
 
-TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within its 4 %",
-          "[literature]") {
+TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within its 4 %") {
   // P = 25, 125, 250 N: deflection [mm] at the load, at the free edge, in the middle, and opposite
   struct Row {
     int index;
@@ -84,7 +83,7 @@ TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within it
         0.5 * std::abs(1e3 * r.path[3].displacement[1] / 6.17851 - 1));
 }
 
-TEST_CASE("10 × 1 linear superelements give the seed's cantilever within its 3 %", "[literature]") {
+TEST_CASE("10 × 1 linear superelements give the seed's cantilever within its 3 %") {
   // P L² / EI = 1, 2, 5, 10: deflection and shortening [m] at the middle of the tip edge
   const double expected[][2] = {
       {2.986831, 0.5543638}, {4.889873, 1.579947}, {7.089432, 3.824957}, {8.063094, 5.491375}};
@@ -102,7 +101,7 @@ TEST_CASE("10 × 1 linear superelements give the seed's cantilever within its 3 
   CHECK(lines.path[1].displacement[1] == Approx(expected[3][0]).epsilon(0.01));
 }
 
-TEST_CASE("superelements loaded forth and back are where they began", "[reduction]") {
+TEST_CASE("superelements loaded forth and back are where they began") {
   const NewtonOptions newton;
   for (const bool plate : {true, false}) {
     const Mechanism m = plate ? seed_plate() : seed_cantilever();
@@ -133,8 +132,7 @@ TEST_CASE("superelements loaded forth and back are where they began", "[reductio
   }
 }
 
-TEST_CASE("force and tangent at a superelement leaf's material point are derivatives",
-          "[reduction]") {
+TEST_CASE("force and tangent at a superelement leaf's material point are derivatives") {
   for (const bool free_tip : {false, true}) {
     Mechanism m = with_point(
         0.1, 0.05, 1e-3, models::steel(),
@@ -201,7 +199,7 @@ TEST_CASE("force and tangent at a superelement leaf's material point are derivat
   }
 }
 
-TEST_CASE("a material point that is no node gets the full leaf, and says why", "[reduction]") {
+TEST_CASE("a material point that is no node gets the full leaf, and says why") {
   const StrokeResponse r = test::evaluated(seed_plate(), linear(10, 4), load_path(1, {0, 1}));
   CHECK(r.path[1].leaves[0].model == "full");
   CHECK_THAT(r.path[1].leaves[0].reason, Catch::Contains("no node of [10, 4] superelements"));

@@ -52,8 +52,7 @@ struct ChangingTables {
 
 }  // namespace
 
-TEST_CASE("a form of looked-up dynamics is that of their matrices, and so are its derivatives",
-          "[reduction]") {
+TEST_CASE("a form of looked-up dynamics is that of their matrices, and so are its derivatives") {
   const ChangingTables changing;
   Random random(9);
   const double mu = 40;

@@ -78,8 +78,7 @@ struct BentLeaf {
 
 }  // namespace
 
-TEST_CASE("condensed gradient and Hessian are derivatives of the condensed energy",
-          "[reduction][mixed]") {
+TEST_CASE("condensed gradient and Hessian are derivatives of the condensed energy") {
   Random random(21);
   const TubePotential t = tube(skew_ray());
   for (int n = 0; n < 10; ++n) {
@@ -103,8 +102,7 @@ TEST_CASE("condensed gradient and Hessian are derivatives of the condensed energ
   }
 }
 
-TEST_CASE("the conjugate forces are the derivatives by the stiff deformations",
-          "[reduction][mixed]") {
+TEST_CASE("the conjugate forces are the derivatives by the stiff deformations") {
   Random random(22);
   const TubePotential t = tube(c_ray());
   const Relaxed leaf(t, random);
@@ -116,7 +114,7 @@ TEST_CASE("the conjugate forces are the derivatives by the stiff deformations",
   CHECK(m.gradient[theta2z] == Approx(force_scale[2] * f[2]).epsilon(1e-10));
 }
 
-TEST_CASE("energy and gradient are right to first order in the residual", "[reduction][mixed]") {
+TEST_CASE("energy and gradient are right to first order in the residual") {
   Random random(23);
   const TubePotential t = tube(s_ray());
   const Relaxed leaf(t, random);
@@ -134,7 +132,7 @@ TEST_CASE("energy and gradient are right to first order in the residual", "[redu
         Approx(3).margin(0.2));
 }
 
-TEST_CASE("following an increment leaves a second-order gap", "[reduction][mixed]") {
+TEST_CASE("following an increment leaves a second-order gap") {
   Random random(24);
   const TubePotential t = tube(s_ray());
   const Relaxed leaf(t, random);
@@ -158,7 +156,7 @@ TEST_CASE("following an increment leaves a second-order gap", "[reduction][mixed
   CHECK(fresh.f.norm() == 0);
 }
 
-TEST_CASE("the undeflected reduced leaf has the stiffness of its potential", "[reduction][leaf]") {
+TEST_CASE("the undeflected reduced leaf has the stiffness of its potential") {
   // beam in the plane of bending: 4, 2 EI/L for the end rotations
   const TubePotential t = tube(s_ray());
   ReducedState state;
@@ -174,7 +172,7 @@ TEST_CASE("the undeflected reduced leaf has the stiffness of its potential", "[r
   CHECK(r.tangent(2, 8) == Approx(-r.tangent(8, 8)));
 }
 
-TEST_CASE("a rigid motion leaves energy, force and tangent alone", "[reduction][leaf]") {
+TEST_CASE("a rigid motion leaves energy, force and tangent alone") {
   Random random(25);
   BentLeaf leaf;
   REQUIRE(leaf.response.force.norm() > 1e-2);
@@ -200,7 +198,7 @@ TEST_CASE("a rigid motion leaves energy, force and tangent alone", "[reduction][
   CHECK(worst < 1e-10);
 }
 
-TEST_CASE("the edge forces are in equilibrium and a rigid spin turns them", "[reduction][leaf]") {
+TEST_CASE("the edge forces are in equilibrium and a rigid spin turns them") {
   BentLeaf leaf;
   const Vector12d& f = leaf.response.force;
   const Vector3d F1 = f.head<3>(), F2 = f.segment<3>(6);
@@ -216,8 +214,7 @@ TEST_CASE("the edge forces are in equilibrium and a rigid spin turns them", "[re
   CHECK((leaf.response.tangent * dq - df).norm() < 1e-9 * df.norm());
 }
 
-TEST_CASE("force and tangent are first and second derivative of the leaf's energy",
-          "[reduction][leaf]") {
+TEST_CASE("force and tangent are first and second derivative of the leaf's energy") {
   Random random(26);
   BentLeaf leaf;
   const Vector12d f = leaf.response.force;
@@ -295,7 +292,7 @@ NewtonRun solve(const TubePotential& tube, const std::vector<int>& held, const V
 
 }  // namespace
 
-TEST_CASE("mixed Newton converges quadratically", "[reduction][leaf]") {
+TEST_CASE("mixed Newton converges quadratically") {
   // Dead forces only: a dead moment on a free rotation has no potential, and the symmetric tangent
   // misses its commutator −½ hat(M).
   const TubePotential t = tube(s_ray(), {0, 0.1, 0.3, 0.6});
@@ -326,7 +323,7 @@ TEST_CASE("mixed Newton converges quadratically", "[reduction][leaf]") {
   CHECK(rate(left_over(0.01), left_over(0.001)) == Approx(2).margin(0.15));
 }
 
-TEST_CASE("one step to a large stroke converges, both ways", "[reduction][leaf]") {
+TEST_CASE("one step to a large stroke converges, both ways") {
   const TubePotential guided = tube(s_ray(), {0, 0.1, 0.35});
   const TubePotential rotated = tube(c_ray(), {0, 0.1, 0.45});
   for (double sign : {1.0, -1.0}) {

@@ -101,8 +101,7 @@ auto of(Kind kind) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a drive on any body agree with differences",
-          "[gradients][drive][slow]") {
+TEST_CASE("exact derivatives of a drive on any body agree with differences", "[slow]") {
   struct Case {
     Kind kind;
     double stroke;
@@ -117,13 +116,12 @@ TEST_CASE("exact derivatives of a drive on any body agree with differences",
   CHECK(compared > 60 * static_cast<int>(c.along.size()));
 }
 
-TEST_CASE("exact derivatives of a turn of one body agree with differences", "[gradients][drive]") {
+TEST_CASE("exact derivatives of a turn of one body agree with differences") {
   check_gradients({hinge, numbers, {0, 2, 6, 8}, 0.1}, beams(), loaded(0.3));  // its own axis
   check_gradients({twisted, numbers, {2, 7}, 0.1}, beams(), loaded(0.3));      // loads tilt it
 }
 
-TEST_CASE("exact derivatives of several drives agree with differences",
-          "[gradients][drive][slow]") {
+TEST_CASE("exact derivatives of several drives agree with differences", "[slow]") {
   const auto check = [](const Family& family, const VectorXd& strokes) {
     StrokeRequest request = loaded(strokes[0]);
     request.strokes = {VectorXd::Zero(strokes.size()), strokes};
@@ -135,8 +133,7 @@ TEST_CASE("exact derivatives of several drives agree with differences",
 
 TEST_CASE(
     "exact derivatives of a relative drive agree with differences where reduced leaves lead to the "
-    "state",
-    "[gradients][drive]") {
+    "state") {
   check_gradients({of(Kind::relative), numbers, {2, 8}, 10.0}, beams(Accuracy::reduced),
                   loaded(0.012));
 }

@@ -79,8 +79,7 @@ StrokeRequest loaded(double stroke, bool turning) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a beam guide with a joint agree with differences",
-          "[gradients][joint][slow]") {
+TEST_CASE("exact derivatives of a beam guide with a joint agree with differences", "[slow]") {
   const auto [type, along] = GENERATE(
       std::pair{JointType::rigid, std::vector<std::size_t>{0, 2, 7, 8}},
       std::pair{JointType::revolute, std::vector<std::size_t>{0, 1, 3, 4, 5, 6, 7, 8, 9, 10}},
@@ -94,8 +93,7 @@ TEST_CASE("exact derivatives of a beam guide with a joint agree with differences
   CHECK(compared == 82 * static_cast<int>(along.size()));
 }
 
-TEST_CASE("exact derivatives of a plate guide with a joint agree with differences",
-          "[gradients][joint]") {
+TEST_CASE("exact derivatives of a plate guide with a joint agree with differences") {
   const auto make = [](const Values& p) { return guide(JointType::revolute, p); };
   check_gradients({make, numbers, {1, 8, 9}, 10.0}, models::coarse(Flexure::plate),
                   loaded(-0.015, false));
@@ -103,7 +101,7 @@ TEST_CASE("exact derivatives of a plate guide with a joint agree with difference
 
 TEST_CASE(
     "exact derivatives of a hinge with joints to ground and end-effector agree with differences",
-    "[gradients][joint][slow]") {
+    "[slow]") {
   const int compared = check_gradients({hinge, numbers, {0, 2, 7, 8, 9, 10}, 0.1},
                                        models::coarse(Flexure::beam), loaded(0.4, true));
   CHECK(compared == 82 * 6);
@@ -112,14 +110,13 @@ TEST_CASE(
 TEST_CASE(
     "exact derivatives through joints agree with differences where reduced leaves lead to the "
     "state",
-    "[gradients][joint][slow]") {
+    "[slow]") {
   const auto make = [](const Values& p) { return guide(JointType::prismatic, p); };
   check_gradients({make, numbers, {0, 9}, 10.0}, models::coarse(Flexure::plate, Accuracy::reduced),
                   loaded(0.02, false));
 }
 
-TEST_CASE("a double frequency of leaves on joints has the derivatives of its cluster",
-          "[gradients][joint]") {
+TEST_CASE("a double frequency of leaves on joints has the derivatives of its cluster") {
   // beside a guide two equal leaves that nothing ties to it, hinged to the ground
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const double y : {0.1, 0.2}) {

@@ -94,8 +94,7 @@ StrokeRequest sweep() {
 
 }  // namespace
 
-TEST_CASE("modes of looked-up leaves are those of the linearised mechanism",
-          "[response][gradients][slow]") {
+TEST_CASE("modes of looked-up leaves are those of the linearised mechanism", "[slow]") {
   const test::Family family = hinge();
   const Mechanism m = family.make(test::values_of(family.numbers));
   System system(m, make_reduced_leaves(m, looked_up(), 0.2));
@@ -122,7 +121,7 @@ TEST_CASE("modes of looked-up leaves are those of the linearised mechanism",
 }
 
 TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with differences",
-          "[response][gradients][slow]") {
+          "[slow]") {
   StrokeRequest request = sweep();
   request.values = PathValues::differentiable;
   const test::Family family = hinge();
@@ -139,7 +138,7 @@ TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with 
 }
 
 TEST_CASE("derivatives of narrow looked-up leaves, whose mesh lines move, agree with differences",
-          "[response][gradients][slow]") {
+          "[slow]") {
   AtlasSettings s = box();
   s.width = {0.045, 0.12};
   test::Family family = hinge();
@@ -150,7 +149,7 @@ TEST_CASE("derivatives of narrow looked-up leaves, whose mesh lines move, agree 
 }
 
 TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
-          "[response][gradients][slow]") {
+          "[slow]") {
   const test::Family family = hinge();
   const test::Values p = test::values_of(family.numbers);
   const std::vector<MechanismDirection> directions = test::directions_of(family);
@@ -182,8 +181,7 @@ TEST_CASE("derivatives of looked-up leaves are those of full ones within the err
   CHECK(compared >= 15 * static_cast<int>(family.along.size()));
 }
 
-TEST_CASE("so are those of the stress where a design turns the rays of its leaves",
-          "[response][gradients][slow]") {
+TEST_CASE("so are those of the stress where a design turns the rays of its leaves", "[slow]") {
   const test::Family family = hinge();
   const Mechanism m = family.make(test::values_of(family.numbers));
   const std::vector<MechanismDirection> directions{test::direction(family, 11)};  // the crossing
@@ -207,8 +205,7 @@ TEST_CASE("so are those of the stress where a design turns the rays of its leave
   }
 }
 
-TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say why",
-          "[response][gradients][slow]") {
+TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say why", "[slow]") {
   StrokeRequest request = sweep();
   request.values = PathValues::differentiable;
   const Mechanism m = hinge().make(test::values_of(hinge().numbers));
@@ -227,7 +224,7 @@ TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say
 }
 
 TEST_CASE("derivatives of looked-up leaves are the same whichever edge is called the base",
-          "[response][gradients][slow]") {
+          "[slow]") {
   AtlasSettings s = box();
   s.rays = {-1, 0, 1};
   s.points = {4, 3};

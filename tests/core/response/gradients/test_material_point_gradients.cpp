@@ -56,7 +56,7 @@ Mechanism mass_on_leaf(const Values& p, double along) {
 
 TEST_CASE(
     "exact derivatives of a clamped plate, by the place of its load too, agree with differences",
-    "[gradients][points][slow]") {
+    "[slow]") {
   StrokeRequest request{.frequencies = 3};
   SECTION("driven") {
     request.points = {0, 6e-4};
@@ -72,8 +72,7 @@ TEST_CASE(
   CHECK(compared >= 2 * 15 * 9);
 }
 
-TEST_CASE("exact derivatives of a cantilever with a free tip agree with differences",
-          "[gradients][points][slow]") {
+TEST_CASE("exact derivatives of a cantilever with a free tip agree with differences", "[slow]") {
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   StrokeRequest request{.frequencies = 3};
   SECTION("driven") {
@@ -90,8 +89,7 @@ TEST_CASE("exact derivatives of a cantilever with a free tip agree with differen
   CHECK(compared >= 2 * 15 * 5);
 }
 
-TEST_CASE("exact derivatives of a guide with a mass on a leaf agree with differences",
-          "[gradients][points][slow]") {
+TEST_CASE("exact derivatives of a guide with a mass on a leaf agree with differences", "[slow]") {
   StrokeRequest request{
       .points = {0, 0.02},
       .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},

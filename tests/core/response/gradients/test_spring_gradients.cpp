@@ -56,8 +56,7 @@ StrokeRequest loaded(double stroke) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a beam guide with springs agree with differences",
-          "[gradients][spring][slow]") {
+TEST_CASE("exact derivatives of a beam guide with springs agree with differences", "[slow]") {
   const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {8, 1}};
   const int compared =
       check_gradients({guide, numbers, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 10.0}, model, loaded(0.02));
@@ -65,7 +64,7 @@ TEST_CASE("exact derivatives of a beam guide with springs agree with differences
 }
 
 TEST_CASE("exact derivatives through springs agree with differences where reduced leaves lead",
-          "[gradients][spring][slow]") {
+          "[slow]") {
   const ModelOptions model{.accuracy = Accuracy::reduced, .mesh = {6, 2}};
   check_gradients({guide, numbers, {3, 6, 7}, 10.0}, model, loaded(-0.015));
 }

@@ -69,8 +69,7 @@ LoadCase crooked() {
 
 }  // namespace
 
-TEST_CASE("derivatives of crooked, heavy and warm mechanisms agree with differences",
-          "[surroundings][gradients][slow]") {
+TEST_CASE("derivatives of crooked, heavy and warm mechanisms agree with differences", "[slow]") {
   using Numbers = std::vector<std::size_t>;
   struct Case {
     const char* what;
@@ -93,8 +92,7 @@ TEST_CASE("derivatives of crooked, heavy and warm mechanisms agree with differen
   CHECK(check_gradients(family, models::coarse(flexure), request_with(c.loads, {0, 0.004})) > 100);
 }
 
-TEST_CASE("derivatives know all of them at once on bodies in a row",
-          "[surroundings][gradients][slow]") {
+TEST_CASE("derivatives know all of them at once on bodies in a row", "[slow]") {
   LoadCase all = crooked();
   all.gravity = {3, -2, 4};
   all.temperature = {12, -7};
@@ -104,8 +102,7 @@ TEST_CASE("derivatives know all of them at once on bodies in a row",
         100);
 }
 
-TEST_CASE("derivatives know a warm and crooked leaf whose point is driven",
-          "[surroundings][gradients]") {
+TEST_CASE("derivatives know a warm and crooked leaf whose point is driven") {
   LoadCase all{.assembly = {{0, 1, {0, 2e-5, 0}, {5e-4, 0, 1e-3}}},
                .temperature = {-6},
                .gravity = {1, 20, 5}};
@@ -114,8 +111,7 @@ TEST_CASE("derivatives know a warm and crooked leaf whose point is driven",
   CHECK(check_gradients(family, models::coarse(flexure), request_with(all, {0, 4e-4})) > 50);
 }
 
-TEST_CASE("derivatives of reduced crooked mechanisms agree with differences",
-          "[surroundings][gradients][slow]") {
+TEST_CASE("derivatives of reduced crooked mechanisms agree with differences", "[slow]") {
   const Family family{
       [](const Values& p) { return skew_guide(p, false); }, numbers, {0, 2, 7}, 10.0};
   StrokeRequest request = request_with(crooked(), {0, 0.004});
@@ -197,8 +193,7 @@ int check_along_errors(const Mechanism& mechanism, const ModelOptions& model,
 
 }  // namespace
 
-TEST_CASE("derivatives along errors of assembly agree with differences",
-          "[surroundings][gradients][assembly][slow]") {
+TEST_CASE("derivatives along errors of assembly agree with differences", "[slow]") {
   const Values p = values_of(numbers);
   const bool at_rest = GENERATE(true, false);  // no errors yet, or some
   const LoadCase loads = at_rest ? LoadCase() : crooked();

@@ -42,7 +42,7 @@ StrokeResponse evaluated(const Mechanism& m, std::vector<double> points,
 
 }  // namespace
 
-TEST_CASE("an elastic fold is softer than a rigid one, and little so", "[fold]") {
+TEST_CASE("an elastic fold is softer than a rigid one, and little so") {
   const StrokeResponse rigid = evaluated(folded(false), {0}),
                        elastic = evaluated(folded(true), {0});
   const PathPoint &r = rigid.path[0], &e = elastic.path[0];
@@ -62,7 +62,7 @@ TEST_CASE("an elastic fold is softer than a rigid one, and little so", "[fold]")
   CHECK(e.drive_stiffness == Approx(r.drive_stiffness).epsilon(0.03));
 }
 
-TEST_CASE("a mechanism with an elastic fold turned in space gives the same answers", "[fold]") {
+TEST_CASE("a mechanism with an elastic fold turned in space gives the same answers") {
   const Mechanism m = folded(true, 7e-4);
   const Mechanism turned =
       test::moved_as_a_whole(m, rotation_exp({0.4, -0.8, 1.1}), {0.1, -0.2, 0.05});
@@ -73,7 +73,7 @@ TEST_CASE("a mechanism with an elastic fold turned in space gives the same answe
     CHECK(b.path[1].frequencies_locked[k] == Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
 }
 
-TEST_CASE("a fold may be walked through from either side", "[fold]") {
+TEST_CASE("a fold may be walked through from either side") {
   // the same leaf from the end-effector to the ground
   Mechanism m = folded(true, 7e-4);
   LeafSpring& l = m.leaves[0];
@@ -88,7 +88,7 @@ TEST_CASE("a fold may be walked through from either side", "[fold]") {
     CHECK(b.path[1].frequencies_locked[k] == Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
 }
 
-TEST_CASE("the default method takes a folded leaf in full and says so", "[fold]") {
+TEST_CASE("the default method takes a folded leaf in full and says so") {
   const StrokeResponse a = evaluated(folded(true), {0, 2e-3}),
                        b = evaluated(folded(true), {0, 2e-3}, Accuracy::reduced);
   CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-9));
@@ -96,7 +96,7 @@ TEST_CASE("the default method takes a folded leaf in full and says so", "[fold]"
   CHECK(b.path[1].leaves[0].reason == "it is folded");
 }
 
-TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
+TEST_CASE("a warm and heavy leaf folded by no angle is a flat one") {
   Mechanism flat = folded(true), none = flat;
   flat.leaves[0].fold.reset();
   none.leaves[0].fold = LeafFold{0.5, 0, 0.01};
@@ -119,14 +119,14 @@ TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
   }
 }
 
-TEST_CASE("the mass of an undeflected folded leaf is that of the deflected one at rest", "[fold]") {
+TEST_CASE("the mass of an undeflected folded leaf is that of the deflected one at rest") {
   const StrokeResponse a = evaluated(folded(true, 5e-4), {0}),
                        b = evaluated(folded(true, 5e-4), {0}, Accuracy::full, LeafMass::constant);
   for (std::size_t k = 0; k < 4; ++k)
     CHECK(b.path[0].frequencies_locked[k] == Approx(a.path[0].frequencies_locked[k]).epsilon(1e-9));
 }
 
-TEST_CASE("a mechanism with a bent fold of twice the size is as stiff as it is large", "[fold]") {
+TEST_CASE("a mechanism with a bent fold of twice the size is as stiff as it is large") {
   const Mechanism small = folded(true, 5e-4);
   Mechanism large = small;
   LeafSpring& l = large.leaves[0];
@@ -146,14 +146,14 @@ TEST_CASE("a mechanism with a bent fold of twice the size is as stiff as it is l
           Approx(a.path[1].frequencies_locked[k] / 2).epsilon(1e-8));
 }
 
-TEST_CASE("a folded leaf holds one direction, along its fold", "[fold]") {
+TEST_CASE("a folded leaf holds one direction, along its fold") {
   const Mobility elastic = mobility(folded(true)), rigid = mobility(folded(false));
   CHECK(elastic.degrees_of_freedom == 5);
   CHECK(elastic.overconstraints == 0);
   CHECK(rigid.end_effector_degrees_of_freedom == 5);
 }
 
-TEST_CASE("a probe on the second leg stands on it", "[fold]") {
+TEST_CASE("a probe on the second leg stands on it") {
   const Mechanism m = folded(true);
   const auto probe = probe_at(m, "p", {length, 0.25 * length, 0.005});
   REQUIRE(probe);
@@ -163,7 +163,7 @@ TEST_CASE("a probe on the second leg stands on it", "[fold]") {
   CHECK(evaluate_stroke(m, {.accuracy = Accuracy::full}, request).path[0].probes[0].norm() < 1e-12);
 }
 
-TEST_CASE("folds that cannot be are refused", "[fold]") {
+TEST_CASE("folds that cannot be are refused") {
   const auto rule = [](auto change) {
     Mechanism m = folded(true);
     change(m.leaves[0]);

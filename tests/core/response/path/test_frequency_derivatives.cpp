@@ -91,7 +91,7 @@ double unit_of(const Mechanism& m) {
 
 }  // namespace
 
-TEST_CASE("modes of a leaf far above those of a heavy body are found", "[derivatives]") {
+TEST_CASE("modes of a leaf far above those of a heavy body are found") {
   // a notch of 3 um under a body that is thousands of times as heavy as the leaf
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {6, 2}};
   for (const double deep : {490.0, 5e3}) {

@@ -47,7 +47,7 @@ Vector6d force_y(double F) {
 
 }  // namespace
 
-TEST_CASE("a cantilever with a free tip follows the elastica", "[response][points]") {
+TEST_CASE("a cantilever with a free tip follows the elastica") {
   // nu = 0, narrow and thin: P L²/EI = 1, 4, 10 (elliptic integrals)
   const Material m{"m", 12e9, 0, 1000, {}};
   const double L = 10, w = 0.5, t = 0.05, EI = m.youngs_modulus * w * t * t * t / 12;
@@ -70,7 +70,7 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
 
 TEST_CASE(
     "superelements follow the cantilever and the clamped plate of the plate superelement paper",
-    "[literature][slow]") {
+    "[slow]") {
   StrokeRequest request{.outputs = Outputs::numbers().remove(Output::stress)};
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};
   SECTION("cantilever 10 x 1 x 0.1 m") {  // thin-shell spline, converged to 5e-6
@@ -113,7 +113,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the tangent at a material point is the derivative of its force", "[response][points]") {
+TEST_CASE("the tangent at a material point is the derivative of its force") {
   const bool clamped = GENERATE(true, false);
   CAPTURE(clamped);
   const Mechanism m = clamped ? clamped_plate(0.1, 0.08, 1e-3, 0.012, 0.03, plastic)
@@ -150,7 +150,7 @@ TEST_CASE("the tangent at a material point is the derivative of its force", "[re
   }
 }
 
-TEST_CASE("a cantilever vibrates as the beam does, its tip free or held", "[response][points]") {
+TEST_CASE("a cantilever vibrates as the beam does, its tip free or held") {
   const Material m{"m", 200e9, 0, 7800, {}};
   const double L = 0.1, w = 0.004, t = 2e-4;
   const StrokeResponse r = test::evaluated(
@@ -164,7 +164,7 @@ TEST_CASE("a cantilever vibrates as the beam does, its tip free or held", "[resp
   CHECK(p.support_stiffness[2].has_value());
 }
 
-TEST_CASE("a guided tip moves along x and the drive only", "[response][points]") {
+TEST_CASE("a guided tip moves along x and the drive only") {
   Mechanism guided = models::single_leaf(0.1, 0.02, 5e-4);
   guided.bodies[0].held = {false, false, true, true, true, true};
   // a guide with leaves far apart does not rotate
@@ -189,7 +189,7 @@ TEST_CASE("a guided tip moves along x and the drive only", "[response][points]")
   }
 }
 
-TEST_CASE("a load path and the stroke it leads to are one equilibrium", "[response][points]") {
+TEST_CASE("a load path and the stroke it leads to are one equilibrium") {
   const Mechanism leaf = models::single_leaf(0.1, 0.02, 5e-4);
   StrokeRequest driven{.points = {0.02}};
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
@@ -207,7 +207,7 @@ TEST_CASE("a load path and the stroke it leads to are one equilibrium", "[respon
   }
 }
 
-TEST_CASE("a probe lies on the leaf it was put on, and nowhere else", "[response][points]") {
+TEST_CASE("a probe lies on the leaf it was put on, and nowhere else") {
   const Mechanism guide = models::guide(0.1, 0.02, 5e-4, 0.06);
   CHECK_FALSE(probe_at(guide, "beside", {0.05, 0, 0}).has_value());
   CHECK_FALSE(probe_at(guide, "beyond", {0.11, 0.03, 0}).has_value());

@@ -15,7 +15,7 @@ LoadCase with_error(const Vector3d& move, const Vector3d& turn) {
 
 TEST_CASE(
     "reduced leaves that buckle between their edges are unstable, asked for frequencies or not",
-    "[surroundings][assembly][slow]") {
+    "[slow]") {
   // the critical turn is 2.6 mrad: tests/literature/test_misalignment.cpp
   const Mechanism guide = models::guide(0.1, 0.03, 3.7e-4, 0.1);
   for (const double turn : {2.4e-3, 2.75e-3, 2.9e-3}) {

@@ -67,7 +67,7 @@ Mechanism tapered_guide() {
 
 }  // namespace
 
-TEST_CASE("a tapered beam has the compliance of its integral x² / EI", "[profile]") {
+TEST_CASE("a tapered beam has the compliance of its integral x² / EI") {
   const double L = 0.1, w = 0.01, t = 1e-3;
   Mechanism m = models::single_leaf(L, w, t);
   m.leaves[0].width_profile = {1, 0.3};
@@ -81,7 +81,7 @@ TEST_CASE("a tapered beam has the compliance of its integral x² / EI", "[profil
   CHECK(r.path[0].drive_stiffness * compliance == Approx(1).epsilon(1e-3));
 }
 
-TEST_CASE("a notch hinge has the rotational stiffness of its integral 1 / EI", "[profile]") {
+TEST_CASE("a notch hinge has the rotational stiffness of its integral 1 / EI") {
   // parabola, circle, ellipse, corner fillets, power function
   const double L = 0.01, w = 0.01;
   struct Notch {
@@ -121,7 +121,7 @@ TEST_CASE("a notch hinge has the rotational stiffness of its integral 1 / EI", "
   }
 }
 
-TEST_CASE("two leaves in series are one leaf", "[profile]") {
+TEST_CASE("two leaves in series are one leaf") {
   const double L = 0.1, w = 0.008, t = 0.6e-3;
   const auto along = [](double s) { return 1 + 0.4 * std::cos(3 * s); };
   Mechanism whole = models::single_leaf(L, w, t);
@@ -142,7 +142,7 @@ TEST_CASE("two leaves in series are one leaf", "[profile]") {
   compare(a, b, 2e-3);
 }
 
-TEST_CASE("a turned leaf with the mirrored profile gives the same answer", "[profile]") {
+TEST_CASE("a turned leaf with the mirrored profile gives the same answer") {
   const auto width = [](double s) { return 1 - 0.4 * s + 0.1 * s * s; };
   const auto thickness = [](double s) { return 1 + 0.8 * s * s; };
   for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
@@ -166,7 +166,7 @@ TEST_CASE("a turned leaf with the mirrored profile gives the same answer", "[pro
   }
 }
 
-TEST_CASE("the default method follows the full tapered leaf", "[profile]") {
+TEST_CASE("the default method follows the full tapered leaf") {
   const Mechanism m = tapered_guide();
   const std::vector<double> points{0, 0.005, 0.01};
   const StrokeResponse full = evaluated(m, model_of(Accuracy::full, Flexure::plate), points, 4),
@@ -175,7 +175,7 @@ TEST_CASE("the default method follows the full tapered leaf", "[profile]") {
   compare(full, tube, 0.01);
 }
 
-TEST_CASE("a narrow tapered plate without Poisson effect bends as the beam", "[profile]") {
+TEST_CASE("a narrow tapered plate without Poisson effect bends as the beam") {
   Material material = models::steel();
   material.poissons_ratio = 0;
   Mechanism m = models::single_leaf(0.1, 4e-3, 0.3e-3, Direction::uy, material);
@@ -188,7 +188,7 @@ TEST_CASE("a narrow tapered plate without Poisson effect bends as the beam", "[p
   CHECK(plate.path[1].max_stress->value == Approx(beam.path[1].max_stress->value).epsilon(0.03));
 }
 
-TEST_CASE("methods that take uniform leaves alone leave profiles to the full leaf", "[profile]") {
+TEST_CASE("methods that take uniform leaves alone leave profiles to the full leaf") {
   const Mechanism m = tapered_guide();
   for (const Reduction method : {Reduction::linear_craig_bampton, Reduction::modal_derivatives}) {
     ModelOptions model = model_of(Accuracy::reduced, Flexure::plate);

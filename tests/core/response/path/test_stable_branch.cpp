@@ -64,7 +64,7 @@ Mechanism pressed_guide(double length, double thickness) {
 
 }  // namespace
 
-TEST_CASE("a guided column follows the elastica beyond its buckling load", "[branch]") {
+TEST_CASE("a guided column follows the elastica beyond its buckling load") {
   const double L = 0.1, w = 0.01, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
   m.bodies[0].held = {false, false, true, true, true, true};
@@ -93,8 +93,7 @@ TEST_CASE("a guided column follows the elastica beyond its buckling load", "[bra
   }
 }
 
-TEST_CASE("a column that its drive holds bulges to the side, and goes on with the stroke",
-          "[branch]") {
+TEST_CASE("a column that its drive holds bulges to the side, and goes on with the stroke") {
   // two leaves in a row, a body between them: clamped at both ends, where the drive is
   const double L = 0.1, w = 0.01, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
@@ -122,7 +121,7 @@ TEST_CASE("a column that its drive holds bulges to the side, and goes on with th
   CHECK(response.path[1].displacement[1] == Approx(0.002));
 }
 
-TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side", "[branch]") {
+TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side") {
   const Mechanism m = pressed_guide(0.1, 2e-4);
   const Vector3d force(-3, 0, 0);  // 2 π² EI/L² is 2.63 N
   const std::vector<double> factors{0, 0.6, 0.85, 0.88, 0.9};
@@ -146,7 +145,7 @@ TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side", 
   CHECK(std::abs(response.path[2].drive_load) > 0.01);
 }
 
-TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient][slow]") {
+TEST_CASE("derivatives on the stable branch are exact", "[slow]") {
   const test::Family family{[](const test::Values& v) { return pressed_guide(v[0], v[1]); },
                             {{"length", 0.1}, {"thickness", 2e-4}},
                             {0, 1},
@@ -172,8 +171,7 @@ TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient][slow
   }
 }
 
-TEST_CASE("a hinge that gives way more and more has no stable branch, and says so",
-          "[branch][slow]") {
+TEST_CASE("a hinge that gives way more and more has no stable branch, and says so", "[slow]") {
   // two beams that cross in their middles lose stiffness as they turn
   Mechanism m = models::hinge(0.1, 2e-4, {{1, 0, 0.01}, {-1, 0, 0.01}});
   m.bodies[0].held = in_plane;
@@ -184,7 +182,7 @@ TEST_CASE("a hinge that gives way more and more has no stable branch, and says s
   CHECK_THAT(point.message, Catch::Contains("the stable branch was not found"));
 }
 
-TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too", "[branch]") {
+TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too") {
   const double L = 0.1, w = 0.03, t = 5e-4, E = models::steel().youngs_modulus;
   Mechanism m = models::guide(L, w, t);
   m.bodies[0].held = {false, false, true, true, true, true};
@@ -203,8 +201,7 @@ TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too"
   }
 }
 
-TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from point to point",
-          "[branch]") {
+TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from point to point") {
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4, Direction::ux);
   m.bodies[0].held = {false, true, true, true, true, true};
   const double critical = 4 * pi * pi * models::bending(m.leaves[0]) / 0.01;
@@ -218,7 +215,7 @@ TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from poi
   }
 }
 
-TEST_CASE("leaves that bulge to different sides are pushed to both", "[branch]") {
+TEST_CASE("leaves that bulge to different sides are pushed to both") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies[0].held = {false, false, true, true, true, true};
   const Matrix3d turn(Eigen::AngleAxisd(0.5 * pi, Vector3d::UnitX()));
@@ -231,8 +228,7 @@ TEST_CASE("leaves that bulge to different sides are pushed to both", "[branch]")
   CHECK(point.other_branch);
 }
 
-TEST_CASE("leaves without mass that bulge between bodies are left, and the point says so",
-          "[branch]") {
+TEST_CASE("leaves without mass that bulge between bodies are left, and the point says so") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (LeafSpring& leaf : m.leaves) leaf.material.density = 0;
   // its drive held it buckles at 517 N

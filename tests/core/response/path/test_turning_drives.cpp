@@ -228,8 +228,7 @@ struct RandomMechanism {
 
 TEST_CASE(
     "drive stiffness and support stiffness of a twisted leaf that is bent are those of the "
-    "stroke that is held",
-    "[drive]") {
+    "stroke that is held") {
   // bent by 0.24 and 0.45 rad, twisted by 0.3
   const Mechanism m = twisted_leaf();
   ModelOptions plate{.accuracy = Accuracy::full, .mesh = {8, 2}};
@@ -242,7 +241,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a second drive on another body changes no number of the first", "[drive]") {
+TEST_CASE("a second drive on another body changes no number of the first") {
   const Mechanism alone = twisted_leaf();
   Mechanism beside = alone;
   beside.bodies.push_back(models::intermediate({0, 0.1, 0}, 0.2, 1e-4));
@@ -277,7 +276,7 @@ TEST_CASE("a second drive on another body changes no number of the first", "[dri
       CHECK(*q.support_stiffness[d] == Approx(*p.support_stiffness[d]).epsilon(1e-8));
 }
 
-TEST_CASE("about its own axis alone a body turns as a coordinate does", "[drive]") {
+TEST_CASE("about its own axis alone a body turns as a coordinate does") {
   // what is held, deleted from the tangent: of the energy of the leaves alone, at the same state
   const Mechanism m = models::three_leaf_hinge(0.08, 0.02, 3.5e-4);
   const State state(m, models::beams(8), {}, VectorXd::Constant(1, 0.35));
@@ -299,8 +298,7 @@ TEST_CASE("about its own axis alone a body turns as a coordinate does", "[drive]
 
 TEST_CASE(
     "random mechanisms with one to six drives, most of them turns, answer small changes of "
-    "strokes and loads as their matrices say",
-    "[drive]") {
+    "strokes and loads as their matrices say") {
   int well_known = 0;
   constexpr int tried = 16;
   for (unsigned seed = 1; seed <= tried; ++seed) {
@@ -318,7 +316,7 @@ TEST_CASE(
   CHECK(well_known >= tried / 2);
 }
 
-TEST_CASE("no work is left around a closed loop of two strokes", "[drive]") {
+TEST_CASE("no work is left around a closed loop of two strokes") {
   Mechanism m = twisted_leaf();
   m.drives[0].name = "twist";
   m.drives.push_back({"turn", 0, ground, Direction::ry, rotation_exp({0.3, 0, 0.2})});

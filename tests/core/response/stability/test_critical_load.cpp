@@ -60,7 +60,7 @@ double bending(const LeafSpring& leaf) {
 
 }  // namespace
 
-TEST_CASE("columns buckle at Euler's loads", "[buckling]") {
+TEST_CASE("columns buckle at Euler's loads") {
   const double L = 0.1, w = 0.01, t = 2e-4;
   const double unit = pi * pi * bending(models::single_leaf(L, w, t).leaves[0]) / (L * L);
   struct Column {
@@ -88,7 +88,7 @@ TEST_CASE("columns buckle at Euler's loads", "[buckling]") {
   }
 }
 
-TEST_CASE("the estimate of a straight column is its load, whatever carries O", "[buckling]") {
+TEST_CASE("the estimate of a straight column is its load, whatever carries O") {
   const double L = 0.02, w = 5e-3, t = 6e-4, E = 200e9;
   Material material = models::steel();
   material.poissons_ratio = 0;
@@ -122,7 +122,7 @@ TEST_CASE("the estimate of a straight column is its load, whatever carries O", "
       }
 }
 
-TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse", "[buckling]") {
+TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse") {
   const int pieces = 40;
   const double L = 0.1, w = 1e-3, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
@@ -147,8 +147,7 @@ TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse", "
   }
 }
 
-TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it",
-          "[buckling][slow]") {
+TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it", "[slow]") {
   const Mechanism whole = models::guide(0.1, 0.03, 5e-4);
   Mechanism tied = whole;
   for (int k = 0; k < 2; ++k) {
@@ -166,7 +165,7 @@ TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it
   }
 }
 
-TEST_CASE("a spring that holds a guide back raises its load by what it holds", "[buckling]") {
+TEST_CASE("a spring that holds a guide back raises its load by what it holds") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   Mechanism held = m;
   const double k = 400;
@@ -189,7 +188,7 @@ TEST_CASE("a spring that holds a guide back raises its load by what it holds", "
   CHECK((up.drive_load - down.drive_load) / 2e-6 == Approx(-k).epsilon(1e-3));
 }
 
-TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow", "[buckling]") {
+TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow") {
   Material material = models::steel();
   material.poissons_ratio = 0;
   for (const double w : {0.01, 0.1}) {
@@ -205,8 +204,7 @@ TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow", "[
   }
 }
 
-TEST_CASE("a wide strip buckles at the stiffness of a plate, a narrow one at that of a beam",
-          "[buckling]") {
+TEST_CASE("a wide strip buckles at the stiffness of a plate, a narrow one at that of a beam") {
   const double nu = 0.3;
   const auto over_beam = [&](double w) {
     Mechanism m = models::single_leaf(0.1, w, 4e-4);
@@ -225,8 +223,7 @@ TEST_CASE("a wide strip buckles at the stiffness of a plate, a narrow one at tha
   CHECK(wide == Approx(1 / (1 - nu * nu)).epsilon(5e-3));
 }
 
-TEST_CASE("a narrow leaf under a load in its plane buckles sideways at Prandtl's load",
-          "[buckling]") {
+TEST_CASE("a narrow leaf under a load in its plane buckles sideways at Prandtl's load") {
   const Material m{"m", 200e9, 0.3, 7800, {}};
   const double L = 1, w = 0.02, t = 4e-4;
   const BeamSection s = beam_section(Section::rectangular, w, t, 0.3);
@@ -239,7 +236,7 @@ TEST_CASE("a narrow leaf under a load in its plane buckles sideways at Prandtl's
   CHECK(*r.load.factor == Approx(10).epsilon(5e-3));
 }
 
-TEST_CASE("a guide carries four times as much with its drive held", "[buckling]") {
+TEST_CASE("a guide carries four times as much with its drive held") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4, 0.1);
   const double sway = 2 * pi * pi * bending(m.leaves[0]) / 0.01;
   ModelOptions model = beams();
@@ -260,7 +257,7 @@ TEST_CASE("a guide carries four times as much with its drive held", "[buckling]"
 }
 
 TEST_CASE("over the stroke the traced load stays, and the estimate comes to it as the load does",
-          "[buckling][slow]") {
+          "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const double stroke : {0.0, 0.005, 0.01}) {
     double traced = 0, before = 1;
@@ -287,7 +284,7 @@ TEST_CASE("over the stroke the traced load stays, and the estimate comes to it a
   }
 }
 
-TEST_CASE("the factor is inverse to the load and turns its sign with it", "[buckling][slow]") {
+TEST_CASE("the factor is inverse to the load and turns its sign with it", "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const DriveState drive : {DriveState::locked, DriveState::free}) {
     const double one = *critical(m, {}, along_x(-1), drive).load.factor,
@@ -298,7 +295,7 @@ TEST_CASE("the factor is inverse to the load and turns its sign with it", "[buck
   }
 }
 
-TEST_CASE("the tangent is definite below the factor and indefinite above", "[buckling]") {
+TEST_CASE("the tangent is definite below the factor and indefinite above") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   NewtonOptions newton;
   LoadCase loads;
@@ -326,7 +323,7 @@ TEST_CASE("the tangent is definite below the factor and indefinite above", "[buc
   }
 }
 
-TEST_CASE("a state that has buckled has a factor below one", "[buckling]") {
+TEST_CASE("a state that has buckled has a factor below one") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const double sway = *critical(m, {}, along_x(-1), DriveState::free).load.factor;
   const CriticalLoadResult r = critical(m, {}, along_x(-2 * sway), DriveState::free);
@@ -335,8 +332,7 @@ TEST_CASE("a state that has buckled has a factor below one", "[buckling]") {
   CHECK_FALSE(r.load.linearised);  // of a state that is stable alone
 }
 
-TEST_CASE("a guide that is deflected gives way with its drive free, and says so",
-          "[buckling][slow]") {
+TEST_CASE("a guide that is deflected gives way with its drive free, and says so", "[slow]") {
   const CriticalLoadResult r =
       critical(models::guide(0.1, 0.03, 5e-4), {}, along_x(-5), DriveState::free, 0.005);
   CHECK_FALSE(r.load.factor);
@@ -345,8 +341,7 @@ TEST_CASE("a guide that is deflected gives way with its drive free, and says so"
   CHECK(r.load.linearised);
 }
 
-TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, however small it is",
-          "[buckling]") {
+TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, however small it is") {
   // a dead force of 1e-7 N pulls the guide aside
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const double perfect = *critical(m, coarse_plates(), along_x(-10), DriveState::free).load.factor;
@@ -361,7 +356,7 @@ TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, how
 }
 
 TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none of its states",
-          "[buckling][slow]") {
+          "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   Mechanism thicker = m;
   each_number(thicker, [](double& x) { x = 0; });
@@ -403,8 +398,7 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none
   }
 }
 
-TEST_CASE("derivatives of the factor are exact at bifurcations and at folds",
-          "[buckling][gradient][slow]") {
+TEST_CASE("derivatives of the factor are exact at bifurcations and at folds", "[slow]") {
   const std::vector<double> numbers{0.1, 0.03, 5e-4};
   const auto make = [](const std::vector<double>& v) { return models::guide(v[0], v[1], v[2]); };
   const auto places = [](Mechanism& m) {
