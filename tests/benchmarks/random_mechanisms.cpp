@@ -22,11 +22,9 @@ namespace {
 
 // Every tenth reduced, every second of the others beams.
 ModelOptions coarse(unsigned long long seed, bool reduced) {
-  ModelOptions model;
-  model.accuracy = reduced ? Accuracy::reduced : Accuracy::full;
-  model.flexure = seed % 2 == 1 ? Flexure::beam : Flexure::plate;
-  model.mesh = seed % 2 == 1 ? std::array{3, 1} : std::array{2, 2};
-  return model;
+  return {.accuracy = reduced ? Accuracy::reduced : Accuracy::full,
+          .flexure = seed % 2 == 1 ? Flexure::beam : Flexure::plate,
+          .mesh = seed % 2 == 1 ? std::array{3, 1} : std::array{2, 2}};
 }
 
 struct Law {

@@ -84,6 +84,24 @@ inline Mechanism single_leaf(double length, double width, double thickness,
   return mechanism;
 }
 
+/// Its tip free, O the middle of that edge.
+inline Mechanism free_tip(Mechanism single, double mass = 0) {
+  LeafSpring& leaf = single.leaves[0];
+  leaf.tip = free_edge;
+  leaf.point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+  single.bodies = {follower(leaf.tip_middle(), mass)};
+  return single;
+}
+
+/// Clamped at both edges, O at shares of its length along x and of its width.
+inline Mechanism clamped_at_both(Mechanism single, double along, double across, double mass = 0) {
+  LeafSpring& leaf = single.leaves[0];
+  leaf.tip = ground;
+  leaf.point = LeafPoint{.body = 0, .along = along, .across = across};
+  single.bodies = {follower({along * leaf.length, 0, (across - 0.5) * leaf.width}, mass)};
+  return single;
+}
+
 /// A leaf between edges that stay parallel, pressed along itself (x) and sheared (y).
 inline Mechanism pressed_leaf() {
   Mechanism m = models::single_leaf(0.05, 0.01, 2e-4);
@@ -145,12 +163,10 @@ inline LeafSpring turned(const LeafSpring& leaf) {
 
 /// Full beams, as Euler and Bernoulli have them: sections warp freely.
 inline ModelOptions free_beams(int elements) {
-  ModelOptions model;
-  model.mesh = {elements, 1};
-  model.flexure = Flexure::beam;
-  model.warping = Warping::free;
-  model.accuracy = Accuracy::full;
-  return model;
+  return {.accuracy = Accuracy::full,
+          .flexure = Flexure::beam,
+          .warping = Warping::free,
+          .mesh = {elements, 1}};
 }
 
 }  // namespace flexopt::models

@@ -1,10 +1,6 @@
 // Whether two equilibria lie on one branch.
-#include <catch2/catch.hpp>
-
 #include "core/equilibrium/continuity.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

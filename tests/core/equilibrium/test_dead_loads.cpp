@@ -2,17 +2,7 @@
 // evaluation and its derivatives.
 #include "core/equilibrium/dead_loads.hpp"
 
-#include <Eigen/Geometry>
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/quantities.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
-#include "support/strokes.hpp"
 #include "support/tangent_law.hpp"
 
 using namespace flexopt;

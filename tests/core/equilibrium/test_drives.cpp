@@ -1,16 +1,9 @@
 // Drives on any body, between two, in axes of their own, and several at once: the same states by
 // different drives, and loads that do work on their strokes.
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <memory>
 
 #include "core/equilibrium/end_effector_compliance.hpp"
-#include "core/math/rotation.hpp"
 #include "core/mechanism/drive.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;

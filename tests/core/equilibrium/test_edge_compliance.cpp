@@ -1,11 +1,7 @@
 // How a mechanism yields at the edges of its leaves, against what it does under small loads.
-#include <catch2/catch.hpp>
-
 #include "core/equilibrium/edge_compliance.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

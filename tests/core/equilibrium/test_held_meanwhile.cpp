@@ -1,11 +1,7 @@
 // What is told where loads find no equilibrium: what is held meanwhile, and where it would give.
 #include "core/equilibrium/held_meanwhile.hpp"
 
-#include <catch2/catch.hpp>
-
-#include "core/equilibrium/stroke_path.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

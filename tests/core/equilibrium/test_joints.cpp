@@ -1,14 +1,5 @@
 // Mechanisms with joints: the same as by direct assembly, closed forms, no drift, dead points.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/equilibrium/free_motions.hpp"
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -16,8 +7,6 @@ using Catch::Matchers::Contains;
 using test::difference;
 
 namespace {
-
-const double pi = std::numbers::pi;
 
 /// Massless body for a joint or an edge.
 RigidBody carrier(std::string name, const Vector3d& at) {
@@ -53,6 +42,51 @@ LeafSpring plain_leaf(const Vector3d& from, const Vector3d& along, double length
   m.poissons_ratio = 0;
   return models::leaf(from, along, length, width, thickness, m);
 }
+
+struct FourBar {
+  double crank = 0.03, rocker = 0.07, theta0 = 100 * M_PI / 180, phi0 = 75 * M_PI / 180;
+  Vector3d A{0, 0, 0}, D{0.1, 0, 0};
+
+  static Vector3d unit(double angle) { return {std::cos(angle), std::sin(angle), 0}; }
+  Vector3d B(double theta) const { return A + crank * unit(theta0 + theta); }
+  Vector3d C(double phi) const { return D + rocker * unit(phi0 + phi); }
+  /// The rocker's turn for a turn of the crank: |C − B| stays.
+  double phi(double theta) const {
+    const Vector3d d = D - B(theta);
+    const double c2 = (C(0) - B(0)).squaredNorm(), r = rocker;
+    return std::atan2(d[1], d[0]) + std::acos((c2 - r * r - d.squaredNorm()) / (2 * r * d.norm())) -
+           phi0;
+  }
+  double dphi_dtheta(double theta) const {
+    const Vector3d c = C(phi(theta)) - B(theta);
+    return c.dot(Vector3d::UnitZ().cross(B(theta) - A)) /
+           c.dot(Vector3d::UnitZ().cross(C(phi(theta)) - D));
+  }
+  LeafSpring leaf(int body) const {
+    LeafSpring l = plain_leaf(D - Vector3d(0, 0.08, 0), {0, 1, 0}, 0.08, 0.01, 3e-4);
+    l.tip = body;
+    return l;
+  }
+  /// One redundant coordinate less than with revolutes everywhere.
+  Mechanism mechanism() const {
+    Mechanism m{.bodies = {carrier("crank", A), carrier("coupler", 0.5 * (B(0) + C(0))),
+                           carrier("rocker", D)},
+                .leaves = {leaf(2)},
+                .joints = {{"A", JointType::revolute, 0, ground, A, Vector3d::UnitZ()},
+                           {"B", JointType::revolute, 0, 1, B(0), Vector3d::UnitZ()},
+                           {"C", JointType::spherical, 1, 2, C(0)},
+                           {"D", JointType::spherical, ground, 2, D}},
+                .drives = {make_drive(Direction::rz)}};
+    return m;
+  }
+  Mechanism rocker_alone() const {
+    Mechanism m{.bodies = {carrier("rocker", D)},
+                .leaves = {leaf(0)},
+                .joints = {{"D", JointType::spherical, ground, 0, D}},
+                .drives = {make_drive(Direction::rz)}};
+    return m;
+  }
+};
 
 }  // namespace
 
@@ -94,7 +128,7 @@ TEST_CASE("joints do not drift over fifty steps back and forth") {
   System system(m, make_full_leaves(m, {.mesh = {6, 2}}));
   double worst = 0;
   for (int k = 1; k <= 50; ++k) {
-    const double stroke = 0.4 * std::sin(2 * pi * k / 25.0);
+    const double stroke = 0.4 * std::sin(2 * M_PI * k / 25.0);
     REQUIRE(step_to(system, stroke, {}).converged);
     const Constraints& c = system.constraints();
     const VectorXd off = c.value().cwiseQuotient(c.units());
@@ -121,7 +155,7 @@ TEST_CASE("a leaf with a spherical joint at its end is the clamped and pinned be
   CHECK(p.support_stiffness[index(Direction::rx)].has_value());
   const double unit =
       std::sqrt(m.leaves[0].material.youngs_modulus * t * t / 12 / m.leaves[0].material.density) /
-      (L * L) / (2 * pi);
+      (L * L) / (2 * M_PI);
   CHECK(p.frequencies_free[0] == Approx(std::pow(3.926602, 2) * unit).epsilon(2e-4));
   CHECK(p.frequencies_locked[0] == Approx(std::pow(4.730041, 2) * unit).epsilon(2e-4));
 }
@@ -189,57 +223,6 @@ TEST_CASE("a leaf on a slider is stretched as von Karman says") {
 
 // Crank, coupler and rocker in the x–y plane; a leaf turns the rocker back. With φ(θ) the rocker's
 // angle and M(φ) what the leaf alone wants, the crank's moment is M(φ) dφ/dθ: virtual work.
-namespace {
-
-struct FourBar {
-  double crank = 0.03, rocker = 0.07, theta0 = 100 * pi / 180, phi0 = 75 * pi / 180;
-  Vector3d A{0, 0, 0}, D{0.1, 0, 0};
-
-  static Vector3d unit(double angle) { return {std::cos(angle), std::sin(angle), 0}; }
-  Vector3d B(double theta) const { return A + crank * unit(theta0 + theta); }
-  Vector3d C(double phi) const { return D + rocker * unit(phi0 + phi); }
-  /// The rocker's turn for a turn of the crank: |C − B| stays.
-  double phi(double theta) const {
-    const Vector3d d = D - B(theta);
-    const double c2 = (C(0) - B(0)).squaredNorm(), r = rocker;
-    return std::atan2(d[1], d[0]) + std::acos((c2 - r * r - d.squaredNorm()) / (2 * r * d.norm())) -
-           phi0;
-  }
-  double dphi_dtheta(double theta) const {
-    const Vector3d c = C(phi(theta)) - B(theta);
-    return c.dot(Vector3d::UnitZ().cross(B(theta) - A)) /
-           c.dot(Vector3d::UnitZ().cross(C(phi(theta)) - D));
-  }
-  LeafSpring leaf(int body) const {
-    LeafSpring l = plain_leaf(D - Vector3d(0, 0.08, 0), {0, 1, 0}, 0.08, 0.01, 3e-4);
-    l.tip = body;
-    return l;
-  }
-  /// One redundant coordinate less than with revolutes everywhere.
-  Mechanism mechanism() const {
-    Mechanism m{.bodies = {carrier("crank", A), carrier("coupler", 0.5 * (B(0) + C(0))),
-                           carrier("rocker", D)},
-                .leaves = {leaf(2)},
-                .joints = {{"A", JointType::revolute, 0, ground, A, Vector3d::UnitZ()},
-                           {"B", JointType::revolute, 0, 1, B(0), Vector3d::UnitZ()},
-                           {"C", JointType::spherical, 1, 2, C(0)},
-                           {"D", JointType::spherical, ground, 2, D}},
-                .drives = {make_drive(Direction::rz)}};
-    return m;
-  }
-  Mechanism rocker_alone() const {
-    Mechanism m{.bodies = {carrier("rocker", D)},
-                .leaves = {leaf(0)},
-                .joints = {{"D", JointType::spherical, ground, 0, D}},
-                .drives = {make_drive(Direction::rz)}};
-    return m;
-  }
-};
-
-}  // namespace
-
-// Crank, coupler and rocker in the x–y plane; a leaf turns the rocker back. With φ(θ) the rocker's
-// angle and M(φ) what the leaf alone wants, the crank's moment is M(φ) dφ/dθ: virtual work.
 TEST_CASE("a four-bar of rigid bodies transmits a leaf's moment as its kinematics say") {
   const FourBar bar;
   REQUIRE(bar.phi(0) == Approx(0).margin(1e-12));
@@ -288,7 +271,7 @@ TEST_CASE("a four-bar vibrates with the inertia its kinematics give the crank") 
   const double stiffness = 4 * models::bending(m.leaves[0]) / m.leaves[0].length * rate * rate;
   CHECK(r.path[0].drive_stiffness == Approx(stiffness).epsilon(1e-5));
   CHECK(r.path[0].frequencies_free[0] ==
-        Approx(std::sqrt(stiffness / inertia) / (2 * pi)).epsilon(1e-5));
+        Approx(std::sqrt(stiffness / inertia) / (2 * M_PI)).epsilon(1e-5));
 }
 
 TEST_CASE("conditions that repeat others end in words, not in numbers") {

@@ -1,10 +1,6 @@
 #include "core/equilibrium/newton_equations.hpp"
 
-#include <catch2/catch.hpp>
-
-#include "core/response/models/leaf_models.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

@@ -2,17 +2,12 @@
 #include "core/equilibrium/tangent_factor.hpp"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <memory>
 
 #include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/equilibrium/free_motions.hpp"
-#include "core/equilibrium/stroke_path.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/modes/full_modes.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;

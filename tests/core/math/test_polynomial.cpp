@@ -1,8 +1,6 @@
 #include "core/math/polynomial.hpp"
 
-#include <Eigen/Core>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <random>
 
 #include "support/monomials.hpp"

@@ -1,7 +1,5 @@
 // The strokes of drives: derivatives, what they measure, and which of them are coordinates.
 #include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
@@ -240,7 +238,7 @@ TEST_CASE("a displacement along a global axis against the ground is a coordinate
   m.drives[0].axes_change = true;
   CHECK_FALSE(coordinate_of(m.drives[0]));
   CHECK(end_effector_direction(m, m.drives[0]) == Direction::ux);
-  m.drives[0].axes = rotation_exp({0, 0, 0.5 * std::numbers::pi});
+  m.drives[0].axes = rotation_exp({0, 0, 0.5 * M_PI});
   CHECK(end_effector_direction(m, m.drives[0]) == Direction::uy);
   m.drives[0].axes = rotation_exp({0, 0, 0.3});
   CHECK_FALSE(end_effector_direction(m, m.drives[0]));

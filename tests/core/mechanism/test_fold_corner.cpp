@@ -4,13 +4,12 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
 using namespace flexopt;
 
 namespace {
 
-constexpr double degrees = std::numbers::pi / 180;
+constexpr double degrees = M_PI / 180;
 
 struct Corner {
   double turn, radius;       // [deg], over t

@@ -1,7 +1,6 @@
 // The conditions of joints: derivatives by Taylor rates, what they allow, conditions that repeat
 // others.
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"

@@ -1,7 +1,6 @@
 #include <catch2/catch.hpp>
 
 #include "core/math/rotation.hpp"
-#include "core/mechanism/mechanism.hpp"
 #include "support/models.hpp"
 
 using namespace flexopt;

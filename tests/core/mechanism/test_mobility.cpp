@@ -1,9 +1,7 @@
 // Degrees of freedom and overconstraints that are known on paper.
 #include "core/mechanism/mobility.hpp"
 
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "support/models.hpp"
 

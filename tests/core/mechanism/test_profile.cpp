@@ -1,8 +1,6 @@
 #include "core/mechanism/profile.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "support/models.hpp"
@@ -31,14 +29,13 @@ TEST_CASE("stations of a profile lie inside, in order and mirrored") {
 }
 
 TEST_CASE("a profile follows a smooth formula and its derivatives") {
-  using std::numbers::pi;
-  const auto p = sampled([](double s) { return 2 + std::sin(2 * pi * s); });
+  const auto p = sampled([](double s) { return 2 + std::sin(2 * M_PI * s); });
   double error[3] = {0, 0, 0};
   for (int i = 0; i <= 1000; ++i) {
-    const double s = i / 1000.0, a = 2 * pi * s;
+    const double s = i / 1000.0, a = 2 * M_PI * s;
     error[0] = std::max(error[0], std::abs(profile_at(p, s) - 2 - std::sin(a)));
-    error[1] = std::max(error[1], std::abs(profile_at(p, s, 1) - 2 * pi * std::cos(a)));
-    error[2] = std::max(error[2], std::abs(profile_at(p, s, 2) + 4 * pi * pi * std::sin(a)));
+    error[1] = std::max(error[1], std::abs(profile_at(p, s, 1) - 2 * M_PI * std::cos(a)));
+    error[2] = std::max(error[2], std::abs(profile_at(p, s, 2) + 4 * M_PI * M_PI * std::sin(a)));
   }
   CHECK(error[0] < 1e-9);
   CHECK(error[1] < 3e-7);

@@ -2,7 +2,6 @@
 #include "core/response/fatigue_law.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "support/models.hpp"
 

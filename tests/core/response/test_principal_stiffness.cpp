@@ -1,14 +1,9 @@
 // The softest translation with the drive held: its law, its place among the supports, its gradient.
 #include "core/response/principal_stiffness.hpp"
 
-#include <Eigen/Geometry>
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/response/quantities.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;

@@ -1,19 +1,10 @@
 // Envelope, clearance and mass of the leaves: closed forms, and derivatives at bent states.
 #include "core/response/room_taken.hpp"
 
-#include <Eigen/Geometry>
-#include <array>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/mechanism/profile.hpp"
 #include "core/response/extents.hpp"
-#include "core/response/quantities.hpp"
 #include "core/response/undeflected_place.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -31,6 +22,15 @@ StrokeResponse respond(const Mechanism& m, std::vector<double> points) {
 
 BodyBoxT<double> cuboid(const Vector3d& center, const Vector3d& edges) {
   return {center, Matrix3d((0.5 * edges).asDiagonal())};
+}
+
+// A hinge of two unequal leaves with a payload's box and a stage's.
+Mechanism lopsided(const test::Values& v) {
+  Mechanism m = models::hinge(
+      v[0], v[1], {{1, 0.5 * (v[3] + v[2]), v[2]}, {-0.9, -0.5 * (v[3] + 0.8 * v[2]), 0.8 * v[2]}});
+  m.leaves[0].thickness_profile = {1, 1 + v[5]};
+  m.bodies[0].box = cuboid({v[0] * 0.6, 0.003, 0.001}, {v[4], 2 * v[4], 3 * v[4]});
+  return m;
 }
 
 }  // namespace
@@ -130,7 +130,7 @@ TEST_CASE("two wires are apart by the distance of their lines less their diamete
   m.leaves[1].origin[2] = 0.4e-3;  // overlapping
   const auto over = clearance_of(Solids::undeflected(m), {{0, 1}});
   CHECK(over->value == Approx(0.4e-3 - 1e-3).epsilon(1e-9));
-  const double volume = 2 * std::numbers::pi / 4 * 1e-6 * 0.1;
+  const double volume = 2 * M_PI / 4 * 1e-6 * 0.1;
   CHECK(leaf_mass(m) == Approx(7800 * volume).epsilon(1e-9));
 }
 
@@ -199,19 +199,6 @@ TEST_CASE("a curved leaf takes the room of its arc, and weighs what its length d
   for (std::size_t i = 0; i < 3; ++i) CHECK(sizes[i] == Approx(expected[i]).epsilon(1e-5));
 }
 
-namespace {
-
-// A hinge of two unequal leaves with a payload's box and a stage's.
-Mechanism lopsided(const test::Values& v) {
-  Mechanism m = models::hinge(
-      v[0], v[1], {{1, 0.5 * (v[3] + v[2]), v[2]}, {-0.9, -0.5 * (v[3] + 0.8 * v[2]), 0.8 * v[2]}});
-  m.leaves[0].thickness_profile = {1, 1 + v[5]};
-  m.bodies[0].box = cuboid({v[0] * 0.6, 0.003, 0.001}, {v[4], 2 * v[4], 3 * v[4]});
-  return m;
-}
-
-}  // namespace
-
 TEST_CASE("envelopes, clearance and leaf mass follow the parameters as their differences do") {
   StrokeRequest request{.points = {0.2, 0.45},
                         .outputs = {Output::envelope, Output::moving_envelope, Output::clearance}};
@@ -227,7 +214,7 @@ TEST_CASE("envelopes, clearance and leaf mass follow the parameters as their dif
 TEST_CASE("each leg of a folded leaf is a solid of its own") {
   // legs of 60 mm along x and 40 mm along y
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
-  m.leaves[0].fold = LeafFold{0.6, -0.5 * std::numbers::pi};
+  m.leaves[0].fold = LeafFold{0.6, -0.5 * M_PI};
   m.bodies[0].reference = m.bodies[0].center_of_mass = {0.06, 0.04, 0};
   m.drives = {make_drive(Direction::ux)};
   const Solids solids = Solids::undeflected(m);
@@ -245,9 +232,8 @@ TEST_CASE("each leg of a folded leaf is a solid of its own") {
   CHECK(*p.leaf_mass == Approx(7800 * 0.1 * 0.03 * 5e-4).epsilon(1e-12));
   Mechanism bent = m;
   bent.leaves[0].fold->radius = 5e-4 / 0.1;
-  CHECK(
-      leaf_mass(bent) ==
-      Approx(7800 * (0.1 - 2 * 7.5e-4 * (1 - std::numbers::pi / 4)) * 0.03 * 5e-4).epsilon(1e-12));
+  CHECK(leaf_mass(bent) ==
+        Approx(7800 * (0.1 - 2 * 7.5e-4 * (1 - M_PI / 4)) * 0.03 * 5e-4).epsilon(1e-12));
 
   // a straight leaf 12 mm beside the second leg, far from the first
   m.leaves.push_back(models::leaf({0.072, 0.02, 0}, {0, 1, 0}, 0.05, 0.03, 5e-4));

@@ -1,10 +1,7 @@
 // Leaves with their thickness, wires and boxes as images of three coordinates, and how they move.
 #include "core/response/solids.hpp"
 
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"

@@ -1,14 +1,8 @@
 // Fatigue by the history of stress over a stroke: cycles with their signs.
 #include "core/response/stress_history.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/math/rotation.hpp"
 #include "core/mechanism/load_case.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 #include "support/strong_guide.hpp"
 
 using namespace flexopt;

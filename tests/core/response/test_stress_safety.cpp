@@ -2,13 +2,8 @@
 // derivatives.
 #include "core/response/stress_safety.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/elements/leaf/fillet.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 #include "support/strong_guide.hpp"
 
 using namespace flexopt;

@@ -1,11 +1,8 @@
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <string>
 #include <vector>
 
 #include "core/spec/draft.hpp"

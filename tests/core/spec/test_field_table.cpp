@@ -35,6 +35,15 @@ std::string complaint(const std::string& document) {
   return "accepted";
 }
 
+/// Pointers of all that is wrong, one a line.
+std::string wrong_places(const std::string& document) {
+  FaultList faults;
+  read_value(leaf_table(), json::parse(document), json::json_pointer("/leaf"), faults);
+  std::string all;
+  for (const Fault& fault : faults.faults()) all += fault.pointer + " ";
+  return all;
+}
+
 }  // namespace
 
 TEST_CASE("reading fills in defaults and turns quantities into SI") {
@@ -78,19 +87,6 @@ TEST_CASE("every complaint has pointer, value, rule and what is allowed") {
   CHECK_THAT(complaint(R"({"length": 1, "on": 1})"), Contains("true or false"));
   CHECK_THAT(complaint(R"({"length": 1, "a/b~": 1})"), Contains("/leaf/a~1b~0"));
 }
-
-namespace {
-
-/// Pointers of all that is wrong, one a line.
-std::string wrong_places(const std::string& document) {
-  FaultList faults;
-  read_value(leaf_table(), json::parse(document), json::json_pointer("/leaf"), faults);
-  std::string all;
-  for (const Fault& fault : faults.faults()) all += fault.pointer + " ";
-  return all;
-}
-
-}  // namespace
 
 TEST_CASE("reading collects all that is wrong and goes on") {
   CHECK(

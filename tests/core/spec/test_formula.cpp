@@ -54,6 +54,28 @@ std::string unit_of(const std::string& text) {
   return f.dimension() ? flexopt::unit_of(*f.dimension()) : "bare";
 }
 
+/// Derivatives against extrapolated differences, which are known to a small part of themselves.
+void check_gradient(const Formula& f, const std::vector<double>& v) {
+  std::vector<double> slopes(f.slots().size());
+  const std::optional<double> here = f.gradient(v, slopes);
+  REQUIRE(here);
+  CHECK(here == f.value(v));
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    const auto slot = static_cast<std::size_t>(f.slots()[i]);
+    CAPTURE(slot);
+    const Derivatives d = ridders(
+        [&](double x) {
+          std::vector<double> moved = v;
+          moved[slot] = x;
+          return std::vector<double>{f.value(moved).value()};
+        },
+        v[slot], 1e-2 * v[slot]);
+    // rounding of the value is what is left of the differences' error
+    const double known = 5 * d.error[0] + 1e-12 * (1 + std::abs(*here) / v[slot]);
+    CHECK(std::abs(slopes[i] - d.value[0]) <= known + 1e-9 * std::abs(slopes[i]));
+  }
+}
+
 }  // namespace
 
 TEST_CASE("a formula has the value that mathematics gives it") {
@@ -274,32 +296,6 @@ TEST_CASE("one formula serves many threads") {
   threads.clear();
   CHECK(wrong == 0);
 }
-
-namespace {
-
-/// Derivatives against extrapolated differences, which are known to a small part of themselves.
-void check_gradient(const Formula& f, const std::vector<double>& v) {
-  std::vector<double> slopes(f.slots().size());
-  const std::optional<double> here = f.gradient(v, slopes);
-  REQUIRE(here);
-  CHECK(here == f.value(v));
-  for (std::size_t i = 0; i < slopes.size(); ++i) {
-    const auto slot = static_cast<std::size_t>(f.slots()[i]);
-    CAPTURE(slot);
-    const Derivatives d = ridders(
-        [&](double x) {
-          std::vector<double> moved = v;
-          moved[slot] = x;
-          return std::vector<double>{f.value(moved).value()};
-        },
-        v[slot], 1e-2 * v[slot]);
-    // rounding of the value is what is left of the differences' error
-    const double known = 5 * d.error[0] + 1e-12 * (1 + std::abs(*here) / v[slot]);
-    CHECK(std::abs(slopes[i] - d.value[0]) <= known + 1e-9 * std::abs(slopes[i]));
-  }
-}
-
-}  // namespace
 
 TEST_CASE("derivatives of formulas are exact") {
   // every function and operator, away from its kinks

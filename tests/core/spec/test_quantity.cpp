@@ -1,8 +1,8 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
@@ -29,7 +29,7 @@ TEST_CASE("a text with a unit is the number in SI") {
     const char *text, *unit;
     double value;
   };
-  const double degree = std::numbers::pi / 180;
+  const double degree = M_PI / 180;
   for (const Case& c : {Case{"0.35 mm", "m", 0.35e-3},
                         {"0.35mm", "m", 0.35e-3},
                         {"  +1e2 um ", "m", 1e-4},
@@ -122,8 +122,8 @@ TEST_CASE("a number with a unit is measured in SI") {
   const auto [unit, value, si] = GENERATE(table<std::string, double, std::string>({
       {"mm", 1e-3, "m"},
       {"N/mm", 1e3, "N/m"},
-      {"kN m/deg", 1e3 * 180 / std::numbers::pi, "N m/rad"},
-      {"deg", std::numbers::pi / 180, "rad"},
+      {"kN m/deg", 1e3 * 180 / M_PI, "N m/rad"},
+      {"deg", M_PI / 180, "rad"},
       {"%", 1e-2, "1"},
       {"g/cm^3", 1e3, "kg/m^3"},
       {"GPa", 1e9, "Pa"},

@@ -1,9 +1,7 @@
 #include "core/elements/leaf/chord_frame.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/math/rotation.hpp"
 #include "support/moved.hpp"
 #include "support/real_rotations.hpp"
 #include "support/synthetic_leaf.hpp"

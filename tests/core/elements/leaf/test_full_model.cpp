@@ -2,19 +2,12 @@
 // answer where it cannot do something.
 #include "core/elements/plate/full_model.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_series.hpp"
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -152,13 +145,10 @@ TEST_CASE(
     "the full model of a leaf with a material point keeps its place and leads to its equilibrium") {
   for (const bool free_tip : {false, true}) {
     INFO("free tip " << free_tip);
-    Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
-    LeafPoint point{.body = 0, .along = free_tip ? 1.0 : 0.5, .across = 0.5};
-    point.spread_over_tip = free_tip;
-    m.bodies[0] = models::body({point.along * 0.1, 0, 0}, 0, 0);
-    m.bodies[0].held = {false, false, false, true, true, true};
-    m.leaves[0].tip = free_tip ? free_edge : ground;
-    m.leaves[0].point = point;
+    const Mechanism single = models::single_leaf(0.1, 0.03, 5e-4);
+    const Mechanism m =
+        free_tip ? models::free_tip(single) : models::clamped_at_both(single, 0.5, 0.5);
+    const LeafPoint& point = *m.leaves[0].point;
     const ModelOptions model = reduced(Reduction::linear_craig_bampton, Flexure::plate, {4, 2});
     System system(m, make_reduced_leaves(m, model, 2e-3));
     System reference(m, make_full_leaves(m, model));

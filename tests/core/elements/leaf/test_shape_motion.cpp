@@ -1,11 +1,6 @@
 // LeafDynamics::shape_motion, from which modes are drawn, is the derivative of shape().
-#include <catch2/catch.hpp>
-
-#include "core/elements/leaf/leaf_element.hpp"
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "support/leaf_laws.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

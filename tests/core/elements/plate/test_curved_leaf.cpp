@@ -1,12 +1,7 @@
 // Leaves that are circular arcs when stress-free: laws, closed forms and derivatives.
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <functional>
 
 #include "core/elements/plate/beam_section.hpp"
-#include "core/elements/plate/plate_leaf.hpp"
-#include "core/math/rotation.hpp"
-#include "core/mechanism/arc.hpp"
 #include "support/plate_laws.hpp"
 
 using namespace flexopt;
@@ -17,9 +12,7 @@ namespace {
 double notch(double s) { return 1 + 2 * (s - 0.45) * (s - 0.45); }
 
 PlateShape shape(Flexure flexure, double angle, bool varies = false) {
-  PlateShape s{.width = 0.4, .thickness = 0.01, .mesh = {6, 3}};
-  s.flexure = flexure;
-  s.curve = angle;
+  PlateShape s{.width = 0.4, .thickness = 0.01, .mesh = {6, 3}, .flexure = flexure, .curve = angle};
   if (varies) {
     s.width_profile = sampled(wave);
     s.thickness_profile = sampled(notch);

@@ -1,12 +1,7 @@
 // A leaf with an elastic fold: laws, closed forms and derivatives.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/elements/plate/plate_fold.hpp"
-#include "core/elements/plate/plate_leaf.hpp"
 #include "core/elements/plate/strain_field.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/math/rotation.hpp"
 #include "core/mechanism/fold_corner.hpp"
 #include "support/plate_laws.hpp"
 
@@ -16,9 +11,7 @@ using namespace flexopt::plate_laws;
 namespace {
 
 PlateShape shape(double place, double angle, double radius = 0) {
-  PlateShape s{.width = 0.3, .thickness = 0.006, .mesh = {6, 3}};
-  s.fold = LeafFold{place, angle, radius};
-  return s;
+  return {.width = 0.3, .thickness = 0.006, .mesh = {6, 3}, .fold = LeafFold{place, angle, radius}};
 }
 
 }  // namespace

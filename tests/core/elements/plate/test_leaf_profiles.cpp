@@ -1,8 +1,4 @@
 // Leaves whose width and thickness vary along them: laws, closed forms and derivatives.
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/elements/plate/plate_leaf.hpp"
 #include "support/plate_laws.hpp"
 
 using namespace flexopt;
@@ -13,8 +9,7 @@ namespace {
 double notch(double s) { return 1 + 8 * (s - 0.45) * (s - 0.45); }
 
 PlateShape shape(Flexure flexure, bool varies = true) {
-  PlateShape s{.width = 0.4, .thickness = 0.01, .mesh = {6, 3}};
-  s.flexure = flexure;
+  PlateShape s{.width = 0.4, .thickness = 0.01, .mesh = {6, 3}, .flexure = flexure};
   if (varies) {
     s.width_profile = sampled(wave);
     s.thickness_profile = sampled(notch);

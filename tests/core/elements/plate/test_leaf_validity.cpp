@@ -1,9 +1,6 @@
 // Estimates of what a cheaper model of a leaf would cost.
-#include <catch2/catch.hpp>
-
 #include "core/elements/plate/leaf_validity.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

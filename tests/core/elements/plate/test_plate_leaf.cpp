@@ -1,13 +1,5 @@
 // The full plate leaf: laws first, then derivatives, then closed forms.
-#include <Eigen/Geometry>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <random>
-
-#include "core/elements/plate/plate_leaf.hpp"
-#include "core/math/rotation.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
-#include "support/moved.hpp"
 #include "support/plate_laws.hpp"
 
 using namespace flexopt;

@@ -1,11 +1,6 @@
 // Leaves whose thickness varies steeply: transverse shear takes no more energy than the bending
 // has, and strains that vary with the section cost nothing beyond the section's own stiffness.
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/mechanism/profile.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "tip_stiffness.hpp"
 
 using namespace flexopt;

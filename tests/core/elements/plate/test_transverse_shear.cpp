@@ -1,11 +1,7 @@
 // Transverse shear of leaves against Timoshenko's closed forms: core/elements/README.md (E10),
 // (E11).
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/elements/plate/beam_section.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

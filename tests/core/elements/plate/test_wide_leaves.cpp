@@ -1,6 +1,4 @@
 // Wide leaves in their plane: (E16) and (E17) of core/elements/README.md.
-#include <catch2/catch.hpp>
-
 #include "tip_stiffness.hpp"
 
 using namespace flexopt;

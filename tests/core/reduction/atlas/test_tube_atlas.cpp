@@ -5,7 +5,6 @@
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
-#include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 #include "core/reduction/tube/bent_states.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"

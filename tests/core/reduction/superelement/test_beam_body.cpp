@@ -3,13 +3,10 @@
 #include "core/reduction/superelement/beam_body.hpp"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "superelement_law.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -59,11 +56,7 @@ TEST_CASE("a condensed beam is Timoshenko's in stiffness, and weighs what the be
 TEST_CASE("a chain of beam superelements bends as the full beam does") {
   // P L²/EI = 10; the full beam follows the elastica (test_beam_leaf)
   const Material m{"m", 12e9, 0.3, 1000, {}};
-  Mechanism cantilever = models::single_leaf(10, 1, 0.1, Direction::uy, m);
-  cantilever.bodies[0].held = {false, false, false, true, true, true};
-  cantilever.leaves[0].tip = free_edge;
-  cantilever.leaves[0].point =
-      LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+  const Mechanism cantilever = models::free_tip(models::single_leaf(10, 1, 0.1, Direction::uy, m));
   StrokeRequest request{.points = {0, 0.1, 0.5, 1}, .frequencies = 2};
   request.loads.growing = {load_at_O(Vector6d::Unit(1) * 1e5)};
   request.outputs.add(Output::shapes);

@@ -1,9 +1,6 @@
 #include "core/math/decompositions.hpp"
-#include "core/reduction/superelement/plate_body.hpp"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/elements/plate/plate_leaf.hpp"
 #include "core/reduction/superelement/linear_plate.hpp"

@@ -1,16 +1,10 @@
 #include "core/math/decompositions.hpp"
-#include "core/reduction/superelement/superelement_leaf.hpp"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/response/models/leaf_models.hpp"
 #include "superelement_bodies.hpp"
-#include "support/evaluated.hpp"
 #include "support/leaf_laws.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;
@@ -131,23 +125,6 @@ TEST_CASE(
   for (int k = 6; k < 9; ++k) CHECK(rows[k].force < 0.65 * rows[k - 1].force);
   CHECK(rows[8].force < 0.002);
   CHECK(rows[8].stiffness < 0.005);
-}
-
-TEST_CASE("a loaded and unloaded chain of superelements is back where it began") {
-  const Mechanism hinge = models::hinge(0.1, 5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
-  System system(hinge, make_reduced_leaves(hinge, linear(4, 2), 0));
-  const NewtonOptions newton;
-  for (int k = 1; k <= 100; ++k) {
-    const double angle = 0.5 * (k <= 50 ? k : 100 - k) / 50;
-    const Equilibrium e = step_to(system, angle, newton);
-    INFO("step " << k << ": " << e.message);
-    REQUIRE(e.converged);
-    if (k == 50) CHECK(std::abs(e.drive_load) > 1e-3);
-  }
-  const BodyPose& pose = system.pose(0);
-  CHECK(pose.position.norm() < 1e-9 * 0.1);
-  CHECK(rotation_log(pose.rotation).norm() < 1e-9);
-  CHECK(std::abs(system.internal_force().norm()) < 1e-6);
 }
 
 TEST_CASE("stress and shape of a superelement leaf are those of the full leaf") {

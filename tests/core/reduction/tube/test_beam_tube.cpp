@@ -1,10 +1,5 @@
 // Reduced beams against full ones on the same mesh.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -31,12 +26,11 @@ void compare(const Mechanism& mechanism, double end, Warping warping) {
 TEST_CASE(
     "a reduced beam agrees with the full one: drive 1e-4, support stiffness and frequencies "
     "0.3 %") {
-  using std::numbers::pi;
   for (const Warping warping : {Warping::clamped, Warping::free}) {
     compare(models::guide(0.1, 0.03, 5e-4, 0.06, 1.0), 0.02, warping);
-    compare(models::three_leaf_hinge(0.06, 0.02, 4e-4), -pi / 6, warping);
+    compare(models::three_leaf_hinge(0.06, 0.02, 4e-4), -M_PI / 6, warping);
   }
-  compare(models::single_leaf(0.1, 0.01, 5e-4, Direction::rz), pi / 4, Warping::clamped);
+  compare(models::single_leaf(0.1, 0.01, 5e-4, Direction::rz), M_PI / 4, Warping::clamped);
 }
 
 TEST_CASE("a reduced wire agrees with the full one") {

@@ -1,7 +1,6 @@
 #include "core/reduction/tube/dynamics_form.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/math/ridders.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"

@@ -1,9 +1,7 @@
 // Leaves in one deformation, turned and mirrored against each other, share what was condensed.
 #include "core/reduction/tube/equal_states.hpp"
 
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "support/models.hpp"

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/math/rotation.hpp"
 #include "support/moved.hpp"
 #include "support/synthetic_leaf.hpp"
 
@@ -75,6 +73,54 @@ struct BentLeaf {
     REQUIRE(evaluate_reduced_leaf(tube, length, edges, state, response));
   }
 };
+
+struct NewtonRun {
+  std::vector<double> residual;  ///< of the free tip, lengths scaled
+  EdgePoses edges;
+  ReducedState state;
+  bool converged = false;
+};
+
+/// Base clamped; the tip's directions `held` move by `by` in the first step, the others are free
+/// under the dead tip load. Mixed Newton: forces follow the linearised increment.
+NewtonRun solve(const TubePotential& tube, const std::vector<int>& held, const Vector6d& by,
+                const Vector6d& load) {
+  NewtonRun run{{}, undeflected, {}, false};
+  ReducedState& state = run.state;
+  ReducedResponse r;
+  Vector6d unit;  // N or N m
+  unit << Vector3d::Constant(1 / length), Vector3d::Ones();
+  std::vector<bool> is_held(6, false);
+  for (int k : held) is_held[k] = true;
+  for (int step = 0; step < 20; ++step) {
+    if (!evaluate_reduced_leaf(tube, length, run.edges, state, r)) return run;
+    Vector6d g = r.force.tail<6>() - load;
+    Matrix6d K = r.tangent.bottomRightCorner<6, 6>();
+    Vector6d imposed = Vector6d::Zero();
+    for (int k = 0; k < 6; ++k)
+      if (is_held[k] && step == 0) imposed[k] = by[k];
+    g += K * imposed;
+    for (int k = 0; k < 6; ++k)
+      if (is_held[k]) {
+        K.row(k).setZero();
+        K.col(k).setZero();
+        K(k, k) = 1;
+        g[k] = -imposed[k];
+      }
+    Vector12d dq = Vector12d::Zero();
+    dq.tail<6>() = -K.partialPivLu().solve(g);
+    for (int k = 0; k < 6; ++k)
+      if (is_held[k]) g[k] = 0;
+    if (step > 0) run.residual.push_back(g.cwiseQuotient(unit).norm());
+    if (step > 0 && run.residual.back() < 1e-11) {
+      run.converged = true;
+      return run;
+    }
+    follow(state, dq);
+    run.edges = moved(run.edges, dq);
+  }
+  return run;
+}
 
 }  // namespace
 
@@ -239,58 +285,6 @@ TEST_CASE("force and tangent are first and second derivative of the leaf's energ
     CHECK(rate(second(1e-1), second(1e-2)) == Approx(3).margin(0.2));
   }
 }
-
-namespace {
-
-struct NewtonRun {
-  std::vector<double> residual;  ///< of the free tip, lengths scaled
-  EdgePoses edges;
-  ReducedState state;
-  bool converged = false;
-};
-
-/// Base clamped; the tip's directions `held` move by `by` in the first step, the others are free
-/// under the dead tip load. Mixed Newton: forces follow the linearised increment.
-NewtonRun solve(const TubePotential& tube, const std::vector<int>& held, const Vector6d& by,
-                const Vector6d& load) {
-  NewtonRun run{{}, undeflected, {}, false};
-  ReducedState& state = run.state;
-  ReducedResponse r;
-  Vector6d unit;  // N or N m
-  unit << Vector3d::Constant(1 / length), Vector3d::Ones();
-  std::vector<bool> is_held(6, false);
-  for (int k : held) is_held[k] = true;
-  for (int step = 0; step < 20; ++step) {
-    if (!evaluate_reduced_leaf(tube, length, run.edges, state, r)) return run;
-    Vector6d g = r.force.tail<6>() - load;
-    Matrix6d K = r.tangent.bottomRightCorner<6, 6>();
-    Vector6d imposed = Vector6d::Zero();
-    for (int k = 0; k < 6; ++k)
-      if (is_held[k] && step == 0) imposed[k] = by[k];
-    g += K * imposed;
-    for (int k = 0; k < 6; ++k)
-      if (is_held[k]) {
-        K.row(k).setZero();
-        K.col(k).setZero();
-        K(k, k) = 1;
-        g[k] = -imposed[k];
-      }
-    Vector12d dq = Vector12d::Zero();
-    dq.tail<6>() = -K.partialPivLu().solve(g);
-    for (int k = 0; k < 6; ++k)
-      if (is_held[k]) g[k] = 0;
-    if (step > 0) run.residual.push_back(g.cwiseQuotient(unit).norm());
-    if (step > 0 && run.residual.back() < 1e-11) {
-      run.converged = true;
-      return run;
-    }
-    follow(state, dq);
-    run.edges = moved(run.edges, dq);
-  }
-  return run;
-}
-
-}  // namespace
 
 TEST_CASE("mixed Newton converges quadratically") {
   // Dead forces only: a dead moment on a free rotation has no potential, and the symmetric tangent

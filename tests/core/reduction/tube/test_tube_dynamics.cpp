@@ -1,22 +1,14 @@
 // The tables of a tube leaf's internal dynamics: their expansion against exact states, the laws of
 // mass, and the frequencies of mechanisms against full leaves.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/math/decompositions.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
 #include "support/monomials.hpp"
+#include "support/strokes.hpp"
 #include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-const double pi = std::numbers::pi;
 constexpr int P = TubeDynamics::amplitudes;
 
 std::shared_ptr<TubeModel> tabulated_tube(const PlateShape& shape) {
@@ -107,7 +99,7 @@ TEST_CASE("a tabulated leaf vibrates as its mirror images do") {
 }
 
 TEST_CASE("frequencies from tables are those of full leaves, both ways") {
-  const double end = GENERATE(1.0, -1.0) * pi / 6;
+  const double end = GENERATE(1.0, -1.0) * M_PI / 6;
   Mechanism hinge = models::hinge(0.1, 3.5e-4, {{1, 0.0125, 0.02}, {-1, -0.0125, 0.02}});
   hinge.bodies[0] = models::body({0, 0, 0}, 0.01, 1e-6);
   const StrokeRequest request = sweep(end, 41, 6);
@@ -161,6 +153,7 @@ TEST_CASE("tables grow with their tube") {
   model.make_dynamics();
   REQUIRE(model.dynamics());
   REQUIRE(model.extend(0.2));
+  CHECK(model.potential().last_sigma() == Approx(0.2));
   // at a bent state the tables are its own expansion, whatever its neighbours
   const TubeDynamics::Answer grown = model.dynamics()->evaluate({0.2, 0, 0, Vector3d::Zero()});
   REQUIRE(grown.reason.empty());

@@ -1,8 +1,5 @@
 #include "core/reduction/tube/tube_leaf_gradient.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/reduction/tube/tube_rates.hpp"
 #include "support/held_leaf.hpp"
 #include "support/slopes.hpp"

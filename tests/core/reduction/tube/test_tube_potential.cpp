@@ -1,9 +1,7 @@
 #include "core/reduction/tube/tube_potential.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/math/polynomial.hpp"
 #include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;

@@ -1,21 +1,11 @@
 // Where a tube leaf is believed, and what takes its place where it is not.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/equilibrium/edge_compliance.hpp"
-#include "core/math/rotation.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-const double pi = std::numbers::pi;
 
 StrokeRequest statics(double end, int points) {
   return {.points = test::evenly(end, points), .outputs = {Output::equilibrium, Output::stiffness}};
@@ -89,7 +79,7 @@ TEST_CASE("leaves that would buckle alone are believed where the mechanism is st
 }
 
 TEST_CASE("a hinge under a payload is followed by better potentials, not by full leaves") {
-  StrokeRequest request = statics(pi / 4, 7);
+  StrokeRequest request = statics(M_PI / 4, 7);
   request.loads = pressed(0.5);
   const Outcome of = compare(cross_hinge(), request);
   CHECK(of.replaced == 0);
@@ -192,7 +182,7 @@ TEST_CASE("leaves that the stroke pulls straight are expanded about their pull")
 }
 
 TEST_CASE("a hinge without payload needs none of them") {
-  const StrokeResponse response = test::evaluated(cross_hinge(), {}, statics(pi / 6, 4));
+  const StrokeResponse response = test::evaluated(cross_hinge(), {}, statics(M_PI / 6, 4));
   for (const PathPoint& p : response.path)
     for (const LeafReport& leaf : p.leaves) {
       CHECK(leaf.degree == 5);

@@ -1,24 +1,16 @@
 // The tables of a tube leaf's strains: their expansion against exact states, the mirrors of a leaf,
 // and the stress of mechanisms against full leaves.
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/elements/leaf/leaf_scale.hpp"
-#include "core/math/polynomial.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
 #include "support/monomials.hpp"
+#include "support/strokes.hpp"
 #include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-const double pi = std::numbers::pi;
 const PlateShape flat{0.3, 0.005, 0.3, {6, 2}, true};
 
 std::shared_ptr<TubeModel> tube(const PlateShape& shape) {
@@ -190,11 +182,11 @@ TEST_CASE("stress from tables is that of full leaves, both ways", "[slow]") {
   CHECK(guide.place < 1e-6);
   CHECK(guide.others == 0);
   const Mechanism cross = models::hinge(0.1, 3.5e-4, {{1, 0.0125, 0.02}, {-1, -0.0125, 0.02}});
-  const Errors hinge = compare(cross, sweep(side * pi / 6, 7));
+  const Errors hinge = compare(cross, sweep(side * M_PI / 6, 7));
   CHECK(hinge.stress < 3e-3);
   CHECK(hinge.place < 1e-6);
   const Errors wide =
-      compare(models::three_leaf_hinge(0.06, 0.06, 2.5e-4), sweep(side * pi / 6, 7));
+      compare(models::three_leaf_hinge(0.06, 0.06, 2.5e-4), sweep(side * M_PI / 6, 7));
   CHECK(wide.stress < 3e-3);
 }
 

@@ -1,10 +1,6 @@
 // Exact derivatives with respect to the angle and the sizes of curved leaves, against differences.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/mechanism/profile.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

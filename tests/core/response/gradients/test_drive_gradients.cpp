@@ -1,11 +1,7 @@
 // Exact derivatives of mechanisms whose drives are conditions or several: (S11), (S17).
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <map>
 
-#include "core/math/rotation.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

@@ -1,10 +1,6 @@
 // Exact derivatives with respect to the legs and the angle of leaves with an elastic fold, against
 // differences.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

@@ -1,12 +1,8 @@
 // Exact derivatives of mechanisms with joints: (S11), and clusters of frequencies through joints.
 #include <Eigen/Eigenvalues>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/math/decompositions.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -143,7 +139,7 @@ TEST_CASE("a double frequency of leaves on joints has the derivatives of its clu
   REQUIRE_FALSE(point.clusters_locked.empty());
   const FrequencyCluster& cluster = point.clusters_locked[0];
   REQUIRE(cluster.size == 2);
-  const double omega2 = std::pow(2 * std::numbers::pi * f[cluster.first], 2);
+  const double omega2 = std::pow(2 * M_PI * f[cluster.first], 2);
   // a beam hinged at one end: ω ~ t but for shear and torsion; one leaf alone moves one branch
   const SymmetricEigen both(cluster.block[0]), one(cluster.block[1]);
   CHECK(both.eigenvalues()[0] == Approx(2 * omega2 / 3e-4).epsilon(1e-4));

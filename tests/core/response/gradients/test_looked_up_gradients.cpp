@@ -1,13 +1,7 @@
 // Exact derivatives of mechanisms on looked-up leaves: against differences of these leaves, and
 // against the derivatives of full ones.
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
 #include "support/small_atlas.hpp"
 
 using namespace flexopt;
@@ -153,11 +147,10 @@ TEST_CASE("derivatives of looked-up leaves are those of full ones within the err
   const test::Family family = hinge();
   const test::Values p = test::values_of(family.numbers);
   const std::vector<MechanismDirection> directions = test::directions_of(family);
-  ModelOptions full = looked_up();
-  full.accuracy = Accuracy::full;
   const StrokeSensitivity a = evaluate_stroke_gradients(family.make(p), directions, looked_up(),
                                                         sweep()),
-                          b = evaluate_stroke_gradients(family.make(p), directions, full, sweep());
+                          b = evaluate_stroke_gradients(family.make(p), directions,
+                                                        test::full(looked_up()), sweep());
   REQUIRE(a.gradients);
   REQUIRE(b.gradients);
   int compared = 0;
@@ -188,10 +181,9 @@ TEST_CASE("so are those of the stress where a design turns the rays of its leave
   StrokeRequest request{.points = {}};
   for (int k = 1; k <= 8; ++k) request.points.push_back(0.04 * k);
   request.outputs = {Output::equilibrium, Output::stress};
-  ModelOptions full = looked_up();
-  full.accuracy = Accuracy::full;
   const StrokeSensitivity a = evaluate_stroke_gradients(m, directions, looked_up(), request),
-                          b = evaluate_stroke_gradients(m, directions, full, request);
+                          b = evaluate_stroke_gradients(m, directions, test::full(looked_up()),
+                                                        request);
   REQUIRE(a.gradients);
   REQUIRE(b.gradients);
   for (std::size_t k = 0; k < request.points.size(); ++k) {
@@ -215,12 +207,9 @@ TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say
     CHECK(leaf.model == "full");
     CHECK_THAT(leaf.reason, Catch::StartsWith("exact: leaf 0: its tables have "));
   }
-  ModelOptions full = looked_up();
-  full.accuracy = Accuracy::full;
-  const StrokeResponse truth = evaluate_stroke(m, full, request);
-  for (std::size_t i = 0; i < truth.path[1].frequencies_locked.size(); ++i)
-    CHECK(many.path[1].frequencies_locked[i] ==
-          Approx(truth.path[1].frequencies_locked[i]).epsilon(1e-7));
+  const StrokeResponse truth = evaluate_stroke(m, test::full(looked_up()), request);
+  CHECK(test::frequency_error(many.path[1].frequencies_locked, truth.path[1].frequencies_locked) <
+        1e-7);
 }
 
 TEST_CASE("derivatives of looked-up leaves are the same whichever edge is called the base",

@@ -1,9 +1,5 @@
 // Exact derivatives of mechanisms in which bodies follow material points of leaves: (S12).
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -30,13 +26,7 @@ Mechanism clamped_plate(const Values& p) {
 }
 
 // The tip free, O the middle of it.
-Mechanism free_tip(const Values& p) {
-  Mechanism m = single(p);
-  m.leaves[0].tip = free_edge;
-  m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  m.bodies = {models::follower(m.leaves[0].tip_middle(), p[6])};
-  return m;
-}
+Mechanism free_tip(const Values& p) { return models::free_tip(single(p), p[6]); }
 
 // A mass near a corner of a leaf of a skew guide: its element has a clamped edge.
 Mechanism mass_on_leaf(const Values& p, double along) {

@@ -1,11 +1,6 @@
 // Exact derivatives of every quantity at every point against extrapolated differences of the whole
 // path, with respect to geometry, material and payload: (S6)–(S10).
-#include <catch2/catch.hpp>
-
-#include <cmath>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

@@ -1,10 +1,6 @@
 // Exact derivatives with respect to sizes and factors of leaves with profiles, against differences.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/mechanism/profile.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

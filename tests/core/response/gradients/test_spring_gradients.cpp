@@ -1,9 +1,5 @@
 // Exact derivatives of mechanisms with springs: (S17).
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;

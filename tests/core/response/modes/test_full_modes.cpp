@@ -2,14 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -60,7 +55,7 @@ TEST_CASE("both lists of modes are those of the dense matrices, bent far too") {
                         << k);
           CHECK(list.lambda[k] == Approx(expected[static_cast<std::size_t>(k)]).epsilon(1e-8));
           CHECK(list.modes[static_cast<std::size_t>(k)].frequency ==
-                Approx(std::sqrt(list.lambda[k]) / (2 * std::numbers::pi)));
+                Approx(std::sqrt(list.lambda[k]) / (2 * M_PI)));
           // vectors, not only values: K⁻¹ M φ λ is φ again
           const VectorXd b = list.lambda[k] * M_phi.col(k),
                          again = locked ? factor.solve_locked(b) : factor.solve(b),

@@ -1,8 +1,4 @@
 // Every number of reduced leaves is that of full ones, whatever carries it.
-#include <catch2/catch.hpp>
-
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/own_leaves.hpp"
 #include "support/strokes.hpp"
 

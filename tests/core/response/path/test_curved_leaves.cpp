@@ -1,11 +1,4 @@
 // Mechanisms with curved leaves: against the elastica, turned and mirrored, reduced against full.
-#include <Eigen/Geometry>
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/math/rotation.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -97,20 +90,6 @@ TEST_CASE("a curved beam under a moment bends from arc to arc") {
   CHECK(
       p.max_stress->value ==
       Approx(leaf.material.youngs_modulus * thickness / 2 * 20 * deg / leaf.length).epsilon(2e-3));
-}
-
-TEST_CASE("a mechanism of arcs turned in space gives the same answers") {
-  const Mechanism m = guide(40 * deg, 0.02, 4e-4);
-  const Mechanism turned =
-      test::moved_as_a_whole(m, rotation_exp({0.4, -0.8, 1.1}), {0.1, -0.2, 0.05});
-  for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
-    const StrokeResponse a = evaluated(m, model_of(accuracy), {0, 2e-3}),
-                         b = evaluated(turned, model_of(accuracy), {0, 2e-3});
-    CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-8));
-    for (std::size_t k = 0; k < 4; ++k)
-      CHECK(b.path[1].frequencies_locked[k] ==
-            Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
-  }
 }
 
 TEST_CASE("reduced curved leaves agree with full ones", "[slow]") {

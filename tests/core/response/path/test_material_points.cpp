@@ -1,40 +1,20 @@
 // Leaves with a free tip, guided tips, plates loaded at a material point, load paths and probes.
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
-#include "core/equilibrium/stroke_path.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
-const std::array<bool, 6> point_body{false, false, false, true, true, true};
-
 Mechanism free_tip(double length, double width, double thickness, const Material& m) {
-  Mechanism mechanism = models::single_leaf(length, width, thickness, Direction::uy, m);
-  mechanism.bodies[0].held = point_body;
-  mechanism.leaves[0].tip = free_edge;
-  mechanism.leaves[0].point =
-      LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  return mechanism;
+  return models::free_tip(models::single_leaf(length, width, thickness, Direction::uy, m));
 }
 
 /// Clamped along x = 0 and x = a; O at (x, z) from the corner.
 Mechanism clamped_plate(double a, double width, double thickness, double x, double z,
                         const Material& m) {
-  Mechanism mechanism = models::single_leaf(a, width, thickness, Direction::uy, m);
-  mechanism.bodies[0] = models::body({x, 0, z - 0.5 * width}, 0, 0);
-  mechanism.bodies[0].held = point_body;
-  mechanism.leaves[0].tip = ground;
-  mechanism.leaves[0].point = LeafPoint{.body = 0, .along = x / a, .across = z / width};
-  return mechanism;
+  return models::clamped_at_both(models::single_leaf(a, width, thickness, Direction::uy, m), x / a,
+                                 z / width);
 }
 
 const Material plastic{"plastic", 21.5e9, 0.3, 1200, {}};
@@ -155,7 +135,7 @@ TEST_CASE("a cantilever vibrates as the beam does, its tip free or held") {
   const double L = 0.1, w = 0.004, t = 2e-4;
   const StrokeResponse r = test::evaluated(
       free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {16, 2}}, {.frequencies = 3});
-  const double unit = t / (L * L) * std::sqrt(m.youngs_modulus / (12 * m.density)) / (2 * pi);
+  const double unit = t / (L * L) * std::sqrt(m.youngs_modulus / (12 * m.density)) / (2 * M_PI);
   const PathPoint& p = r.path[0];
   CHECK(p.frequencies_free[0] == Approx(3.516015 * unit).epsilon(1e-3));
   CHECK(p.frequencies_free[1] == Approx(22.03449 * unit).epsilon(1e-3));

@@ -1,7 +1,4 @@
-#include <catch2/catch.hpp>
-
-#include "core/response/response.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

@@ -1,12 +1,8 @@
 // What beams are off by at notches, against solids.
 #include "core/response/path/profile_error.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/mechanism/profile.hpp"
 #include "core/response/path/error_estimate.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;

@@ -2,20 +2,11 @@
 // there, exact derivatives, and where there is no stable branch.
 #include "core/response/path/stable_branch.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
-#include "core/response/response.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 constexpr std::array<bool, 6> in_plane{false, false, true, true, true, false};
 
 ModelOptions beams(int elements = 48) { return models::free_beams(elements); }
@@ -68,7 +59,7 @@ TEST_CASE("a guided column follows the elastica beyond its buckling load") {
   const double L = 0.1, w = 0.01, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const double euler = pi * pi * models::bending(m.leaves[0]) / (L * L);
+  const double euler = M_PI * M_PI * models::bending(m.leaves[0]) / (L * L);
   const std::vector<double> factors{0, 0.9, 1.01, 1.1, 1.5, 2};
   const auto [stable, straight] = both_branches(m, {-euler, 0, 0}, factors);
   for (std::size_t k = 0; k < factors.size(); ++k) {
@@ -83,7 +74,7 @@ TEST_CASE("a guided column follows the elastica beyond its buckling load") {
     if (factors[k] < 1) continue;
     // four quarters, each a cantilever of a quarter of the length that is pressed at its tip: two
     // of half the length between the clamps and the inflection
-    const double K = 0.5 * pi * std::sqrt(factors[k]), modulus = modulus_of(K),
+    const double K = 0.5 * M_PI * std::sqrt(factors[k]), modulus = modulus_of(K),
                  E = std::comp_ellint_2(modulus);
     // the mesh of 16 beams, and what the load shortens them by, the nearer to the bifurcation the
     // more
@@ -102,7 +93,7 @@ TEST_CASE("a column that its drive holds bulges to the side, and goes on with th
   m.bodies[1].held = in_plane;
   m.leaves = {models::between(ground, 1, models::leaf({0, 0, 0}, {1, 0, 0}, 0.5 * L, w, t)),
               models::between(1, 0, models::leaf({0.5 * L, 0, 0}, {1, 0, 0}, 0.5 * L, w, t))};
-  const double euler = 4 * pi * pi * models::bending(m.leaves[0]) / (L * L), factor = 1.2;
+  const double euler = 4 * M_PI * M_PI * models::bending(m.leaves[0]) / (L * L), factor = 1.2;
   StrokeRequest request = bulging(pushed(-factor * euler), {0, 0.002});
   request.newton.tolerance = 1e-12;
   const StrokeResponse response = evaluate_stroke(m, beams(24), request);
@@ -114,7 +105,7 @@ TEST_CASE("a column that its drive holds bulges to the side, and goes on with th
     CHECK(point.bodies[1].displacement[1] > 0);
   }
   // four cantilevers of a quarter of the length
-  const double K = 0.5 * pi * std::sqrt(factor), k = modulus_of(K);
+  const double K = 0.5 * M_PI * std::sqrt(factor), k = modulus_of(K);
   CHECK(response.path[0].bodies[1].displacement[1] == Approx(k * L / K).epsilon(1e-3));
   CHECK(response.path[0].displacement[0] ==
         Approx(-2 * L * (1 - std::comp_ellint_2(k) / K)).epsilon(2e-3));
@@ -186,14 +177,14 @@ TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too"
   const double L = 0.1, w = 0.03, t = 5e-4, E = models::steel().youngs_modulus;
   Mechanism m = models::guide(L, w, t);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const double critical = 8 * pi * pi * models::bending(m.leaves[0]) / (L * L);
+  const double critical = 8 * M_PI * M_PI * models::bending(m.leaves[0]) / (L * L);
   for (const double share : {1.1, 1.3}) {
     const PathPoint point = evaluate_stroke(m, beams(), bulging(pushed(-share * critical))).path[0];
     CAPTURE(share, point.message);
     CHECK(point.stable);
     CHECK(point.other_branch);
     // a quarter of each leaf is a column of length L/4 with one free end
-    const double k = modulus_of(0.5 * pi * std::sqrt(share));
+    const double k = modulus_of(0.5 * M_PI * std::sqrt(share));
     const double shortening = L * (2 - 2 * std::comp_ellint_2(k) / std::comp_ellint_1(k)),
                  pressed = share * critical * L / (2 * E * w * t);
     CHECK(-point.displacement[0] == Approx(shortening + pressed).epsilon(1e-2));
@@ -204,7 +195,7 @@ TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too"
 TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from point to point") {
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4, Direction::ux);
   m.bodies[0].held = {false, true, true, true, true, true};
-  const double critical = 4 * pi * pi * models::bending(m.leaves[0]) / 0.01;
+  const double critical = 4 * M_PI * M_PI * models::bending(m.leaves[0]) / 0.01;
   for (const PathPoint& point :
        evaluate_stroke(m, beams(), bulging({}, {-1e-4, -3e-4, -1e-3})).path) {
     CAPTURE(point.stroke, point.message);
@@ -218,7 +209,7 @@ TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from poi
 TEST_CASE("leaves that bulge to different sides are pushed to both") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const Matrix3d turn(Eigen::AngleAxisd(0.5 * pi, Vector3d::UnitX()));
+  const Matrix3d turn(Eigen::AngleAxisd(0.5 * M_PI, Vector3d::UnitX()));
   m.leaves[1].axes = turn * m.leaves[1].axes;
   StrokeRequest request = bulging(pushed(-600));
   request.outputs = {Output::equilibrium};

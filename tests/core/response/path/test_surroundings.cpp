@@ -1,20 +1,10 @@
 // What acts on a mechanism besides loads on its bodies: edges that sit in their bodies other than
 // designed, warm leaves, and weight. Laws, closed forms, and the reduced model against the full
 // one.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
 #include "support/strokes.hpp"
 #include "support/tangent_law.hpp"
 
 using namespace flexopt;
-using std::numbers::pi;
 using test::evaluated;
 
 namespace {
@@ -44,11 +34,7 @@ Mechanism warm_steel(Mechanism m, double expansion = 1e-5) {
 
 /// Clamped at its base, O the middle of its free tip.
 Mechanism cantilever(double length, double width, double thickness) {
-  Mechanism m = models::single_leaf(length, width, thickness);
-  m.leaves[0].tip = free_edge;
-  m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  m.bodies = {models::follower({length, 0, 0})};
-  return m;
+  return models::free_tip(models::single_leaf(length, width, thickness));
 }
 
 double drive_stiffness(const Mechanism& m, const LoadCase& loads) {
@@ -72,8 +58,7 @@ TEST_CASE("clamps of the ground that move as one body take the mechanism along u
     CHECK((p.rotation - spin).norm() < room);
     CHECK(p.max_stress->value < 2e11 * room);
     const PathPoint rest = evaluated(m, model, request_with(undriven({}))).path[0];
-    for (int k = 0; k < 3; ++k)
-      CHECK(p.frequencies_free[k] == Approx(rest.frequencies_free[k]).epsilon(1e-6));
+    CHECK(test::frequency_error(p.frequencies_free, rest.frequencies_free) < 1e-6);
   };
   Mechanism guide = models::guide(0.1, 0.03, 5e-4);
   check(guide, full(), 1e-9);
@@ -155,7 +140,7 @@ TEST_CASE("a guide that is bolted down crooked buckles as its leaves do sideways
     CHECK(turned(turn).drive_stiffness ==
           Approx(8 * EI / (L * L * L) * x * x * std::tan(x) / (std::tan(x) - x)).epsilon(0.01));
   }
-  const double critical = pi / x_of(1);
+  const double critical = M_PI / x_of(1);
   CHECK(turned(0.99 * critical).drive_stiffness > 0);
   CHECK(turned(1.01 * critical).drive_stiffness < 0);
 }
@@ -212,14 +197,13 @@ TEST_CASE("with errors, warmth and weight force and tangent are the derivatives 
 
 TEST_CASE("a clamped leaf buckles at the temperature of the closed form") {
   // pi² t² / (3 L² alpha) of a beam; the strain is compared, so that its own square counts too
-  const double L = 0.1, t = 5e-4, alpha = 1e-5, expected = pi * pi * t * t / (3 * L * L * alpha);
+  const double L = 0.1, t = 5e-4, alpha = 1e-5,
+               expected = M_PI * M_PI * t * t / (3 * L * L * alpha);
   const Flexure flexure = GENERATE(Flexure::beam, Flexure::plate);
   Mechanism m =
       warm_steel(models::single_leaf(L, flexure == Flexure::beam ? 0.02 : 2.5e-3, t), alpha);
   if (flexure == Flexure::plate) m.leaves[0].material.poissons_ratio = 0;
-  m.leaves[0].tip = ground;
-  m.leaves[0].point = LeafPoint{.body = 0, .along = 0.5, .across = 0.5};
-  m.bodies = {models::follower({0.5 * L, 0, 0})};
+  m = models::clamped_at_both(m, 0.5, 0.5);
   const auto stable = [&](double change) {
     const StrokeResponse r =
         evaluated(m, full(flexure), request_with(undriven({.temperature = {change}})));

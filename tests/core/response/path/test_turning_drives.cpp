@@ -1,17 +1,9 @@
 // Drives that turn bodies which other loads and drives tilt: stroke, load, stiffness and what is
 // held belong together, by differences of states on full leaves.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 #include <random>
 
 #include "core/equilibrium/end_effector_compliance.hpp"
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/math/ridders.hpp"
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;

@@ -1,11 +1,7 @@
 // The way from rest to a point: what an answer does not depend on.
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <cstdio>
 
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;

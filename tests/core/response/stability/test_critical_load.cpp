@@ -1,23 +1,16 @@
 // Critical factors of dead loads: closed forms of columns, guides and strips, folds, laws, exact
 // derivatives.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 #include <string>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/stability/critical_load.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
 
@@ -28,10 +21,8 @@ ModelOptions coarse_plates() { return {.mesh = {6, 2}}; }
 CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& model,
                             const DeadLoad& load, DriveState drive, double stroke = 0,
                             const std::vector<Mechanism>* directions = nullptr) {
-  NewtonOptions newton;
-  newton.tolerance = 1e-11;
-  LoadCase loads;
-  loads.constant = {load};
+  NewtonOptions newton{.tolerance = 1e-11};
+  LoadCase loads{.constant = {load}};
   System system(mechanism, make_full_leaves(mechanism, model), loads);
   REQUIRE(step_load(system, {.constant = 1}, newton).converged);
   const Equilibrium at = step_to(system, stroke, newton);
@@ -54,15 +45,13 @@ double told_bifurcation(const CriticalLoad& load) {
 
 DeadLoad along_x(double force) { return {.force = {force, 0, 0}}; }
 
-double bending(const LeafSpring& leaf) {
-  return leaf.material.youngs_modulus * leaf.width * std::pow(leaf.thickness, 3) / 12;
-}
+using models::bending;
 
 }  // namespace
 
 TEST_CASE("columns buckle at Euler's loads") {
   const double L = 0.1, w = 0.01, t = 2e-4;
-  const double unit = pi * pi * bending(models::single_leaf(L, w, t).leaves[0]) / (L * L);
+  const double unit = M_PI * M_PI * bending(models::single_leaf(L, w, t).leaves[0]) / (L * L);
   struct Column {
     const char* what;
     bool turns;
@@ -72,7 +61,7 @@ TEST_CASE("columns buckle at Euler's loads") {
   // clamped at the base; the tip free, pinned (tan kL = kL), guided, clamped
   for (const Column& column : {Column{"free tip", true, DriveState::free, 0.25},
                                Column{"pinned tip", true, DriveState::locked,
-                                      4.493409457909064 * 4.493409457909064 / (pi * pi)},
+                                      4.493409457909064 * 4.493409457909064 / (M_PI * M_PI)},
                                Column{"guided tip", false, DriveState::free, 1},
                                Column{"clamped tip", false, DriveState::locked, 4}}) {
     Mechanism m = models::single_leaf(L, w, t);
@@ -97,17 +86,12 @@ TEST_CASE("the estimate of a straight column is its load, whatever carries O") {
     for (const bool point : {false, true})
       for (const int elements : {4, 12}) {
         Mechanism m = models::single_leaf(L, w, t, Direction::uy, material);
-        LeafSpring& leaf = m.leaves[0];
-        if (point) {
-          m.bodies[0].held = {false, false, false, true, true, true};
-          leaf.tip = free_edge;
-          leaf.point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-        }
+        if (point) m = models::free_tip(m);
         const ModelOptions model{.flexure = flexure,
                                  .mesh = {elements, flexure == Flexure::beam ? 1 : 3}};
         for (const DriveState drive : {DriveState::free, DriveState::locked}) {
           // clamped at the base, the tip free or pinned
-          const double k = drive == DriveState::locked ? 4.493409457909064 / L : pi / (2 * L),
+          const double k = drive == DriveState::locked ? 4.493409457909064 / L : M_PI / (2 * L),
                        euler = k * k * EI, expected = euler / (1 + euler / kGA);
           const CriticalLoadResult r = critical(m, model, along_x(-1), drive);
           CAPTURE(static_cast<int>(flexure), point, elements, expected, r.load.reason);
@@ -126,7 +110,7 @@ TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse") {
   const int pieces = 40;
   const double L = 0.1, w = 1e-3, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
-  const double unit = pi * pi * bending(m.leaves[0]) / (L * L);
+  const double unit = M_PI * M_PI * bending(m.leaves[0]) / (L * L);
   m.bodies.clear();
   m.leaves.clear();
   for (int i = 0; i < pieces; ++i) {
@@ -139,7 +123,7 @@ TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse") {
   ModelOptions model = beams(2);
   for (const auto& [drive, factor] :
        {std::pair{DriveState::free, 0.25},
-        {DriveState::locked, 4.493409457909064 * 4.493409457909064 / (pi * pi)}}) {
+        {DriveState::locked, 4.493409457909064 * 4.493409457909064 / (M_PI * M_PI)}}) {
     const CriticalLoadResult r = critical(m, model, along_x(-0.01 * unit), drive);
     INFO(r.load.reason);
     REQUIRE(r.load.factor);
@@ -179,8 +163,7 @@ TEST_CASE("a spring that holds a guide back raises its load by what it holds") {
   INFO(r.load.reason);
   REQUIRE(r.load.factor);
   // the guide alone, pressed as far, pulls back as hard as the spring
-  LoadCase loads;
-  loads.constant = {along_x(-10 * *r.load.factor)};
+  LoadCase loads{.constant = {along_x(-10 * *r.load.factor)}};
   System system(m, make_full_leaves(m, {}), loads);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   const Equilibrium up = step_to(system, 1e-6, {});
@@ -193,7 +176,7 @@ TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow") {
   material.poissons_ratio = 0;
   for (const double w : {0.01, 0.1}) {
     Mechanism m = models::single_leaf(0.1, w, 4e-4, Direction::uy, material);
-    const double unit = pi * pi * bending(m.leaves[0]) / 0.01;
+    const double unit = M_PI * M_PI * bending(m.leaves[0]) / 0.01;
     m.bodies[0].held = {false, false, true, true, true, true};
     for (const auto& [drive, factor] :
          {std::pair{DriveState::free, 1.0}, {DriveState::locked, 4.0}}) {
@@ -212,7 +195,7 @@ TEST_CASE("a wide strip buckles at the stiffness of a plate, a narrow one at tha
     const CriticalLoadResult r = critical(m, {}, along_x(-1), DriveState::free);
     INFO(w << " " << r.load.reason);
     REQUIRE(r.load.factor);
-    return *r.load.factor / (pi * pi * bending(m.leaves[0]) / 0.01);
+    return *r.load.factor / (M_PI * M_PI * bending(m.leaves[0]) / 0.01);
   };
   // 1 + nu²/(1 − nu²) (1 − ends − free edges): the free edges of a wide strip and the clamped ends
   // of a narrow one still count
@@ -238,7 +221,7 @@ TEST_CASE("a narrow leaf under a load in its plane buckles sideways at Prandtl's
 
 TEST_CASE("a guide carries four times as much with its drive held") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4, 0.1);
-  const double sway = 2 * pi * pi * bending(m.leaves[0]) / 0.01;
+  const double sway = 2 * M_PI * M_PI * bending(m.leaves[0]) / 0.01;
   ModelOptions model = beams();
   const CriticalLoadResult locked = critical(m, model, along_x(-1), DriveState::locked),
                            free = critical(m, model, along_x(-1), DriveState::free);
@@ -298,8 +281,7 @@ TEST_CASE("the factor is inverse to the load and turns its sign with it", "[slow
 TEST_CASE("the tangent is definite below the factor and indefinite above") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   NewtonOptions newton;
-  LoadCase loads;
-  loads.constant = {along_x(-50)};
+  LoadCase loads{.constant = {along_x(-50)}};
   System system(m, make_full_leaves(m, coarse_plates()), loads);
   REQUIRE(step_load(system, {.constant = 1}, newton).converged);
   for (const double stroke : {0.0, 0.005}) {
@@ -345,8 +327,7 @@ TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, how
   // a dead force of 1e-7 N pulls the guide aside
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const double perfect = *critical(m, coarse_plates(), along_x(-10), DriveState::free).load.factor;
-  LoadCase loads;
-  loads.constant = {along_x(-10), {.force = {0, 1e-7, 0}}};
+  LoadCase loads{.constant = {along_x(-10), {.force = {0, 1e-7, 0}}}};
   System system(m, make_full_leaves(m, coarse_plates()), loads);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
@@ -363,9 +344,7 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none
   for (LeafSpring& leaf : thicker.leaves) leaf.thickness = 1;
   const std::vector<Mechanism> directions{thicker};
   const auto traced = [&](double turn) {
-    LoadCase loads;
-    loads.constant = {along_x(-5)};
-    loads.assembly = {{0, 0, Vector3d::Zero(), {0, turn, 0}}};
+    LoadCase loads{.constant = {along_x(-5)}, .assembly = {{0, 0, Vector3d::Zero(), {0, turn, 0}}}};
     System system(m, make_full_leaves(m, coarse_plates()), loads);
     REQUIRE(step_load(system, {.constant = 1}, {}).converged);
     LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});

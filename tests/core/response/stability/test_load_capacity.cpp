@@ -2,18 +2,11 @@
 // the limit found again by an evaluation under that load, laws of symmetry, exact derivatives.
 #include "core/response/stability/load_capacity.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 constexpr int ux = 0, uy = 1, uz = 2, rx = 3, against = 6;
 
 ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
@@ -70,7 +63,7 @@ TEST_CASE("a column bears Euler's load and any pull") {
   };
   for (const Column& column :
        {Column{"free tip", true, false, 0.25},
-        Column{"pinned tip", true, true, 4.493409457909064 * 4.493409457909064 / (pi * pi)},
+        Column{"pinned tip", true, true, 4.493409457909064 * 4.493409457909064 / (M_PI * M_PI)},
         Column{"guided tip", false, false, 1}, Column{"clamped tip", false, true, 4}}) {
     Mechanism m = models::single_leaf(L, w, t);
     m.bodies[0].held[5] = !column.turns;
@@ -82,8 +75,9 @@ TEST_CASE("a column bears Euler's load and any pull") {
     INFO(pressed.reason);
     CHECK(pressed.limit == CapacityLimit::instability);
     CHECK_FALSE(pressed.fold);
-    CHECK(pressed.value ==
-          Approx(column.factor * pi * pi * models::bending(m.leaves[0]) / (L * L)).epsilon(1e-3));
+    CHECK(
+        pressed.value ==
+        Approx(column.factor * M_PI * M_PI * models::bending(m.leaves[0]) / (L * L)).epsilon(1e-3));
     const LoadCapacity pulled = capacity(m, beams(), request, ux);
     CHECK(pulled.limit == CapacityLimit::none);
     CHECK(pulled.value == 500);

@@ -1,0 +1,177 @@
+#include "core/math/work_limit.hpp"
+#include <catch2/catch.hpp>
+#include "core/math/work_count.hpp"
+#include "support/strokes.hpp"
+namespace tests_0 {
+#line 1 "tests/core/math/test_work_limit.cpp"
+
+
+
+
+
+
+using namespace flexopt;
+using Catch::Matchers::Message;
+
+namespace {
+
+double now = 0;  // of the clock that the tests set
+double set_clock() { return now; }
+
+WorkLimits seconds(double most) { return {most, std::nullopt, set_clock}; }
+WorkLimits iterations(int most) { return {std::nullopt, most, set_clock}; }
+
+}  // namespace
+
+TEST_CASE("without limits any work goes on") {
+  for (int k = 0; k < 1000; ++k) count_iteration();
+  check_work();
+  const LimitedWork none({});
+  for (int k = 0; k < 1000; ++k) count_iteration();
+}
+
+TEST_CASE("so many iterations are done, and not one more") {
+  const LimitedWork work(iterations(3));
+  for (int k = 0; k < 3; ++k) count_iteration();
+  check_work();  // no iteration
+  CHECK_THROWS_MATCHES(count_iteration(), WorkLimitReached,
+                       Message("iteration limit: more than 3 Newton iterations"));
+  CHECK_THROWS_AS(check_work(), WorkLimitReached);  // and so it stays
+}
+
+TEST_CASE("the clock ends work at any look at it") {
+  now = 100;
+  const LimitedWork work(seconds(2.5));
+  now = 102.5;
+  count_iteration();
+  check_work();
+  now = 102.6;
+  CHECK_THROWS_MATCHES(check_work(), WorkLimitReached, Message("time limit: more than 2.5 s"));
+  CHECK_THROWS_AS(count_iteration(), WorkLimitReached);
+}
+
+TEST_CASE("limits end with their scope, and those around them count on") {
+  const LimitedWork outer(iterations(2));
+  count_iteration();
+  {
+    const LimitedWork inner(iterations(1));
+    count_iteration();
+    CHECK_THROWS_AS(count_iteration(), WorkLimitReached);
+  }
+  count_iteration();
+  CHECK(outer.iterations() == 2);
+  CHECK_THROWS_AS(count_iteration(), WorkLimitReached);
+}
+
+TEST_CASE("a thread knows its iterations, whatever limits them") {
+  const long long before = counted_iterations();
+  count_iteration();
+  {
+    const LimitedWork work(iterations(1));
+    count_iteration();
+    CHECK_THROWS_AS(count_iteration(), WorkLimitReached);
+  }
+  CHECK(counted_iterations() == before + 3);
+}
+
+TEST_CASE("the clock of every day goes forward") {
+  const double begin = steady_seconds();
+  CHECK(steady_seconds() >= begin);
+}
+
+}
+namespace tests_1 {
+#line 1 "tests/core/response/path/test_limits.cpp"
+// Limits of work, and failures that are told at once.
+
+
+
+using namespace flexopt;
+using Catch::Contains;
+
+namespace {
+
+double ticks = 0;  // of a clock that goes on by 1 s with every look
+double ticking_clock() { return ++ticks; }
+
+StrokeRequest request_of(std::vector<double> points) {
+  return {.points = std::move(points), .outputs = {Output::equilibrium, Output::stiffness}};
+}
+
+// Newton iterations that a path takes, none too many: with one less it is cut short.
+int iterations_of(const Mechanism& mechanism, const ModelOptions& model,
+                  const StrokeRequest& request) {
+  int low = 0, high = 100000;  // cut short, not cut short
+  while (high - low > 1) {
+    StrokeRequest limited = request;
+    limited.limits.iterations = (low + high) / 2;
+    const bool cut = evaluate_stroke(mechanism, model, limited).status == Status::limit_reached;
+    (cut ? low : high) = (low + high) / 2;
+  }
+  return high;
+}
+
+}  // namespace
+
+TEST_CASE("a path that its limit of iterations ends keeps the points before, the same every time",
+          "[slow]") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  ModelOptions model{.accuracy = Accuracy::full};
+  const StrokeRequest request = request_of({0, 0.005, 0.01, 0.015, 0.02});
+  const StrokeResponse whole = test::evaluated(m, model, request);
+  StrokeRequest limited = request;
+  limited.limits.iterations = iterations_of(m, model, request) - 1;
+  for (int again = 0; again < 2; ++again) {
+    const StrokeResponse r = evaluate_stroke(m, model, limited);
+    CHECK(r.status == Status::limit_reached);
+    CHECK_THAT(r.message, Contains("4 of 5 stroke points converged; iteration limit"));
+    for (int k = 0; k < 4; ++k) CHECK(r.path[k].drive_load == whole.path[k].drive_load);
+    CHECK(r.path[4].status == PointStatus::limit_reached);
+    CHECK(r.path[4].stroke == 0.02);
+    CHECK(r.path[4].compliance_free.isZero(0));  // nothing half done
+  }
+  limited.limits.iterations = 3;
+  const StrokeResponse r = evaluate_stroke(m, model, limited);
+  CHECK(r.path[4].status == PointStatus::not_reached);
+  CHECK_THAT(r.path[4].message, Contains("the path ended before: iteration limit"));
+}
+
+TEST_CASE("the making of reduced leaves is limited, too, and ends both sides of the stroke") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request = request_of({-0.01, 0, 0.01});
+  request.limits.iterations = 1;
+  const StrokeResponse r = evaluate_stroke(m, {}, request);
+  CHECK(r.status == Status::limit_reached);
+  for (const PathPoint& point : r.path) CHECK(point.status != PointStatus::converged);
+  CHECK(r.path[1].status == PointStatus::limit_reached);
+}
+
+TEST_CASE("the clock that a request brings ends all outputs") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request{.points = {0, 0.01}, .frequencies = 4};
+  request.limits.clock = ticking_clock;
+  for (const double most : {1.0, 5.0, 20.0, 80.0}) {
+    CAPTURE(most);
+    request.limits.seconds = most;
+    const StrokeResponse r = evaluate_stroke(m, {}, request);
+    CHECK(r.status == Status::limit_reached);
+    CHECK_THAT(r.message, Contains("time limit: more than"));
+  }
+  request.limits.seconds = 1e9;
+  CHECK(evaluate_stroke(m, {}, request).status == Status::ok);
+}
+
+TEST_CASE("a leaf that is stretched too far is told within a few states") {
+  // a leaf of 100 mm pulled by 8 % of its length: straight, no shorter step leads elsewhere
+  const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4, Direction::ux);
+  System system(m, make_full_leaves(m, {.accuracy = Accuracy::full}));
+  const LimitedWork work({});
+  const Equilibrium e = step_to(system, 0.008, {});
+  CHECK_FALSE(e.converged);
+  CHECK(e.beyond_reach);
+  CHECK_THAT(e.message, Contains("a leaf is stretched by"));
+  CHECK(work.iterations() < 25);
+  CHECK(present_stroke(system) < 0.005);  // where the last step converged
+}
+
+}
