@@ -1,9 +1,8 @@
-// Dead loads on any body: their energy, force and tangent, and what follows from them in a whole
-// evaluation and its derivatives.
+// Dead loads on any body: what follows from them in a whole evaluation and its derivatives. Random
+// mechanisms (tests/designs) have force and tangent compared with differences of their energy.
 #include "core/equilibrium/dead_loads.hpp"
 
 #include "support/gradient_checks.hpp"
-#include "support/tangent_law.hpp"
 
 using namespace flexopt;
 
@@ -36,36 +35,6 @@ StrokeRequest request_with(LoadCase loads) {
 }
 
 }  // namespace
-
-TEST_CASE("force and tangent are the derivatives of the energy of leaves and dead forces") {
-  const Mechanism m = row_of_two(0.06, 4e-4);
-  System system(m, make_full_leaves(m, models::beams(6)), on_the_body_between());
-  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
-  REQUIRE(step_to(system, 0.006, {}).converged);
-  // the spin of body 1 alone, leaves aside: the dead force turns with it
-  const std::vector<BodyLoad> acting = system.acting();
-  REQUIRE(acting.size() == 2);
-  const BodyLoad load = acting[0];
-  const Matrix3d R = system.pose(1).rotation;
-  REQUIRE((R - Matrix3d::Identity()).norm() > 1e-3);
-  const auto energy = [&](const Vector3d& spin) {
-    return -load.force.dot(rotation_exp(spin) * R * load.arm);
-  };
-  const Vector3d moment = -(R * load.arm).cross(load.force);
-  const Matrix3d K = arm_stiffness(load.force, Vector3d(R * load.arm));
-  const double h = 1e-4;
-  for (int i = 0; i < 3; ++i) {
-    const Vector3d e = h * Vector3d::Unit(i);
-    CHECK((energy(e) - energy(-e)) / (2 * h) == Approx(moment[i]).epsilon(1e-6).margin(1e-10));
-    for (int j = 0; j < 3; ++j) {
-      const Vector3d f = h * Vector3d::Unit(j);
-      const double mixed =
-          (energy(e + f) - energy(e - f) - energy(f - e) + energy(-e - f)) / (4 * h * h);
-      CHECK(mixed == Approx(K(i, j)).epsilon(1e-5).margin(1e-7));
-    }
-  }
-  test::check_tangent(system);
-}
 
 TEST_CASE("a dead force on an arm is the pull of a long string") {
   // f with arm o on a body on a flexure with the rotational stiffness k: the force adds −∂(o×f)

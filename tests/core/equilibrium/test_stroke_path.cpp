@@ -138,20 +138,3 @@ TEST_CASE("a step of no length is tried once") {
   CHECK_FALSE(again.converged);
   CHECK(counted_iterations() - before == 1);
 }
-
-TEST_CASE(
-    "the tangent of the whole mechanism is symmetric and the work of the path is the energy") {
-  const Mechanism m = models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
-  System system = make_system(m, Accuracy::reduced, 0.5);
-  // Simpson's rule over the drive moment
-  const int steps = 20;
-  double work = 0;
-  for (int k = 1; k <= steps; ++k) {
-    const Equilibrium e = step_to(system, 0.4 * k / steps, {});
-    REQUIRE(e.converged);
-    work += (k == steps ? 1 : k % 2 == 1 ? 4 : 2) * e.drive_load * 0.4 / steps / 3;
-    const MatrixXd& K = system.tangent_stiffness();
-    CHECK((K - K.transpose()).norm() < 1e-10 * K.norm());
-  }
-  CHECK(system.energy() == Approx(work).epsilon(1e-5));
-}

@@ -91,25 +91,6 @@ TEST_CASE("the stroke of a drive follows what it depends on") {
   CHECK(exact.curvature.norm() > 0.1);
 }
 
-TEST_CASE("the gradient of a drive's stroke turns as its second derivative says") {
-  const Direction of = GENERATE(Direction::uy, Direction::rz);
-  const Drive drive = turned_drive(of);
-  const DriveStroke<double> s = stroke(drive, a, b);
-  // spins do not commute: a moment m with a potential changes by the second derivative − ½ hat(m)
-  Matrix12d slope = s.curvature;
-  for (const int at : {3, 9}) slope.block<3, 3>(at, at) -= 0.5 * hat(s.gradient.segment<3>(at));
-  const Vector12d d = direction(0.5);
-  const Derivatives differences = ridders(
-      [&](double h) {
-        const DriveStroke<double> x =
-            stroke(drive, moved(a, h * d.head<6>()), moved(b, h * d.tail<6>()));
-        return std::vector<double>(x.gradient.data(), x.gradient.data() + 12);
-      },
-      0, 0.05);
-  const Vector12d expected = slope * d;
-  for (int i = 0; i < 12; ++i) CHECK(expected[i] == Approx(differences.value[i]).margin(1e-9));
-}
-
 TEST_CASE("along a path the stroke is a series") {
   const Direction of = GENERATE(Direction::uz, Direction::rx);
   const Drive drive = turned_drive(of);

@@ -206,25 +206,6 @@ TEST_CASE("the geometric stiffness is the second derivative along the exponentia
   }
 }
 
-TEST_CASE("differences of the edge forces give the geometric stiffness and the moment commutator") {
-  // f = Bᵀ g at constant g: its derivative is the geometric stiffness and −½ hat(moment) of each
-  // edge, because finite rotations do not commute.
-  Random random(16);
-  const EdgePoses x = random_edges(random, 0.6);
-  const Vector6d g = random.vector<6>();
-  const ChordFrame c = chord_frame(x, length);
-  const Vector12d f = c.B.transpose() * g;
-  Matrix12d K = geometric_stiffness(c, g);
-  for (int a : {3, 9}) K.block<3, 3>(a, a) += -0.5 * hat(Vector3d(f.segment<3>(a)));
-  const Vector12d dq = random.vector<12>();
-  const auto error = [&](double h) {
-    return ((chord_frame(moved(x, Vector12d(h * dq)), length).B.transpose() * g) - f - h * K * dq)
-        .norm();
-  };
-  CHECK(synthetic::rate(error(1e-2), error(1e-3)) == Approx(2).margin(0.1));
-  CHECK(synthetic::rate(error(1e-3), error(1e-4)) == Approx(2).margin(0.1));
-}
-
 TEST_CASE("the spin of the frame is the turning of its axes") {
   Random random(17);
   for (double angle : {0.05, 0.9}) {

@@ -180,37 +180,6 @@ TEST_CASE("a superelement does not notice a thousand rigid motions") {
   CHECK(tangent_error < 1e-12);
 }
 
-TEST_CASE("the floating frame does not drift over load steps forth and back") {
-  // 50 steps out and 50 back
-  const CondensedPlate body = irregular(9, 4);
-  const SuperelementModel& model = body.superelement;
-  Random random(9);
-  VectorXd v(model.coordinates());
-  for (double& x : v) x = random();
-  v = units(model).asDiagonal() * v * 0.3;
-  const auto at = [&](double t) {
-    std::vector<NodePose> nodes;
-    for (std::size_t a = 0; a < model.nodes.size(); ++a)
-      nodes.push_back(
-          {model.nodes[a] + t * v.segment<3>(6 * a), rotation_exp(t * v.segment<3>(6 * a + 3))});
-    return nodes;
-  };
-  Superelement element(model);
-  double residual = 0, farthest = 0;
-  for (int k = 0; k <= 100; ++k) {
-    const double t = (k <= 50 ? k : 100 - k) / 50.0;
-    const auto nodes = at(t);
-    REQUIRE(element.evaluate(nodes));
-    const VectorXd c = model.frame_modes * local_coordinates(model, nodes, element.frame());
-    residual = std::max({residual, c.head<3>().norm() / model.size(), c.tail<3>().norm()});
-    farthest = std::max(farthest, element.frame().position.norm());
-  }
-  CHECK(farthest > 0.01 * model.size());
-  CHECK(residual < 1e-12);
-  CHECK(element.frame().position.norm() < 1e-12 * model.size());
-  CHECK((element.frame().axes - Matrix3d::Identity()).norm() < 1e-12);
-}
-
 TEST_CASE("the chord frame of a leaf is a case of the floating frame") {
   // u1 = 0, u2y = u2z = 0, θ1x + θ2x = 0 are linear in q: Φ_CB of the chord frame
   const double L = 0.1;

@@ -244,22 +244,6 @@ TEST_CASE("a rigid motion leaves energy, force and tangent alone") {
   CHECK(worst < 1e-10);
 }
 
-TEST_CASE("the edge forces are in equilibrium and a rigid spin turns them") {
-  BentLeaf leaf;
-  const Vector12d& f = leaf.response.force;
-  const Vector3d F1 = f.head<3>(), F2 = f.segment<3>(6);
-  CHECK((F1 + F2).norm() < 1e-12 * F2.norm());
-  const Vector3d M = f.segment<3>(3) + f.tail<3>() + leaf.edges[0].position.cross(F1) +
-                     leaf.edges[1].position.cross(F2);
-  CHECK(M.norm() < 1e-12);
-  // K dq for a rigid spin: forces turn, moments turn by half (the other half is the commutator)
-  const Vector3d w(0.3, -0.2, 0.5);
-  Vector12d dq, df;
-  dq << w.cross(leaf.edges[0].position), w, w.cross(leaf.edges[1].position), w;
-  df << w.cross(F1), 0.5 * w.cross(f.segment<3>(3)), w.cross(F2), 0.5 * w.cross(f.tail<3>());
-  CHECK((leaf.response.tangent * dq - df).norm() < 1e-9 * df.norm());
-}
-
 TEST_CASE("force and tangent are first and second derivative of the leaf's energy") {
   Random random(26);
   BentLeaf leaf;

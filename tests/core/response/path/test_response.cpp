@@ -19,17 +19,6 @@ TEST_CASE("the locked compliance is the free one with the drive taken out") {
   }
 }
 
-TEST_CASE("mirrored strokes give mirrored responses") {
-  StrokeRequest request{.points = {-0.015, 0, 0.015}, .frequencies = 4};
-  const StrokeResponse r = test::evaluated(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
-  const PathPoint &a = r.path[0], &b = r.path[2];
-  CHECK(a.drive_load == Approx(-b.drive_load).epsilon(1e-8));
-  CHECK(a.displacement[0] == Approx(b.displacement[0]).epsilon(1e-8));
-  for (int d : {0, 2, 3, 4, 5})
-    CHECK(*a.support_stiffness[d] == Approx(*b.support_stiffness[d]).epsilon(1e-6));
-  CHECK(test::frequency_error(a.frequencies_locked, b.frequencies_locked) < 1e-6);
-}
-
 TEST_CASE("the drive mode of a heavy guide is the mass on its drive stiffness") {
   const double mass = 50;
   const StrokeResponse r = test::evaluated(models::guide(0.1, 0.03, 5e-4, 0.06, mass, 1),
