@@ -164,9 +164,7 @@ TEST_CASE("a drive measures what one body sees of the other") {
   CHECK(stroke(drive, body, other).value == Approx(2.5).epsilon(1e-12));
 }
 
-TEST_CASE(
-    "the stroke of a turn is the angle of its turn about the axis, before or after another "
-    "one at right angles to it") {
+TEST_CASE("the stroke of a turn is its angle about the axis, before or after one across it") {
   const Vector3d across(0, 0.4, -0.7);
   for (const double turn : {-2.9, -0.3, 0.0, 1e-9, 0.5, 3.1}) {
     const Matrix3d twist = rotation_exp({turn, 0, 0}), swing = rotation_exp(across);

@@ -19,8 +19,7 @@ PathPoint point_of(const Mechanism& mechanism, double stroke) {
 
 }  // namespace
 
-TEST_CASE(
-    "a mechanism turned about its drive keeps its principal stiffness and turns the direction") {
+TEST_CASE("a mechanism turned about its drive keeps its principal stiffness, in its axes") {
   struct Case {
     Mechanism mechanism;
     double stroke;

@@ -246,8 +246,7 @@ TEST_CASE("each leg of a folded leaf is a solid of its own") {
   CHECK(c->names[0] == m.leaves[0].name);
 }
 
-TEST_CASE(
-    "of a leaf with nearly equally far ends the one beside which it reaches furthest is found") {
+TEST_CASE("of nearly equally far ends the one beside which a leaf reaches furthest is found") {
   // An edge that rises towards d/24 beside one end, and falls at once from the other.
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.leaves.resize(1);

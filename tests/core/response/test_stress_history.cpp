@@ -160,8 +160,7 @@ TEST_CASE("fatigue is smooth where one end of the stroke passes the undeflected 
   CHECK(at == Approx(after).epsilon(1e-3));
 }
 
-TEST_CASE(
-    "points between the ends do not change the worst cycle, and their order does not matter") {
+TEST_CASE("neither points between the ends nor their order change the worst cycle") {
   const ModelOptions model = models::coarse(Flexure::beam);
   const double few =
       path_of(strong_guide(), model, cycles({-3e-3, 3e-3})).path[0].fatigue_safety->value;

@@ -97,8 +97,7 @@ class BareLeaf final : public LeafElement {
 
 }  // namespace
 
-TEST_CASE(
-    "the full model of a reduced leaf is the equilibrium of the full leaf between its edges") {
+TEST_CASE("the full model of a reduced leaf is the full leaf's equilibrium between its edges") {
   const Mechanism m = turned_leaf();
   for (const Case& c : cases()) {
     INFO(c.name);
@@ -141,8 +140,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "the full model of a leaf with a material point keeps its place and leads to its equilibrium") {
+TEST_CASE("the full model of a leaf with a material point leads to its equilibrium") {
   for (const bool free_tip : {false, true}) {
     INFO("free tip " << free_tip);
     const Mechanism single = models::single_leaf(0.1, 0.03, 5e-4);
@@ -173,8 +171,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "a full model comes from the undeflected leaf where the other model's places lead nowhere") {
+TEST_CASE("a full model comes from the undeflected leaf where other places lead nowhere") {
   const Mechanism m = turned_leaf();
   const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
   const LeafSpring& leaf = m.leaves[0];

@@ -182,9 +182,7 @@ TEST_CASE("a chain of full leaves is the full leaf of a beam cut there") {
   }
 }
 
-TEST_CASE(
-    "modal derivatives follow a guide better than their linear superelement, third-order "
-    "fields as the full leaf") {
+TEST_CASE("modal derivatives follow a guide better than superelements, third-order ones fully") {
   // Section 5.1 of the method: support stiffness of one superelement 60×, 15× and 1 % too stiff
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeRequest request{.points = {0.01, 0.02, 0.03}, .outputs = test::without_stress()};

@@ -56,8 +56,7 @@ std::shared_ptr<TubeModel> tube() {
 
 }  // namespace
 
-TEST_CASE(
-    "a leaf takes over the dynamics of another one that stands as it does, turned or mirrored") {
+TEST_CASE("a leaf takes over the dynamics of one that stands as it does, turned or mirrored") {
   const Vector3d mirror =
       GENERATE(Vector3d(1, 1, 1), Vector3d(1, -1, 1), Vector3d(1, 1, -1), Vector3d(1, -1, -1));
   CAPTURE(mirror.transpose());

@@ -46,9 +46,7 @@ Errors compare(const Mechanism& mechanism, const StrokeRequest& request) {
 
 }  // namespace
 
-TEST_CASE(
-    "the expansion of strains and places is that of exact states to second order, in bending to "
-    "third") {
+TEST_CASE("strains and places expand as exact states do, to second order, in bending to third") {
   const auto mesh = std::make_shared<PlateMesh>(flat);
   const Eigen::Matrix2d ray = synthetic::s_ray();
   const Vector3d scale = tube_force_scale(flat);

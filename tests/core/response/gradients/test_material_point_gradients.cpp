@@ -44,9 +44,8 @@ Mechanism mass_on_leaf(const Values& p, double along) {
 
 }  // namespace
 
-TEST_CASE(
-    "exact derivatives of a clamped plate, by the place of its load too, agree with differences",
-    "[slow]") {
+TEST_CASE("exact derivatives of a clamped plate, by its load's place too, agree with differences",
+          "[slow]") {
   StrokeRequest request{.frequencies = 3};
   SECTION("driven") {
     request.points = {0, 6e-4};

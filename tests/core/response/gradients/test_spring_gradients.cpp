@@ -59,8 +59,7 @@ TEST_CASE("exact derivatives of a beam guide with springs agree with differences
   CHECK(compared == 82 * 9);
 }
 
-TEST_CASE("exact derivatives through springs agree with differences where reduced leaves lead",
-          "[slow]") {
+TEST_CASE("exact derivatives through springs agree with differences on reduced leaves", "[slow]") {
   const ModelOptions model{.accuracy = Accuracy::reduced, .mesh = {6, 2}};
   check_gradients({guide, numbers, {3, 6, 7}, 10.0}, model, loaded(-0.015));
 }

@@ -301,8 +301,7 @@ TEST_CASE("a dead load moves the state that frequencies are derived about") {
   }
 }
 
-TEST_CASE(
-    "along turns of bodies that loads tilt frequencies change as differences of the path say") {
+TEST_CASE("along turns of tilted bodies frequencies change as differences of the path say") {
   Mechanism m{.bodies = {models::body({0.06, 0.05, 0.006}, 0.3, 1e-4),
                          models::intermediate({0.06, 0, 0}, 0.2, 2e-4)}};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.004, -0.003);

@@ -48,9 +48,7 @@ TEST_CASE("a cantilever with a free tip follows the elastica") {
   }
 }
 
-TEST_CASE(
-    "superelements follow the cantilever and the clamped plate of the plate superelement paper",
-    "[slow]") {
+TEST_CASE("superelements follow the cantilever and the clamped plate of their paper", "[slow]") {
   StrokeRequest request{.outputs = Outputs::numbers().remove(Output::stress)};
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};
   SECTION("cantilever 10 x 1 x 0.1 m") {  // thin-shell spline, converged to 5e-6
