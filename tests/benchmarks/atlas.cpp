@@ -94,7 +94,7 @@ class HingeSizes {
 };
 
 StrokeRequest hinge_request(int frequencies, bool stress) {
-  StrokeRequest request{.points = even_strokes(0.5),
+  StrokeRequest request{.points = models::evenly(0.5),
                         .outputs = {Output::equilibrium, Output::stiffness},
                         .frequencies = frequencies};
   if (frequencies > 0) request.outputs.add({Output::frequencies_free, Output::frequencies_locked});

@@ -12,6 +12,7 @@
 #include "core/response/quantities.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "designs/parametric_design.hpp"
+#include "support/models.hpp"
 #include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
@@ -152,7 +153,7 @@ int main() {
     hinge.values.push_back(at == values.end() ? 0 : at->second);
   }
 
-  StrokeRequest request{.points = even_strokes(0.35)};
+  StrokeRequest request{.points = models::evenly(0.35)};
   full_leaves(hinge, request);
   looked_up(hinge, request);
 }

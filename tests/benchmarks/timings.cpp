@@ -57,7 +57,7 @@ void leaf_kernels() {
 void hinge_paths() {
   Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
   StrokeRequest request;
-  request.points = even_strokes(std::numbers::pi / 6);
+  request.points = models::evenly(std::numbers::pi / 6);
   request.outputs = {Output::equilibrium, Output::stiffness, Output::frequencies_free,
                      Output::frequencies_locked, Output::parasitic_frequency};
   const PageTable page("timings hinge");

@@ -2,6 +2,7 @@
 // Mechanisms that many tests share, written out by hand: independent of the families.
 #include <Eigen/Geometry>
 #include <cmath>
+#include <vector>
 
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
@@ -159,6 +160,13 @@ inline LeafSpring turned(const LeafSpring& leaf) {
   t.axes.col(0) = -leaf.axes.col(0);
   t.axes.col(1) = -leaf.axes.col(1);
   return t;
+}
+
+/// Strokes from zero to the end, both among them, at equal distances.
+inline std::vector<double> evenly(double end, int points = 11) {
+  std::vector<double> all;
+  for (int k = 0; k < points; ++k) all.push_back(end * k / (points - 1));
+  return all;
 }
 
 /// Full beams, as Euler and Bernoulli have them: sections warp freely.

@@ -27,13 +27,6 @@ inline ModelOptions full(ModelOptions model = {}) {
   return model;
 }
 
-/// Strokes from zero to the end at equal distances.
-inline std::vector<double> evenly(double end, int points) {
-  std::vector<double> all;
-  for (int k = 0; k < points; ++k) all.push_back(end * k / (points - 1));
-  return all;
-}
-
 /// All numbers but the stress.
 inline Outputs without_stress() { return Outputs::numbers().remove(Output::stress); }
 

@@ -6,7 +6,7 @@ using namespace flexopt;
 namespace {
 
 void compare(const Mechanism& mechanism, double end, Warping warping) {
-  const StrokeRequest request{.points = test::evenly(end, 6), .frequencies = 6};
+  const StrokeRequest request{.points = models::evenly(end, 6), .frequencies = 6};
   const ModelOptions model{.flexure = Flexure::beam, .warping = warping};
   const StrokeResponse reduced = test::evaluated(mechanism, model, request),
                        full = test::evaluated(mechanism, test::full(model), request);

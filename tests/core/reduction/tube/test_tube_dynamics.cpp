@@ -27,7 +27,7 @@ VectorXd held(const TubeDynamics::Answer& answer) {
 }
 
 StrokeRequest sweep(double end, int points, int frequencies) {
-  return {.points = test::evenly(end, points),
+  return {.points = models::evenly(end, points),
           .outputs = {Output::equilibrium, Output::frequencies_free, Output::frequencies_locked},
           .frequencies = frequencies};
 }

@@ -38,7 +38,7 @@ Errors compare(const Mechanism& mechanism, const StrokeRequest& request,
 }
 
 StrokeRequest to(double end, int points, int frequencies = 6) {
-  return {.points = test::evenly(end, points), .frequencies = frequencies};
+  return {.points = models::evenly(end, points), .frequencies = frequencies};
 }
 
 void check_expansion(const PlateShape& shape) {

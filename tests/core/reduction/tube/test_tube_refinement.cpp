@@ -8,7 +8,8 @@ using namespace flexopt;
 namespace {
 
 StrokeRequest statics(double end, int points) {
-  return {.points = test::evenly(end, points), .outputs = {Output::equilibrium, Output::stiffness}};
+  return {.points = models::evenly(end, points),
+          .outputs = {Output::equilibrium, Output::stiffness}};
 }
 
 struct Outcome {

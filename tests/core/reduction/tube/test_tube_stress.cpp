@@ -22,7 +22,7 @@ double von_mises(const PlateShape& shape, const Strains& e, bool positive) {
   return positive ? s.positive : s.negative;
 }
 
-StrokeRequest sweep(double end, int points) { return {.points = test::evenly(end, points)}; }
+StrokeRequest sweep(double end, int points) { return {.points = models::evenly(end, points)}; }
 
 struct Errors {
   double stress = 0, place = 0;

@@ -1,6 +1,7 @@
 // Leaves with a free tip, guided tips, plates loaded at a material point, load paths and probes.
 #include <Eigen/Dense>
 
+#include "support/slopes.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -19,12 +20,6 @@ Mechanism clamped_plate(double a, double width, double thickness, double x, doub
 
 const Material plastic{"plastic", 21.5e9, 0.3, 1200, {}};
 
-Vector6d force_y(double F) {
-  Vector6d load = Vector6d::Zero();
-  load[1] = F;
-  return load;
-}
-
 }  // namespace
 
 TEST_CASE("a cantilever with a free tip follows the elastica") {
@@ -32,7 +27,7 @@ TEST_CASE("a cantilever with a free tip follows the elastica") {
   const Material m{"m", 12e9, 0, 1000, {}};
   const double L = 10, w = 0.5, t = 0.05, EI = m.youngs_modulus * w * t * t * t / 12;
   StrokeRequest request{.points = {0, 0.1, 0.25, 0.4, 0.7, 1},
-                        .loads = {.growing = {load_at_O(force_y(10 * EI / (L * L)))}}};
+                        .loads = {.growing = {load_at_O(10 * EI / (L * L) * Vector6d::Unit(1))}}};
   request.outputs.remove(Output::stress);
   const StrokeResponse r =
       test::evaluated(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {24, 2}}, request);
@@ -54,7 +49,7 @@ TEST_CASE("superelements follow the cantilever and the clamped plate of their pa
   SECTION("cantilever 10 x 1 x 0.1 m") {  // thin-shell spline, converged to 5e-6
     const Material m{"m", 12e9, 0.3, 1000, {}};
     request.points = {0, 0.1, 0.2, 0.5, 1};
-    request.loads.growing = {load_at_O(force_y(1e5))};
+    request.loads.growing = {load_at_O(1e5 * Vector6d::Unit(1))};
     model.free_edge_torsion = false;
     const StrokeResponse r = test::evaluated(free_tip(10, 1, 0.1, m), model, request);
     const double expected[][3] = {
@@ -70,7 +65,7 @@ TEST_CASE("superelements follow the cantilever and the clamped plate of their pa
     const Mechanism plate =
         clamped_plate(400 * mm, 400 * mm, 1.98 * mm, 200 * mm, 80 * mm, plastic);
     request.points = {0, 0.1, 0.5, 1};
-    request.loads.growing = {load_at_O(force_y(250))};
+    request.loads.growing = {load_at_O(250 * Vector6d::Unit(1))};
     for (const double z : {0.0, 200.0, 320.0})
       request.probes.push_back(
           *probe_at(plate, std::to_string(z), Vector3d(200 * mm, 0, (z - 200) * mm)));
@@ -111,20 +106,18 @@ TEST_CASE("the tangent at a material point is the derivative of its force") {
   for (int k = 0; k < 4; ++k) settle(0.25 * start);
   const MatrixXd K = system.tangent_stiffness();
   CHECK((K - K.transpose()).norm() < 1e-9 * K.norm());
-  const double h = clamped ? 2e-6 : 1e-5;
+  const VectorXd force = system.internal_force();
+  const auto state = system.save();
+  using Answer = Eigen::Matrix<double, 7, 1>;  // energy and force
   for (int d = 0; d < 3; ++d) {
-    settle(h * VectorXd::Unit(6, d));
-    const double e1 = system.energy();
-    const VectorXd f1 = system.internal_force();
-    settle(-2 * h * VectorXd::Unit(6, d));
-    const double e0 = system.energy();
-    const VectorXd f0 = system.internal_force();
-    settle(h * VectorXd::Unit(6, d));
-    const VectorXd difference = (f1 - f0) / (2 * h);
-    CHECK((difference - K.col(d)).head<3>().norm() < 1e-3 * K.col(d).head<3>().norm());
-    const double force = system.internal_force()[d];
-    CHECK((e1 - e0) / (2 * h) ==
-          Approx(force).epsilon(1e-4).margin(1e-5 * system.internal_force().norm()));
+    const auto at = [&](double x) {
+      system.restore(state);
+      settle(x * VectorXd::Unit(6, d));
+      return Answer((Answer() << system.energy(), system.internal_force()).finished());
+    };
+    const Answer slope = test::slope_at_zero(at, clamped ? 2e-6 : 1e-5);
+    CHECK((slope.tail<6>() - K.col(d)).head<3>().norm() < 1e-3 * K.col(d).head<3>().norm());
+    CHECK(slope[0] == Approx(force[d]).epsilon(1e-4).margin(1e-5 * force.norm()));
   }
 }
 
@@ -172,8 +165,9 @@ TEST_CASE("a load path and the stroke it leads to are one equilibrium") {
   StrokeRequest driven{.points = {0.02}};
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
     const StrokeResponse a = test::evaluated(leaf, {.accuracy = accuracy}, driven);
-    StrokeRequest loaded{.points = {0, 0.5, 1},
-                         .loads = {.growing = {load_at_O(force_y(a.path[0].drive_load))}}};
+    StrokeRequest loaded{
+        .points = {0, 0.5, 1},
+        .loads = {.growing = {load_at_O(a.path[0].drive_load * Vector6d::Unit(1))}}};
     const StrokeResponse b = test::evaluated(leaf, {.accuracy = accuracy}, loaded);
     CHECK((b.path[2].displacement - a.path[0].displacement).norm() < 1e-7);
     CHECK((b.path[2].compliance_free - a.path[0].compliance_free).norm() <
