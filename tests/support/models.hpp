@@ -6,6 +6,7 @@
 
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/mechanism/profile.hpp"
 
 namespace flexopt {
 
@@ -27,6 +28,15 @@ inline Direction drive_direction(const Mechanism& mechanism) {
 namespace flexopt::models {
 
 inline Material steel() { return {"steel", 200e9, 0.3, 7800, {}}; }
+inline Material without_poisson() { return {"steel", 200e9, 0, 7800, {}}; }
+
+/// A function of the place at the stations of a profile.
+template <class F>
+std::vector<double> sampled(const F& f) {
+  std::vector<double> p;
+  for (const double s : profile_stations()) p.push_back(f(s));
+  return p;
+}
 
 /// Leaf from `from` along `along`, width along z.
 inline LeafSpring leaf(const Vector3d& from, const Vector3d& along, double length, double width,

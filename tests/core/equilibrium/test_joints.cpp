@@ -38,9 +38,7 @@ ModelOptions narrow_beam(Accuracy accuracy = Accuracy::full) {
 /// Leaf of a material without Poisson contraction.
 LeafSpring plain_leaf(const Vector3d& from, const Vector3d& along, double length, double width,
                       double thickness) {
-  Material m = models::steel();
-  m.poissons_ratio = 0;
-  return models::leaf(from, along, length, width, thickness, m);
+  return models::leaf(from, along, length, width, thickness, models::without_poisson());
 }
 
 struct FourBar {

@@ -7,17 +7,7 @@
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
-
-namespace {
-
-template <class F>
-std::vector<double> sampled(const F& f) {
-  std::vector<double> p;
-  for (const double s : profile_stations()) p.push_back(f(s));
-  return p;
-}
-
-}  // namespace
+using models::sampled;
 
 TEST_CASE("stations of a profile lie inside, in order and mirrored") {
   const auto s = profile_stations();

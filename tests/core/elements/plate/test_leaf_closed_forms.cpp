@@ -13,11 +13,7 @@ System full_system(const Mechanism& m, std::array<int, 2> mesh, bool edge_term =
   return System(m, make_full_leaves(m, options), std::move(loads));
 }
 
-Material without_poisson() {
-  Material m = models::steel();
-  m.poissons_ratio = 0;
-  return m;
-}
+using models::without_poisson;
 
 /// A guide without Poisson's effect.
 Mechanism strips(double length, double width, double thickness, double mass, double inertia) {

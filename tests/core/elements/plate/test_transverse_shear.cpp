@@ -7,11 +7,7 @@ using namespace flexopt;
 
 namespace {
 
-Material without_poisson() {
-  Material m = models::steel();
-  m.poissons_ratio = 0;
-  return m;
-}
+using models::without_poisson;
 
 StrokeResponse guided(const LeafSpring& leaf, ModelOptions model, double stroke) {
   Mechanism mechanism;

@@ -233,28 +233,3 @@ TEST_CASE("where the tables of stress do not hold the leaf is rebuilt and says s
   CHECK(model->stress()->evaluate({0.17, 0, 0, none}).change < largest_stress_change);
   CHECK(model->stress()->evaluate({0.02, 0, 0.15, none}).change > largest_stress_change);
 }
-
-TEST_CASE("leaves with a profile, curved ones and beams have no tables of stress") {
-  const auto change = GENERATE(
-      as<void (*)(PlateShape&)>(),
-      [](PlateShape& s) {
-        s.thickness_profile = {1, 0.8};
-      },
-      [](PlateShape& s) { s.curve = 0.3; },
-      [](PlateShape& s) { s.mesh[1] = 1, s.flexure = Flexure::beam; });
-  PlateShape shape = flat;
-  change(shape);
-  CHECK(!tube(shape)->stress());
-}
-
-TEST_CASE("tables of stress grow with their tube") {
-  TubeModel model(std::make_shared<PlateMesh>(flat), {.sigma_max = 0.05});
-  REQUIRE(model.built());
-  REQUIRE(model.stress());
-  REQUIRE(model.extend(0.2));
-  TubeModel whole(std::make_shared<PlateMesh>(flat), {.sigma_max = 0.2});
-  const TubeStress::Place end{0.2, 0, 0, Vector3d::Zero()};
-  const auto grown = model.stress()->evaluate(end).strains,
-             made = whole.stress()->evaluate(end).strains;
-  CHECK((grown.at(0.1, 0.05) - made.at(0.1, 0.05)).norm() < 1e-6 * made.at(0.1, 0.05).norm());
-}

@@ -6,16 +6,11 @@
 #include "support/strokes.hpp"
 
 using namespace flexopt;
+using models::sampled;
 
 namespace {
 
 using Profile = std::function<double(double)>;
-
-std::vector<double> sampled(const Profile& f) {
-  std::vector<double> p;
-  for (const double s : profile_stations()) p.push_back(f(s));
-  return p;
-}
 
 // ∫ f ds over [0, 1].
 double integral(const Profile& f) {
@@ -170,9 +165,7 @@ TEST_CASE("the default method follows the full tapered leaf") {
 }
 
 TEST_CASE("a narrow tapered plate without Poisson effect bends as the beam") {
-  Material material = models::steel();
-  material.poissons_ratio = 0;
-  Mechanism m = models::single_leaf(0.1, 4e-3, 0.3e-3, Direction::uy, material);
+  Mechanism m = models::single_leaf(0.1, 4e-3, 0.3e-3, Direction::uy, models::without_poisson());
   m.leaves[0].width_profile = {1, 0.4};
   m.leaves[0].thickness_profile = {1, 1.4};
   const StrokeResponse plate = evaluated(m, model_of(Accuracy::full, Flexure::plate), {0, 0.02}),

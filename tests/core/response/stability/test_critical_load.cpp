@@ -79,13 +79,11 @@ TEST_CASE("columns buckle at Euler's loads") {
 
 TEST_CASE("the estimate of a straight column is its load, whatever carries O") {
   const double L = 0.02, w = 5e-3, t = 6e-4, E = 200e9;
-  Material material = models::steel();
-  material.poissons_ratio = 0;
   const double EI = E * w * t * t * t / 12, A = w * t, kGA = E / 2 * A * 5 / 6;
   for (const Flexure flexure : {Flexure::beam, Flexure::plate})
     for (const bool point : {false, true})
       for (const int elements : {4, 12}) {
-        Mechanism m = models::single_leaf(L, w, t, Direction::uy, material);
+        Mechanism m = models::single_leaf(L, w, t, Direction::uy, models::without_poisson());
         if (point) m = models::free_tip(m);
         const ModelOptions model{.flexure = flexure,
                                  .mesh = {elements, flexure == Flexure::beam ? 1 : 3}};
@@ -172,10 +170,8 @@ TEST_CASE("a spring that holds a guide back raises its load by what it holds") {
 }
 
 TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow") {
-  Material material = models::steel();
-  material.poissons_ratio = 0;
   for (const double w : {0.01, 0.1}) {
-    Mechanism m = models::single_leaf(0.1, w, 4e-4, Direction::uy, material);
+    Mechanism m = models::single_leaf(0.1, w, 4e-4, Direction::uy, models::without_poisson());
     const double unit = M_PI * M_PI * bending(m.leaves[0]) / 0.01;
     m.bodies[0].held = {false, false, true, true, true, true};
     for (const auto& [drive, factor] :
