@@ -68,8 +68,7 @@ struct Case {
 std::vector<Case> cases(const Leaf& l, int frequencies) {
   const double L = l.length * 1e-3, w = l.width * 1e-3, t = l.thickness * 1e-3;
   auto to = [&](double end, int points) {
-    StrokeRequest r;
-    r.points = even_strokes(end, points);
+    StrokeRequest r{.points = models::evenly(end, points)};
     r.outputs.remove(Output::stress);
     r.frequencies = frequencies;
     return r;

@@ -94,10 +94,9 @@ class HingeSizes {
 };
 
 StrokeRequest hinge_request(int frequencies, bool stress) {
-  StrokeRequest request;
-  request.points = even_strokes(0.5);
-  request.frequencies = frequencies;
-  request.outputs = {Output::equilibrium, Output::stiffness};
+  StrokeRequest request{.points = models::evenly(0.5),
+                        .outputs = {Output::equilibrium, Output::stiffness},
+                        .frequencies = frequencies};
   if (frequencies > 0) request.outputs.add({Output::frequencies_free, Output::frequencies_locked});
   if (stress) request.outputs.add({Output::stress});
   return request;

@@ -23,9 +23,8 @@ using namespace flexopt;
 namespace {
 
 StrokeRequest request_of(const Drawn& drawn) {
-  StrokeRequest request;
-  request.points = {0, 0.15 * drawn.stroke, 0.5 * drawn.stroke, drawn.stroke};
-  request.frequencies = 6;
+  StrokeRequest request{.points = {0, 0.15 * drawn.stroke, 0.5 * drawn.stroke, drawn.stroke},
+                        .frequencies = 6};
   return estimate_request(request);
 }
 

@@ -44,9 +44,7 @@ std::vector<Case> cases() {
 constexpr int wanted = 6;  // drive free and drive locked each
 
 StrokeResponse path(const Case& c, const ModelOptions& model) {
-  StrokeRequest request;
-  request.points = c.strokes;
-  request.frequencies = wanted;
+  StrokeRequest request{.points = c.strokes, .frequencies = wanted};
   request.outputs.remove(Output::frequency_derivatives);
   request.outputs.remove(Output::stress);
   return evaluate_stroke(c.mechanism, model, request);
@@ -133,9 +131,7 @@ int main() {
   fmt::print("\n");
   std::vector<StrokeResponse> truths;
   for (const Case& c : all) {
-    ModelOptions model;
-    model.accuracy = Accuracy::full;
-    model.leaf_modes = 40;
+    ModelOptions model{.accuracy = Accuracy::full, .leaf_modes = 40};
     truths.push_back(path(c, model));
   }
   for (const Variant& v : variants()) {

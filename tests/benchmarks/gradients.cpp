@@ -12,6 +12,7 @@
 #include "core/response/quantities.hpp"
 #include "core/response/stroke_gradients.hpp"
 #include "designs/parametric_design.hpp"
+#include "support/models.hpp"
 #include "tests/benchmarks/measured.hpp"
 #include "tests/benchmarks/page.hpp"
 
@@ -101,8 +102,7 @@ void looked_up(const Subject& of, StrokeRequest request) {
 
 // Full leaves, all outputs.
 void full_leaves(const Subject& of, StrokeRequest request) {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
+  ModelOptions model{.accuracy = Accuracy::full};
   // three leaves, 11 points, default mesh, stress; cost over that of the stroke alone
   const PageTable page("gradients");
   fmt::print(
@@ -153,8 +153,7 @@ int main() {
     hinge.values.push_back(at == values.end() ? 0 : at->second);
   }
 
-  StrokeRequest request;
-  request.points = even_strokes(0.35);
+  StrokeRequest request{.points = models::evenly(0.35)};
   full_leaves(hinge, request);
   looked_up(hinge, request);
 }

@@ -121,9 +121,7 @@ Made make(const Case& c, int n) {
 }
 
 StrokeRequest request() {
-  StrokeRequest r;
-  r.points = {0, 5e-4, 1e-3};
-  r.frequencies = 6;
+  StrokeRequest r{.points = {0, 5e-4, 1e-3}, .frequencies = 6};
   r.outputs.remove(Output::frequency_derivatives);
   return r;
 }

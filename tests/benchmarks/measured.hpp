@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <ctime>
 #include <functional>
-#include <vector>
 
 namespace flexopt {
 
@@ -23,13 +22,6 @@ inline double least_seconds(int runs, const std::function<void()>& call) {
   double least = 1e300;
   for (int k = 0; k < runs; ++k) least = std::min(least, seconds(call));
   return least;
-}
-
-/// Strokes from rest to `end`, both among them.
-inline std::vector<double> even_strokes(double end, int count = 11) {
-  std::vector<double> strokes;
-  for (int k = 0; k < count; ++k) strokes.push_back(end * k / (count - 1));
-  return strokes;
 }
 
 }  // namespace flexopt

@@ -27,12 +27,10 @@ namespace {
 
 constexpr int longest = 100000;  // Newton iterations of one evaluation: more are findings
 
-struct Count {
-  int jobs = 0, refused = 0, no_equilibrium = 0, too_long = 0, ok = 0, crashed = 0, broken = 0,
-      rounded = 0;
-  int points = 0, converged = 0, unstable = 0, energies = 0, scales = 0, fulls = 0;
-  double energy_error = 0, scale_error = 0, twice_error = 0, mirror_error = 0, slowest = 0;
-};
+// How many jobs of a family ended how and were looked at, and the largest of what was measured.
+using Count = std::map<std::string, double>;
+constexpr const char* measured[] = {"energy_error", "scale_error", "twice_error", "mirror_error",
+                                    "seconds"};
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -58,40 +56,19 @@ json line_of(int seed) {
 }
 
 void add(const json& line, Count& count) {
-  ++count.jobs;
+  ++count["jobs"];
   if (line.contains("crashed")) {
-    ++count.crashed;
+    ++count["crashed"];
     return;
   }
-  switch (static_cast<JobVerdict::End>(line["end"].get<int>())) {
-    case JobVerdict::End::refused:
-      ++count.refused;
-      break;
-    case JobVerdict::End::no_equilibrium:
-      ++count.no_equilibrium;
-      break;
-    case JobVerdict::End::limit_reached:
-      ++count.too_long;
-      break;
-    case JobVerdict::End::ok:
-      ++count.ok;
-  }
-  count.points += line["points"].get<int>();
-  count.converged += line["converged"].get<int>();
-  count.unstable += line["converged"].get<int>() - line["stable"].get<int>();
-  count.energies += line["energy"].get<bool>();
-  count.scales += line["scale"].get<bool>();
-  count.fulls += line["full"].get<bool>();
-  count.broken += !line["broken"].empty();
-  count.rounded += !line["rounded"].empty();
-  const auto most = [&](double& of, const char* key) {
-    if (line[key].is_number()) of = std::max(of, line[key].get<double>());
-  };
-  most(count.energy_error, "energy_error");
-  most(count.scale_error, "scale_error");
-  most(count.twice_error, "twice_error");
-  most(count.mirror_error, "mirror_error");
-  most(count.slowest, "seconds");
+  constexpr const char* ends[] = {"refused", "no_equilibrium", "limit_reached", "ok"};
+  ++count[ends[line["end"].get<std::size_t>()]];
+  count["converged"] += line["converged"].get<int>();
+  count["unstable"] += line["converged"].get<int>() - line["stable"].get<int>();
+  for (const char* law : {"energy", "scale", "full"}) count[law] += line[law].get<bool>();
+  for (const char* list : {"broken", "rounded"}) count[list] += !line[list].empty();
+  for (const char* key : measured)
+    if (line[key].is_number()) count[key] = std::max(count[key], line[key].get<double>());
 }
 
 void print_findings(const json& line) {
@@ -120,25 +97,20 @@ void print_table(const SeedLines& lines) {
       "slowest |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       longest);
   Count all;
-  const auto row = [](const std::string& name, const Count& c) {
+  const auto row = [](const std::string& name, Count& c) {
     fmt::print(
-        "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {}, {:.1e} | {}, {:.1e} | {}, {:.1e}, "
-        "{:.1e} | {} | {} | {:.1f} s "
-        "|\n",
-        name, c.jobs, c.refused, c.no_equilibrium, c.ok, c.crashed, c.too_long, c.converged,
-        c.unstable, c.energies, c.energy_error, c.scales, c.scale_error, c.fulls, c.twice_error,
-        c.mirror_error, c.rounded, c.broken, c.slowest);
+        "| {} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.0f}, "
+        "{:.1e} | {:.0f}, {:.1e} | {:.0f}, {:.1e}, {:.1e} | {:.0f} | {:.0f} | {:.1f} s |\n",
+        name, c["jobs"], c["refused"], c["no_equilibrium"], c["ok"], c["crashed"],
+        c["limit_reached"], c["converged"], c["unstable"], c["energy"], c["energy_error"],
+        c["scale"], c["scale_error"], c["full"], c["twice_error"], c["mirror_error"], c["rounded"],
+        c["broken"], c["seconds"]);
   };
-  for (const auto& [name, c] : counts) {
+  for (auto& [name, c] : counts) {
     row(name, c);
-    for (int Count::*member :
-         {&Count::jobs, &Count::refused, &Count::no_equilibrium, &Count::ok, &Count::crashed,
-          &Count::too_long, &Count::points, &Count::converged, &Count::unstable, &Count::energies,
-          &Count::scales, &Count::fulls, &Count::rounded, &Count::broken})
-      all.*member += c.*member;
-    for (double Count::*member : {&Count::energy_error, &Count::scale_error, &Count::twice_error,
-                                  &Count::mirror_error, &Count::slowest})
-      all.*member = std::max(all.*member, c.*member);
+    for (const auto& [key, value] : c)
+      all[key] = std::ranges::find(measured, key) == std::end(measured) ? all[key] + value
+                                                                        : std::max(all[key], value);
   }
   row("all", all);
 }

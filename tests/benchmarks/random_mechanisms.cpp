@@ -20,15 +20,6 @@ using namespace flexopt;
 
 namespace {
 
-// Every tenth reduced, every second of the others beams.
-ModelOptions coarse(unsigned long long seed, bool reduced) {
-  ModelOptions model;
-  model.accuracy = reduced ? Accuracy::reduced : Accuracy::full;
-  model.flexure = seed % 2 == 1 ? Flexure::beam : Flexure::plate;
-  model.mesh = seed % 2 == 1 ? std::array{3, 1} : std::array{2, 2};
-  return model;
-}
-
 struct Law {
   const char* name;
   double limit;
@@ -55,7 +46,7 @@ int main(int arguments, char** values) {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / fmt::format("flexopt_random_{}", getpid());
   std::filesystem::create_directories(folder);
-  const auto model = [](unsigned long long seed) { return coarse(seed, seed % 10 == 0); };
+  const auto model = [](unsigned long long seed) { return laws::coarse(seed, seed % 10 == 0); };
   std::vector<Law> all{
       {"moved and turned as a whole", 1e-10,
        [&](const RandomDesign& d, unsigned long long seed) {
@@ -67,7 +58,7 @@ int main(int arguments, char** values) {
        }},
       {"force and tangent from the energy", 2e-7,
        [&](const RandomDesign& d, unsigned long long seed) {
-         return laws::energy(d, seed, coarse(seed, false));
+         return laws::energy(d, seed, laws::coarse(seed, false));
        }},
       {"written flat, and without repeats", 0,
        [](const RandomDesign& d, unsigned long long) { return laws::ways_of_writing(d); }},
@@ -93,8 +84,7 @@ int main(int arguments, char** values) {
         d = {1e300, error.what()};
       }
       law.sizes.push_back(d.size);
-      const bool reduced = seed % 10 == 0;
-      if (!(d.size <= std::max(law.limit, (reduced ? 2e4 : 1e3) * d.rounding))) {
+      if (!(d.size <= std::max(law.limit, laws::known(d, seed % 10 == 0)))) {
         ++law.failed;
         fmt::print(stderr, "seed {}, {}: {:.1e}, {}\n", seed, law.name, d.size, d.what);
       }

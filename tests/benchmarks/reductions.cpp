@@ -148,9 +148,7 @@ int main() {
     ModelOptions model;
     std::vector<int> cuts;
   };
-  ModelOptions base;
-  base.flexure = Flexure::beam;
-  base.mesh = {32, 1};
+  ModelOptions base{.flexure = Flexure::beam, .mesh = {32, 1}};
   std::vector<Variant> variants;
   const auto add = [&](const char* name, Reduction method, ModalDerivativeSet set,
                        std::vector<int> cuts, int order = 5) {

@@ -35,9 +35,7 @@ void leaf_kernels() {
   // a load step of the fine leaf: 4 mm guided, from rest
   double step = 0;
   {
-    StrokeRequest request;
-    request.points = {0.003};
-    request.outputs.remove(Output::stress);
+    StrokeRequest request{.points = {0.003}, .outputs = Outputs::numbers().remove(Output::stress)};
     ModelOptions model{.accuracy = Accuracy::full, .mesh = {16, 8}};
     step = least_seconds(
         9, [&] { evaluate_stroke(models::single_leaf(0.06, 0.04, 4e-4), model, request); });
@@ -59,7 +57,7 @@ void leaf_kernels() {
 void hinge_paths() {
   Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
   StrokeRequest request;
-  request.points = even_strokes(std::numbers::pi / 6);
+  request.points = models::evenly(std::numbers::pi / 6);
   request.outputs = {Output::equilibrium, Output::stiffness, Output::frequencies_free,
                      Output::frequencies_locked, Output::parasitic_frequency};
   const PageTable page("timings hinge");

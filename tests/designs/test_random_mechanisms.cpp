@@ -14,19 +14,8 @@ namespace {
 constexpr int count = 200;
 const int checked = test::nightly() ? count : 40;
 
-/// Every tenth reduced, every second of the others beams.
-ModelOptions coarse(int seed, bool reduced) {
-  ModelOptions model;
-  model.accuracy = reduced ? Accuracy::reduced : Accuracy::full;
-  model.flexure = seed % 2 == 1 ? Flexure::beam : Flexure::plate;
-  model.mesh = seed % 2 == 1 ? std::array{3, 1} : std::array{2, 2};
-  return model;
-}
-
-/// 1e-10, or what rounding comes to in series of soft leaves that are stiff along. The range that a
-/// reduced leaf is fitted over is rounded, and with it its fit.
 double limit(const laws::Deviation& d, bool reduced) {
-  return std::max(1e-10, (reduced ? 2e4 : 1e3) * d.rounding);
+  return std::max(1e-10, laws::known(d, reduced));
 }
 
 }  // namespace
@@ -95,7 +84,7 @@ TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slo
   for (int seed = 0; seed < checked; ++seed) {
     const bool reduced = seed % 10 == 0;
     const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path()), seed,
-                                                        "", coarse(seed, reduced));
+                                                        "", laws::coarse(seed, reduced));
     INFO("seed " << seed << ": " << d.what);
     CHECK(d.size < limit(d, reduced));
     exact += d.size < 1e-10;
@@ -108,7 +97,7 @@ TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow
   for (int seed = 0; seed < checked; ++seed) {
     const std::string mirror(1, "xyz"[seed % 3]);
     const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path()), seed,
-                                                        mirror, coarse(seed, seed % 10 == 0));
+                                                        mirror, laws::coarse(seed, seed % 10 == 0));
     INFO("seed " << seed << ": " << d.what);
     CHECK(d.size < limit(d, seed % 10 == 0));
   }
@@ -119,8 +108,8 @@ TEST_CASE("the force of a random mechanism is the gradient of its energy, the ta
   const test::TemporaryFolder folder;
   for (int seed = 0; seed < checked; ++seed) {
     const laws::Deviation d =
-        laws::energy(random_design(seed, folder.path()), seed, coarse(seed, false));
+        laws::energy(random_design(seed, folder.path()), seed, laws::coarse(seed, false));
     INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < std::max(2e-7, 1e3 * d.rounding));  // rounding of energies
+    CHECK(d.size < std::max(2e-7, laws::known(d, false)));  // rounding of energies
   }
 }

@@ -1,10 +1,8 @@
 #pragma once
 // Comparison with numbers that CalculiX's solid elements gave, in files beside the tests. How they
 // were made: tests/benchmarks/calculix/README.md.
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "core/response/response.hpp"
 #include "support/nightly.hpp"

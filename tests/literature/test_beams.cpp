@@ -8,19 +8,13 @@
 //     and frequencies from the same linearisation, Saint-Venant's J exact.
 //   Twist at large angles: Timoshenko, Strength of Materials II (shortening of twisted strips).
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/elements/plate/beam_section.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 ModelOptions beams(int elements, Warping warping = Warping::free) {
   return {.accuracy = Accuracy::full,
@@ -58,9 +52,7 @@ Mechanism chain(const std::vector<Vector3d>& points, const std::vector<Vector3d>
 }
 
 StrokeRequest load_path(const Vector6d& load, std::vector<double> points) {
-  StrokeRequest request;
-  request.loads.growing = {load_at_O(load)};
-  request.points = std::move(points);
+  StrokeRequest request{.points = std::move(points), .loads = {.growing = {load_at_O(load)}}};
   request.outputs.remove(Output::stress);
   return request;
 }
@@ -95,16 +87,16 @@ ModelOptions slender(ModelOptions model) {
 
 }  // namespace
 
-TEST_CASE("a beam under an end moment rolls up to a full circle", "[literature][beam]") {
+TEST_CASE("a beam under an end moment rolls up to a full circle") {
   const Material m{"m", 12e9, 0.3, 1000, {}};
   const double L = 1, w = 0.1, t = 0.005, EI = m.youngs_modulus * w * t * t * t / 12;
   const StrokeResponse r = evaluate_stroke(
       models::single_leaf(L, w, t, Direction::uy, m), slender(beams(20, Warping::clamped)),
-      load_path(along(Direction::rz, 2 * pi * EI / L),
+      load_path(along(Direction::rz, 2 * M_PI * EI / L),
                 {1.0 / 16, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1}));
   REQUIRE(r.status == Status::ok);
   for (const PathPoint& p : r.path) {
-    const double mu = 2 * pi * p.stroke;
+    const double mu = 2 * M_PI * p.stroke;
     CAPTURE(p.stroke, p.displacement.transpose());
     CHECK(
         (p.displacement - L * Vector3d(std::sin(mu) / mu - 1, (1 - std::cos(mu)) / mu, 0)).norm() <
@@ -112,10 +104,10 @@ TEST_CASE("a beam under an end moment rolls up to a full circle", "[literature][
   }
 }
 
-TEST_CASE("a wire under an end moment becomes a helix", "[literature][beam]") {
+TEST_CASE("a wire under an end moment becomes a helix") {
   // dead moment (5, 0, 10) EI/L, GJ/EI = 0.8
   const Material m{"m", 200e9, 0.25, 7800, {}};
-  const double L = 0.1, d = 5e-4, EI = m.youngs_modulus * pi * std::pow(d, 4) / 64;
+  const double L = 0.1, d = 5e-4, EI = m.youngs_modulus * M_PI * std::pow(d, 4) / 64;
   Vector6d load = Vector6d::Zero();
   load.tail<3>() = Vector3d(5, 0, 10) * EI / L;
   std::vector<double> steps;
@@ -136,12 +128,12 @@ TEST_CASE("a wire under an end moment becomes a helix", "[literature][beam]") {
   CHECK((R - turned).norm() < 1e-2);
 }
 
-TEST_CASE("a strip twisted at its tip stiffens and shortens", "[literature][beam]") {
+TEST_CASE("a strip twisted at its tip stiffens and shortens") {
   // lines across stay straight, no axial force: T = GJ θ′ + E t w⁵ θ′³ / 360, u = −w² θ′² L / 24
   const Material m{"m", 200e9, 0.3, 7800, {}};
   const double L = 1, w = 0.05, t = 1e-3;
   const double GJ = m.shear_modulus() * beam_section(Section::rectangular, w, t, 0.3).J;
-  const double twist = 0.5 * pi;  // per length
+  const double twist = 0.5 * M_PI;  // per length
   const double torque =
       GJ * twist + m.youngs_modulus * t * std::pow(w, 5) * std::pow(twist, 3) / 360;
   CHECK(torque > 1.3 * GJ * twist);
@@ -154,19 +146,19 @@ TEST_CASE("a strip twisted at its tip stiffens and shortens", "[literature][beam
   CHECK(r.path[2].displacement[0] == Approx(-w * w * twist * twist * L / 24).epsilon(2e-3));
 }
 
-TEST_CASE("a chain of wires follows the 45° bend of Bathe and Bolourchi", "[literature][beam]") {
+TEST_CASE("a chain of wires follows the 45° bend of Bathe and Bolourchi") {
   // R = 100, E = 1e7, ν = 0; a chain of straight pieces on the arc
   const Material m{"m", 1e7, 0, 1, {}};
   const double R = 100;
   std::vector<Vector3d> points;
   const int pieces = 8;
   for (int i = 0; i <= pieces; ++i) {
-    const double phi = pi / 4 * i / pieces;
+    const double phi = M_PI / 4 * i / pieces;
     points.push_back(R * Vector3d(1 - std::cos(phi), std::sin(phi), 0));
   }
   const std::vector<Vector3d> across(pieces, Vector3d::UnitZ());
   // GJ = EI = E/12 as in the reference: the wire of that stiffness
-  const double d = std::pow(64 / pi / 12, 0.25);
+  const double d = std::pow(64 / M_PI / 12, 0.25);
   Mechanism bend = chain(points, across, d, d, m);
   for (LeafSpring& leaf : bend.leaves) leaf.section = Section::circular;
   const Vector3d expected[] = {{22.24503474207, 58.77968539121, 40.18828383798},
@@ -182,7 +174,7 @@ TEST_CASE("a chain of wires follows the 45° bend of Bathe and Bolourchi", "[lit
   }
 }
 
-TEST_CASE("a cantilever strip buckles sideways at Prandtl's load", "[literature][beam]") {
+TEST_CASE("a cantilever strip buckles sideways at Prandtl's load") {
   // w/t = 50: EI_strong/EI_weak = 2500, GJ/EI_weak = 1.54
   const Material m{"m", 200e9, 0.3, 7800, {}};
   const double L = 1, w = 0.02, t = 4e-4;
@@ -197,7 +189,7 @@ TEST_CASE("a cantilever strip buckles sideways at Prandtl's load", "[literature]
   CHECK(factor == Approx(1).epsilon(2e-3));
 }
 
-TEST_CASE("a right-angle frame buckles out of its plane, either way", "[literature][beam]") {
+TEST_CASE("a right-angle frame buckles out of its plane, either way") {
   // N, mm: legs 240, section 30 × 0.6 with the width in the plane of the frame (x, z)
   const Material m{"m", 71240, 0.31, 1, {}};
   const double L = 240;
@@ -213,14 +205,13 @@ TEST_CASE("a right-angle frame buckles out of its plane, either way", "[literatu
   CHECK(factor == Approx(1).epsilon(2e-3));
 }
 
-TEST_CASE("a right-angle frame vibrates as in Argyris's example", "[literature][beam]") {
+TEST_CASE("a right-angle frame vibrates as in Argyris's example") {
   // N, mm, t: legs 240, section 30 × 3
   const Material m{"m", 71240, 0.31, 5e-9, {}};
   const double L = 240;
   const Mechanism frame =
       chain({{0, 0, 0}, {L, 0, 0}, {L, 0, L}}, {Vector3d::UnitZ(), Vector3d::UnitX()}, 30, 3, m);
-  StrokeRequest request;
-  request.frequencies = 2;
+  StrokeRequest request{.frequencies = 2};
   const StrokeResponse r = evaluate_stroke(frame, beams(10), request);
   REQUIRE(r.status == Status::ok);
   CHECK(r.path[0].frequencies_free[0] == Approx(11.282461893).epsilon(1e-4));

@@ -51,9 +51,7 @@ void compare(const nlohmann::json& solid, const ModelOptions& model, double bar)
 }  // namespace
 
 TEST_CASE("full accuracy on 16 x 4 elements is within 0.3 % of solids", "[slow]") {
-  ModelOptions model;
-  model.accuracy = Accuracy::full;
-  model.mesh = {16, 4};
+  ModelOptions model{.accuracy = Accuracy::full, .mesh = {16, 4}};
   solids::each_case(
       solids::read("calculix_solids.json").at("cases"), false,
       [&](const std::string&, const nlohmann::json& solid) { compare(solid, model, 0.003); });

@@ -86,7 +86,7 @@ void compare(const nlohmann::json& solid, const ModelOptions& model, double bar)
 
 }  // namespace
 
-TEST_CASE("crooked, warm and heavy mechanisms are within 1 % of solids", "[surroundings][slow]") {
+TEST_CASE("crooked, warm and heavy mechanisms are within 1 % of solids", "[slow]") {
   ModelOptions full;
   full.accuracy = Accuracy::full;
   full.mesh = {16, 4};

@@ -14,20 +14,15 @@
 //   E Γ θ″″ − GJ θ″ + M v″ = 0:
 //       M_c = k √(E I (GJ + E Γ k²)),   ψ_c = 2 M_c L/(E I_w),   Γ = w³t³/144.
 //   Without Γ it is 4π √(2/(1 + ν)) (t/w)², whatever the length.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/elements/plate/beam_section.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
 
 double closed_form(double L, double w, double t, const Material& m, bool warping) {
-  const double E = m.youngs_modulus, k = 2 * std::numbers::pi / L;
+  const double E = m.youngs_modulus, k = 2 * M_PI / L;
   const BeamSection s = beam_section(Section::rectangular, w, t, m.poissons_ratio);
   const double gamma = warping ? w * w * w * t * t * t / 144 : 0;
   const double moment = k * std::sqrt(E * s.I_weak * (m.shear_modulus() * s.J + E * gamma * k * k));
@@ -35,10 +30,9 @@ double closed_form(double L, double w, double t, const Material& m, bool warping
 }
 
 PathPoint turned(const Mechanism& guide, const ModelOptions& model, double angle) {
-  StrokeRequest request;
-  request.points = {0};
-  request.outputs = {Output::equilibrium, Output::stiffness};
-  request.loads.assembly = {{0, 0, Vector3d::Zero(), {0, angle, 0}}};
+  StrokeRequest request{.points = {0},
+                        .loads = {.assembly = {{0, 0, Vector3d::Zero(), {0, angle, 0}}}},
+                        .outputs = {Output::equilibrium, Output::stiffness}};
   return evaluate_stroke(guide, model, request).path[0];
 }
 
@@ -55,7 +49,7 @@ double critical_turn(const Mechanism& guide, const ModelOptions& model, double e
 }  // namespace
 
 TEST_CASE("a guide is crooked up to the lateral buckling of its leaves with restrained warping",
-          "[literature][assembly][slow]") {
+          "[slow]") {
   const Material m = models::steel();
   const ModelOptions beams{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {12, 1}};
   ModelOptions plates{.accuracy = Accuracy::full};

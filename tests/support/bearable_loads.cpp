@@ -42,11 +42,10 @@ LoadCase loads_of(const Mechanism& mechanism) {
   LoadCase loads;
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b) {
     const double k = static_cast<double>(mechanism.bodies[static_cast<std::size_t>(b)].name.size());
-    DeadLoad load;
-    load.force = 0.05 * Vector3d(std::sin(k), std::cos(2 * k), std::sin(3 * k));
-    load.moment = 5e-4 * Vector3d(std::cos(k), std::sin(2 * k), std::cos(3 * k));
-    load.body = b;
-    load.arm = 0.01 * Vector3d(std::sin(5 * k), std::cos(7 * k), std::sin(2 * k));
+    DeadLoad load{.force = 0.05 * Vector3d(std::sin(k), std::cos(2 * k), std::sin(3 * k)),
+                  .moment = 5e-4 * Vector3d(std::cos(k), std::sin(2 * k), std::cos(3 * k)),
+                  .body = b,
+                  .arm = 0.01 * Vector3d(std::sin(5 * k), std::cos(7 * k), std::sin(2 * k))};
     const auto& held = mechanism.bodies[static_cast<std::size_t>(b)].held;
     if (held[3] && held[4] && held[5]) {  // a material point: forces act at its place
       load.moment.setZero();

@@ -1,6 +1,7 @@
 #pragma once
 // Laws that every mechanism keeps, whatever it is made of. Each answers by how much it is broken,
 // relative to the scale of what is compared.
+#include <array>
 #include <string>
 
 #include "support/random_design.hpp"
@@ -14,6 +15,17 @@ struct Deviation {
 
   void add(double difference, double scale, const std::string& name);
 };
+
+/// What rounding comes to in series of soft leaves that are stiff along. The range that a reduced
+/// leaf is fitted over is rounded, and with it its fit.
+inline double known(const Deviation& d, bool reduced) { return (reduced ? 2e4 : 1e3) * d.rounding; }
+
+/// Every second of beams, others of plates.
+inline ModelOptions coarse(unsigned long long seed, bool reduced) {
+  return {.accuracy = reduced ? Accuracy::reduced : Accuracy::full,
+          .flexure = seed % 2 == 1 ? Flexure::beam : Flexure::plate,
+          .mesh = seed % 2 == 1 ? std::array{3, 1} : std::array{2, 2}};
+}
 
 /// Moved and turned as a whole, mirrored before where `mirror` is an axis, drive, loads and payload
 /// with it: every answer at rest and at a deflected state is the moved one. `seed`: of the motion.

@@ -2,9 +2,11 @@
 // Mechanisms that many tests share, written out by hand: independent of the families.
 #include <Eigen/Geometry>
 #include <cmath>
+#include <vector>
 
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
+#include "core/mechanism/profile.hpp"
 
 namespace flexopt {
 
@@ -26,6 +28,15 @@ inline Direction drive_direction(const Mechanism& mechanism) {
 namespace flexopt::models {
 
 inline Material steel() { return {"steel", 200e9, 0.3, 7800, {}}; }
+inline Material without_poisson() { return {"steel", 200e9, 0, 7800, {}}; }
+
+/// A function of the place at the stations of a profile.
+template <class F>
+std::vector<double> sampled(const F& f) {
+  std::vector<double> p;
+  for (const double s : profile_stations()) p.push_back(f(s));
+  return p;
+}
 
 /// Leaf from `from` along `along`, width along z.
 inline LeafSpring leaf(const Vector3d& from, const Vector3d& along, double length, double width,
@@ -82,6 +93,24 @@ inline Mechanism single_leaf(double length, double width, double thickness,
   mechanism.bodies = {body({length, 0, 0}, 0, 0)};
   mechanism.leaves = {leaf({0, 0, 0}, {1, 0, 0}, length, width, thickness, m)};
   return mechanism;
+}
+
+/// Its tip free, O the middle of that edge.
+inline Mechanism free_tip(Mechanism single, double mass = 0) {
+  LeafSpring& leaf = single.leaves[0];
+  leaf.tip = free_edge;
+  leaf.point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+  single.bodies = {follower(leaf.tip_middle(), mass)};
+  return single;
+}
+
+/// Clamped at both edges, O at shares of its length along x and of its width.
+inline Mechanism clamped_at_both(Mechanism single, double along, double across, double mass = 0) {
+  LeafSpring& leaf = single.leaves[0];
+  leaf.tip = ground;
+  leaf.point = LeafPoint{.body = 0, .along = along, .across = across};
+  single.bodies = {follower({along * leaf.length, 0, (across - 0.5) * leaf.width}, mass)};
+  return single;
 }
 
 /// A leaf between edges that stay parallel, pressed along itself (x) and sheared (y).
@@ -143,14 +172,19 @@ inline LeafSpring turned(const LeafSpring& leaf) {
   return t;
 }
 
+/// Strokes from zero to the end, both among them, at equal distances.
+inline std::vector<double> evenly(double end, int points = 11) {
+  std::vector<double> all;
+  for (int k = 0; k < points; ++k) all.push_back(end * k / (points - 1));
+  return all;
+}
+
 /// Full beams, as Euler and Bernoulli have them: sections warp freely.
 inline ModelOptions free_beams(int elements) {
-  ModelOptions model;
-  model.mesh = {elements, 1};
-  model.flexure = Flexure::beam;
-  model.warping = Warping::free;
-  model.accuracy = Accuracy::full;
-  return model;
+  return {.accuracy = Accuracy::full,
+          .flexure = Flexure::beam,
+          .warping = Warping::free,
+          .mesh = {elements, 1}};
 }
 
 }  // namespace flexopt::models

@@ -54,10 +54,7 @@ LoadCase turned(const LoadCase& loads, const Mechanism& from, const Mechanism& t
 
 StrokeResponse respond(const Mechanism& mechanism, const ModelOptions& model, const LoadCase& loads,
                        double stroke) {
-  StrokeRequest request;
-  request.points = {0, stroke};
-  request.loads = loads;
-  request.frequencies = 4;
+  StrokeRequest request{.points = {0, stroke}, .loads = loads, .frequencies = 4};
   request.outputs.remove(Output::frequency_derivatives);
   request.newton.tolerance = 1e-12;
   return evaluate_stroke(mechanism, model, request);

@@ -12,19 +12,13 @@
 #include "core/elements/plate/plate_mesh_rate.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/arc.hpp"
-#include "core/mechanism/profile.hpp"
+#include "support/models.hpp"
 #include "support/moved.hpp"
 #include "support/slopes.hpp"
 
 namespace flexopt::plate_laws {
 
-/// A function of the place at the stations of a profile.
-template <class F>
-std::vector<double> sampled(const F& f) {
-  std::vector<double> p;
-  for (const double s : profile_stations()) p.push_back(f(s));
-  return p;
-}
+using models::sampled;
 inline double wave(double s) { return 1 + 0.3 * std::sin(4 * s) - 0.2 * s; }
 
 /// Bent and twisted well into the nonlinear range, internal unknowns not at rest.

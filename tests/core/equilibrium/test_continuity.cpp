@@ -1,10 +1,6 @@
 // Whether two equilibria lie on one branch.
-#include <catch2/catch.hpp>
-
 #include "core/equilibrium/continuity.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -19,7 +15,7 @@ VectorXd strokes(double x, double y) { return Eigen::Vector2d(x, y); }
 
 }  // namespace
 
-TEST_CASE("the departure of states of one branch falls faster than the step", "[continuity]") {
+TEST_CASE("the departure of states of one branch falls faster than the step") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   double before = 0;
   for (const double step : {4e-3, 2e-3, 1e-3}) {
@@ -37,7 +33,7 @@ TEST_CASE("the departure of states of one branch falls faster than the step", "[
   }
 }
 
-TEST_CASE("slopes along growing loads are those of the states beside", "[continuity]") {
+TEST_CASE("slopes along growing loads are those of the states beside") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.drives.clear();
   const LoadCase loads{.constant = {{.force = {2, 0, 0}}}, .growing = {{.force = {0, 5, 0}}}};
@@ -57,7 +53,7 @@ TEST_CASE("slopes along growing loads are those of the states beside", "[continu
   CHECK((at(1) - here).norm() < 1e-12);
 }
 
-TEST_CASE("the straight and the buckled leaf are on different branches", "[continuity]") {
+TEST_CASE("the straight and the buckled leaf are on different branches") {
   const Mechanism m = models::pressed_leaf();
   const VectorXd growth = strokes(-5e-5, 0);
   System bowed = full_system(m);
@@ -74,8 +70,7 @@ TEST_CASE("the straight and the buckled leaf are on different branches", "[conti
   CHECK(departure(start, start, branch_state_of_strokes(straight, growth), 1, straight) > 0.05);
 }
 
-TEST_CASE("a system stands near itself with another model, and not near another stroke",
-          "[continuity]") {
+TEST_CASE("a system stands near itself with another model, and not near another stroke") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   System reduced(m, make_reduced_leaves(m, {}, 0.02));
   REQUIRE(step_to(reduced, 0.02, {}).converged);

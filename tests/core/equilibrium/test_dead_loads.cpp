@@ -1,19 +1,8 @@
-// Dead loads on any body: their energy, force and tangent, and what follows from them in a whole
-// evaluation and its derivatives.
+// Dead loads on any body: what follows from them in a whole evaluation and its derivatives. Random
+// mechanisms (tests/designs) have force and tangent compared with differences of their energy.
 #include "core/equilibrium/dead_loads.hpp"
 
-#include <Eigen/Geometry>
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/quantities.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
-#include "support/strokes.hpp"
-#include "support/tangent_law.hpp"
 
 using namespace flexopt;
 
@@ -47,38 +36,7 @@ StrokeRequest request_with(LoadCase loads) {
 
 }  // namespace
 
-TEST_CASE("force and tangent are the derivatives of the energy of leaves and dead forces",
-          "[equilibrium][loads]") {
-  const Mechanism m = row_of_two(0.06, 4e-4);
-  System system(m, make_full_leaves(m, models::beams(6)), on_the_body_between());
-  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
-  REQUIRE(step_to(system, 0.006, {}).converged);
-  // the spin of body 1 alone, leaves aside: the dead force turns with it
-  const std::vector<BodyLoad> acting = system.acting();
-  REQUIRE(acting.size() == 2);
-  const BodyLoad load = acting[0];
-  const Matrix3d R = system.pose(1).rotation;
-  REQUIRE((R - Matrix3d::Identity()).norm() > 1e-3);
-  const auto energy = [&](const Vector3d& spin) {
-    return -load.force.dot(rotation_exp(spin) * R * load.arm);
-  };
-  const Vector3d moment = -(R * load.arm).cross(load.force);
-  const Matrix3d K = arm_stiffness(load.force, Vector3d(R * load.arm));
-  const double h = 1e-4;
-  for (int i = 0; i < 3; ++i) {
-    const Vector3d e = h * Vector3d::Unit(i);
-    CHECK((energy(e) - energy(-e)) / (2 * h) == Approx(moment[i]).epsilon(1e-6).margin(1e-10));
-    for (int j = 0; j < 3; ++j) {
-      const Vector3d f = h * Vector3d::Unit(j);
-      const double mixed =
-          (energy(e + f) - energy(e - f) - energy(f - e) + energy(-e - f)) / (4 * h * h);
-      CHECK(mixed == Approx(K(i, j)).epsilon(1e-5).margin(1e-7));
-    }
-  }
-  test::check_tangent(system);
-}
-
-TEST_CASE("a dead force on an arm is the pull of a long string", "[equilibrium][loads]") {
+TEST_CASE("a dead force on an arm is the pull of a long string") {
   // f with arm o on a body on a flexure with the rotational stiffness k: the force adds −∂(o×f)
   Mechanism m = row_of_two(0.06, 4e-4);
   m.bodies[1].reference[1] = m.bodies[1].center_of_mass[1] = 0;  // on the line of the leaves
@@ -106,7 +64,7 @@ TEST_CASE("a dead force on an arm is the pull of a long string", "[equilibrium][
   CHECK(on_arm.path[0].drive_stiffness > at_reference.path[0].drive_stiffness);
 }
 
-TEST_CASE("a load on an arm equals one on a massless body tied there", "[equilibrium][loads]") {
+TEST_CASE("a load on an arm equals one on a massless body tied there") {
   const Mechanism m = row_of_two(0.06, 4e-4);
   const LoadCase loads = on_the_body_between();
   Mechanism tied = m;
@@ -139,8 +97,7 @@ TEST_CASE("a load on an arm equals one on a massless body tied there", "[equilib
   }
 }
 
-TEST_CASE("derivatives along the design know loads on arms and on other bodies",
-          "[equilibrium][loads]") {
+TEST_CASE("derivatives along the design know loads on arms and on other bodies") {
   using namespace flexopt::test;
   const test::Family family{[](const test::Values& p) { return row_of_two(p[0], p[1]); },
                             {{"length", 0.06}, {"thickness", 4e-4}},
@@ -149,8 +106,7 @@ TEST_CASE("derivatives along the design know loads on arms and on other bodies",
   CHECK(check_gradients(family, models::beams(6), request_with(on_the_body_between())) > 50);
 }
 
-TEST_CASE("a force at a place that stays has its arm from the moving reference point",
-          "[equilibrium][loads]") {
+TEST_CASE("a force at a place that stays has its arm from the moving reference point") {
   using namespace flexopt::test;
   const LoadCase at_a_place{
       .constant = {{.force = {0.4, 0.3, -0.5}, .body = 1, .place = Vector3d(0.07, -0.02, 0.015)}}};
@@ -166,8 +122,7 @@ TEST_CASE("a force at a place that stays has its arm from the moving reference p
   CHECK(check_gradients(family, models::beams(6), request_with(at_a_place)) > 25);
 }
 
-TEST_CASE("a growing load on another body moves the end-effector undriven",
-          "[equilibrium][loads]") {
+TEST_CASE("a growing load on another body moves the end-effector undriven") {
   const Mechanism m = row_of_two(0.06, 4e-4);
   StrokeRequest request = request_with({.growing = {{.force = {0, 0.5, 0}, .body = 1}}});
   request.points = {0, 0.5, 1};
@@ -177,7 +132,7 @@ TEST_CASE("a growing load on another body moves the end-effector undriven",
   CHECK(r.path[2].drive_load == 0);
 }
 
-TEST_CASE("a load on a body that does not exist is refused in words", "[equilibrium][loads]") {
+TEST_CASE("a load on a body that does not exist is refused in words") {
   const Mechanism m = row_of_two(0.06, 4e-4);
   const StrokeResponse r = evaluate_stroke(
       m, models::beams(6), request_with({.constant = {{.force = {1, 0, 0}, .body = 2}}}));

@@ -1,21 +1,14 @@
 // Drives on any body, between two, in axes of their own, and several at once: the same states by
 // different drives, and loads that do work on their strokes.
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <memory>
 
 #include "core/equilibrium/end_effector_compliance.hpp"
-#include "core/math/rotation.hpp"
 #include "core/mechanism/drive.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/slopes.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
-using test::difference;
 
 namespace {
 
@@ -62,10 +55,8 @@ std::unique_ptr<System> check_work(const Mechanism& m, const VectorXd& to,
   };
   for (Eigen::Index k = 0; k < to.size(); ++k) {
     const VectorXd d = h * VectorXd::Unit(to.size(), k).cwiseProduct(to.cwiseAbs());
-    // central differences of fourth order
     const double slope =
-        (8 * (energy(to + d) - energy(to - d)) - (energy(to + 2 * d) - energy(to - 2 * d))) /
-        (12 * d[k]);
+        test::slope_at_zero([&](double x) { return energy(to + x * d); }, 1) / d[k];
     const Equilibrium e = step_to(system, to, {.tolerance = 1e-12});
     REQUIRE(e.converged);
     INFO("drive " << k << ": load " << e.drive_loads[k]);
@@ -77,8 +68,7 @@ std::unique_ptr<System> check_work(const Mechanism& m, const VectorXd& to,
 
 }  // namespace
 
-TEST_CASE("a drive on the stage finds the states that a drive on the end-effector passes",
-          "[drive]") {
+TEST_CASE("a drive on the stage finds the states that a drive on the end-effector passes") {
   // the end-effector held at a stroke, its load the one drive load; the stage driven to where it
   // then is, the end-effector loaded by that force
   const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0)});
@@ -98,7 +88,7 @@ TEST_CASE("a drive on the stage finds the states that a drive on the end-effecto
   CHECK(second.energy() == Approx(first.energy()).epsilon(1e-9));
 }
 
-TEST_CASE("the load of a drive is the derivative of the energy along its stroke", "[drive]") {
+TEST_CASE("the load of a drive is the derivative of the energy along its stroke") {
   const Matrix3d R = rotation_exp({0.2, -0.1, 0.4});
   SECTION("of an intermediate body") {
     check_work(driven(double_guide(), {drive("", Direction::uy, 1)}), VectorXd::Constant(1, 0.01));
@@ -134,8 +124,7 @@ TEST_CASE("the load of a drive is the derivative of the energy along its stroke"
   }
 }
 
-TEST_CASE("a drive against a body on rigid joints to the ground is one against the ground",
-          "[drive]") {
+TEST_CASE("a drive against a body on rigid joints to the ground is one against the ground") {
   const Direction of = GENERATE(Direction::uy, Direction::rz);
   const double to = of == Direction::uy ? 0.015 : 0.4;
   Mechanism base = of == Direction::uy
@@ -168,49 +157,7 @@ TEST_CASE("a drive against a body on rigid joints to the ground is one against t
           Approx(a.frequency_derivatives[k].d2_omega2).epsilon(1e-4));
 }
 
-TEST_CASE("turned axes drive as a turned mechanism is driven", "[drive]") {
-  const Matrix3d R = rotation_exp({0.4, 0.7, -0.3});
-  const bool hinge = GENERATE(false, true);
-  const Mechanism straight =
-      hinge ? driven(models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}}),
-                     {drive("", Direction::rz, 0)})
-            : driven(double_guide(), {drive("", Direction::uy, 0)});
-  const Mechanism other = test::moved_as_a_whole(straight, R);
-  REQUIRE_FALSE(coordinate_of(other.drives[0]));
-  const StrokeRequest request = stroke({0, hinge ? 0.35 : 0.015});
-  const StrokeResponse a = test::evaluated(straight, models::beams(8), request),
-                       b = test::evaluated(other, models::beams(8), request);
-  for (std::size_t k = 0; k < a.path.size(); ++k) {
-    const PathPoint &x = a.path[k], &y = b.path[k];
-    test::check_same(y, x, {.load = 1e-8, .compliance = 1e-7, .frequency = 1e-7}, R);
-    CHECK(y.drive_stiffness == Approx(x.drive_stiffness).epsilon(1e-8));
-    for (int d = 0; d < 6; ++d) CHECK(y.support_stiffness[d].has_value());
-  }
-  REQUIRE(b.frequency_derivatives.size() == a.frequency_derivatives.size());
-  for (std::size_t k = 0; k < a.frequency_derivatives.size(); ++k) {
-    const FrequencyDerivatives &x = a.frequency_derivatives[k], &y = b.frequency_derivatives[k];
-    CHECK(y.omega2 == Approx(x.omega2).epsilon(1e-6));
-    CHECK(y.d2_omega2 == Approx(x.d2_omega2).epsilon(1e-4));
-  }
-}
-
-TEST_CASE("reduced leaves follow a relative drive as full ones do", "[drive]") {
-  const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0, 1)});
-  ModelOptions full = models::beams(8), reduced = full;
-  reduced.accuracy = Accuracy::reduced;
-  StrokeRequest request = stroke({0.005, 0.012}, 4);
-  request.outputs.remove(Output::frequency_derivatives);
-  const StrokeResponse a = test::evaluated(m, full, request),
-                       b = test::evaluated(m, reduced, request);
-  for (std::size_t k = 0; k < a.path.size(); ++k) {
-    CHECK(b.path[k].drive_load == Approx(a.path[k].drive_load).epsilon(1e-3));
-    CHECK(b.path[k].drive_stiffness == Approx(a.path[k].drive_stiffness).epsilon(1e-3));
-    CHECK(b.path[k].frequencies_locked[0] == Approx(a.path[k].frequencies_locked[0]).epsilon(1e-3));
-    CHECK(b.path[k].leaves[0].model == "tube");
-  }
-}
-
-TEST_CASE("without a drive a mechanism answers at rest and under loads", "[drive]") {
+TEST_CASE("without a drive a mechanism answers at rest and under loads") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.drives.clear();
   StrokeRequest request = stroke({0});
@@ -223,7 +170,7 @@ TEST_CASE("without a drive a mechanism answers at rest and under loads", "[drive
   CHECK_THAT(evaluate_stroke(m, models::beams(8), request).message, Contains("no drive"));
 }
 
-TEST_CASE("several drives are held at once", "[drive]") {
+TEST_CASE("several drives are held at once") {
   const Mechanism m =
       driven(double_guide(), {drive("y", Direction::uy, 0), drive("stage", Direction::uy, 1)});
   StrokeRequest request = stroke({}, 4);

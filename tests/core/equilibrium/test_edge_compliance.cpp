@@ -1,11 +1,7 @@
 // How a mechanism yields at the edges of its leaves, against what it does under small loads.
-#include <catch2/catch.hpp>
-
 #include "core/equilibrium/edge_compliance.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -22,8 +18,7 @@ System under(const Mechanism& hinge, const LoadCase& loads, Algebra algebra) {
 
 }  // namespace
 
-TEST_CASE("edges yield as the mechanism does under a small force, its drive held",
-          "[edge_compliance]") {
+TEST_CASE("edges yield as the mechanism does under a small force, its drive held") {
   const Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
   // no drive load, no moment: only then are the moments of the tangent those of a small force
   const DeadLoad payload{.force = {-150, 0, 0}};
@@ -55,7 +50,7 @@ TEST_CASE("edges yield as the mechanism does under a small force, its drive held
   CHECK((0.5 * (moved[0] - moved[1]) - expected).norm() < 1e-4 * expected.norm());
 }
 
-TEST_CASE("an unstable mechanism has no compliance", "[edge_compliance]") {
+TEST_CASE("an unstable mechanism has no compliance") {
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
   System system(guide, make_full_leaves(guide, {.accuracy = Accuracy::full, .mesh = {8, 2}}),
                 {.constant = {{.force = {-700, 0, 0}}}});  // held drive: 517 N
@@ -66,7 +61,7 @@ TEST_CASE("an unstable mechanism has no compliance", "[edge_compliance]") {
   CHECK_FALSE(compliance.of(0));
 }
 
-TEST_CASE("edges follow a stroke, and its load, as their surroundings say", "[edge_compliance]") {
+TEST_CASE("edges follow a stroke, and its load, as their surroundings say") {
   // two drives, of which one is a condition
   Mechanism hinge = models::three_leaf_hinge(0.06, 0.04, 4e-4);
   hinge.drives = {make_drive(Direction::rz), make_drive(Direction::uy)};

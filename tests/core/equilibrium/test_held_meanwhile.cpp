@@ -1,10 +1,6 @@
 // What is told where loads find no equilibrium: what is held meanwhile, and where it would give.
 
-#include <catch2/catch.hpp>
-
-#include "core/equilibrium/stroke_path.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;
@@ -20,7 +16,7 @@ std::string told(const Mechanism& m, const DeadLoad& load) {
 
 }  // namespace
 
-TEST_CASE("a drive would give where the load pushes it", "[equilibrium]") {
+TEST_CASE("a drive would give where the load pushes it") {
   for (const double force : {5.0, -5.0}) {
     // along a global axis, and as a condition between bodies
     Mechanism m = models::single_leaf(0.1, 0.01, 5e-4);
@@ -37,7 +33,7 @@ TEST_CASE("a drive would give where the load pushes it", "[equilibrium]") {
   }
 }
 
-TEST_CASE("directions that bodies hold are named with those of drives", "[equilibrium]") {
+TEST_CASE("directions that bodies hold are named with those of drives") {
   Mechanism m = models::single_leaf(0.1, 0.01, 5e-4, Direction::rz);
   m.drives[0].name = "motor";
   m.bodies[0].held[2] = true;
@@ -48,7 +44,7 @@ TEST_CASE("directions that bodies hold are named with those of drives", "[equili
   CHECK_THAT(text, Contains("always held: uz of end-effector"));
 }
 
-TEST_CASE("blades that loads bend up are said to want to rise", "[equilibrium]") {
+TEST_CASE("blades that loads bend up are said to want to rise") {
   // bases turned up and moved in under a load that they bear higher up: none with O held down
   Mechanism m{.bodies = {models::body({0, 0, 0}, 0, 0)}};
   for (const double side : {-1.0, 1.0})

@@ -1,10 +1,6 @@
 #include "core/equilibrium/newton_equations.hpp"
 
-#include <catch2/catch.hpp>
-
-#include "core/response/models/leaf_models.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -28,7 +24,7 @@ VectorXd right_side(const System& system, const std::optional<VectorXd>& strokes
 
 }  // namespace
 
-TEST_CASE("Newton's matrix is the derivative of its right side", "[equilibrium]") {
+TEST_CASE("Newton's matrix is the derivative of its right side") {
   const bool driven = GENERATE(true, false);
   CAPTURE(driven);
   const Mechanism mechanism = hinged_guide();
@@ -62,8 +58,7 @@ TEST_CASE("Newton's matrix is the derivative of its right side", "[equilibrium]"
   }
 }
 
-TEST_CASE("a step of Newton's equations ends at the stroke and with the load of its solution",
-          "[equilibrium]") {
+TEST_CASE("a step of Newton's equations ends at the stroke and with the load of its solution") {
   const Mechanism mechanism = hinged_guide();
   System system(mechanism, make_full_leaves(mechanism, {.mesh = {8, 4}}));
   const Equilibrium found = solve_equilibrium(system, 0.008, {});

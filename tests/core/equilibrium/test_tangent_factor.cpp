@@ -1,17 +1,12 @@
 // Systems that are solved sparse against the same solved dense.
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <memory>
 
 #include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/equilibrium/free_motions.hpp"
-#include "core/equilibrium/stroke_path.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/modes/full_modes.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -98,7 +93,7 @@ std::unique_ptr<Both> at_a_state(Ties ties) {
 
 }  // namespace
 
-TEST_CASE("a system solved sparse finds the equilibria of the dense one", "[sparse]") {
+TEST_CASE("a system solved sparse finds the equilibria of the dense one") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   const auto owner = at_a_state(ties);
   Both& both = *owner;
@@ -109,8 +104,7 @@ TEST_CASE("a system solved sparse finds the equilibria of the dense one", "[spar
   CHECK(difference(both.sparse.tangent().dense(), both.dense.tangent_stiffness()) < 1e-8);
 }
 
-TEST_CASE("motions, stability and stiffness of a sparse system are those of the dense one",
-          "[sparse]") {
+TEST_CASE("motions, stability and stiffness of a sparse system are those of the dense one") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   const auto owner = at_a_state(ties);
   Both& both = *owner;
@@ -133,8 +127,7 @@ TEST_CASE("motions, stability and stiffness of a sparse system are those of the 
   CHECK(s.negative_pivots == d.negative_pivots);
 }
 
-TEST_CASE("the sparse count of negative directions is the dense one where there are some",
-          "[sparse]") {
+TEST_CASE("the sparse count of negative directions is the dense one where there are some") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   // pushed along the chain, far beyond buckling, with nothing deflected
   Both both(chain(6, ties), {});
@@ -158,8 +151,7 @@ TEST_CASE("the sparse count of negative directions is the dense one where there 
   CHECK(most > 1);
 }
 
-TEST_CASE("frequencies and balanced states of a sparse system are those of the dense one",
-          "[sparse]") {
+TEST_CASE("frequencies and balanced states of a sparse system are those of the dense one") {
   const Ties ties = GENERATE(Ties::leaves, Ties::joints, Ties::drives, Ties::held);
   const auto owner = at_a_state(ties);
   Both& both = *owner;

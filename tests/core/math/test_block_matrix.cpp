@@ -19,7 +19,7 @@ BlockMatrix chain() {
 
 }  // namespace
 
-TEST_CASE("a block matrix is its dense one: entries, diagonal, products", "[math][sparse]") {
+TEST_CASE("a block matrix is its dense one: entries, diagonal, products") {
   const BlockMatrix A = chain();
   const MatrixXd D = A.dense();
   REQUIRE(D.rows() == 24);
@@ -33,8 +33,7 @@ TEST_CASE("a block matrix is its dense one: entries, diagonal, products", "[math
   CHECK((A * X - D * X).norm() < 1e-14 * X.norm());
 }
 
-TEST_CASE("released coordinates of a block matrix have the rows of the identity",
-          "[math][sparse]") {
+TEST_CASE("released coordinates of a block matrix have the rows of the identity") {
   for (const bool columns : {false, true}) {
     BlockMatrix A = chain();
     MatrixXd D = A.dense();

@@ -57,8 +57,7 @@ TEST_CASE("a negative value is found beside motions that have next to no mass") 
   CHECK((found.values - (VectorXd(4) << -2, 1, 5, 8).finished()).norm() < 1e-9);
 }
 
-TEST_CASE(
-    "pairs with a coordinate held follow from those without, equal values and idle ones too") {
+TEST_CASE("pairs with a coordinate held follow from those without, equal and idle ones too") {
   const VectorXd values = (VectorXd(7) << -1, 1, 3, 3, 4, 9, 20).finished();
   Matrices p = matrices(values);
   for (const bool idle : {false, true}) {

@@ -1,8 +1,6 @@
 // Matrices of truncated polynomials against their values at small arguments.
 #include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/math/matrix_polynomial.hpp"
 #include "support/monomials.hpp"
 
 using namespace flexopt;

@@ -1,8 +1,6 @@
 #include "core/math/polynomial.hpp"
 
-#include <Eigen/Core>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <random>
 
 #include "support/monomials.hpp"
@@ -21,8 +19,7 @@ Polynomial<NV, ORDER> random_polynomial(std::mt19937& engine) {
 
 }  // namespace
 
-TEST_CASE("monomials stand in graded order and are found by their exponents",
-          "[reduction][polynomial]") {
+TEST_CASE("monomials stand in graded order and are found by their exponents") {
   CHECK(monomial_count(6, 2) == 28);
   CHECK(monomial_count(6, 3) == 84);
   CHECK(monomial_count(6, 5) == 462);
@@ -57,7 +54,7 @@ TEST_CASE("monomials stand in graded order and are found by their exponents",
   }
 }
 
-TEST_CASE("the product of polynomials is the product of their values", "[reduction][polynomial]") {
+TEST_CASE("the product of polynomials is the product of their values") {
   std::mt19937 engine(1);
   // degrees 3 and 4: nothing of the product is cut off at 7
   auto a = random_polynomial<6, 7>(engine), b = random_polynomial<6, 7>(engine);
@@ -79,7 +76,7 @@ TEST_CASE("the product of polynomials is the product of their values", "[reducti
   }
 }
 
-TEST_CASE("truncation keeps a prefix, and parts of a product add up", "[reduction][polynomial]") {
+TEST_CASE("truncation keeps a prefix, and parts of a product add up") {
   std::mt19937 engine(2);
   const auto a = random_polynomial<6, 5>(engine), b = random_polynomial<6, 5>(engine);
   const auto c = a * b;
@@ -103,7 +100,7 @@ TEST_CASE("truncation keeps a prefix, and parts of a product add up", "[reductio
   }
 }
 
-TEST_CASE("lanes of coefficients multiply like eight polynomials", "[reduction][polynomial]") {
+TEST_CASE("lanes of coefficients multiply like eight polynomials") {
   using Lanes = Eigen::Array<double, 8, 1>;
   std::mt19937 engine(3);
   Polynomial<6, 3, Lanes> A, B;
@@ -128,7 +125,7 @@ TEST_CASE("lanes of coefficients multiply like eight polynomials", "[reduction][
   }
 }
 
-TEST_CASE("a series of a polynomial is its Taylor polynomial", "[reduction][polynomial]") {
+TEST_CASE("a series of a polynomial is its Taylor polynomial") {
   // sin(q)² + cos(q)² = 1 with a constant part in q, to every degree
   std::mt19937 engine(4);
   auto q = random_polynomial<6, 5>(engine);
@@ -156,7 +153,7 @@ TEST_CASE("a series of a polynomial is its Taylor polynomial", "[reduction][poly
   CHECK(rest < 1e-10 * scale);
 }
 
-TEST_CASE("a weighted square is the product with itself", "[reduction][polynomial]") {
+TEST_CASE("a weighted square is the product with itself") {
   std::mt19937 engine(11);
   using P = Polynomial<4, 5>;
   for (const int degree : {1, 2, 3, 5}) {

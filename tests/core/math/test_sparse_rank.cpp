@@ -29,7 +29,7 @@ DependentRows checked_rows(int rows, int columns, const std::vector<SparseEntry>
 
 }  // namespace
 
-TEST_CASE("rows that depend on others are found with their factors", "[math][sparse]") {
+TEST_CASE("rows that depend on others are found with their factors") {
   // r2 = r0 + 2 r1, r3 = 0, r5 = r4 − r0; one entry is given in two parts
   const std::vector<SparseEntry> entries{{0, 0, 1}, {0, 1, 2}, {1, 1, 1},  {1, 2, 1},
                                          {2, 0, 1}, {2, 1, 4}, {2, 2, 2},  {4, 3, 2},
@@ -46,7 +46,7 @@ TEST_CASE("rows that depend on others are found with their factors", "[math][spa
   }
 }
 
-TEST_CASE("rank and sums of rows are those of the dense matrix", "[math][sparse]") {
+TEST_CASE("rank and sums of rows are those of the dense matrix") {
   // rows in pairs of unknowns, every third a combination, lengths from 1e-6 to 1e6
   const int n = 60;
   std::vector<SparseEntry> entries;
@@ -76,7 +76,7 @@ TEST_CASE("rank and sums of rows are those of the dense matrix", "[math][sparse]
 
 // Rows of three that tie neighbours of six columns each, or all of them to the first six, as
 // conditions tie bodies; some repeat earlier ones of the same columns.
-TEST_CASE("ranks of chains and stars are those of the dense matrix", "[math][sparse]") {
+TEST_CASE("ranks of chains and stars are those of the dense matrix") {
   const bool star = GENERATE(false, true);
   const unsigned seed = GENERATE(1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u);
   const int bodies = 40;
@@ -115,7 +115,7 @@ TEST_CASE("ranks of chains and stars are those of the dense matrix", "[math][spa
   }
 }
 
-TEST_CASE("a matrix without rows or entries has rank zero", "[math][sparse]") {
+TEST_CASE("a matrix without rows or entries has rank zero") {
   CHECK(dependent_rows(0, 6, {}, 1e-8).rank == 0);
   const DependentRows none = dependent_rows(2, 6, {}, 1e-8);
   CHECK(none.rank == 0);

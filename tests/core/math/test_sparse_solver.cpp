@@ -25,7 +25,7 @@ SparseMatrix ring(int n, int seed, bool symmetric) {
 
 }  // namespace
 
-TEST_CASE("the sparse solver answers as the dense one", "[math][sparse]") {
+TEST_CASE("the sparse solver answers as the dense one") {
   const auto analyses = std::make_shared<SparseAnalyses>();
   for (const int seed : {1, 2, 3}) {  // the second and third on the order found for the first
     const SparseMatrix A = ring(60, seed, false);
@@ -43,7 +43,7 @@ TEST_CASE("the sparse solver answers as the dense one", "[math][sparse]") {
   }
 }
 
-TEST_CASE("a singular matrix answers with no number", "[math][sparse]") {
+TEST_CASE("a singular matrix answers with no number") {
   SparseMatrix A = ring(20, 1, false);
   for (const bool sparse : {true, false}) {
     SparseMatrix singular(21);
@@ -56,7 +56,7 @@ TEST_CASE("a singular matrix answers with no number", "[math][sparse]") {
   }
 }
 
-TEST_CASE("released rows of a sparse matrix are those of the identity", "[math][sparse]") {
+TEST_CASE("released rows of a sparse matrix are those of the identity") {
   SparseMatrix A = ring(12, 4, true);
   MatrixXd D = A.dense();
   A.release({3, 7});
@@ -68,7 +68,7 @@ TEST_CASE("released rows of a sparse matrix are those of the identity", "[math][
   CHECK(A.dense() == D);
 }
 
-TEST_CASE("the signs of the pivots count the negative eigenvalues", "[math][sparse]") {
+TEST_CASE("the signs of the pivots count the negative eigenvalues") {
   SparseAnalyses analyses;
   for (int seed = 0; seed < 12; ++seed) {
     const int n = 30 + seed;
@@ -85,7 +85,7 @@ TEST_CASE("the signs of the pivots count the negative eigenvalues", "[math][spar
   CHECK_FALSE(negative_eigenvalues(zero, {}, analyses));
 }
 
-TEST_CASE("an order of elimination has every body once", "[math][sparse]") {
+TEST_CASE("an order of elimination has every body once") {
   BlockMatrix A(9);
   for (int b = 0; b < 9; ++b) A.block(b, (b + 1) % 9).setOnes();
   std::vector<int> order = elimination_order(A, {{0, 4}, {2, 8}});

@@ -50,7 +50,7 @@ std::vector<double> numbers(const Mechanism& m) {
 
 }  // namespace
 
-TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
+TEST_CASE("every number of a mechanism is visited once") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
   // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, arc,
@@ -64,7 +64,7 @@ TEST_CASE("every number of a mechanism is visited once", "[mechanism]") {
   CHECK(m.drives[0].axes.maxCoeff() == double(all.size()));
 }
 
-TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mechanism]") {
+TEST_CASE("a mechanism with other numbers keeps names, indices and kinds") {
   const Mechanism m = everything();
   const Mechanism twice = with_numbers<double>(m, [](double x) { return 2 * x; });
   const std::vector<double> before = numbers(m), after = numbers(twice);
@@ -103,7 +103,7 @@ TEST_CASE("a mechanism with other numbers keeps names, indices and kinds", "[mec
   for (const double x : numbers(zero_rate(m))) CHECK(x == 0);
 }
 
-TEST_CASE("a mechanism of numbers with derivatives gives back both", "[mechanism]") {
+TEST_CASE("a mechanism of numbers with derivatives gives back both") {
   const Mechanism m = everything();
   const auto dual = with_numbers<Dual1>(m, [](double x) { return Dual1(x, {3 * x}); });
   CHECK(numbers(with_numbers<double>(dual, [](const Dual1& x) { return x.value; })) == numbers(m));
@@ -111,7 +111,7 @@ TEST_CASE("a mechanism of numbers with derivatives gives back both", "[mechanism
         numbers(with_numbers<double>(m, [](double x) { return 3 * x; })));
 }
 
-TEST_CASE("an inertia off the diagonal has one name and two places", "[mechanism]") {
+TEST_CASE("an inertia off the diagonal has one name and two places") {
   RigidBody body = everything().bodies[0];
   std::vector<std::string> names;
   each_payload_number(body, [&](std::string_view name, double& x) {

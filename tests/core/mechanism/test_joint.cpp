@@ -1,7 +1,6 @@
 // The conditions of joints: derivatives by Taylor rates, what they allow, conditions that repeat
 // others.
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/math/ridders.hpp"
 #include "core/math/rotation.hpp"
@@ -40,7 +39,7 @@ Joint joint(JointType type) {
 
 }  // namespace
 
-TEST_CASE("conditions of joints follow their first and second derivatives", "[joint]") {
+TEST_CASE("conditions of joints follow their first and second derivatives") {
   const JointType type = GENERATE(from_range(std::begin(types), std::end(types)));
   const Joint j = joint(type);
   const Pair pair;
@@ -64,7 +63,7 @@ TEST_CASE("conditions of joints follow their first and second derivatives", "[jo
   CHECK(std::log2(coarse[1] / fine[1]) == Approx(3).margin(0.1));
 }
 
-TEST_CASE("conditions of joints follow what they depend on", "[joint]") {
+TEST_CASE("conditions of joints follow what they depend on") {
   const JointType type = GENERATE(from_range(std::begin(types), std::end(types)));
   const Pair pair;
   const JointState<double> state{joint(type), pair.a, pair.b,
@@ -111,7 +110,7 @@ TEST_CASE("conditions of joints follow what they depend on", "[joint]") {
   CHECK(exact.curvature.norm() > 0.1);
 }
 
-TEST_CASE("joints allow what their names say and nothing else", "[joint]") {
+TEST_CASE("joints allow what their names say and nothing else") {
   const JointType type = GENERATE(from_range(std::begin(types), std::end(types)));
   const Joint j = joint(type);
   JointBody a;
@@ -139,7 +138,7 @@ TEST_CASE("joints allow what their names say and nothing else", "[joint]") {
   CHECK(size_of(type).conditions == 6 - freedom);
 }
 
-TEST_CASE("rules of joints are named when broken", "[joint]") {
+TEST_CASE("rules of joints are named when broken") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const auto rule = [](const Mechanism& mechanism) { return why_not(check_rules(mechanism)); };
   m.bodies.push_back(models::body({0.12, 0, 0}, 0.1, 1e-5));
@@ -161,7 +160,7 @@ TEST_CASE("rules of joints are named when broken", "[joint]") {
   CHECK_THAT(rule(m), Contains("tie: its place is not finite"));
 }
 
-TEST_CASE("joints that repeat others are named, with how many conditions too many", "[joint]") {
+TEST_CASE("joints that repeat others are named, with how many conditions too many") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies.push_back(models::body({0.12, 0, 0}, 0.1, 1e-5));
   m.joints = {{"first", JointType::rigid, 0, 1, {0.11, 0, 0}},
@@ -176,7 +175,7 @@ TEST_CASE("joints that repeat others are named, with how many conditions too man
         "the joints hold the end-effector in the direction of the drive");
 }
 
-TEST_CASE("rigid joints make one body of several", "[joint]") {
+TEST_CASE("rigid joints make one body of several") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (int k = 0; k < 4; ++k) m.bodies.push_back(m.bodies[0]);
   m.end_effector = 1;

@@ -22,12 +22,12 @@ Mechanism with_body() {
 
 }  // namespace
 
-TEST_CASE("leaves give stiffness in all directions", "[mechanism]") {
+TEST_CASE("leaves give stiffness in all directions") {
   CHECK(check_directions(models::guide(0.1, 0.03, 5e-4)));
   CHECK(check_directions(models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.03}})));
 }
 
-TEST_CASE("a body that turns freely on a joint is named with the direction", "[mechanism]") {
+TEST_CASE("a body that turns freely on a joint is named with the direction") {
   Mechanism m = with_body();
   const Vector3d place = m.bodies[1].reference;
   m.joints = {{"pin", JointType::revolute, 1, 0, place, Vector3d::UnitX()}};
@@ -42,8 +42,7 @@ TEST_CASE("a body that turns freely on a joint is named with the direction", "[m
   CHECK(check_directions(m));
 }
 
-TEST_CASE("springs give stiffness along themselves, bushings where their matrix has it",
-          "[mechanism]") {
+TEST_CASE("springs give stiffness along themselves, bushings where their matrix has it") {
   Mechanism m = with_body();
   const Vector3d place = m.bodies[1].reference;
   m.joints = {{"pin", JointType::revolute, 1, 0, place, Vector3d::UnitX()}};

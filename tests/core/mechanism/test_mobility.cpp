@@ -1,9 +1,7 @@
 // Degrees of freedom and overconstraints that are known on paper.
 #include "core/mechanism/mobility.hpp"
 
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "support/models.hpp"
 
@@ -59,7 +57,7 @@ Mechanism double_parallelogram() {
 
 }  // namespace
 
-TEST_CASE("a leaf holds three motions of its body, a wire one", "[mobility]") {
+TEST_CASE("a leaf holds three motions of its body, a wire one") {
   const Mobility leaf = mobility(models::single_leaf(0.1, 0.03, 5e-4));
   CHECK(counts(leaf) == std::vector{3, 0});
   CHECK(leaf.redundant.empty());
@@ -68,7 +66,7 @@ TEST_CASE("a leaf holds three motions of its body, a wire one", "[mobility]") {
   CHECK(mobility(m).degrees_of_freedom == 5);
 }
 
-TEST_CASE("two parallel leaves hold the rotation across them twice", "[mobility]") {
+TEST_CASE("two parallel leaves hold the rotation across them twice") {
   const Mobility m = mobility(named_guide());
   CHECK(m.end_effector_degrees_of_freedom == 1);
   CHECK(counts(m) == std::vector{1, 1});
@@ -81,7 +79,7 @@ TEST_CASE("two parallel leaves hold the rotation across them twice", "[mobility]
   CHECK(r.text == "rotation of `stage` about y is held twice, by `leaf +y` and `leaf -y`");
 }
 
-TEST_CASE("a third parallel leaf holds nothing new", "[mobility]") {
+TEST_CASE("a third parallel leaf holds nothing new") {
   Mechanism m = named_guide();
   m.leaves.push_back(
       named("middle", models::leaf({0, 0.01, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4), ground, 0));
@@ -98,8 +96,7 @@ TEST_CASE("a third parallel leaf holds nothing new", "[mobility]") {
   CHECK(once_too_often == 2);  // along x and along z
 }
 
-TEST_CASE("leaves that cross one above the other hold the motion along their hinge twice",
-          "[mobility]") {
+TEST_CASE("leaves that cross one above the other hold the motion along their hinge twice") {
   Mechanism m = models::hinge(0.08, 3.5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
   m.leaves[0].name = "upper", m.leaves[1].name = "lower";
   const Mobility found = mobility(m);
@@ -112,7 +109,7 @@ TEST_CASE("leaves that cross one above the other hold the motion along their hin
   CHECK(counts(three) == std::vector{1, 4});
 }
 
-TEST_CASE("a folded leaf holds its body along the fold alone", "[mobility]") {
+TEST_CASE("a folded leaf holds its body along the fold alone") {
   Mechanism m{
       .bodies = {named("end_effector", {0.1, 0.1, 0}), named("fold", {0.1, 0, 0})},
       .leaves = {named("first", models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4), ground, 1),
@@ -122,7 +119,7 @@ TEST_CASE("a folded leaf holds its body along the fold alone", "[mobility]") {
   CHECK(counts(found) == std::vector{6, 0});  // the fold turns about itself while the body stands
 }
 
-TEST_CASE("guides in series have one overconstraint each", "[mobility]") {
+TEST_CASE("guides in series have one overconstraint each") {
   const Mobility m = mobility(double_parallelogram());
   CHECK(m.end_effector_degrees_of_freedom == 1);
   REQUIRE(counts(m) == std::vector{2, 2});
@@ -132,7 +129,7 @@ TEST_CASE("guides in series have one overconstraint each", "[mobility]") {
         "rotation of `end_effector` about y is held twice, by `inner +y` and `inner -y`");
 }
 
-TEST_CASE("wires hold a body along themselves", "[mobility]") {
+TEST_CASE("wires hold a body along themselves") {
   Mechanism m{.bodies = {named("stage", {0, 0, 0})}};
   const Vector3d x = Vector3d::UnitX();
   m.leaves = {wire("a", {-0.1, 0, 0}, x, 0.1), wire("b", {-0.1, 0.05, 0}, x, 0.1),
@@ -153,7 +150,7 @@ TEST_CASE("wires hold a body along themselves", "[mobility]") {
   CHECK(counts(found) == std::vector{0, 0});
 }
 
-TEST_CASE("joints and held directions are conditions, springs are none", "[mobility]") {
+TEST_CASE("joints and held directions are conditions, springs are none") {
   Mechanism m = named_guide();
   m.springs = {{.name = "spring",
                 .place = {0.1, 0, 0},
@@ -175,7 +172,7 @@ TEST_CASE("joints and held directions are conditions, springs are none", "[mobil
   CHECK(mobility(m).overconstraints == 1);
 }
 
-TEST_CASE("a leaf between two grounds is held at both ends", "[mobility]") {
+TEST_CASE("a leaf between two grounds is held at both ends") {
   Mechanism m{.bodies = {named("O", {0.05, 0, 0})}};
   m.bodies[0].held = {false, false, false, true, true, true};
   m.leaves = {named("plate", models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4), ground, ground)};
@@ -187,8 +184,7 @@ TEST_CASE("a leaf between two grounds is held at both ends", "[mobility]") {
   CHECK(found.redundant[2].text == "`plate` is held at both ends about y");
 }
 
-TEST_CASE("the whole turned, in other units or with other reference points counts the same",
-          "[mobility]") {
+TEST_CASE("the whole turned, in other units or with other reference points counts the same") {
   Mechanism m = double_parallelogram();
   const Matrix3d R = Eigen::AngleAxisd(0.9, Vector3d(0.3, -0.5, 0.8).normalized()).matrix();
   const double scale = GENERATE(1.0, 1e-3, 1e3);
@@ -206,7 +202,7 @@ TEST_CASE("the whole turned, in other units or with other reference points count
 }
 
 // Linear in their number: a cubic law would not come to an end.
-TEST_CASE("a chain of 4000 guides has an overconstraint for each", "[mobility]") {
+TEST_CASE("a chain of 4000 guides has an overconstraint for each") {
   Mechanism m;
   const int n = 4000;
   for (int b = 0; b < n; ++b) {
@@ -221,7 +217,7 @@ TEST_CASE("a chain of 4000 guides has an overconstraint for each", "[mobility]")
   CHECK(counts(found) == std::vector{n, n});
 }
 
-TEST_CASE("guides of a millimetre to a metre in one chain count like equal ones", "[mobility]") {
+TEST_CASE("guides of a millimetre to a metre in one chain count like equal ones") {
   Mechanism m;
   const int n = 256;
   const double spacing = GENERATE(1.0, 1e-2, 1e-4);  // over the length
@@ -248,8 +244,7 @@ TEST_CASE("guides of a millimetre to a metre in one chain count like equal ones"
   }
 }
 
-TEST_CASE("folded legs hold a body in their plane, those beyond three once too often each",
-          "[mobility]") {
+TEST_CASE("folded legs hold a body in their plane, those beyond three once too often each") {
   Mechanism m;
   const int n = 200;
   m.bodies = {named("end_effector", {0, 0, 0})};

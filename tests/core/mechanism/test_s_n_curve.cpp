@@ -23,7 +23,7 @@ SnCurve line() {
 
 }  // namespace
 
-TEST_CASE("a life by Basquin is that worked by hand", "[fatigue]") {
+TEST_CASE("a life by Basquin is that worked by hand") {
   // 2N = (500/1758)^(-1/0.0977) = 3.516^10.23541 = 10^(0.546049*10.23541) = 10^5.58903
   const Life life = life_at(line(), 500e6);
   CHECK(life.log10_cycles == Approx(5.58903 - std::log10(2.0)).epsilon(2e-6));
@@ -33,7 +33,7 @@ TEST_CASE("a life by Basquin is that worked by hand", "[fatigue]") {
   CHECK(life_at(line(), 1758e6).range == LifeRange::short_of_curve);
 }
 
-TEST_CASE("a table is straight in log over log, through its points", "[fatigue]") {
+TEST_CASE("a table is straight in log over log, through its points") {
   for (const SnCurve::Point& p : table().points) {
     CHECK(life_at(table(), p.amplitude).log10_cycles == Approx(std::log10(p.cycles)));
     CHECK(*strength_at(table(), p.cycles) == Approx(p.amplitude));
@@ -47,8 +47,7 @@ TEST_CASE("a table is straight in log over log, through its points", "[fatigue]"
   CHECK_FALSE(endurance_of(table()));
 }
 
-TEST_CASE("below the knee is endurance, and the life goes on smoothly with the stress",
-          "[fatigue]") {
+TEST_CASE("below the knee is endurance, and the life goes on smoothly with the stress") {
   SnCurve curve = table();
   curve.knee = 1e8;
   const double knee = std::sqrt(450e6 * 400e6);
@@ -63,7 +62,7 @@ TEST_CASE("below the knee is endurance, and the life goes on smoothly with the s
   CHECK(life_at(steep, *endurance_of(steep)).log10_cycles == Approx(6));
 }
 
-TEST_CASE("the slope of a life is its derivative", "[fatigue]") {
+TEST_CASE("the slope of a life is its derivative") {
   for (const SnCurve& curve : {table(), line()})
     for (const double s : {900e6, 600e6, 430e6, 350e6}) {
       const double h = 1e-4, up = life_at(curve, s * std::pow(10.0, h)).log10_cycles,

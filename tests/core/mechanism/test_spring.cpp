@@ -72,8 +72,7 @@ double deviation(const MatrixXd& exact, const Derivatives& d) {
 
 }  // namespace
 
-TEST_CASE("the force of a spring is the gradient of its energy, the tangent its derivative",
-          "[mechanism][spring]") {
+TEST_CASE("the force of a spring is the gradient of its energy, the tangent its derivative") {
   const Spring spring = GENERATE(point_spring(), bushing());
   INFO(spring.name);
   const Bodies at;
@@ -99,8 +98,7 @@ TEST_CASE("the force of a spring is the gradient of its energy, the tangent its 
   }
 }
 
-TEST_CASE("a motion of both bodies leaves the energy of a spring alone and turns its forces",
-          "[mechanism][spring]") {
+TEST_CASE("a motion of both bodies leaves the energy of a spring alone and turns its forces") {
   const Spring spring = GENERATE(point_spring(), bushing());
   const Bodies at;
   const SpringForces here = spring_forces(spring, at.body, at.other);
@@ -123,7 +121,7 @@ TEST_CASE("a motion of both bodies leaves the energy of a spring alone and turns
   CHECK(std::abs(here.force.dot(rigid)) < 1e-12 * here.force.norm());
 }
 
-TEST_CASE("which of its bodies a spring names first makes no difference", "[mechanism][spring]") {
+TEST_CASE("which of its bodies a spring names first makes no difference") {
   const Spring spring = GENERATE(point_spring(), bushing());
   Spring other = spring;
   if (!spring.matrix) std::swap(other.place, other.other_place);
@@ -138,7 +136,7 @@ TEST_CASE("which of its bodies a spring names first makes no difference", "[mech
         1e-12 * here.tangent.norm());
 }
 
-TEST_CASE("a bushing at rest has its matrix about its place", "[mechanism][spring]") {
+TEST_CASE("a bushing at rest has its matrix about its place") {
   const Spring spring = bushing();
   const JointBody body{{0.01, 0.02, 0}, Matrix3d::Identity(), {0.01, 0.02, 0}};
   const SpringForces f = spring_forces(spring, body, JointBody{});
@@ -150,7 +148,7 @@ TEST_CASE("a bushing at rest has its matrix about its place", "[mechanism][sprin
   CHECK((f.tangent.topLeftCorner<6, 6>() - K).norm() < 1e-14 * K.norm());
 }
 
-TEST_CASE("a bushing turned about one axis has the moment of the turn", "[mechanism][spring]") {
+TEST_CASE("a bushing turned about one axis has the moment of the turn") {
   Spring spring = bushing();
   spring.matrix = Matrix6d::Zero();
   (*spring.matrix)(5, 5) = 0.7;
@@ -164,7 +162,7 @@ TEST_CASE("a bushing turned about one axis has the moment of the turn", "[mechan
   }
 }
 
-TEST_CASE("a spring pulls along its line with stiffness times stretch", "[mechanism][spring]") {
+TEST_CASE("a spring pulls along its line with stiffness times stretch") {
   const Spring spring = point_spring();
   const Bodies at;
   const SpringForces f = spring_forces(spring, at.body, at.other);
@@ -176,7 +174,7 @@ TEST_CASE("a spring pulls along its line with stiffness times stretch", "[mechan
   CHECK(f.energy == Approx(0.5 * pull * pull / 3e3));
 }
 
-TEST_CASE("forces of springs along a path are its series", "[mechanism][spring]") {
+TEST_CASE("forces of springs along a path are its series") {
   const Spring spring = GENERATE(point_spring(), bushing());
   const Bodies at;
   const Vector12d y = some_motion(0.6);
@@ -211,8 +209,7 @@ TEST_CASE("forces of springs along a path are its series", "[mechanism][spring]"
   }
 }
 
-TEST_CASE("rates of a spring along its numbers and a motion are those of differences",
-          "[mechanism][spring]") {
+TEST_CASE("rates of a spring along its numbers and a motion are those of differences") {
   const Spring spring = GENERATE(point_spring(), bushing());
   const Bodies at;
   Spring rate{.name = "rate", .place = {0.3, -0.2, 0.5}};
@@ -254,7 +251,7 @@ TEST_CASE("rates of a spring along its numbers and a motion are those of differe
         1e-10);
 }
 
-TEST_CASE("springs that cannot be are refused with their name", "[mechanism][spring]") {
+TEST_CASE("springs that cannot be are refused with their name") {
   CHECK(check_rules(point_spring(), 2));
   CHECK(check_rules(bushing(), 2));
   const auto rule = [](Spring spring, auto change) {

@@ -2,7 +2,6 @@
 #include "core/response/stress_safety.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "support/models.hpp"
 
@@ -31,7 +30,7 @@ double strength(const Material& m, double R, MeanStress mean) {
 
 }  // namespace
 
-TEST_CASE("safety of a pulsating stress is that worked by hand", "[fatigue]") {
+TEST_CASE("safety of a pulsating stress is that worked by hand") {
   // 100 ± 100 MPa: Goodman 1/(0.2 + 0.0588235), Soderberg 1/(0.2 + 0.0714286),
   // Gerber 1/(0.1 + √(0.01 + 0.0588235²))
   const Material m = strong();
@@ -50,7 +49,7 @@ TEST_CASE("safety of a pulsating stress is that worked by hand", "[fatigue]") {
   CHECK(reversed(MeanStress::soderberg) == Approx(100e6 / (1 - 1 / 14.0)));
 }
 
-TEST_CASE("a cycle times its safety is on the line", "[fatigue]") {
+TEST_CASE("a cycle times its safety is on the line") {
   const Material m = strong();
   for (const MeanStress mean : rules)
     for (const double a : {0.0, 80e6, 600e6})
@@ -63,8 +62,7 @@ TEST_CASE("a cycle times its safety is on the line", "[fatigue]") {
       }
 }
 
-TEST_CASE("compression counts as no mean, and a mean beyond its limit has no amplitude",
-          "[fatigue]") {
+TEST_CASE("compression counts as no mean, and a mean beyond its limit has no amplitude") {
   const Material m = strong();
   for (const MeanStress mean : rules) {
     const FatigueLaw law(m, rule_of(mean));
@@ -75,7 +73,7 @@ TEST_CASE("compression counts as no mean, and a mean beyond its limit has no amp
   }
 }
 
-TEST_CASE("derivatives of use and reversed amplitude agree with differences", "[fatigue]") {
+TEST_CASE("derivatives of use and reversed amplitude agree with differences") {
   const Material m = strong();
   for (const MeanStress mean : rules)
     for (const double mid : {-50e6, 30e6, 700e6}) {
@@ -93,7 +91,7 @@ TEST_CASE("derivatives of use and reversed amplitude agree with differences", "[
     }
 }
 
-TEST_CASE("what a cycle of a stress ratio may reach is that of Goodman and Gerber", "[fatigue]") {
+TEST_CASE("what a cycle of a stress ratio may reach is that of Goodman and Gerber") {
   const Material m = strong();
   CHECK(strength(m, -1, MeanStress::goodman) == Approx(500e6));
   CHECK(strength(m, -1, MeanStress::gerber) == Approx(500e6));
@@ -112,7 +110,7 @@ TEST_CASE("what a cycle of a stress ratio may reach is that of Goodman and Gerbe
   }
 }
 
-TEST_CASE("what a material lacks is said", "[fatigue]") {
+TEST_CASE("what a material lacks is said") {
   Material m = strong();
   CHECK(suffices_for_fatigue(m, {}));
   CHECK(why_not(suffices_for_life(m, {})) == "s_n_curve");

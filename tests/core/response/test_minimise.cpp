@@ -25,20 +25,19 @@ LocalValue valley(const VectorXd& u) {
 
 }  // namespace
 
-TEST_CASE("the minimum of a curved valley is found to rounding", "[response]") {
+TEST_CASE("the minimum of a curved valley is found to rounding") {
   const VectorXd u = local_minimum(valley, vector({-2, -2}), vector({2, 2}), vector({-1.2, 1}));
   CHECK(u[0] == Approx(1).epsilon(1e-12));
   CHECK(u[1] == Approx(1).epsilon(1e-12));
 }
 
-TEST_CASE("where the box cuts the valley the minimum lies on its border", "[response]") {
+TEST_CASE("where the box cuts the valley the minimum lies on its border") {
   const VectorXd u = local_minimum(valley, vector({-2, -2}), vector({0.5, 2}), vector({-1.2, 1}));
   CHECK(u[0] == 0.5);
   CHECK(u[1] == Approx(0.25).epsilon(1e-12));
 }
 
-TEST_CASE("a linear function is least in a corner and stays where it does not change",
-          "[response]") {
+TEST_CASE("a linear function is least in a corner and stays where it does not change") {
   const auto tilted = [](const VectorXd& u) {
     return LocalValue{u[0] - 2 * u[1], vector({1, -2, 0}), MatrixXd::Zero(3, 3)};
   };
@@ -47,7 +46,7 @@ TEST_CASE("a linear function is least in a corner and stays where it does not ch
   CHECK(local_minimum(tilted, low, high, start) == vector({-1, 1, 0.4}));
 }
 
-TEST_CASE("it leaves a saddle that it starts beside", "[response]") {
+TEST_CASE("it leaves a saddle that it starts beside") {
   const auto saddle = [](const VectorXd& u) {
     LocalValue f;
     f.value = u[0] * u[0] - u[1] * u[1] + u[1] * u[1] * u[1] * u[1];

@@ -1,18 +1,10 @@
 // Envelope, clearance and mass of the leaves: closed forms, and derivatives at bent states.
 #include "core/response/room_taken.hpp"
 
-#include <Eigen/Geometry>
-#include <array>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
 #include "core/response/solids.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -32,9 +24,18 @@ BodyBoxT<double> cuboid(const Vector3d& center, const Vector3d& edges) {
   return {center, Matrix3d((0.5 * edges).asDiagonal())};
 }
 
+// A hinge of two unequal leaves with a payload's box and a stage's.
+Mechanism lopsided(const test::Values& v) {
+  Mechanism m = models::hinge(
+      v[0], v[1], {{1, 0.5 * (v[3] + v[2]), v[2]}, {-0.9, -0.5 * (v[3] + 0.8 * v[2]), 0.8 * v[2]}});
+  m.leaves[0].thickness_profile = {1, 1 + v[5]};
+  m.bodies[0].box = cuboid({v[0] * 0.6, 0.003, 0.001}, {v[4], 2 * v[4], 3 * v[4]});
+  return m;
+}
+
 }  // namespace
 
-TEST_CASE("envelope, clearance and leaf mass of a parallel guide at rest", "[response]") {
+TEST_CASE("envelope, clearance and leaf mass of a parallel guide at rest") {
   const double L = 0.1, w = 0.03, t = 5e-4, b = 0.06;
   const PathPoint p = respond(models::guide(L, w, t, b), {0}).path[0];
   REQUIRE(p.envelope);
@@ -49,7 +50,7 @@ TEST_CASE("envelope, clearance and leaf mass of a parallel guide at rest", "[res
   CHECK(p.moving_envelope->box.isApprox(p.envelope->box, 1e-9));
 }
 
-TEST_CASE("the cylinder of a hinge stands about its axis of rotation", "[response]") {
+TEST_CASE("the cylinder of a hinge stands about its axis of rotation") {
   Mechanism m = models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}});
   const Envelope at_rest = *respond(m, {0}).path[0].envelope;
   CHECK(at_rest.cylinder == Approx(2 * std::hypot(0.05, 0.5 * 3.5e-4)).epsilon(1e-12));
@@ -60,8 +61,7 @@ TEST_CASE("the cylinder of a hinge stands about its axis of rotation", "[respons
   CHECK((cylinder_axis(m).along - R.col(2)).norm() < 1e-15);
 }
 
-TEST_CASE("the distance of crossed leaves is their gap, at rest and when they are bent",
-          "[response]") {
+TEST_CASE("the distance of crossed leaves is their gap, at rest and when they are bent") {
   const double gap = 1e-3;
   const Mechanism m =
       models::hinge(0.1, 3.5e-4, {{1, 0.5 * (gap + 0.02), 0.02}, {-1, -0.5 * (gap + 0.02), 0.02}});
@@ -71,7 +71,7 @@ TEST_CASE("the distance of crossed leaves is their gap, at rest and when they ar
   }
 }
 
-TEST_CASE("over the stroke the envelope holds every state, the undeflected one too", "[response]") {
+TEST_CASE("over the stroke the envelope holds every state, the undeflected one too") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const StrokeResponse there = respond(m, {-0.02, 0.01}), one_way = respond(m, {0.01});
   const Envelope& moving = *there.path[0].moving_envelope;
@@ -84,7 +84,7 @@ TEST_CASE("over the stroke the envelope holds every state, the undeflected one t
   CHECK(moving.cylinder >= there.path[0].envelope->cylinder);
 }
 
-TEST_CASE("the furthest place between samples is found from either side of it", "[response]") {
+TEST_CASE("the furthest place between samples is found from either side of it") {
   // The base edge is not straight: along x by so much at its samples. The largest value of the
   // cubics lies between the second and the third, higher than the first.
   constexpr std::array<double, 5> height{3.3e-3, 2.4e-3, 0, -0.1, -0.4};
@@ -111,7 +111,7 @@ TEST_CASE("the furthest place between samples is found from either side of it", 
   CHECK(reach(true) == Approx(reach(false)).epsilon(1e-9));
 }
 
-TEST_CASE("two wires are apart by the distance of their lines less their diameter", "[response]") {
+TEST_CASE("two wires are apart by the distance of their lines less their diameter") {
   Mechanism m = models::guide(0.1, 1e-3, 1e-3);
   for (LeafSpring& l : m.leaves) l.section = Section::circular;
   // skew lines 3 mm apart that cross halfway
@@ -130,12 +130,11 @@ TEST_CASE("two wires are apart by the distance of their lines less their diamete
   m.leaves[1].origin[2] = 0.4e-3;  // overlapping
   const auto over = clearance_of(Solids::undeflected(m), {{0, 1}});
   CHECK(over->value == Approx(0.4e-3 - 1e-3).epsilon(1e-9));
-  const double volume = 2 * std::numbers::pi / 4 * 1e-6 * 0.1;
+  const double volume = 2 * M_PI / 4 * 1e-6 * 0.1;
   CHECK(leaf_mass(m) == Approx(7800 * volume).epsilon(1e-9));
 }
 
-TEST_CASE("leaves and the box of a body that does not hold them are apart by what lies between",
-          "[response]") {
+TEST_CASE("leaves and the box of a body that does not hold them are apart by what lies between") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   RigidBody stage = models::body({0.05, 0.1, 0}, 0.1, 1e-5);
   stage.name = "stage";
@@ -152,7 +151,7 @@ TEST_CASE("leaves and the box of a body that does not hold them are apart by wha
   CHECK(clearance_of(Solids::undeflected(m), pairs)->value == 0);
 }
 
-TEST_CASE("leaves that are one piece at an edge are no pair", "[response]") {
+TEST_CASE("leaves that are one piece at an edge are no pair") {
   Mechanism fold = models::guide(0.1, 0.03, 5e-4);
   fold.bodies.push_back(models::body({0.1, 0, 0}, 0, 0));
   fold.leaves[0] = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4);
@@ -169,7 +168,7 @@ TEST_CASE("leaves that are one piece at an edge are no pair", "[response]") {
   CHECK_FALSE(clearance_of(Solids::undeflected(fold), {}));
 }
 
-TEST_CASE("the mass of a leaf is the integral of its section", "[response]") {
+TEST_CASE("the mass of a leaf is the integral of its section") {
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   LeafSpring& l = m.leaves[0];
   l.width_profile = {1, 2};
@@ -182,8 +181,7 @@ TEST_CASE("the mass of a leaf is the integral of its section", "[response]") {
   CHECK(leaf_mass(m) == Approx(7800 * 0.1 * 0.03 * 5e-4 * (1 + 4.0 / 3)).epsilon(1e-12));
 }
 
-TEST_CASE("a curved leaf takes the room of its arc, and weighs what its length does",
-          "[response][curve]") {
+TEST_CASE("a curved leaf takes the room of its arc, and weighs what its length does") {
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   LeafSpring& l = m.leaves[0];
   const double angle = 1.2, radius = 0.1 / angle, t = 5e-4;
@@ -201,21 +199,7 @@ TEST_CASE("a curved leaf takes the room of its arc, and weighs what its length d
   for (std::size_t i = 0; i < 3; ++i) CHECK(sizes[i] == Approx(expected[i]).epsilon(1e-5));
 }
 
-namespace {
-
-// A hinge of two unequal leaves with a payload's box and a stage's.
-Mechanism lopsided(const test::Values& v) {
-  Mechanism m = models::hinge(
-      v[0], v[1], {{1, 0.5 * (v[3] + v[2]), v[2]}, {-0.9, -0.5 * (v[3] + 0.8 * v[2]), 0.8 * v[2]}});
-  m.leaves[0].thickness_profile = {1, 1 + v[5]};
-  m.bodies[0].box = cuboid({v[0] * 0.6, 0.003, 0.001}, {v[4], 2 * v[4], 3 * v[4]});
-  return m;
-}
-
-}  // namespace
-
-TEST_CASE("envelopes, clearance and leaf mass follow the parameters as their differences do",
-          "[response]") {
+TEST_CASE("envelopes, clearance and leaf mass follow the parameters as their differences do") {
   StrokeRequest request{.points = {0.2, 0.45},
                         .outputs = {Output::envelope, Output::moving_envelope, Output::clearance}};
   const std::vector<test::Number> numbers{{"length", 0.1}, {"thickness", 4e-4}, {"width", 0.02},
@@ -227,10 +211,10 @@ TEST_CASE("envelopes, clearance and leaf mass follow the parameters as their dif
   CHECK(test::check_gradients({lopsided, numbers, {0, 3}, 0.1}, plates, request) >= 2 * 10);
 }
 
-TEST_CASE("each leg of a folded leaf is a solid of its own", "[response][fold]") {
+TEST_CASE("each leg of a folded leaf is a solid of its own") {
   // legs of 60 mm along x and 40 mm along y
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
-  m.leaves[0].fold = LeafFold{0.6, -0.5 * std::numbers::pi};
+  m.leaves[0].fold = LeafFold{0.6, -0.5 * M_PI};
   m.bodies[0].reference = m.bodies[0].center_of_mass = {0.06, 0.04, 0};
   m.drives = {make_drive(Direction::ux)};
   const Solids solids = Solids::undeflected(m);
@@ -248,9 +232,8 @@ TEST_CASE("each leg of a folded leaf is a solid of its own", "[response][fold]")
   CHECK(*p.leaf_mass == Approx(7800 * 0.1 * 0.03 * 5e-4).epsilon(1e-12));
   Mechanism bent = m;
   bent.leaves[0].fold->radius = 5e-4 / 0.1;
-  CHECK(
-      leaf_mass(bent) ==
-      Approx(7800 * (0.1 - 2 * 7.5e-4 * (1 - std::numbers::pi / 4)) * 0.03 * 5e-4).epsilon(1e-12));
+  CHECK(leaf_mass(bent) ==
+        Approx(7800 * (0.1 - 2 * 7.5e-4 * (1 - M_PI / 4)) * 0.03 * 5e-4).epsilon(1e-12));
 
   // a straight leaf 12 mm beside the second leg, far from the first
   m.leaves.push_back(models::leaf({0.072, 0.02, 0}, {0, 1, 0}, 0.05, 0.03, 5e-4));
@@ -263,9 +246,7 @@ TEST_CASE("each leg of a folded leaf is a solid of its own", "[response][fold]")
   CHECK(c->names[0] == m.leaves[0].name);
 }
 
-TEST_CASE(
-    "of a leaf with nearly equally far ends the one beside which it reaches furthest is found",
-    "[response]") {
+TEST_CASE("of nearly equally far ends the one beside which a leaf reaches furthest is found") {
   // An edge that rises towards d/24 beside one end, and falls at once from the other.
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.leaves.resize(1);

@@ -1,10 +1,7 @@
 // Leaves with their thickness, wires and boxes as images of three coordinates, and how they move.
 #include "core/response/solids.hpp"
 
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
@@ -59,8 +56,7 @@ Solids bent_solids(const Mechanism& m) {
 
 }  // namespace
 
-TEST_CASE("the points of an undeflected leaf, a wire and a box are where geometry has them",
-          "[response]") {
+TEST_CASE("the points of an undeflected leaf, a wire and a box are where geometry has them") {
   const Mechanism m = sample();
   const Solids solids = Solids::undeflected(m);
   REQUIRE(solids.count() == 3);
@@ -83,7 +79,7 @@ TEST_CASE("the points of an undeflected leaf, a wire and a box are where geometr
       }
 }
 
-TEST_CASE("slopes and curvatures of the places are their derivatives", "[response]") {
+TEST_CASE("slopes and curvatures of the places are their derivatives") {
   const Mechanism m = sample();
   const Solids solids = bent_solids(m);
   for (int solid = 0; solid < 3; ++solid) {
@@ -116,7 +112,7 @@ TEST_CASE("slopes and curvatures of the places are their derivatives", "[respons
   }
 }
 
-TEST_CASE("the surface of a bent leaf is interpolated to the fourth order", "[response]") {
+TEST_CASE("the surface of a bent leaf is interpolated to the fourth order") {
   const Mechanism m = sample();
   const Solids solids = bent_solids(m);
   for (const double s : {0.012, 0.31, 0.487, 0.99})
@@ -126,8 +122,7 @@ TEST_CASE("the surface of a bent leaf is interpolated to the fourth order", "[re
     }
 }
 
-TEST_CASE("places of points follow the parameters that leaves and bodies move along",
-          "[response]") {
+TEST_CASE("places of points follow the parameters that leaves and bodies move along") {
   const bool folded = GENERATE(false, true);
   CAPTURE(folded);
   Mechanism m = sample();

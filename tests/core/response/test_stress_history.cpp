@@ -1,14 +1,8 @@
 // Fatigue by the history of stress over a stroke: cycles with their signs.
 #include "core/response/stress_safety.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/math/rotation.hpp"
 #include "core/mechanism/load_case.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 #include "support/strong_guide.hpp"
 
 using namespace flexopt;
@@ -43,7 +37,7 @@ double bending(double x) { return 3 * 200e9 * 0.5e-3 * x / 0.01; }
 
 }  // namespace
 
-TEST_CASE("effective amplitude and mean of cycles worked by hand", "[fatigue]") {
+TEST_CASE("effective amplitude and mean of cycles worked by hand") {
   // uniaxial: half the range, and the mean
   const EffectiveCycle one = effective_cycle({300, 0, 0}, {-100, 0, 0});
   CHECK(one.amplitude == Approx(200));
@@ -63,7 +57,7 @@ TEST_CASE("effective amplitude and mean of cycles worked by hand", "[fatigue]") 
   CHECK(effective_cycle({5, 6, 7}, {5, 6, 7}).amplitude == 0);
 }
 
-TEST_CASE("a leaf to and fro is worse than one from rest to one side, by Goodman", "[fatigue]") {
+TEST_CASE("a leaf to and fro is worse than one from rest to one side, by Goodman") {
   constexpr double x = 0.5e-3, s = 15e6 + 0.0417e6;  // and the couple of the axial forces
   constexpr double edges = 2e-3;                     // what the bent leaf's edges are stretched by
   const ModelOptions model = models::coarse(Flexure::beam);
@@ -90,8 +84,7 @@ TEST_CASE("a leaf to and fro is worse than one from rest to one side, by Goodman
   CHECK(r.stress_places.empty());
 }
 
-TEST_CASE("the stress behind the worst cycle has its sign, at one place of the whole stroke",
-          "[fatigue]") {
+TEST_CASE("the stress behind the worst cycle has its sign, at one place of the whole stroke") {
   constexpr double x = 0.5e-3;
   const StrokeResponse r =
       path_of(strong_guide(), models::coarse(Flexure::beam), cycles({-x, 0, 0.5 * x, x}));
@@ -115,7 +108,7 @@ TEST_CASE("the stress behind the worst cycle has its sign, at one place of the w
       path_of(strong_guide(), models::coarse(Flexure::beam), stated).path[1].fatigue_stress);
 }
 
-TEST_CASE("a dead load is a mean stress", "[fatigue]") {
+TEST_CASE("a dead load is a mean stress") {
   // 10 N at O along the leaves: 5 N on 15 mm² each
   StrokeRequest request = cycles({-0.2e-3, 0.2e-3});
   const ModelOptions model = models::coarse(Flexure::beam);
@@ -133,7 +126,7 @@ TEST_CASE("a dead load is a mean stress", "[fatigue]") {
   CHECK(pressed.value == Approx(500e6 / pressed.amplitude).epsilon(1e-12));
 }
 
-TEST_CASE("a mechanism and its mirror image endure the same", "[fatigue]") {
+TEST_CASE("a mechanism and its mirror image endure the same") {
   const std::vector<double> stroke{-1e-3, 0.5e-3, 4e-3}, back{1e-3, -0.5e-3, -4e-3};
   Mechanism m = strong_guide(2e-3);
   m.leaves[0].thickness = 2.4e-3;
@@ -153,8 +146,7 @@ TEST_CASE("a mechanism and its mirror image endure the same", "[fatigue]") {
   }
 }
 
-TEST_CASE("fatigue is smooth where one end of the stroke passes the undeflected place",
-          "[fatigue]") {
+TEST_CASE("fatigue is smooth where one end of the stroke passes the undeflected place") {
   // the other end fixed: the use is nearly linear in the stroke, there as elsewhere
   const auto use = [](double from) {
     return 1 / path_of(strong_guide(), models::coarse(Flexure::beam), cycles({from, 2e-3}))
@@ -168,8 +160,7 @@ TEST_CASE("fatigue is smooth where one end of the stroke passes the undeflected 
   CHECK(at == Approx(after).epsilon(1e-3));
 }
 
-TEST_CASE("points between the ends do not change the worst cycle, and their order does not matter",
-          "[fatigue]") {
+TEST_CASE("neither points between the ends nor their order change the worst cycle") {
   const ModelOptions model = models::coarse(Flexure::beam);
   const double few =
       path_of(strong_guide(), model, cycles({-3e-3, 3e-3})).path[0].fatigue_safety->value;
@@ -182,7 +173,7 @@ TEST_CASE("points between the ends do not change the worst cycle, and their orde
   }
 }
 
-TEST_CASE("every model of a leaf has the same cycle", "[fatigue]") {
+TEST_CASE("every model of a leaf has the same cycle") {
   const Mechanism m = strong_guide();
   StrokeRequest request = cycles({-2e-3, 5e-3});
   request.stress.fillet = 0.3e-3;
@@ -196,7 +187,7 @@ TEST_CASE("every model of a leaf has the same cycle", "[fatigue]") {
   }
 }
 
-TEST_CASE("a life is that of the amplitude that does the same", "[fatigue]") {
+TEST_CASE("a life is that of the amplitude that does the same") {
   const StrokeResponse r = path_of(strong_guide(2e-3), models::coarse(Flexure::beam),
                                    cycles({0, 4e-3}, MeanStress::gerber));
   const FatigueCycle& life = *r.path[1].fatigue_life;
@@ -211,7 +202,7 @@ TEST_CASE("a life is that of the amplitude that does the same", "[fatigue]") {
   CHECK(far.path[0].fatigue_life->range == LifeRange::within);
 }
 
-TEST_CASE("without a cycle, or with a mean that breaks the leaf, there is a reason", "[fatigue]") {
+TEST_CASE("without a cycle, or with a mean that breaks the leaf, there is a reason") {
   const ModelOptions model = models::coarse(Flexure::beam);
   const StrokeResponse one = path_of(strong_guide(), model, cycles({1e-3}));
   CHECK_FALSE(one.path[0].fatigue_safety);
@@ -229,7 +220,7 @@ TEST_CASE("without a cycle, or with a mean that breaks the leaf, there is a reas
   CHECK_FALSE(outside.path[1].fatigue_fault.empty());
 }
 
-TEST_CASE("a wire's outline is looked at all around", "[fatigue]") {
+TEST_CASE("a wire's outline is looked at all around") {
   // bent in its own y or z direction or between: the same
   std::vector<double> safety;
   for (const double turn : {0.0, 0.31, 0.8}) {
@@ -248,7 +239,7 @@ TEST_CASE("a wire's outline is looked at all around", "[fatigue]") {
   CHECK(safety[2] == Approx(safety[0]).epsilon(1.3e-3));
 }
 
-TEST_CASE("exact derivatives of fatigue agree with differences", "[fatigue][gradients][slow]") {
+TEST_CASE("exact derivatives of fatigue agree with differences", "[slow]") {
   const auto flexure = GENERATE(Flexure::beam, Flexure::plate);
   const bool tapered = GENERATE(false, true);
   // each law with each flexure and each profile
@@ -269,7 +260,7 @@ TEST_CASE("exact derivatives of fatigue agree with differences", "[fatigue][grad
 }
 
 TEST_CASE("exact derivatives of fatigue of wires, arcs and loaded leaves agree with differences",
-          "[fatigue][gradients][slow]") {
+          "[slow]") {
   enum Kind { wire, arc, loaded };
   const auto kind = GENERATE(wire, arc, loaded);
   CAPTURE(kind);

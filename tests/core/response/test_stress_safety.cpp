@@ -2,13 +2,8 @@
 // derivatives.
 #include "core/response/stress_safety.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/elements/leaf/fillet.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 #include "support/strong_guide.hpp"
 
 using namespace flexopt;
@@ -35,7 +30,7 @@ PathPoint point_of(const Mechanism& m, const ModelOptions& model, const StrokeRe
 
 }  // namespace
 
-TEST_CASE("safety of a guide is that worked by hand", "[stress]") {
+TEST_CASE("safety of a guide is that worked by hand") {
   // docs/stress.md, at a tenth of its stroke: bending 3 E t x / L² = 15 MPa with the factor 1.2444,
   // and the couple of the leaves' axial forces, F L / 2b = 0.625 N or 0.0417 MPa, with 1.6582
   constexpr double bending = 15e6, axial = 0.0417e6, notch = 1.244432 * bending + 1.658224 * axial;
@@ -54,7 +49,7 @@ TEST_CASE("safety of a guide is that worked by hand", "[stress]") {
   CHECK(plain.yield_safety->value == Approx(1400e6 / plain.max_stress->value).epsilon(1e-12));
 }
 
-TEST_CASE("the weakest material decides, not the largest stress", "[stress]") {
+TEST_CASE("the weakest material decides, not the largest stress") {
   Mechanism m = strong_guide();
   m.leaves[0].thickness = 0.6e-3;               // the larger stress
   m.leaves[1].material.yield_strength = 500e6;  // the smaller strength
@@ -65,7 +60,7 @@ TEST_CASE("the weakest material decides, not the largest stress", "[stress]") {
   CHECK(p.yield_safety->value < 1400e6 / p.notch_stress->value);
 }
 
-TEST_CASE("every model of a leaf has the same stress at a fillet", "[stress]") {
+TEST_CASE("every model of a leaf has the same stress at a fillet") {
   const Mechanism m = strong_guide();
   const StrokeRequest request = stresses(5e-3, 0.3e-3);
   const double full = point_of(m, models::coarse(Flexure::plate), request).notch_stress->value;
@@ -77,7 +72,7 @@ TEST_CASE("every model of a leaf has the same stress at a fillet", "[stress]") {
   }
 }
 
-TEST_CASE("a fillet acts at clamped edges only", "[stress]") {
+TEST_CASE("a fillet acts at clamped edges only") {
   // bent at its clamp, free at its tip: the stress without factor is largest at the clamp, too
   Mechanism m = models::guide(0.1, 0.03, 0.5e-3);
   StrokeRequest request = stresses(5e-3, 0.25e-3);
@@ -94,7 +89,7 @@ TEST_CASE("a fillet acts at clamped edges only", "[stress]") {
   CHECK_FALSE(p.fatigue_safety);
 }
 
-TEST_CASE("a fillet without a factor is said, and leaves no number", "[stress]") {
+TEST_CASE("a fillet without a factor is said, and leaves no number") {
   const Mechanism m = strong_guide();
   CHECK(check_fillet(m, 0.05e-3));
   CHECK(check_fillet(m, 1e-3));
@@ -107,13 +102,13 @@ TEST_CASE("a fillet without a factor is said, and leaves no number", "[stress]")
   CHECK(p.max_stress);
 }
 
-TEST_CASE("no stress, no number of safety", "[stress]") {
+TEST_CASE("no stress, no number of safety") {
   const PathPoint p = point_of(strong_guide(), models::coarse(Flexure::beam), stresses(0, 0.25e-3));
   CHECK_FALSE(p.yield_safety);
   CHECK_FALSE(p.fatigue_safety);
 }
 
-TEST_CASE("exact derivatives of stress safety agree with differences", "[stress][gradients]") {
+TEST_CASE("exact derivatives of stress safety agree with differences") {
   const auto flexure = GENERATE(Flexure::beam, Flexure::plate);
   const auto tapered = GENERATE(false, true);
   const auto make = [tapered](const Values& p) {

@@ -1,11 +1,8 @@
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <string>
 #include <vector>
 
 #include "core/spec/draft.hpp"
@@ -27,7 +24,7 @@ struct Folder {
 
 }  // namespace
 
-TEST_CASE("a file is written whole, or its old content stays", "[core][files]") {
+TEST_CASE("a file is written whole, or its old content stays") {
   const Folder folder;
   const fs::path file = folder.path / "a";
   CHECK(write_whole(file, "one") == 0);
@@ -42,7 +39,7 @@ TEST_CASE("a file is written whole, or its old content stays", "[core][files]") 
   CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 2);
 }
 
-TEST_CASE("drafts of killed processes go, those of others stay", "[core][files]") {
+TEST_CASE("drafts of killed processes go, those of others stay") {
   const Folder folder;
   const std::string host = test::this_host(), dead = std::to_string(test::gone_process()),
                     alive = std::to_string(::getppid());

@@ -6,7 +6,7 @@ using namespace flexopt;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 
-TEST_CASE("a place has one fault, and so has all that is in it", "[spec][faults]") {
+TEST_CASE("a place has one fault, and so has all that is in it") {
   FaultList faults;
   faults.add("/a/b", "1", "first");
   faults.add("/a/b", "1", "second");
@@ -19,7 +19,7 @@ TEST_CASE("a place has one fault, and so has all that is in it", "[spec][faults]
   CHECK(faults.faults()[2].pointer == "/ab");
 }
 
-TEST_CASE("a value is sound if nothing is wrong with it, in it or around it", "[spec][faults]") {
+TEST_CASE("a value is sound if nothing is wrong with it, in it or around it") {
   FaultList faults;
   faults.add("/a/b", "1", "rule");
   CHECK_FALSE(faults.sound(""));
@@ -35,14 +35,14 @@ TEST_CASE("a value is sound if nothing is wrong with it, in it or around it", "[
   CHECK(faults.faults().size() == 1);
 }
 
-TEST_CASE("an unknown key leaves what is around it sound", "[spec][faults]") {
+TEST_CASE("an unknown key leaves what is around it sound") {
   FaultList faults;
   faults.add({.pointer = "/a/colour", .value = "1", .rule = "unknown key", .of_key = true});
   CHECK(faults.sound("/a"));
   CHECK(faults.faults().size() == 1);
 }
 
-TEST_CASE("an attempt says whether it went well and keeps what was wrong", "[spec][faults]") {
+TEST_CASE("an attempt says whether it went well and keeps what was wrong") {
   FaultList faults;
   CHECK(faults.attempt([] {}));
   CHECK_NOTHROW(faults.raise());
@@ -50,8 +50,7 @@ TEST_CASE("an attempt says whether it went well and keeps what was wrong", "[spe
   CHECK_THROWS_WITH(faults.raise(), "/a = 1; rule");
 }
 
-TEST_CASE("a message has a line for each of 50 faults and the number of the rest",
-          "[spec][faults]") {
+TEST_CASE("a message has a line for each of 50 faults and the number of the rest") {
   FaultList faults;
   for (int i = 0; i < 53; ++i) faults.add("/" + std::to_string(i), "1", "rule");
   const SpecError error(faults.faults());
@@ -62,8 +61,7 @@ TEST_CASE("a message has a line for each of 50 faults and the number of the rest
   CHECK(error.pointer() == "/0");
 }
 
-TEST_CASE("a fault's text begins with file, line and column where they are known",
-          "[spec][faults]") {
+TEST_CASE("a fault's text begins with file, line and column where they are known") {
   Fault fault{.pointer = "/a", .value = "1", .rule = "rule"};
   CHECK(fault.text() == "/a = 1; rule");
   fault.source = "--set";

@@ -35,9 +35,18 @@ std::string complaint(const std::string& document) {
   return "accepted";
 }
 
+/// Pointers of all that is wrong, one a line.
+std::string wrong_places(const std::string& document) {
+  FaultList faults;
+  read_value(leaf_table(), json::parse(document), json::json_pointer("/leaf"), faults);
+  std::string all;
+  for (const Fault& fault : faults.faults()) all += fault.pointer + " ";
+  return all;
+}
+
 }  // namespace
 
-TEST_CASE("reading fills in defaults and turns quantities into SI", "[spec][fields]") {
+TEST_CASE("reading fills in defaults and turns quantities into SI") {
   const json read = read_value(leaf_table(), json::parse(R"({"length": "80 mm", "count": 4.0})"));
   CHECK(read == json::parse(R"({"length": 0.08, "angle": 0.5, "count": 4, "kind": "plate",
                                 "inertia": [0.0, 0.0, 0.0]})"));
@@ -46,12 +55,12 @@ TEST_CASE("reading fills in defaults and turns quantities into SI", "[spec][fiel
   CHECK(read_value(leaf_table(), {{"length", 1}, {"inertia", rows}})["inertia"][1][1] == 2.0);
 }
 
-TEST_CASE("what was read reads as itself", "[spec][fields]") {
+TEST_CASE("what was read reads as itself") {
   const json once = read_value(leaf_table(), json::parse(R"({"length": "80 mm", "on": true})"));
   CHECK(read_value(leaf_table(), once) == once);
 }
 
-TEST_CASE("every complaint has pointer, value, rule and what is allowed", "[spec][fields]") {
+TEST_CASE("every complaint has pointer, value, rule and what is allowed") {
   CHECK_THAT(complaint("[]"), Contains("/leaf = []") && Contains("keys length, angle"));
   CHECK_THAT(complaint("{}"), Contains("/leaf/length = nothing") && Contains("required") &&
                                   Contains("0 < value <= 20 m"));
@@ -79,20 +88,7 @@ TEST_CASE("every complaint has pointer, value, rule and what is allowed", "[spec
   CHECK_THAT(complaint(R"({"length": 1, "a/b~": 1})"), Contains("/leaf/a~1b~0"));
 }
 
-namespace {
-
-/// Pointers of all that is wrong, one a line.
-std::string wrong_places(const std::string& document) {
-  FaultList faults;
-  read_value(leaf_table(), json::parse(document), json::json_pointer("/leaf"), faults);
-  std::string all;
-  for (const Fault& fault : faults.faults()) all += fault.pointer + " ";
-  return all;
-}
-
-}  // namespace
-
-TEST_CASE("reading collects all that is wrong and goes on", "[spec][fields]") {
+TEST_CASE("reading collects all that is wrong and goes on") {
   CHECK(
       wrong_places(R"({"length": "3 N", "count": 12, "kind": "plat", "on": 1, "colour": 2,
                          "inertia": [1, "2 m", "x"]})") ==
@@ -102,13 +98,13 @@ TEST_CASE("reading collects all that is wrong and goes on", "[spec][fields]") {
   CHECK(wrong_places(R"({"length": 1})").empty());
 }
 
-TEST_CASE("a misspelt key is not missed as well", "[spec][fields]") {
+TEST_CASE("a misspelt key is not missed as well") {
   CHECK(wrong_places(R"({"lenght": 1})") == "/leaf/lenght ");
   CHECK(wrong_places(R"({"lenght": 1, "length": 1})") == "/leaf/lenght ");
   CHECK(wrong_places(R"({"colour": 1})") == "/leaf/colour /leaf/length ");
 }
 
-TEST_CASE("a wrong value is read as its default, or as nothing", "[spec][fields]") {
+TEST_CASE("a wrong value is read as its default, or as nothing") {
   FaultList faults;
   const json read = read_value(
       leaf_table(), json::parse(R"({"length": 0, "count": 12, "inertia": [1, 2, "x"], "on": 3})"),
@@ -118,7 +114,7 @@ TEST_CASE("a wrong value is read as its default, or as nothing", "[spec][fields]
                                 "inertia": [0.0, 0.0, 0.0]})"));
 }
 
-TEST_CASE("the schema says what reading enforces", "[spec][fields]") {
+TEST_CASE("the schema says what reading enforces") {
   const json schema = json_schema(leaf_table());
   CHECK(schema["type"] == "object");
   CHECK(schema["additionalProperties"] == false);

@@ -31,7 +31,7 @@ std::string override_complaint(json document, const std::string& assignment) {
 
 }  // namespace
 
-TEST_CASE("broken JSON is refused with line and column", "[spec][json]") {
+TEST_CASE("broken JSON is refused with line and column") {
   CHECK_THAT(parse_complaint("{\n  \"a\": 1,\n"), Contains("job.json") && Contains("line 3"));
   CHECK_THAT(parse_complaint("{\"a\": 1,}"), Contains("line 1, column 9"));
   CHECK_THAT(parse_complaint("{\"a\": 1,}"), Catch::Matchers::StartsWith("job.json:1:9: not JSON"));
@@ -46,12 +46,12 @@ TEST_CASE("broken JSON is refused with line and column", "[spec][json]") {
   CHECK_THAT(parse_complaint(" \n"), Contains("empty"));
 }
 
-TEST_CASE("a key that stands twice in one object is refused", "[spec][json]") {
+TEST_CASE("a key that stands twice in one object is refused") {
   CHECK_THAT(parse_complaint(R"({"a": 1, "b": {"c": 1, "c": 2}})"), Contains("\"c\" stands twice"));
   CHECK(parse_json(R"({"a": {"a": 1}, "b": [{"a": 1}, {"a": 2}]})", "").size() == 2);
 }
 
-TEST_CASE("a key that stands twice is refused with both its lines", "[spec][json]") {
+TEST_CASE("a key that stands twice is refused with both its lines") {
   const JsonText text{"{\n  \"a\": 1,\n  \"b\": [{\"c\": 1,\n\n     \"c\": 2}],\n  \"a\": 3}",
                       "job.json"};
   std::vector<Fault> faults;
@@ -66,7 +66,7 @@ TEST_CASE("a key that stands twice is refused with both its lines", "[spec][json
   CHECK_THAT(faults[1].text(), Contains("job.json:6:3: /a") && Contains("lines 2 and 6"));
 }
 
-TEST_CASE("every value is found at its line and column", "[spec][json]") {
+TEST_CASE("every value is found at its line and column") {
   // keys with escapes and quotes, letters of several bytes, nested lists, numbers of all forms
   const std::string text =
       "\xEF\xBB\xBF{\"a\\\"b\": \"x\\\\\",\n"
@@ -103,7 +103,7 @@ TEST_CASE("every value is found at its line and column", "[spec][json]") {
   }
 }
 
-TEST_CASE("the line and column of each value are those of its own text", "[spec][json]") {
+TEST_CASE("the line and column of each value are those of its own text") {
   json document =
       json::parse(R"({"a": [1, {"b": [[], {}, "q\"[{", [2, [3.5, null]]]}], "z": "\n"})");
   const std::string text = document.dump(3);
@@ -124,7 +124,7 @@ TEST_CASE("the line and column of each value are those of its own text", "[spec]
   }
 }
 
-TEST_CASE("faults are sorted by place, those of --set last and without a line", "[spec][json]") {
+TEST_CASE("faults are sorted by place, those of --set last and without a line") {
   const JsonText text{"{\"b\": 1,\n \"a\": {\"c\": 2}}", "job.json"};
   std::vector<Fault> faults{{.pointer = "/a/c", .value = "2", .rule = "r"},
                             {.pointer = "/new/x", .value = "3", .rule = "r"},
@@ -140,12 +140,12 @@ TEST_CASE("faults are sorted by place, those of --set last and without a line", 
         "--set: /new/x = 3; r\n");
 }
 
-TEST_CASE("bottomless nesting is refused", "[spec][json]") {
+TEST_CASE("bottomless nesting is refused") {
   CHECK_THAT(parse_complaint(std::string(100000, '[')), Contains("nested deeper than 32"));
   CHECK_THAT(parse_complaint(std::string(40, '[') + std::string(40, ']')), Contains("nested"));
 }
 
-TEST_CASE("a path that is no readable file is refused by name", "[spec][json]") {
+TEST_CASE("a path that is no readable file is refused by name") {
   const auto folder = std::filesystem::temp_directory_path() / "flexopt_test_json_file";
   std::filesystem::create_directories(folder);
   CHECK_THAT(complaint_of([&] { read_text(folder.string()); }),
@@ -159,7 +159,7 @@ TEST_CASE("a path that is no readable file is refused by name", "[spec][json]") 
   std::filesystem::remove_all(folder);
 }
 
-TEST_CASE("an override replaces, adds and appends", "[spec][json]") {
+TEST_CASE("an override replaces, adds and appends") {
   json document = json::parse(R"({"stroke": {"to": 1}, "loads": [{"force": [0, 0, 0]}]})");
   apply_override(document, "/stroke/to=20 mm");
   apply_override(document, "/stroke/points=5");
@@ -172,7 +172,7 @@ TEST_CASE("an override replaces, adds and appends", "[spec][json]") {
       "model": {"accuracy": "full"}, "name": "a=b"})"));
 }
 
-TEST_CASE("an override names the outermost value that is new", "[spec][json]") {
+TEST_CASE("an override names the outermost value that is new") {
   json document = json::parse(R"({"stroke": {"to": 1}, "loads": [{"force": [0, 0, 0]}]})");
   CHECK(apply_override(document, "/stroke/to=2") == "/stroke/to");
   CHECK(apply_override(document, "/loads/-={}") == "/loads/1");
@@ -181,7 +181,7 @@ TEST_CASE("an override names the outermost value that is new", "[spec][json]") {
   CHECK(apply_override(document, "/loads/0/x~1y=1") == "/loads/0/x~1y");
 }
 
-TEST_CASE("an override that leads nowhere is refused", "[spec][json]") {
+TEST_CASE("an override that leads nowhere is refused") {
   const json document = json::parse(R"({"stroke": {"to": 1}, "loads": []})");
   CHECK_THAT(override_complaint(document, "stroke/to=1"), Contains("/pointer=value"));
   CHECK_THAT(override_complaint(document, "/stroke/to"), Contains("/pointer=value"));
@@ -193,7 +193,7 @@ TEST_CASE("an override that leads nowhere is refused", "[spec][json]") {
   CHECK_THAT(override_complaint(document, R"(/model={"mesh": 1, "mesh": 2})"), Contains("twice"));
 }
 
-TEST_CASE("a long value is shown short and whole in UTF-8", "[spec][json]") {
+TEST_CASE("a long value is shown short and whole in UTF-8") {
   const std::string text = shown(json(std::string(100, 'x') + "\xff"));
   CHECK(text.size() <= 80);
   std::string umlauts;

@@ -4,7 +4,7 @@
 
 using namespace flexopt;
 
-TEST_CASE("the edit distance counts insertions, deletions and replacements", "[spec][names]") {
+TEST_CASE("the edit distance counts insertions, deletions and replacements") {
   CHECK(edit_distance("", "") == 0);
   CHECK(edit_distance("leaf", "leaf") == 0);
   CHECK(edit_distance("", "leaf") == 4);
@@ -13,7 +13,7 @@ TEST_CASE("the edit distance counts insertions, deletions and replacements", "[s
   CHECK(edit_distance("sitting", "kitten") == 3);
 }
 
-TEST_CASE("a slip finds the name that was meant, nonsense finds none", "[spec][names]") {
+TEST_CASE("a slip finds the name that was meant, nonsense finds none") {
   const std::vector<std::string> known{"length", "width", "thickness", "half_angle"};
   CHECK(nearest_name("lenght", known) == "length");
   CHECK(nearest_name("Thickness", known) == "thickness");

@@ -46,7 +46,7 @@ RecordTable<Leaf> leaf_table() {
 
 }  // namespace
 
-TEST_CASE("a row brings its value to the member, in SI", "[spec][fields]") {
+TEST_CASE("a row brings its value to the member, in SI") {
   const RecordTable<Leaf> table = leaf_table();
   const json read = read_value(
       table.shape(), json::parse(R"({"length": "80 mm", "count": 4, "kind": "plate", "limit":
@@ -66,7 +66,7 @@ TEST_CASE("a row brings its value to the member, in SI", "[spec][fields]") {
   CHECK(written == read);
 }
 
-TEST_CASE("the default of a row is what a new record holds", "[spec][fields]") {
+TEST_CASE("the default of a row is what a new record holds") {
   const RecordTable<Leaf> table = leaf_table();
   const json read = read_value(table.shape(), {{"length", 1}});
   CHECK(read == json::parse(R"({"length": 1.0, "count": 3, "kind": "beam", "mesh": [10, 4],
@@ -76,7 +76,7 @@ TEST_CASE("the default of a row is what a new record holds", "[spec][fields]") {
   CHECK(json_schema(table.shape())["properties"]["kind"]["enum"] == json({"plate", "beam"}));
 }
 
-TEST_CASE("keys that are left out keep their members", "[spec][fields]") {
+TEST_CASE("keys that are left out keep their members") {
   Leaf leaf;
   leaf.limit = 5;
   leaf.count = 8;
@@ -86,7 +86,7 @@ TEST_CASE("keys that are left out keep their members", "[spec][fields]") {
   CHECK(leaf.count == 8);
 }
 
-TEST_CASE("rows refuse what they do not allow", "[spec][fields]") {
+TEST_CASE("rows refuse what they do not allow") {
   const Shape shape = leaf_table().shape();
   CHECK_THROWS_WITH(read_value(shape, {{"length", 1}, {"kind", "plat"}}),
                     Contains("did you mean 'plate'"));

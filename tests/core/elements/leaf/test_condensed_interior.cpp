@@ -55,8 +55,7 @@ MatrixXd saddle(const Interior& of) {
 
 }  // namespace
 
-TEST_CASE("a condensed interior is the Schur complement on the edges, also where it has buckled",
-          "[leaf][condensed]") {
+TEST_CASE("a condensed interior is the Schur complement on the edges, also where it has buckled") {
   for (const double shift : {0.0, -12.0}) {
     const Interior of(shift);
     CondensedInterior interior;
@@ -75,7 +74,7 @@ TEST_CASE("a condensed interior is the Schur complement on the edges, also where
   }
 }
 
-TEST_CASE("a held material point borders the interior's equations", "[leaf][condensed]") {
+TEST_CASE("a held material point borders the interior's equations") {
   const Interior of(0);
   CondensedInterior interior;
   interior.condense(of.K, of.residual, of.coupling, of.edge_force, of.edge_tangent, blocks - 1);

@@ -7,7 +7,7 @@
 
 using namespace flexopt;
 
-TEST_CASE("factors of a fillet of half the thickness are those worked by hand", "[stress]") {
+TEST_CASE("factors of a fillet of half the thickness are those worked by hand") {
   // docs/stress.md: h/r = 4, sqrt(h/r) = 2, 2h/D = 0.8; C1 = 2.862 of both, C2 … C4:
   const double tension = 2.862 - 0.426 * 0.8 - 0.998 * 0.64 - 0.438 * 0.512,
                bending = 2.862 - 2.085 * 0.8 - 0.498 * 0.64 + 0.721 * 0.512;
@@ -18,8 +18,7 @@ TEST_CASE("factors of a fillet of half the thickness are those worked by hand", 
   CHECK(k.bending == Approx(1.244).epsilon(1e-3));
 }
 
-TEST_CASE("factors of fillets agree with Pilkey's fit of Peterson's charts within 4 %",
-          "[stress]") {
+TEST_CASE("factors of fillets agree with Pilkey's fit of Peterson's charts within 4 %") {
   // W. D. Pilkey, Peterson's Stress Concentration Factors, 2nd ed., charts 3.2a and 3.8a, h/r >= 2
   constexpr double tension[4][3] = {{1.020, 1.009, -0.048},
                                     {-0.065, -0.165, -0.007},
@@ -44,7 +43,7 @@ TEST_CASE("factors of fillets agree with Pilkey's fit of Peterson's charts withi
   }
 }
 
-TEST_CASE("factors of fillets fall with the radius, towards one, by their slopes", "[stress]") {
+TEST_CASE("factors of fillets fall with the radius, towards one, by their slopes") {
   NotchFactors before = fillet_factors(least_fillet);
   for (double r = 0.12; r <= largest_fillet; r += 0.02) {
     const NotchFactors k = fillet_factors(r), slope = fillet_factor_slopes(r);

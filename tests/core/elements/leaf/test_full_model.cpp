@@ -2,19 +2,12 @@
 // answer where it cannot do something.
 #include "core/elements/plate/full_model.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/elements/leaf/leaf_linear.hpp"
 #include "core/elements/leaf/leaf_series.hpp"
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -95,8 +88,7 @@ class BareLeaf final : public LeafElement {
 
 }  // namespace
 
-TEST_CASE("the full model of a reduced leaf is the equilibrium of the full leaf between its edges",
-          "[elements][full_model]") {
+TEST_CASE("the full model of a reduced leaf is the full leaf's equilibrium between its edges") {
   const Mechanism m = turned_leaf();
   for (const Case& c : cases()) {
     INFO(c.name);
@@ -139,18 +131,13 @@ TEST_CASE("the full model of a reduced leaf is the equilibrium of the full leaf 
   }
 }
 
-TEST_CASE(
-    "the full model of a leaf with a material point keeps its place and leads to its equilibrium",
-    "[elements][full_model]") {
+TEST_CASE("the full model of a leaf with a material point leads to its equilibrium") {
   for (const bool free_tip : {false, true}) {
     INFO("free tip " << free_tip);
-    Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
-    LeafPoint point{.body = 0, .along = free_tip ? 1.0 : 0.5, .across = 0.5};
-    point.spread_over_tip = free_tip;
-    m.bodies[0] = models::body({point.along * 0.1, 0, 0}, 0, 0);
-    m.bodies[0].held = {false, false, false, true, true, true};
-    m.leaves[0].tip = free_tip ? free_edge : ground;
-    m.leaves[0].point = point;
+    const Mechanism single = models::single_leaf(0.1, 0.03, 5e-4);
+    const Mechanism m =
+        free_tip ? models::free_tip(single) : models::clamped_at_both(single, 0.5, 0.5);
+    const LeafPoint& point = *m.leaves[0].point;
     const ModelOptions model = reduced(Reduction::linear_craig_bampton, Flexure::plate, {4, 2});
     System system(m, make_reduced_leaves(m, model, 2e-3));
     System reference(m, make_full_leaves(m, model));
@@ -175,9 +162,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "a full model comes from the undeflected leaf where the other model's places lead nowhere",
-    "[elements][full_model]") {
+TEST_CASE("a full model comes from the undeflected leaf where other places lead nowhere") {
   const Mechanism m = turned_leaf();
   const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
   const LeafSpring& leaf = m.leaves[0];
@@ -204,8 +189,7 @@ TEST_CASE(
   CHECK(at.energy < energy / (1 - 0.3 * 0.3));
 }
 
-TEST_CASE("the full model of a full leaf is a copy that keeps its report",
-          "[elements][full_model]") {
+TEST_CASE("the full model of a full leaf is a copy that keeps its report") {
   const Mechanism m = turned_leaf();
   const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
   FullLeaf leaf(m.leaves[0], mesh, 0, "it has no two rigid edges");
@@ -216,8 +200,7 @@ TEST_CASE("the full model of a full leaf is a copy that keeps its report",
   CHECK((copy->evaluate().tangent - leaf.evaluation().tangent).norm() == 0);
 }
 
-TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say so",
-          "[elements][full_model][slow]") {
+TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say so", "[slow]") {
   // beyond the reach of the reduced models: stretched by more than 5 %, or without equilibrium
   struct Lost {
     const char* name;
@@ -246,8 +229,7 @@ TEST_CASE("full leaves take over where reduced ones find no equilibrium, and say
   }
 }
 
-TEST_CASE("a leaf without a linearised interior says so by its model's name",
-          "[elements][full_model]") {
+TEST_CASE("a leaf without a linearised interior says so by its model's name") {
   const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   const auto mesh = std::make_shared<PlateMesh>(leaf_shape(m.leaves[0], {}));
   std::vector<std::unique_ptr<LeafElement>> bare;
@@ -265,8 +247,7 @@ TEST_CASE("a leaf without a linearised interior says so by its model's name",
   CHECK_FALSE(tube.leaf(0).check_interior({}));
 }
 
-TEST_CASE("a full leaf has a gradient and a series, and a leaf of a compared method has neither",
-          "[elements][full_model]") {
+TEST_CASE("a full leaf has a gradient and a series, and a leaf of a compared method has neither") {
   const Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   for (const Case& c : cases()) {
     if (c.model.method == Reduction::mixed_potential) continue;
@@ -291,8 +272,7 @@ TEST_CASE("a full leaf has a gradient and a series, and a leaf of a compared met
   CHECK(leaf.linear->series());
 }
 
-TEST_CASE("what leaves share is made once for the same data and the same kind of rate",
-          "[elements][leaf_rates]") {
+TEST_CASE("what leaves share is made once for the same data and the same kind of rate") {
   LeafRates rates;
   const auto a = std::make_shared<const int>(1), b = std::make_shared<const int>(2);
   int made = 0;

@@ -8,7 +8,7 @@
 
 using namespace flexopt;
 
-TEST_CASE("leaves that rounding alone tells apart have directions in common", "[leaf][fold]") {
+TEST_CASE("leaves that rounding alone tells apart have directions in common") {
   // two elastic folds, and the rates of their places: one of them not quite zero
   constexpr double rounding = 3e-16;
   Mechanism m = models::guide(0.1, 0.03, 5e-4);

@@ -1,11 +1,6 @@
 // LeafDynamics::shape_motion, from which modes are drawn, is the derivative of shape().
-#include <catch2/catch.hpp>
-
-#include "core/elements/leaf/leaf_element.hpp"
-#include "core/math/rotation.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "support/leaf_laws.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -56,8 +51,7 @@ VectorXd places(LeafElement& leaf) {
 
 }  // namespace
 
-TEST_CASE("The motion that modes are drawn with is the derivative of the shape",
-          "[core][elements]") {
+TEST_CASE("The motion that modes are drawn with is the derivative of the shape") {
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
   m.leaves[0].axes = rotation_exp({0.3, -0.2, 0.5}) * m.leaves[0].axes;
   m.bodies[0].reference = m.bodies[0].center_of_mass = m.leaves[0].tip_middle();

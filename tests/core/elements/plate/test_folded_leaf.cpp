@@ -1,12 +1,7 @@
 // A leaf with an elastic fold: laws, closed forms and derivatives.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/elements/plate/plate_fold.hpp"
-#include "core/elements/plate/plate_leaf.hpp"
 #include "core/elements/plate/strain_field.hpp"
 #include "core/math/decompositions.hpp"
-#include "core/math/rotation.hpp"
 #include "core/mechanism/fold_corner.hpp"
 #include "support/plate_laws.hpp"
 
@@ -16,14 +11,12 @@ using namespace flexopt::plate_laws;
 namespace {
 
 PlateShape shape(double place, double angle, double radius = 0) {
-  PlateShape s{.width = 0.3, .thickness = 0.006, .mesh = {6, 3}};
-  s.fold = LeafFold{place, angle, radius};
-  return s;
+  return {.width = 0.3, .thickness = 0.006, .mesh = {6, 3}, .fold = LeafFold{place, angle, radius}};
 }
 
 }  // namespace
 
-TEST_CASE("the legs of a fold keep their angle under every strain of the line", "[fold]") {
+TEST_CASE("the legs of a fold keep their angle under every strain of the line") {
   for (const double angle : {0.7, M_PI / 2, -2.1}) {
     // r,x of the first leg stretched by 1.02 at right angles to a line stretched by 1 + 1e-6,
     // turned
@@ -42,7 +35,7 @@ TEST_CASE("the legs of a fold keep their angle under every strain of the line", 
   }
 }
 
-TEST_CASE("derivatives of the map at a fold are those of its values", "[fold]") {
+TEST_CASE("derivatives of the map at a fold are those of its values") {
   const auto node = [](const VectorXd& x) { return FoldNode<double>::of(x, 4, 0); };
   const VectorXd u = random_direction(16, 1), y = random_direction(16, 2),
                  z = random_direction(16, 3), w = random_direction(16, 4);
@@ -65,13 +58,13 @@ TEST_CASE("derivatives of the map at a fold are those of its values", "[fold]") 
         rate([&](double s) { return FoldMap<double>::of(0.8 + s).value(node(u)); }));
 }
 
-TEST_CASE("a folded leaf is free of stress wherever it is moved rigidly", "[fold]") {
+TEST_CASE("a folded leaf is free of stress wherever it is moved rigidly") {
   for (const double radius : {0.0, 0.008})
     for (const auto& [place, angle] : {std::pair{0.5, M_PI / 2}, {0.3, -2.0}, {0.6, 0.4}})
       check_rigid_motions(std::make_shared<PlateMesh>(shape(place, angle, radius)));
 }
 
-TEST_CASE("force and tangent of a folded leaf are derivatives of its energy", "[fold]") {
+TEST_CASE("force and tangent of a folded leaf are derivatives of its energy") {
   const double radius = GENERATE(0.0, 0.01);
   const auto mesh = std::make_shared<PlateMesh>(shape(0.45, 1.2, radius));
   PlateLeaf leaf(mesh);
@@ -86,7 +79,7 @@ TEST_CASE("force and tangent of a folded leaf are derivatives of its energy", "[
   CHECK((back.col(0) - d).norm() < 1e-5 * d.norm());
 }
 
-TEST_CASE("a fold of no angle is a flat leaf", "[fold]") {
+TEST_CASE("a fold of no angle is a flat leaf") {
   PlateShape folded = shape(0.5, 0, 0.01), flat = folded;
   folded.mesh = {8, 4};
   flat.mesh = {16, 4};
@@ -101,7 +94,7 @@ TEST_CASE("a fold of no angle is a flat leaf", "[fold]") {
   for (int k = 0; k < 4; ++k) CHECK(modes_a[k].omega2 == Approx(modes_b[k].omega2).epsilon(2e-4));
 }
 
-TEST_CASE("stiffness of an L frame in its plane", "[fold]") {
+TEST_CASE("stiffness of an L frame in its plane") {
   for (const auto& [place, angle, radius] :
        {std::tuple{0.5, M_PI / 2, 0.0}, {0.35, -1.9, 0.0}, {0.5, 1.9, 0.012}, {0.5, -2.3, 0.02}}) {
     PlateShape s = shape(place, angle, radius);
@@ -127,7 +120,7 @@ TEST_CASE("stiffness of an L frame in its plane", "[fold]") {
   }
 }
 
-TEST_CASE("moments on both ends of a folded strip turn them by that of shorter legs", "[fold]") {
+TEST_CASE("moments on both ends of a folded strip turn them by that of shorter legs") {
   // of no Poisson's ratio: exact; else the line holds the section straight, and the moment is
   // larger in its middle
   for (const auto& [nu, tolerance] : {std::pair{0.0, 1e-6}, {0.3, 0.06}}) {
@@ -151,7 +144,7 @@ TEST_CASE("moments on both ends of a folded strip turn them by that of shorter l
   }
 }
 
-TEST_CASE("under one moment a folded strip has one curvature, also beside its corner", "[fold]") {
+TEST_CASE("under one moment a folded strip has one curvature, also beside its corner") {
   for (const double radius : {0.0, 0.004, 0.03}) {  // the last one reaches over several elements
     PlateShape s = shape(0.45, -1.7, radius);
     s.poissons_ratio = 0;
@@ -168,8 +161,7 @@ TEST_CASE("under one moment a folded strip has one curvature, also beside its co
   }
 }
 
-TEST_CASE("operators change along place, angle and radius of a fold as their differences do",
-          "[fold]") {
+TEST_CASE("operators change along place, angle and radius of a fold as their differences do") {
   // short elements, so that the corner reaches over several of them; and long ones
   const double radius = GENERATE(0.002, 0.03);
   check_mesh_rate(shape(0.4, 1.3, radius),

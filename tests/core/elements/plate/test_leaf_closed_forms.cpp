@@ -1,13 +1,6 @@
 // Full leaves against closed forms: elastica, strips, plates, torsion.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
-#include "core/response/models/leaf_models.hpp"
 #include "elastica.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -20,11 +13,7 @@ System full_system(const Mechanism& m, std::array<int, 2> mesh, bool edge_term =
   return System(m, make_full_leaves(m, options), std::move(loads));
 }
 
-Material without_poisson() {
-  Material m = models::steel();
-  m.poissons_ratio = 0;
-  return m;
-}
+using models::without_poisson;
 
 /// A guide without Poisson's effect.
 Mechanism strips(double length, double width, double thickness, double mass, double inertia) {
@@ -109,8 +98,8 @@ TEST_CASE("a leaf between two clamps vibrates like the clamped strip") {
   const StrokeResponse r =
       test::evaluated(strips(0.1, 5e-3, 5e-4, 1e6, 1e6),
                       {.accuracy = Accuracy::full, .mesh = {16, 2}}, {.frequencies = 10});
-  const double expected = 22.3733 / (2 * std::numbers::pi * 0.01) *
-                          std::sqrt(m.youngs_modulus * 25e-8 / 12 / m.density);
+  const double expected =
+      22.3733 / (2 * M_PI * 0.01) * std::sqrt(m.youngs_modulus * 25e-8 / 12 / m.density);
   int found = 0;
   for (const Mode& mode : r.path[0].modes_locked)
     if (mode.kind == ModeKind::leaf && std::abs(mode.frequency / expected - 1) < 2e-3) ++found;

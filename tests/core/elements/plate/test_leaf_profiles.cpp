@@ -1,8 +1,4 @@
 // Leaves whose width and thickness vary along them: laws, closed forms and derivatives.
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/elements/plate/plate_leaf.hpp"
 #include "support/plate_laws.hpp"
 
 using namespace flexopt;
@@ -13,8 +9,7 @@ namespace {
 double notch(double s) { return 1 + 8 * (s - 0.45) * (s - 0.45); }
 
 PlateShape shape(Flexure flexure, bool varies = true) {
-  PlateShape s{.width = 0.4, .thickness = 0.01, .mesh = {6, 3}};
-  s.flexure = flexure;
+  PlateShape s{.width = 0.4, .thickness = 0.01, .mesh = {6, 3}, .flexure = flexure};
   if (varies) {
     s.width_profile = sampled(wave);
     s.thickness_profile = sampled(notch);
@@ -37,7 +32,7 @@ double difference(const PlateMesh& a, const PlateMesh& b) {
 
 }  // namespace
 
-TEST_CASE("a profile of ones is a uniform leaf", "[profile]") {
+TEST_CASE("a profile of ones is a uniform leaf") {
   for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
     const PlateMesh uniform(shape(flexure, false));
     PlateShape ones = shape(flexure, false);
@@ -49,7 +44,7 @@ TEST_CASE("a profile of ones is a uniform leaf", "[profile]") {
   }
 }
 
-TEST_CASE("only the product of reference and factors counts", "[profile]") {
+TEST_CASE("only the product of reference and factors counts") {
   for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
     const PlateShape a = shape(flexure);
     PlateShape b = a;
@@ -68,12 +63,12 @@ TEST_CASE("only the product of reference and factors counts", "[profile]") {
   }
 }
 
-TEST_CASE("a leaf of any profile is at rest, and where it is moved rigidly", "[profile]") {
+TEST_CASE("a leaf of any profile is at rest, and where it is moved rigidly") {
   for (const Flexure flexure : {Flexure::plate, Flexure::beam})
     check_rigid_motions(std::make_shared<PlateMesh>(shape(flexure)), 2e-10);
 }
 
-TEST_CASE("the force of a leaf with profiles is the derivative of its energy", "[profile]") {
+TEST_CASE("the force of a leaf with profiles is the derivative of its energy") {
   for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
     PlateLeaf leaf(std::make_shared<PlateMesh>(shape(flexure)));
     const PlateLeaf::State state = random_state(leaf.mesh(), 3);
@@ -81,7 +76,7 @@ TEST_CASE("the force of a leaf with profiles is the derivative of its energy", "
   }
 }
 
-TEST_CASE("operators change along sizes and profiles as their differences do", "[profile]") {
+TEST_CASE("operators change along sizes and profiles as their differences do") {
   for (const Flexure flexure : {Flexure::plate, Flexure::beam})
     check_mesh_rate(shape(flexure), {{sampled([](double s) { return s * s; }), {}},
                                      {{}, sampled([](double s) { return std::cos(3 * s); })}});

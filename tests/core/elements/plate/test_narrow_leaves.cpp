@@ -1,13 +1,9 @@
 // Narrow leaves: the section's stiffness in the plane, (E9) of core/elements/README.md, and the
 // mesh lines near the clamps, (E13).
 #include <Eigen/Cholesky>
-#include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/elements/plate/plate_mesh.hpp"
-#include "support/evaluated.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 
@@ -63,8 +59,7 @@ TEST_CASE("the section of a narrow plate bends in its plane by E t w³/12 on any
   for (const double nu : {0.0, 0.3, 0.45})
     for (const double ratio : {3.0, 4.0, 5.0, 7.0, 10.0, 20.0, 60.0})
       for (const int across : {4, 5, 8, 14}) {
-        PlateShape shape;
-        shape.width = 0.05;
+        PlateShape shape{.width = 0.05};
         shape.thickness = shape.width / ratio;
         shape.poissons_ratio = nu;
         shape.mesh = {6, across};
@@ -93,8 +88,7 @@ TEST_CASE("the default mesh has narrow leaves within 0.2 % of a fine one", "[slo
 
 TEST_CASE("mesh lines near the clamps move smoothly with the width, those of wide leaves hardly") {
   const auto first = [](double width) {
-    PlateShape shape;
-    shape.width = width;
+    PlateShape shape{.width = width};
     return PlateMesh(shape).x()[1];
   };
   double last = first(0.01);
@@ -108,8 +102,7 @@ TEST_CASE("mesh lines near the clamps move smoothly with the width, those of wid
   CHECK(first(0.3) == Approx(first(3)).epsilon(1e-5));
 }
 
-TEST_CASE("gradients of narrow leaves, whose mesh lines move, agree with differences",
-          "[gradients][slow]") {
+TEST_CASE("gradients of narrow leaves, whose mesh lines move, agree with differences", "[slow]") {
   const auto make = [](const test::Values& p) {
     Mechanism m;
     m.drives = {make_drive(Direction::uy)};

@@ -1,13 +1,5 @@
 // The full plate leaf: laws first, then derivatives, then closed forms.
-#include <Eigen/Geometry>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <random>
-
-#include "core/elements/plate/plate_leaf.hpp"
-#include "core/math/rotation.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
-#include "support/moved.hpp"
 #include "support/plate_laws.hpp"
 
 using namespace flexopt;
@@ -45,14 +37,6 @@ void bend(PlateLeaf& leaf, const std::shared_ptr<const PlateMesh>& mesh) {
 }
 
 }  // namespace
-
-TEST_CASE("the undeflected leaf stores no energy and carries no force") {
-  PlateLeaf leaf(make_mesh());
-  leaf.assemble();
-  CHECK(std::abs(leaf.energy()) < 1e-11);
-  CHECK(leaf.force().cwiseAbs().maxCoeff() < 1e-9);
-  CHECK(leaf.residual().cwiseAbs().maxCoeff() < 1e-9);
-}
 
 TEST_CASE("a rigid motion stores no energy and turns force and tangent with it") {
   const auto mesh = make_mesh();

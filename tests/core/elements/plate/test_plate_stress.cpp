@@ -12,11 +12,7 @@ namespace {
 constexpr double E = 200e9, nu = 0.3;
 
 PlateShape shape_of(double width, double thickness, double poissons_ratio = nu) {
-  PlateShape s;
-  s.width = width;
-  s.thickness = thickness;
-  s.poissons_ratio = poissons_ratio;
-  return s;
+  return {.width = width, .thickness = thickness, .poissons_ratio = poissons_ratio};
 }
 
 Strains strains(double e11, double e22, double g12, double k11 = 0, double k22 = 0,

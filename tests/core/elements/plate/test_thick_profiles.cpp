@@ -1,11 +1,6 @@
 // Leaves whose thickness varies steeply: transverse shear takes no more energy than the bending
 // has, and strains that vary with the section cost nothing beyond the section's own stiffness.
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/mechanism/profile.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "tip_stiffness.hpp"
 
 using namespace flexopt;
@@ -43,8 +38,7 @@ double integral(const LeafSpring& leaf, const F& density) {
 
 }  // namespace
 
-TEST_CASE("a beam of any thickness profile stretches by the integral of its sections on any mesh",
-          "[beam][profile]") {
+TEST_CASE("a beam of any thickness profile stretches by the integral of its sections on any mesh") {
   const double ratio = GENERATE(0.05, 0.1, 0.3, 0.5, 1.0);
   const bool circular = GENERATE(true, false);
   const LeafSpring leaf = notch(ratio, circular);
@@ -56,8 +50,7 @@ TEST_CASE("a beam of any thickness profile stretches by the integral of its sect
   }
 }
 
-TEST_CASE("a beam of any thickness profile turns in its plane as its sections do",
-          "[beam][profile]") {
+TEST_CASE("a beam of any thickness profile turns in its plane as its sections do") {
   const double ratio = GENERATE(0.05, 0.1, 0.3);
   const LeafSpring leaf = notch(ratio, GENERATE(true, false));
   const double E = leaf.material.youngs_modulus, w = leaf.width,
@@ -68,8 +61,7 @@ TEST_CASE("a beam of any thickness profile turns in its plane as its sections do
   CHECK(stiffness(leaf, Direction::ry, Others::free, 24) == Approx(exact).epsilon(0.02));
 }
 
-TEST_CASE("thick leaves whose thickness varies steeply are stable at rest",
-          "[plate][beam][shear]") {
+TEST_CASE("thick leaves whose thickness varies steeply are stable at rest") {
   Mechanism mechanism = models::single_leaf(0.1, GENERATE(0.05, 0.2), 4e-3, Direction::rz);
   LeafSpring& leaf = mechanism.leaves.front();
   // a notch: 4 mm in the middle, 64 mm at both ends

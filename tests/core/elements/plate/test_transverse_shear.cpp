@@ -1,21 +1,13 @@
 // Transverse shear of leaves against Timoshenko's closed forms: core/elements/README.md (E10),
 // (E11).
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/elements/plate/beam_section.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-Material without_poisson() {
-  Material m = models::steel();
-  m.poissons_ratio = 0;
-  return m;
-}
+using models::without_poisson;
 
 StrokeResponse guided(const LeafSpring& leaf, ModelOptions model, double stroke) {
   Mechanism mechanism;

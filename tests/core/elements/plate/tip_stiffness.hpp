@@ -1,7 +1,6 @@
 #pragma once
 // The stiffness of single leaves, undeflected.
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 namespace flexopt {
 

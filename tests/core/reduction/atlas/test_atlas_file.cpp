@@ -3,7 +3,6 @@
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -12,7 +11,7 @@
 
 using namespace flexopt;
 
-TEST_CASE("an atlas is read from its file as it was made, or not at all", "[core][atlas]") {
+TEST_CASE("an atlas is read from its file as it was made, or not at all") {
   namespace fs = std::filesystem;
   const fs::path folder = fs::temp_directory_path() / "flexopt_test_atlas";
   const fs::path file = folder / "inner" / "small.atlas";
@@ -61,7 +60,7 @@ TEST_CASE("an atlas is read from its file as it was made, or not at all", "[core
   CHECK_FALSE(write_atlas(atlas, "/proc/no/such/folder/a.atlas"));
 }
 
-TEST_CASE("the place of an atlas follows the environment", "[core][atlas]") {
+TEST_CASE("the place of an atlas follows the environment") {
   const auto keep = [](const char* name) {
     const char* value = std::getenv(name);
     return std::pair(name, value ? std::optional<std::string>(value) : std::nullopt);

@@ -3,17 +3,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <filesystem>
-
 #include "core/math/chebyshev.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
 #include "support/small_atlas.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

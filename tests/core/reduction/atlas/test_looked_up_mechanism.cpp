@@ -1,10 +1,5 @@
 // Mechanisms of looked-up leaves against those of built and of full ones.
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "support/evaluated.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 #include "support/small_atlas.hpp"
 
 using namespace flexopt;
@@ -20,39 +15,6 @@ StrokeResponse guide(const std::shared_ptr<const TubeAtlas>& atlas, double size,
   return test::evaluated(m, {.mesh = small_settings().mesh, .atlas = atlas},
                          {.points = {0, 0.005 * size, 0.012 * size}, .frequencies = frequencies});
 }
-
-}  // namespace
-
-TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[core][atlas][slow]") {
-  const StrokeResponse found = guide(small_atlas(), 1, 1, 4), built = guide(nullptr, 1, 1, 4);
-  for (std::size_t k = 0; k < built.path.size(); ++k) {
-    const PathPoint &a = found.path[k], &b = built.path[k];
-    for (const LeafReport& leaf : a.leaves) CHECK(leaf.source == "atlas");
-    for (const LeafReport& leaf : b.leaves) CHECK(leaf.source == "built");
-    CHECK(a.drive_load == Approx(b.drive_load).epsilon(1e-4).margin(1e-9));
-    CHECK(test::support_error(a, b) < 2e-3);
-    CHECK(a.max_stress->value == Approx(b.max_stress->value).epsilon(2e-3).margin(1));
-    CHECK(test::frequency_error(a.frequencies_locked, b.frequencies_locked) < 1e-3);
-  }
-}
-
-TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[core][atlas][slow]") {
-  const double size = 0.37, modulus = 1.0 / 3;
-  const StrokeResponse one = guide(small_atlas(), 1, 1, 0),
-                       other = guide(small_atlas(), size, modulus, 0);
-  for (std::size_t k = 1; k < one.path.size(); ++k) {
-    CHECK(other.path[k].drive_load ==
-          Approx(modulus * size * size * one.path[k].drive_load).epsilon(1e-9));
-    for (int d = 0; d < 6; ++d)
-      if (one.path[k].support_stiffness[d])
-        CHECK(*other.path[k].support_stiffness[d] ==
-              Approx(modulus * (d < 3 ? size : size * size * size) *
-                     *one.path[k].support_stiffness[d])
-                  .epsilon(1e-8));
-  }
-}
-
-namespace {
 
 // Numbers of a guide or of a hinge whose rays symmetry holds.
 const std::vector<test::Number> numbers{{"length", 0.1},        {"width", 0.031},
@@ -73,9 +35,8 @@ Mechanism symmetric(bool hinge, const test::Values& p) {
 }
 
 StrokeRequest statics(bool hinge) {
-  StrokeRequest request;
-  request.points = {0, hinge ? 0.25 : 0.012};
-  request.outputs = {Output::equilibrium, Output::stiffness};
+  StrokeRequest request{.points = {0, hinge ? 0.25 : 0.012},
+                        .outputs = {Output::equilibrium, Output::stiffness}};
   Vector6d load;  // in the plane of symmetry: the rays stay
   load << 3, 0, -2, 0, 0, 0;
   request.loads.constant = {load_at_O(load)};
@@ -91,51 +52,43 @@ test::Family family(bool hinge, const std::vector<std::size_t>& along) {
 
 }  // namespace
 
-TEST_CASE("derivatives of a mechanism of looked-up leaves agree with differences of it",
-          "[core][atlas]") {
+TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[slow]") {
+  const StrokeResponse found = guide(small_atlas(), 1, 1, 4), built = guide(nullptr, 1, 1, 4);
+  for (std::size_t k = 0; k < built.path.size(); ++k) {
+    const PathPoint &a = found.path[k], &b = built.path[k];
+    for (const LeafReport& leaf : a.leaves) CHECK(leaf.source == "atlas");
+    for (const LeafReport& leaf : b.leaves) CHECK(leaf.source == "built");
+    CHECK(a.drive_load == Approx(b.drive_load).epsilon(1e-4).margin(1e-9));
+    CHECK(test::support_error(a, b) < 2e-3);
+    CHECK(a.max_stress->value == Approx(b.max_stress->value).epsilon(2e-3).margin(1));
+    CHECK(test::frequency_error(a.frequencies_locked, b.frequencies_locked) < 1e-3);
+  }
+}
+
+TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[slow]") {
+  const double size = 0.37, modulus = 1.0 / 3;
+  const StrokeResponse one = guide(small_atlas(), 1, 1, 0),
+                       other = guide(small_atlas(), size, modulus, 0);
+  for (std::size_t k = 1; k < one.path.size(); ++k) {
+    CHECK(other.path[k].drive_load ==
+          Approx(modulus * size * size * one.path[k].drive_load).epsilon(1e-9));
+    for (int d = 0; d < 6; ++d)
+      if (one.path[k].support_stiffness[d])
+        CHECK(*other.path[k].support_stiffness[d] ==
+              Approx(modulus * (d < 3 ? size : size * size * size) *
+                     *one.path[k].support_stiffness[d])
+                  .epsilon(1e-8));
+  }
+}
+
+TEST_CASE("derivatives of a mechanism of looked-up leaves agree with differences of it") {
   for (const bool hinge : {false, true}) {
     CHECK(test::check_gradients(family(hinge, {0, 1, 2, 3, 4, 5}), looked_up(), statics(hinge)) >=
           2 * 14 * 6);
   }
 }
 
-TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
-          "[core][atlas]") {
-  for (const bool hinge : {false, true}) {
-    const test::Family guide_or_hinge = family(hinge, {0, 1, 2, 4, 5});
-    const test::Values p = test::values_of(numbers);
-    std::vector<MechanismDirection> directions;
-    for (const std::size_t k : guide_or_hinge.along)
-      directions.push_back(test::direction(guide_or_hinge, k));
-    const Mechanism mechanism = guide_or_hinge.make(p);
-    const StrokeRequest request = statics(hinge);
-    const StrokeSensitivity a = evaluate_stroke_gradients(mechanism, directions, looked_up(),
-                                                          request),
-                            b = evaluate_stroke_gradients(mechanism, directions,
-                                                          test::full(looked_up()), request);
-    REQUIRE(a.gradients);
-    REQUIRE(b.gradients);
-    for (std::size_t k = 0; k < request.points.size(); ++k) {
-      for (const LeafReport& leaf : a.response.path[k].leaves) CHECK(leaf.source == "atlas");
-      const PathPoint &pa = a.response.path[k], &pb = b.response.path[k];
-      const PointGradients &ga = a.gradients->path[k], &gb = b.gradients->path[k];
-      for (Eigen::Index j = 0; j < 5; ++j) {
-        const double by = p[guide_or_hinge.along[static_cast<std::size_t>(j)]];
-        for (int d = 0; d < 6; ++d) {
-          if (!pb.support_stiffness[d]) continue;
-          INFO("direction " << d << ", along " << j << " at point " << k);
-          CHECK(by * (*ga.support_stiffness[d])[j] / *pa.support_stiffness[d] ==
-                Approx(by * (*gb.support_stiffness[d])[j] / *pb.support_stiffness[d])
-                    .margin(2e-2));  // of this coarse grid
-        }
-        CHECK(by * ga.drive_load[j] == Approx(by * gb.drive_load[j]).epsilon(1e-3).margin(1e-4));
-      }
-    }
-  }
-}
-
-TEST_CASE("where a point is asked for more, full leaves take over from looked-up ones",
-          "[core][atlas]") {
+TEST_CASE("where a point is asked for more, full leaves take over from looked-up ones") {
   const test::Family guide = family(false, {0});
   StrokeRequest request = statics(false);
   request.outputs.add(Output::moving_envelope);

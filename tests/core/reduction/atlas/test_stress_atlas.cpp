@@ -1,15 +1,11 @@
 // Tables of stress in an atlas: looked up against those of the leaf itself, and in a mechanism.
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <cstring>
 
-#include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 #include "core/reduction/atlas/stress_atlas.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/small_atlas.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 

@@ -5,7 +5,6 @@
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
-#include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "support/small_atlas.hpp"
@@ -46,8 +45,7 @@ double distance(const std::vector<double>& a, const std::vector<double>& b, int 
 
 }  // namespace
 
-TEST_CASE("polynomials of the degree of their points are interpolated exactly, and so are slopes",
-          "[core][atlas]") {
+TEST_CASE("polynomials of the degree of their points are interpolated exactly, and so are slopes") {
   const std::vector<double> x = chebyshev_points(-2, 1, 6);
   CHECK(x.front() == -2);
   CHECK(x.back() == 1);
@@ -66,7 +64,7 @@ TEST_CASE("polynomials of the degree of their points are interpolated exactly, a
   CHECK(polynomial_weights(x, x[3]).value == std::vector<double>{0, 0, 0, 1, 0, 0});
 }
 
-TEST_CASE("a leaf is bent in smaller steps where one does not lead there", "[core][atlas]") {
+TEST_CASE("a leaf is bent in smaller steps where one does not lead there") {
   ChordLeaf leaf(std::make_shared<PlateMesh>(shape_of(0.3, 1.0 / 200)));
   CHECK(bend(leaf, {1, 0.5}, 0, 0.3) == 0.3);
   CHECK(leaf.soft()[0] == 0.3);
@@ -79,7 +77,7 @@ TEST_CASE("a leaf is bent in smaller steps where one does not lead there", "[cor
   CHECK((leaf.unknowns() - there).cwiseAbs().maxCoeff() < 1e-9);
 }
 
-TEST_CASE("an expansion knows how it changes when its ray turns", "[core][atlas]") {
+TEST_CASE("an expansion knows how it changes when its ray turns") {
   const PlateShape shape = shape_of(0.3, 1.0 / 90);
   const double sigma = 0.1, rho = 0.35, h = 2e-3;
   const auto at = [&](double r) { return expansion(shape, r, sigma); };
@@ -95,7 +93,7 @@ TEST_CASE("an expansion knows how it changes when its ray turns", "[core][atlas]
   CHECK(distance(rates.second, second, atlas_degree - 2) < 2e-4);
 }
 
-TEST_CASE("between two rays the expansion has the order of their derivatives", "[core][atlas]") {
+TEST_CASE("between two rays the expansion has the order of their derivatives") {
   const PlateShape shape = shape_of(0.3, 1.0 / 90);
   const double sigma = 0.1, rho = 0.4;
   const auto at = [&](double r) { return expansion(shape, r, sigma); };
@@ -110,8 +108,7 @@ TEST_CASE("between two rays the expansion has the order of their derivatives", "
   CHECK(error(0.1, 4) < 2.5 / 16 * error(0.2, 4));
 }
 
-TEST_CASE("between two rays a table has the order of the derivatives that its degrees tell",
-          "[core][atlas]") {
+TEST_CASE("between two rays a table has the order of the derivatives that its degrees tell") {
   // f(θ1y, θ2y) (1 + N), f = sin(3 θ1y + 4 θ2y), about σ of a ray
   const double sigma = 0.3, rho = 0.4;
   const bool of_stress = GENERATE(false, true);
@@ -156,7 +153,7 @@ TEST_CASE("between two rays a table has the order of the derivatives that its de
   CHECK(order(6) > 1.7);
 }
 
-TEST_CASE("a leaf seen from its other end has the potential of the mirrored ray", "[core][atlas]") {
+TEST_CASE("a leaf seen from its other end has the potential of the mirrored ray") {
   const PlateShape shape = shape_of(0.3, 1.0 / 90);
   const double sigma = 0.12;
   for (const double rho : {0.4, -0.4}) {
@@ -175,7 +172,7 @@ TEST_CASE("a leaf seen from its other end has the potential of the mirrored ray"
   }
 }
 
-TEST_CASE("an atlas has the built tubes at the shapes of its grid", "[core][atlas]") {
+TEST_CASE("an atlas has the built tubes at the shapes of its grid") {
   const TubeAtlas& atlas = *small_atlas();
   const AtlasSettings& s = atlas.settings();
   const auto widths = chebyshev_points(std::log(s.width[0]), std::log(s.width[1]), s.points[0]);
@@ -206,7 +203,7 @@ TEST_CASE("an atlas has the built tubes at the shapes of its grid", "[core][atla
   }
 }
 
-TEST_CASE("between its shapes and rays an atlas is as exact as its check says", "[core][atlas]") {
+TEST_CASE("between its shapes and rays an atlas is as exact as its check says") {
   const TubeAtlas& atlas = *small_atlas();
   const AtlasSettings& s = atlas.settings();
   REQUIRE(atlas.check().rays.size() == 4);
@@ -233,7 +230,7 @@ TEST_CASE("between its shapes and rays an atlas is as exact as its check says", 
   }
 }
 
-TEST_CASE("what an atlas looks up has exact derivatives by the leaf's shape", "[core][atlas]") {
+TEST_CASE("what an atlas looks up has exact derivatives by the leaf's shape") {
   const TubeAtlas& atlas = *small_atlas();
   const double h = 1e-3;  // the coefficients are sums of large terms: small steps see rounding
   const Vector3d here(0.31, 1.0 / 190, 0.305);
@@ -267,7 +264,7 @@ TEST_CASE("what an atlas looks up has exact derivatives by the leaf's shape", "[
   }
 }
 
-TEST_CASE("an atlas says which leaves it does not have", "[core][atlas]") {
+TEST_CASE("an atlas says which leaves it does not have") {
   const TubeAtlas& atlas = *small_atlas();
   const TubeRange range{.sigma_max = 0.15};
   const PlateShape inside = shape_of(0.3, 1.0 / 200);
@@ -297,8 +294,7 @@ TEST_CASE("an atlas says which leaves it does not have", "[core][atlas]") {
   }
 }
 
-TEST_CASE("a tube of known states makes fields and further states when they are asked for",
-          "[core][atlas]") {
+TEST_CASE("a tube of known states makes fields and further states when they are asked for") {
   const TubeAtlas& atlas = *small_atlas();
   const PlateShape shape = shape_of(0.31, 1.0 / 190);
   const TubeRange range{.sigma_max = 0.12};

@@ -1,7 +1,6 @@
 #pragma once
 // Irregular plates, condensed to interface nodes, and places of the nodes to test them at.
 #include <algorithm>
-#include <random>
 #include <set>
 #include <vector>
 

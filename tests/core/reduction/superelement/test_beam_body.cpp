@@ -3,13 +3,10 @@
 #include "core/reduction/superelement/plate_body.hpp"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "superelement_law.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -23,7 +20,7 @@ LeafSpring beam(bool circular) {
 
 }  // namespace
 
-TEST_CASE("a condensed beam has six rigid motions, and its frame goes with them", "[reduction]") {
+TEST_CASE("a condensed beam has six rigid motions, and its frame goes with them") {
   for (const bool circular : {false, true})
     for (const Warping warping : {Warping::clamped, Warping::free}) {
       const CondensedPlate body = condense_beam(beam(circular), 4, warping, 3);
@@ -39,8 +36,7 @@ TEST_CASE("a condensed beam has six rigid motions, and its frame goes with them"
     }
 }
 
-TEST_CASE("a condensed beam is Timoshenko's in stiffness, and weighs what the beam does",
-          "[reduction]") {
+TEST_CASE("a condensed beam is Timoshenko's in stiffness, and weighs what the beam does") {
   const LeafSpring leaf = beam(true);  // no shear: a Kirchhoff rod
   const CondensedPlate body = condense_beam(leaf, 4, Warping::free, 0);
   const BeamSection s = beam_section(leaf.section, 1e-3, 1e-3, 0.3);
@@ -57,14 +53,10 @@ TEST_CASE("a condensed beam is Timoshenko's in stiffness, and weighs what the be
     CHECK(M(c, c) + 2 * M(c, 6 + c) + M(6 + c, 6 + c) == Approx(mass).epsilon(1e-9));
 }
 
-TEST_CASE("a chain of beam superelements bends as the full beam does", "[reduction]") {
+TEST_CASE("a chain of beam superelements bends as the full beam does") {
   // P L²/EI = 10; the full beam follows the elastica (test_beam_leaf)
   const Material m{"m", 12e9, 0.3, 1000, {}};
-  Mechanism cantilever = models::single_leaf(10, 1, 0.1, Direction::uy, m);
-  cantilever.bodies[0].held = {false, false, false, true, true, true};
-  cantilever.leaves[0].tip = free_edge;
-  cantilever.leaves[0].point =
-      LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
+  const Mechanism cantilever = models::free_tip(models::single_leaf(10, 1, 0.1, Direction::uy, m));
   StrokeRequest request{.points = {0, 0.1, 0.5, 1}, .frequencies = 2};
   request.loads.growing = {load_at_O(Vector6d::Unit(1) * 1e5)};
   request.outputs.add(Output::shapes);

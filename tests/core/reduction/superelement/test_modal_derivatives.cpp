@@ -67,8 +67,7 @@ void relax(PlateLeaf& leaf, const Vector6d& e) {
 
 }  // namespace
 
-TEST_CASE("second-order forces are the derivative of the tangent, symmetric in all three shapes",
-          "[reduction][modal_derivatives]") {
+TEST_CASE("second-order forces are the derivative of the tangent, symmetric in all three shapes") {
   for (const auto& mesh : {beam(4, 0.3, 0.01), plate()}) {
     PlateLeaf leaf = assembled(mesh);
     const int n = leaf.unknowns();
@@ -105,8 +104,7 @@ TEST_CASE("second-order forces are the derivative of the tangent, symmetric in a
   }
 }
 
-TEST_CASE("modal derivatives of the boundary modes are those of the static solution",
-          "[reduction][modal_derivatives]") {
+TEST_CASE("modal derivatives of the boundary modes are those of the static solution") {
   for (const auto& mesh : {beam(6, 0.3, 0.01), plate()}) {
     PlateLeaf leaf = assembled(mesh);
     const int n = leaf.unknowns();
@@ -134,8 +132,7 @@ TEST_CASE("modal derivatives of the boundary modes are those of the static solut
   }
 }
 
-TEST_CASE("equation 8 of the paper adds boundary modes to derivatives with held edges",
-          "[reduction][modal_derivatives]") {
+TEST_CASE("equation 8 of the paper adds boundary modes to derivatives with held edges") {
   const auto mesh = beam(10, 0.3, 5e-3);
   PlateLeaf leaf = assembled(mesh);
   const int n = leaf.unknowns();
@@ -168,9 +165,7 @@ TEST_CASE("equation 8 of the paper adds boundary modes to derivatives with held 
   CHECK(own(n + 6, 12 * 10 + 10) == Approx(-2.0 / 15).epsilon(1e-3));
 }
 
-TEST_CASE(
-    "the manifold has the cubic coefficient and the frequencies under tension of von Kármán's beam",
-    "[reduction][modal_derivatives]") {
+TEST_CASE("the manifold has cubic coefficient and frequencies of von Kármán's beam") {
   const double width = 0.1, t = 2e-3;
   const auto mesh = beam(20, width, t);
   PlateLeaf leaf = assembled(mesh);

@@ -1,9 +1,6 @@
 #include "core/math/decompositions.hpp"
-#include "core/reduction/superelement/plate_body.hpp"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/elements/plate/plate_leaf.hpp"
 #include "core/reduction/superelement/linear_plate.hpp"
@@ -31,7 +28,7 @@ PlateBody seed_patch() {
 
 }  // namespace
 
-TEST_CASE("condensed bodies have six motions without energy and no more", "[reduction]") {
+TEST_CASE("condensed bodies have six motions without energy and no more") {
   for (int m = 2; m <= 8; ++m) {
     const VectorXd eigen = scaled_eigenvalues(irregular(20 + m, m).superelement);
     INFO("m = " << m);
@@ -44,7 +41,7 @@ TEST_CASE("condensed bodies have six motions without energy and no more", "[redu
   CHECK(eigen[6] > 1e-8 * eigen.maxCoeff());  // bending against membrane: (t/L)² / 12
 }
 
-TEST_CASE("reduced linear statics are those of the unreduced body", "[reduction]") {
+TEST_CASE("reduced linear statics are those of the unreduced body") {
   for (int m = 2; m <= 8; ++m) {
     const PlateBody body = irregular_plate(30 + m);
     const auto nodes = interface_nodes(40 + m, m);
@@ -95,7 +92,7 @@ TEST_CASE("reduced linear statics are those of the unreduced body", "[reduction]
   }
 }
 
-TEST_CASE("a segment between rigid edges is the undeflected plate leaf", "[reduction]") {
+TEST_CASE("a segment between rigid edges is the undeflected plate leaf") {
   const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4);
   PlateBody body{leaf, {10, 4}, {}, {true, true}};
   const CondensedPlate condensed =
@@ -125,8 +122,7 @@ TEST_CASE("a segment between rigid edges is the undeflected plate leaf", "[reduc
   for (int i = 0; i < 6; ++i) CHECK(A(i, i) == Approx(B(i, i)).epsilon(1e-8));
 }
 
-TEST_CASE("a four-node patch passes constant strains, curvatures and twist exactly",
-          "[reduction][patch]") {
+TEST_CASE("a four-node patch passes constant strains, curvatures and twist exactly") {
   const PlateBody body = seed_patch();
   const SuperelementModel model = condense(body, {.interface = Interface::corners}).superelement;
   check_superelement(model);
@@ -159,7 +155,7 @@ TEST_CASE("a four-node patch passes constant strains, curvatures and twist exact
   CHECK(p.dot(model.stiffness * q) == Approx(nu * A * area).epsilon(1e-11));
 }
 
-TEST_CASE("the forces of a constantly strained patch are its edge stresses", "[reduction][patch]") {
+TEST_CASE("the forces of a constantly strained patch are its edge stresses") {
   // consistent nodal forces of a constant ε11: half of A ε b at each corner, no drilling moments
   const PlateBody body = seed_patch();
   const SuperelementModel model = condense(body, {.interface = Interface::corners}).superelement;

@@ -1,16 +1,10 @@
 #include "core/math/decompositions.hpp"
-#include "core/reduction/superelement/superelement_leaf.hpp"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/response/models/leaf_models.hpp"
 #include "superelement_bodies.hpp"
-#include "support/evaluated.hpp"
 #include "support/leaf_laws.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;
@@ -32,7 +26,7 @@ Matrix6d tip_compliance(const LeafSpring& leaf, LeafElement& element) {
 
 }  // namespace
 
-TEST_CASE("a leaf of one linear superelement is the full leaf at rest", "[reduction]") {
+TEST_CASE("a leaf of one linear superelement is the full leaf at rest") {
   LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0.3, 0}, 0.1, 0.03, 5e-4);
   leaf.base = 1;  // both edges move
   ModelOptions model = linear(1, 0);
@@ -51,7 +45,7 @@ TEST_CASE("a leaf of one linear superelement is the full leaf at rest", "[reduct
         1e-8 * db.mass.topLeftCorner<12, 12>().norm());
 }
 
-TEST_CASE("a grid of patches converges to the full leaf at rest", "[reduction]") {
+TEST_CASE("a grid of patches converges to the full leaf at rest") {
   // soft directions: bending and torsion; stiff ones: stretch and in-plane bending
   const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.05, 1e-3);
   ModelOptions fine = linear(1, 0);
@@ -76,8 +70,7 @@ TEST_CASE("a grid of patches converges to the full leaf at rest", "[reduction]")
   CHECK(previous < 6e-3);
 }
 
-TEST_CASE("a superelement leaf's force and tangent are the derivatives of its energy",
-          "[reduction]") {
+TEST_CASE("a superelement leaf's force and tangent are the derivatives of its energy") {
   const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0.2, 0}, 0.1, 0.05, 1e-3);
   for (const auto& cut : {std::array{3, 0}, std::array{3, 2}, std::array{1, 0}}) {
     const ModelOptions model = linear(cut[0], cut[1]);
@@ -99,10 +92,7 @@ TEST_CASE("a superelement leaf's force and tangent are the derivatives of its en
   }
 }
 
-TEST_CASE(
-    "one or two linear superelements miss the collapse of a guide's support stiffness, patches "
-    "converge",
-    "[reduction]") {
+TEST_CASE("one or two superelements miss a guide's support stiffness, patches converge") {
   // Row (a) of the method's table: a bent leaf between two nodes misses its bulge under axial load.
   // Segments between rigid lines then converge to a stiffer leaf: the lines forbid the anticlastic
   // curvature (1/(1 − ν²) = 1.1 at worst); patches do not.
@@ -135,24 +125,7 @@ TEST_CASE(
   CHECK(rows[8].stiffness < 0.005);
 }
 
-TEST_CASE("a loaded and unloaded chain of superelements is back where it began", "[reduction]") {
-  const Mechanism hinge = models::hinge(0.1, 5e-4, {{1, 0.02, 0.03}, {-1, -0.02, 0.03}});
-  System system(hinge, make_reduced_leaves(hinge, linear(4, 2), 0));
-  const NewtonOptions newton;
-  for (int k = 1; k <= 100; ++k) {
-    const double angle = 0.5 * (k <= 50 ? k : 100 - k) / 50;
-    const Equilibrium e = step_to(system, angle, newton);
-    INFO("step " << k << ": " << e.message);
-    REQUIRE(e.converged);
-    if (k == 50) CHECK(std::abs(e.drive_load) > 1e-3);
-  }
-  const JointBody& pose = system.pose(0);
-  CHECK(pose.position.norm() < 1e-9 * 0.1);
-  CHECK(rotation_log(pose.rotation).norm() < 1e-9);
-  CHECK(std::abs(system.internal_force().norm()) < 1e-6);
-}
-
-TEST_CASE("stress and shape of a superelement leaf are those of the full leaf", "[reduction]") {
+TEST_CASE("stress and shape of a superelement leaf are those of the full leaf") {
   const Mechanism m = models::single_leaf(0.1, 0.03, 1e-3);
   StrokeRequest request{.points = {0, 5e-4}, .frequencies = 4};
   request.outputs.add(Output::shapes);

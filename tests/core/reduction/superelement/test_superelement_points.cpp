@@ -4,14 +4,10 @@
 // papers print curves only; the numbers here are those of a Kirchhoff–Love spline shell, converged
 // to 5e-6 (cantilever) and 4e-4 (plate). Both are without the torsion layer of free edges.
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/equilibrium/stroke_path.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "superelement_bodies.hpp"
-#include "support/evaluated.hpp"
 #include "support/leaf_laws.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 using namespace flexopt::bodies;
@@ -24,25 +20,15 @@ ModelOptions linear(int along, int across) {
           .superelements = {along, across}};
 }
 
-Mechanism with_point(double length, double width, double thickness, const Material& m,
-                     const LeafPoint& point, int tip) {
-  Mechanism mechanism = models::single_leaf(length, width, thickness, Direction::uy, m);
-  RigidBody& O = mechanism.bodies[0];
-  O = models::body({point.along * length, 0, (point.across - 0.5) * width}, 0, 0);
-  O.held = {false, false, false, true, true, true};
-  mechanism.leaves[0].tip = tip;
-  mechanism.leaves[0].point = point;
-  return mechanism;
-}
-
 Mechanism seed_plate() {
-  return with_point(0.4, 0.4, 1.98e-3, {"plate", 21.5e9, 0.3, 1200, {}},
-                    {.body = 0, .along = 0.5, .across = 0.2}, ground);
+  return models::clamped_at_both(
+      models::single_leaf(0.4, 0.4, 1.98e-3, Direction::uy, {"plate", 21.5e9, 0.3, 1200, {}}), 0.5,
+      0.2);
 }
 
 Mechanism seed_cantilever() {
-  return with_point(10, 1, 0.1, {"cantilever", 12e9, 0.3, 1200, {}},
-                    {.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true}, free_edge);
+  return models::free_tip(
+      models::single_leaf(10, 1, 0.1, Direction::uy, {"cantilever", 12e9, 0.3, 1200, {}}));
 }
 
 StrokeRequest load_path(double F, std::vector<double> points) {
@@ -53,8 +39,7 @@ StrokeRequest load_path(double F, std::vector<double> points) {
 
 }  // namespace
 
-TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within its 4 %",
-          "[literature]") {
+TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within its 4 %") {
   // P = 25, 125, 250 N: deflection [mm] at the load, at the free edge, in the middle, and opposite
   struct Row {
     int index;
@@ -84,7 +69,7 @@ TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within it
         0.5 * std::abs(1e3 * r.path[3].displacement[1] / 6.17851 - 1));
 }
 
-TEST_CASE("10 × 1 linear superelements give the seed's cantilever within its 3 %", "[literature]") {
+TEST_CASE("10 × 1 linear superelements give the seed's cantilever within its 3 %") {
   // P L² / EI = 1, 2, 5, 10: deflection and shortening [m] at the middle of the tip edge
   const double expected[][2] = {
       {2.986831, 0.5543638}, {4.889873, 1.579947}, {7.089432, 3.824957}, {8.063094, 5.491375}};
@@ -102,7 +87,7 @@ TEST_CASE("10 × 1 linear superelements give the seed's cantilever within its 3 
   CHECK(lines.path[1].displacement[1] == Approx(expected[3][0]).epsilon(0.01));
 }
 
-TEST_CASE("superelements loaded forth and back are where they began", "[reduction]") {
+TEST_CASE("superelements loaded forth and back are where they began") {
   const NewtonOptions newton;
   for (const bool plate : {true, false}) {
     const Mechanism m = plate ? seed_plate() : seed_cantilever();
@@ -133,14 +118,11 @@ TEST_CASE("superelements loaded forth and back are where they began", "[reductio
   }
 }
 
-TEST_CASE("force and tangent at a superelement leaf's material point are derivatives",
-          "[reduction]") {
+TEST_CASE("force and tangent at a superelement leaf's material point are derivatives") {
   for (const bool free_tip : {false, true}) {
-    Mechanism m = with_point(
-        0.1, 0.05, 1e-3, models::steel(),
-        free_tip ? LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true}
-                 : LeafPoint{.body = 0, .along = 2.0 / 3, .across = 0.5},
-        free_tip ? free_edge : ground);
+    const Mechanism single = models::single_leaf(0.1, 0.05, 1e-3);
+    const Mechanism m =
+        free_tip ? models::free_tip(single) : models::clamped_at_both(single, 2.0 / 3, 0.5);
     const LeafSpring& leaf = m.leaves[0];
     SuperelementLeaf element(leaf, std::make_shared<SuperelementGrid>(leaf, linear(3, 2)), 0);
     const auto solve = [&](const Vector12d& q, const Vector3d& u, const Vector12d& dq,
@@ -201,7 +183,7 @@ TEST_CASE("force and tangent at a superelement leaf's material point are derivat
   }
 }
 
-TEST_CASE("a material point that is no node gets the full leaf, and says why", "[reduction]") {
+TEST_CASE("a material point that is no node gets the full leaf, and says why") {
   const StrokeResponse r = test::evaluated(seed_plate(), linear(10, 4), load_path(1, {0, 1}));
   CHECK(r.path[1].leaves[0].model == "full");
   CHECK_THAT(r.path[1].leaves[0].reason, Catch::Contains("no node of [10, 4] superelements"));

@@ -1,7 +1,6 @@
 #include "core/reduction/tube/dynamics_form.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/math/ridders.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
@@ -52,8 +51,7 @@ struct ChangingTables {
 
 }  // namespace
 
-TEST_CASE("a form of looked-up dynamics is that of their matrices, and so are its derivatives",
-          "[reduction]") {
+TEST_CASE("a form of looked-up dynamics is that of their matrices, and so are its derivatives") {
   const ChangingTables changing;
   Random random(9);
   const double mu = 40;

@@ -1,9 +1,7 @@
 // Leaves in one deformation, turned and mirrored against each other, share what was condensed.
 #include "core/reduction/tube/equal_states.hpp"
 
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/reduction/tube/tube_leaf.hpp"
 #include "support/models.hpp"
@@ -58,9 +56,7 @@ std::shared_ptr<TubeModel> tube() {
 
 }  // namespace
 
-TEST_CASE(
-    "a leaf takes over the dynamics of another one that stands as it does, turned or mirrored",
-    "[tube]") {
+TEST_CASE("a leaf takes over the dynamics of one that stands as it does, turned or mirrored") {
   const Vector3d mirror =
       GENERATE(Vector3d(1, 1, 1), Vector3d(1, -1, 1), Vector3d(1, 1, -1), Vector3d(1, -1, -1));
   CAPTURE(mirror.transpose());
@@ -98,7 +94,7 @@ TEST_CASE(
     CHECK((second->material_point(along, 0.2) - alone->material_point(along, 0.2)).norm() < 1e-9);
 }
 
-TEST_CASE("what is not believed beside the full leaf is not taken over", "[tube]") {
+TEST_CASE("what is not believed beside the full leaf is not taken over") {
   const auto shared = tube();
   const auto first = leaf_at(shared, Matrix3d::Identity(), far),
              second = leaf_at(shared, Matrix3d::Identity(), far);
@@ -108,7 +104,7 @@ TEST_CASE("what is not believed beside the full leaf is not taken over", "[tube]
   CHECK(own.mode_frequencies == known.mode_frequencies);
 }
 
-TEST_CASE("only leaves in equal deformations share", "[tube]") {
+TEST_CASE("only leaves in equal deformations share") {
   const PlateMesh mesh(flat);
   LeafStand stand;
   stand.e << 1e-4, 0.1, 0.01, -0.08, 0.02, 0.03;
@@ -148,7 +144,7 @@ TEST_CASE("only leaves in equal deformations share", "[tube]") {
   CHECK_FALSE(states.find(mesh, stand, 2));
 }
 
-TEST_CASE("a pool of plates keeps those that were used last", "[tube]") {
+TEST_CASE("a pool of plates keeps those that were used last") {
   PlatePool pool(std::make_shared<PlateMesh>(flat));
   const auto first = pool.new_state();
   PlateLeaf& plate = pool.take(first);

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/math/rotation.hpp"
 #include "support/moved.hpp"
 #include "support/synthetic_leaf.hpp"
 
@@ -76,175 +74,6 @@ struct BentLeaf {
   }
 };
 
-}  // namespace
-
-TEST_CASE("condensed gradient and Hessian are derivatives of the condensed energy",
-          "[reduction][mixed]") {
-  Random random(21);
-  const TubePotential t = tube(skew_ray());
-  for (int n = 0; n < 10; ++n) {
-    const Relaxed leaf(t, random);
-    const Vector6d d = random.vector<6>().cwiseProduct(sizes);
-    const MixedEnergy& m = leaf.energy;
-    CHECK(m.gap.norm() < 1e-12);
-    const auto first = [&](double h) {
-      return std::abs(relaxed(t, leaf.e + h * d, leaf.state).energy - m.energy -
-                      h * m.gradient.dot(d));
-    };
-    const auto second = [&](double h) {
-      const Vector6d r =
-          relaxed(t, leaf.e + h * d, leaf.state).gradient - m.gradient - h * m.hessian * d;
-      return r.cwiseProduct(sizes).norm();
-    };
-    REQUIRE(m.gradient.norm() > 1e-3);
-    CHECK(rate(first(1e-1), first(1e-2)) == Approx(2).margin(0.1));
-    CHECK(rate(second(1e-1), second(1e-2)) == Approx(2).margin(0.15));
-    CHECK(m.hessian == m.hessian.transpose());
-  }
-}
-
-TEST_CASE("the conjugate forces are the derivatives by the stiff deformations",
-          "[reduction][mixed]") {
-  Random random(22);
-  const TubePotential t = tube(c_ray());
-  const Relaxed leaf(t, random);
-  const MixedEnergy& m = leaf.energy;
-  const Vector3d& f = leaf.state.f;
-  REQUIRE(f.norm() > 1e-3);
-  CHECK(m.gradient[elongation] == Approx(force_scale[0] * f[0]).epsilon(1e-10));
-  CHECK(m.gradient[theta1z] == Approx(force_scale[1] * f[1]).epsilon(1e-10));
-  CHECK(m.gradient[theta2z] == Approx(force_scale[2] * f[2]).epsilon(1e-10));
-}
-
-TEST_CASE("energy and gradient are right to first order in the residual", "[reduction][mixed]") {
-  Random random(23);
-  const TubePotential t = tube(s_ray());
-  const Relaxed leaf(t, random);
-  const MixedEnergy& m = leaf.energy;
-  const Vector3d d = random.vector<3>();
-  const auto off = [&](double h) {
-    MixedState s = leaf.state;
-    s.f += h * d;
-    return condense(t, leaf.e, s);
-  };
-  REQUIRE(off(1e-1).gap.norm() > 1e-6);
-  CHECK(rate((off(1e-1).gradient - m.gradient).norm(), (off(1e-2).gradient - m.gradient).norm()) ==
-        Approx(2).margin(0.1));
-  CHECK(rate(std::abs(off(1e-1).energy - m.energy), std::abs(off(1e-2).energy - m.energy)) ==
-        Approx(3).margin(0.2));
-}
-
-TEST_CASE("following an increment leaves a second-order gap", "[reduction][mixed]") {
-  Random random(24);
-  const TubePotential t = tube(s_ray());
-  const Relaxed leaf(t, random);
-  const Vector6d d = random.vector<6>().cwiseProduct(sizes);
-  const auto gap = [&](double h) {
-    MixedState s = leaf.state;
-    follow(s, h * d);
-    return condense(t, leaf.e + h * d, s).gap.norm();
-  };
-  CHECK(rate(gap(1e-1), gap(1e-2)) == Approx(2).margin(0.1));
-
-  // two half increments are one, an increment of zero is none
-  MixedState once = leaf.state, twice = leaf.state;
-  follow(once, d);
-  follow(twice, 0.5 * d);
-  follow(twice, 0.5 * d);
-  CHECK((once.f - twice.f).norm() < 1e-12 * once.f.norm());
-  // and nothing moves before the first evaluation
-  MixedState fresh;
-  follow(fresh, d);
-  CHECK(fresh.f.norm() == 0);
-}
-
-TEST_CASE("the undeflected reduced leaf has the stiffness of its potential", "[reduction][leaf]") {
-  // beam in the plane of bending: 4, 2 EI/L for the end rotations
-  const TubePotential t = tube(s_ray());
-  ReducedState state;
-  ReducedResponse r;
-  REQUIRE(evaluate_reduced_leaf(t, length, undeflected, state, r));
-  CHECK(r.force.norm() == 0);
-  CHECK(r.mixed.energy == 0);
-  CHECK(r.tangent(10, 10) == Approx(4 * EI_over_L));
-  CHECK(r.tangent(4, 10) == Approx(2 * EI_over_L));
-  CHECK(r.tangent(8, 8) == Approx(12 * EI_over_L / (length * length)));
-  CHECK(r.tangent(9, 9) == Approx(0.8 * EI_over_L));
-  CHECK(r.tangent(6, 6) == Approx(force_scale[0] * force_scale[0] / (2 * 0.0008 * EI_over_L)));
-  CHECK(r.tangent(2, 8) == Approx(-r.tangent(8, 8)));
-}
-
-TEST_CASE("a rigid motion leaves energy, force and tangent alone", "[reduction][leaf]") {
-  Random random(25);
-  BentLeaf leaf;
-  REQUIRE(leaf.response.force.norm() > 1e-2);
-  double worst = 0;
-  for (int n = 0; n < 100; ++n) {
-    const Matrix3d Q = rotation_exp(random.vector<3>(1.8));
-    const Vector3d shift = random.vector<3>();
-    EdgePoses y = leaf.edges;
-    for (auto& edge : y) {
-      edge.position = Q * edge.position + shift;
-      edge.axes = Q * edge.axes;
-    }
-    Matrix12d Q4 = Matrix12d::Zero();
-    for (int k = 0; k < 12; k += 3) Q4.block<3, 3>(k, k) = Q;
-    ReducedState state = leaf.state;
-    ReducedResponse r;
-    REQUIRE(evaluate_reduced_leaf(leaf.tube, length, y, state, r));
-    worst = std::max(
-        {worst, std::abs(r.mixed.energy / leaf.response.mixed.energy - 1),
-         (r.force - Q4 * leaf.response.force).norm() / r.force.norm(),
-         (r.tangent - Q4 * leaf.response.tangent * Q4.transpose()).norm() / r.tangent.norm()});
-  }
-  CHECK(worst < 1e-10);
-}
-
-TEST_CASE("the edge forces are in equilibrium and a rigid spin turns them", "[reduction][leaf]") {
-  BentLeaf leaf;
-  const Vector12d& f = leaf.response.force;
-  const Vector3d F1 = f.head<3>(), F2 = f.segment<3>(6);
-  CHECK((F1 + F2).norm() < 1e-12 * F2.norm());
-  const Vector3d M = f.segment<3>(3) + f.tail<3>() + leaf.edges[0].position.cross(F1) +
-                     leaf.edges[1].position.cross(F2);
-  CHECK(M.norm() < 1e-12);
-  // K dq for a rigid spin: forces turn, moments turn by half (the other half is the commutator)
-  const Vector3d w(0.3, -0.2, 0.5);
-  Vector12d dq, df;
-  dq << w.cross(leaf.edges[0].position), w, w.cross(leaf.edges[1].position), w;
-  df << w.cross(F1), 0.5 * w.cross(f.segment<3>(3)), w.cross(F2), 0.5 * w.cross(f.tail<3>());
-  CHECK((leaf.response.tangent * dq - df).norm() < 1e-9 * df.norm());
-}
-
-TEST_CASE("force and tangent are first and second derivative of the leaf's energy",
-          "[reduction][leaf]") {
-  Random random(26);
-  BentLeaf leaf;
-  const Vector12d f = leaf.response.force;
-  const Matrix12d K = leaf.response.tangent;
-  CHECK(K == K.transpose());
-  for (int n = 0; n < 5; ++n) {
-    Vector12d dq = random.vector<12>();
-    for (int k : {0, 6}) dq.segment<3>(k) *= length;
-    dq *= 1e-2;
-    const auto energy = [&](double h) {
-      BentLeaf other = leaf;
-      other.edges = moved(leaf.edges, h * dq);
-      other.relax_forces();
-      return other.response.mixed.energy;
-    };
-    const double E = energy(0);
-    const auto first = [&](double h) { return std::abs(energy(h) - E - h * f.dot(dq)); };
-    const auto second = [&](double h) {
-      return std::abs(energy(h) - E - h * f.dot(dq) - 0.5 * h * h * dq.dot(K * dq));
-    };
-    CHECK(rate(first(1e-1), first(1e-2)) == Approx(2).margin(0.1));
-    CHECK(rate(second(1e-1), second(1e-2)) == Approx(3).margin(0.2));
-  }
-}
-
-namespace {
-
 struct NewtonRun {
   std::vector<double> residual;  ///< of the free tip, lengths scaled
   EdgePoses edges;
@@ -295,7 +124,153 @@ NewtonRun solve(const TubePotential& tube, const std::vector<int>& held, const V
 
 }  // namespace
 
-TEST_CASE("mixed Newton converges quadratically", "[reduction][leaf]") {
+TEST_CASE("condensed gradient and Hessian are derivatives of the condensed energy") {
+  Random random(21);
+  const TubePotential t = tube(skew_ray());
+  for (int n = 0; n < 10; ++n) {
+    const Relaxed leaf(t, random);
+    const Vector6d d = random.vector<6>().cwiseProduct(sizes);
+    const MixedEnergy& m = leaf.energy;
+    CHECK(m.gap.norm() < 1e-12);
+    const auto first = [&](double h) {
+      return std::abs(relaxed(t, leaf.e + h * d, leaf.state).energy - m.energy -
+                      h * m.gradient.dot(d));
+    };
+    const auto second = [&](double h) {
+      const Vector6d r =
+          relaxed(t, leaf.e + h * d, leaf.state).gradient - m.gradient - h * m.hessian * d;
+      return r.cwiseProduct(sizes).norm();
+    };
+    REQUIRE(m.gradient.norm() > 1e-3);
+    CHECK(rate(first(1e-1), first(1e-2)) == Approx(2).margin(0.1));
+    CHECK(rate(second(1e-1), second(1e-2)) == Approx(2).margin(0.15));
+    CHECK(m.hessian == m.hessian.transpose());
+  }
+}
+
+TEST_CASE("the conjugate forces are the derivatives by the stiff deformations") {
+  Random random(22);
+  const TubePotential t = tube(c_ray());
+  const Relaxed leaf(t, random);
+  const MixedEnergy& m = leaf.energy;
+  const Vector3d& f = leaf.state.f;
+  REQUIRE(f.norm() > 1e-3);
+  CHECK(m.gradient[elongation] == Approx(force_scale[0] * f[0]).epsilon(1e-10));
+  CHECK(m.gradient[theta1z] == Approx(force_scale[1] * f[1]).epsilon(1e-10));
+  CHECK(m.gradient[theta2z] == Approx(force_scale[2] * f[2]).epsilon(1e-10));
+}
+
+TEST_CASE("energy and gradient are right to first order in the residual") {
+  Random random(23);
+  const TubePotential t = tube(s_ray());
+  const Relaxed leaf(t, random);
+  const MixedEnergy& m = leaf.energy;
+  const Vector3d d = random.vector<3>();
+  const auto off = [&](double h) {
+    MixedState s = leaf.state;
+    s.f += h * d;
+    return condense(t, leaf.e, s);
+  };
+  REQUIRE(off(1e-1).gap.norm() > 1e-6);
+  CHECK(rate((off(1e-1).gradient - m.gradient).norm(), (off(1e-2).gradient - m.gradient).norm()) ==
+        Approx(2).margin(0.1));
+  CHECK(rate(std::abs(off(1e-1).energy - m.energy), std::abs(off(1e-2).energy - m.energy)) ==
+        Approx(3).margin(0.2));
+}
+
+TEST_CASE("following an increment leaves a second-order gap") {
+  Random random(24);
+  const TubePotential t = tube(s_ray());
+  const Relaxed leaf(t, random);
+  const Vector6d d = random.vector<6>().cwiseProduct(sizes);
+  const auto gap = [&](double h) {
+    MixedState s = leaf.state;
+    follow(s, h * d);
+    return condense(t, leaf.e + h * d, s).gap.norm();
+  };
+  CHECK(rate(gap(1e-1), gap(1e-2)) == Approx(2).margin(0.1));
+
+  // two half increments are one, an increment of zero is none
+  MixedState once = leaf.state, twice = leaf.state;
+  follow(once, d);
+  follow(twice, 0.5 * d);
+  follow(twice, 0.5 * d);
+  CHECK((once.f - twice.f).norm() < 1e-12 * once.f.norm());
+  // and nothing moves before the first evaluation
+  MixedState fresh;
+  follow(fresh, d);
+  CHECK(fresh.f.norm() == 0);
+}
+
+TEST_CASE("the undeflected reduced leaf has the stiffness of its potential") {
+  // beam in the plane of bending: 4, 2 EI/L for the end rotations
+  const TubePotential t = tube(s_ray());
+  ReducedState state;
+  ReducedResponse r;
+  REQUIRE(evaluate_reduced_leaf(t, length, undeflected, state, r));
+  CHECK(r.force.norm() == 0);
+  CHECK(r.mixed.energy == 0);
+  CHECK(r.tangent(10, 10) == Approx(4 * EI_over_L));
+  CHECK(r.tangent(4, 10) == Approx(2 * EI_over_L));
+  CHECK(r.tangent(8, 8) == Approx(12 * EI_over_L / (length * length)));
+  CHECK(r.tangent(9, 9) == Approx(0.8 * EI_over_L));
+  CHECK(r.tangent(6, 6) == Approx(force_scale[0] * force_scale[0] / (2 * 0.0008 * EI_over_L)));
+  CHECK(r.tangent(2, 8) == Approx(-r.tangent(8, 8)));
+}
+
+TEST_CASE("a rigid motion leaves energy, force and tangent alone") {
+  Random random(25);
+  BentLeaf leaf;
+  REQUIRE(leaf.response.force.norm() > 1e-2);
+  double worst = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Matrix3d Q = rotation_exp(random.vector<3>(1.8));
+    const Vector3d shift = random.vector<3>();
+    EdgePoses y = leaf.edges;
+    for (auto& edge : y) {
+      edge.position = Q * edge.position + shift;
+      edge.axes = Q * edge.axes;
+    }
+    Matrix12d Q4 = Matrix12d::Zero();
+    for (int k = 0; k < 12; k += 3) Q4.block<3, 3>(k, k) = Q;
+    ReducedState state = leaf.state;
+    ReducedResponse r;
+    REQUIRE(evaluate_reduced_leaf(leaf.tube, length, y, state, r));
+    worst = std::max(
+        {worst, std::abs(r.mixed.energy / leaf.response.mixed.energy - 1),
+         (r.force - Q4 * leaf.response.force).norm() / r.force.norm(),
+         (r.tangent - Q4 * leaf.response.tangent * Q4.transpose()).norm() / r.tangent.norm()});
+  }
+  CHECK(worst < 1e-10);
+}
+
+TEST_CASE("force and tangent are first and second derivative of the leaf's energy") {
+  Random random(26);
+  BentLeaf leaf;
+  const Vector12d f = leaf.response.force;
+  const Matrix12d K = leaf.response.tangent;
+  CHECK(K == K.transpose());
+  for (int n = 0; n < 5; ++n) {
+    Vector12d dq = random.vector<12>();
+    for (int k : {0, 6}) dq.segment<3>(k) *= length;
+    dq *= 1e-2;
+    const auto energy = [&](double h) {
+      BentLeaf other = leaf;
+      other.edges = moved(leaf.edges, h * dq);
+      other.relax_forces();
+      return other.response.mixed.energy;
+    };
+    const double E = energy(0);
+    const auto first = [&](double h) { return std::abs(energy(h) - E - h * f.dot(dq)); };
+    const auto second = [&](double h) {
+      return std::abs(energy(h) - E - h * f.dot(dq) - 0.5 * h * h * dq.dot(K * dq));
+    };
+    CHECK(rate(first(1e-1), first(1e-2)) == Approx(2).margin(0.1));
+    CHECK(rate(second(1e-1), second(1e-2)) == Approx(3).margin(0.2));
+  }
+}
+
+TEST_CASE("mixed Newton converges quadratically") {
   // Dead forces only: a dead moment on a free rotation has no potential, and the symmetric tangent
   // misses its commutator −½ hat(M).
   const TubePotential t = tube(s_ray(), {0, 0.1, 0.3, 0.6});
@@ -326,7 +301,7 @@ TEST_CASE("mixed Newton converges quadratically", "[reduction][leaf]") {
   CHECK(rate(left_over(0.01), left_over(0.001)) == Approx(2).margin(0.15));
 }
 
-TEST_CASE("one step to a large stroke converges, both ways", "[reduction][leaf]") {
+TEST_CASE("one step to a large stroke converges, both ways") {
   const TubePotential guided = tube(s_ray(), {0, 0.1, 0.35});
   const TubePotential rotated = tube(c_ray(), {0, 0.1, 0.45});
   for (double sign : {1.0, -1.0}) {

@@ -9,8 +9,7 @@ namespace {
 constexpr std::array<int, 2> mesh{4, 2};
 
 StressPlaces places_of_leaf() {
-  PlateShape shape;
-  shape.mesh = mesh;
+  PlateShape shape{.mesh = mesh};
   return StressPlaces(shape);
 }
 

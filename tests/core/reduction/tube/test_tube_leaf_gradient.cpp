@@ -1,8 +1,5 @@
 #include "core/reduction/tube/tube_leaf_gradient.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "support/held_leaf.hpp"
 #include "support/slopes.hpp"
 
@@ -92,8 +89,7 @@ std::vector<double> answer(const Design& d, const KnownTubes& known, const Matri
 
 }  // namespace
 
-TEST_CASE("rates of a tube are those of its potential, along the state and along the shape",
-          "[reduction]") {
+TEST_CASE("rates of a tube are those of its potential, along the state and along the shape") {
   Random random(3);
   const KnownTubes known;
   const PlateShape shape = leaf_shape(models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.05, 2e-3), {});
@@ -136,7 +132,7 @@ TEST_CASE("rates of a tube are those of its potential, along the state and along
   }
 }
 
-TEST_CASE("derivatives of a looked-up tube leaf agree with differences", "[reduction]") {
+TEST_CASE("derivatives of a looked-up tube leaf agree with differences") {
   const KnownTubes known;
   for (const unsigned seed : {7u, 11u}) {
     Random random(seed);
@@ -174,7 +170,7 @@ TEST_CASE("derivatives of a looked-up tube leaf agree with differences", "[reduc
   }
 }
 
-TEST_CASE("a tube that was built has no exact derivatives of its own", "[reduction]") {
+TEST_CASE("a tube that was built has no exact derivatives of its own") {
   const KnownTubes known;
   const PlateShape shape = leaf_shape(models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.05, 2e-3), {});
   TubeLeaf leaf(models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.05, 2e-3),

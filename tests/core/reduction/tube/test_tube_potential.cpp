@@ -1,9 +1,7 @@
 #include "core/reduction/tube/tube_potential.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
-#include "core/math/polynomial.hpp"
 #include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
@@ -112,8 +110,7 @@ void check_random_polynomial(unsigned seed, bool mirrored = true) {
 
 }  // namespace
 
-TEST_CASE("a polynomial of the degree of the tube is reproduced everywhere",
-          "[reduction][tube][slow]") {
+TEST_CASE("a polynomial of the degree of the tube is reproduced everywhere", "[slow]") {
   check_random_polynomial<3>(1);
   check_random_polynomial<4>(2);
   check_random_polynomial<5>(3);
@@ -121,13 +118,12 @@ TEST_CASE("a polynomial of the degree of the tube is reproduced everywhere",
   check_random_polynomial<7>(5);
 }
 
-TEST_CASE("without mirror symmetry in the thickness nodes stand on both sides",
-          "[reduction][tube]") {
+TEST_CASE("without mirror symmetry in the thickness nodes stand on both sides") {
   check_random_polynomial<5>(11, false);
   check_random_polynomial<4>(12, false);
 }
 
-TEST_CASE("node states are reproduced exactly", "[reduction][tube]") {
+TEST_CASE("node states are reproduced exactly") {
   Random random(6);
   for (const Eigen::Matrix2d& D : {s_ray(), c_ray(), skew_ray()}) {
     const std::vector<double> sigmas{0, 0.03, 0.1, 0.3};
@@ -149,8 +145,7 @@ TEST_CASE("node states are reproduced exactly", "[reduction][tube]") {
   }
 }
 
-TEST_CASE("the gradient is that of the value, the Hessian that of the gradient",
-          "[reduction][tube]") {
+TEST_CASE("the gradient is that of the value, the Hessian that of the gradient") {
   Random random(7);
   const TubePotential t = tube(skew_ray());
   for (int n = 0; n < 20; ++n) {
@@ -171,7 +166,7 @@ TEST_CASE("the gradient is that of the value, the Hessian that of the gradient",
   }
 }
 
-TEST_CASE("coefficients of the monomials m are C^(d - |m|) across nodes", "[reduction][tube]") {
+TEST_CASE("coefficients of the monomials m are C^(d - |m|) across nodes") {
   // So value and gradient are continuous; the Hessian jumps with the fourth power of the distance
   // from the ray (c_m'' of |m| = 4), its change along the ray with the third. The nodes are far
   // apart, so that the interpolation error is anything but small.
@@ -202,8 +197,7 @@ TEST_CASE("coefficients of the monomials m are C^(d - |m|) across nodes", "[redu
   }
 }
 
-TEST_CASE("between nodes the error falls at least with the order of the Hermite data",
-          "[reduction][tube]") {
+TEST_CASE("between nodes the error falls at least with the order of the Hermite data") {
   // On the ray: the value has 6 + 6 data (order 12), the moment by its derivative 11, the stiffness
   // against twist |m| = 2, so 4 + 4 data (order 8).
   const Eigen::Matrix2d D = c_ray();
@@ -227,7 +221,7 @@ TEST_CASE("between nodes the error falls at least with the order of the Hermite 
   CHECK(std::log2(coarse[2] / fine[2]) > 7.5);
 }
 
-TEST_CASE("a node added later gives the tube that was built with it", "[reduction][tube]") {
+TEST_CASE("a node added later gives the tube that was built with it") {
   const Eigen::Matrix2d D = skew_ray();
   const TubePotential whole = tube(D, {0, 0.05, 0.1, 0.2, 0.3});
   TubePotential grown = tube(D, {0, 0.1, 0.2});
@@ -244,7 +238,7 @@ TEST_CASE("a node added later gives the tube that was built with it", "[reductio
   }
 }
 
-TEST_CASE("both mirror symmetries hold to the last digit", "[reduction][tube]") {
+TEST_CASE("both mirror symmetries hold to the last digit") {
   const TubePotential t = tube(skew_ray());
   Random random(9);
   for (int n = 0; n < 50; ++n) {
@@ -264,7 +258,7 @@ TEST_CASE("both mirror symmetries hold to the last digit", "[reduction][tube]") 
   }
 }
 
-TEST_CASE("the location tells ray, side and interval", "[reduction][tube]") {
+TEST_CASE("the location tells ray, side and interval") {
   const Eigen::Matrix2d D = skew_ray();
   const TubePotential t = tube(D, {0, 0.1, 0.3});
   const TubeLocation a = t.locate(soft(D, -0.2, 0.03, 0.01));
@@ -276,7 +270,7 @@ TEST_CASE("the location tells ray, side and interval", "[reduction][tube]") {
   CHECK(t.locate(soft(D, 0.5, 0, 0)).interval == 1);
 }
 
-TEST_CASE("a force centre shifts the expansion", "[reduction][tube]") {
+TEST_CASE("a force centre shifts the expansion") {
   // nodes about N0: Taylor coefficients of the same function about another force
   const Eigen::Matrix2d D = s_ray();
   const Vector3d centre(1.5, 0, 0);

@@ -1,24 +1,15 @@
 // Where a tube leaf is believed, and what takes its place where it is not.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/equilibrium/edge_compliance.hpp"
-#include "core/math/rotation.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
 
-const double pi = std::numbers::pi;
-
 StrokeRequest statics(double end, int points) {
-  return {.points = test::evenly(end, points), .outputs = {Output::equilibrium, Output::stiffness}};
+  return {.points = models::evenly(end, points),
+          .outputs = {Output::equilibrium, Output::stiffness}};
 }
 
 struct Outcome {
@@ -57,7 +48,7 @@ LoadCase pressed(double share) { return {.constant = {{.force = {-49.5 * share, 
 
 }  // namespace
 
-TEST_CASE("a leaf that is held by nothing else changes as its mechanism does", "[tube]") {
+TEST_CASE("a leaf that is held by nothing else changes as its mechanism does") {
   Mechanism single = models::single_leaf(0.1, 0.03, 5e-4);
   single.drives.clear();
   const LoadCase loads{.constant = {},
@@ -77,7 +68,7 @@ TEST_CASE("a leaf that is held by nothing else changes as its mechanism does", "
   CHECK(leaf->changes_in(*about).held == Approx(0.25 * held));
 }
 
-TEST_CASE("leaves that would buckle alone are believed where the mechanism is stable", "[tube]") {
+TEST_CASE("leaves that would buckle alone are believed where the mechanism is stable") {
   const Mechanism guide = models::guide(0.1, 0.03, 5e-4);
   StrokeRequest request = statics(0.02, 3);
   // more than half of the load at which the drive, if it were free, would give way
@@ -88,9 +79,8 @@ TEST_CASE("leaves that would buckle alone are believed where the mechanism is st
   CHECK(of.drive < 1e-4);
 }
 
-TEST_CASE("a hinge under a payload is followed by better potentials, not by full leaves",
-          "[tube]") {
-  StrokeRequest request = statics(pi / 4, 7);
+TEST_CASE("a hinge under a payload is followed by better potentials, not by full leaves") {
+  StrokeRequest request = statics(M_PI / 4, 7);
   request.loads = pressed(0.5);
   const Outcome of = compare(cross_hinge(), request);
   CHECK(of.replaced == 0);
@@ -101,7 +91,7 @@ TEST_CASE("a hinge under a payload is followed by better potentials, not by full
 }
 
 TEST_CASE("frequencies of leaves under more than they carry alone are those of full ones",
-          "[tube][slow]") {
+          "[slow]") {
   // no equilibrium beyond 18 mm; at 15 mm the first step from the rebuilt state leads astray
   Mechanism guide = models::guide(0.1, 0.010204220006, 2.8105538191e-4, 0.036531182692);
   for (LeafSpring& leaf : guide.leaves) leaf.material.youngs_modulus = 210e9;
@@ -123,7 +113,7 @@ TEST_CASE("frequencies of leaves under more than they carry alone are those of f
   CHECK(largest_step > 0.02);
 }
 
-TEST_CASE("a leaf tells where the full one that it rebuilds finds no equilibrium", "[tube]") {
+TEST_CASE("a leaf tells where the full one that it rebuilds finds no equilibrium") {
   Mechanism single = models::single_leaf(0.1, 0.03, 5e-4);
   single.drives.clear();
   const LoadCase loads{.constant = {}, .growing = {{.force = {0.5, 2, 0.3}}}};
@@ -152,7 +142,7 @@ TEST_CASE("a leaf tells where the full one that it rebuilds finds no equilibrium
   CHECK(leaf.check_rebuilt());
 }
 
-TEST_CASE("an arc whose fields say little of it is right beside the full one", "[tube]") {
+TEST_CASE("an arc whose fields say little of it is right beside the full one") {
   Mechanism arc = models::single_leaf(0.1, 0.03, 5e-4);
   arc.drives.clear();
   arc.leaves[0].curve = 0.5;
@@ -168,8 +158,7 @@ TEST_CASE("an arc whose fields say little of it is right beside the full one", "
   CHECK(leaf.check_rebuilt());
 }
 
-TEST_CASE("the drive stiffness at rest is right near the load that buckles the free mechanism",
-          "[tube]") {
+TEST_CASE("the drive stiffness at rest is right near the load that buckles the free mechanism") {
   // the payload bends each leaf in its plane, which a mechanism with its drive held hardly feels
   Mechanism hinge = models::hinge(0.1, 3.8172e-4, {{1, 0.127, 0.249}, {-1, -0.127, 0.249}});
   for (LeafSpring& leaf : hinge.leaves) leaf.material.youngs_modulus = 11.28e6;
@@ -181,7 +170,7 @@ TEST_CASE("the drive stiffness at rest is right near the load that buckles the f
   CHECK(reduced.path[0].drive_stiffness == Approx(full.path[0].drive_stiffness).epsilon(2e-3));
 }
 
-TEST_CASE("leaves that the stroke pulls straight are expanded about their pull", "[tube]") {
+TEST_CASE("leaves that the stroke pulls straight are expanded about their pull") {
   // between two grounds, driven across: the leaves stretch
   Mechanism bridge = models::single_leaf(0.04, 0.008, 3e-4);
   bridge.bodies[0].reference = bridge.bodies[0].center_of_mass = {0.04, 0, 0};
@@ -193,8 +182,8 @@ TEST_CASE("leaves that the stroke pulls straight are expanded about their pull",
   CHECK(of.drive < 1e-4);
 }
 
-TEST_CASE("a hinge without payload needs none of them", "[tube]") {
-  const StrokeResponse response = test::evaluated(cross_hinge(), {}, statics(pi / 6, 4));
+TEST_CASE("a hinge without payload needs none of them") {
+  const StrokeResponse response = test::evaluated(cross_hinge(), {}, statics(M_PI / 6, 4));
   for (const PathPoint& p : response.path)
     for (const LeafReport& leaf : p.leaves) {
       CHECK(leaf.degree == 5);
@@ -202,7 +191,7 @@ TEST_CASE("a hinge without payload needs none of them", "[tube]") {
     }
 }
 
-TEST_CASE("equal leaves share what takes over from their model", "[tube]") {
+TEST_CASE("equal leaves share what takes over from their model") {
   const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
   TubeModel model(mesh, {.sigma_max = 0.3});
   const Vector3d forces(-8, 0.5, -0.2);
@@ -231,7 +220,7 @@ TEST_CASE("equal leaves share what takes over from their model", "[tube]") {
   CHECK(first->potential().evaluate(s, forces).value == Approx(leaf.potential()).epsilon(1e-6));
 }
 
-TEST_CASE("equal leaves that go beyond their bent states together get one more of them", "[tube]") {
+TEST_CASE("equal leaves that go beyond their bent states together get one more of them") {
   const double L = 0.1;
   const Mechanism guide = models::guide(L, 0.3 * L, L / 60);
   const ModelOptions reduced{.mesh = {6, 2}}, full{.accuracy = Accuracy::full, .mesh = {6, 2}};

@@ -1,24 +1,16 @@
 // The tables of a tube leaf's strains: their expansion against exact states, the mirrors of a leaf,
 // and the stress of mechanisms against full leaves.
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/elements/leaf/leaf_scale.hpp"
-#include "core/math/polynomial.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "support/evaluated.hpp"
-#include "support/models.hpp"
 #include "support/monomials.hpp"
+#include "support/strokes.hpp"
 #include "support/synthetic_leaf.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-const double pi = std::numbers::pi;
 const PlateShape flat{0.3, 0.005, 0.3, {6, 2}, true};
 
 std::shared_ptr<TubeModel> tube(const PlateShape& shape) {
@@ -29,7 +21,7 @@ double von_mises(const PlateShape& shape, const Strains& e, bool positive) {
   return flexopt::von_mises(section_stress(shape, e, 1), positive ? 1 : -1);
 }
 
-StrokeRequest sweep(double end, int points) { return {.points = test::evenly(end, points)}; }
+StrokeRequest sweep(double end, int points) { return {.points = models::evenly(end, points)}; }
 
 struct Errors {
   double stress = 0, place = 0;
@@ -53,9 +45,7 @@ Errors compare(const Mechanism& mechanism, const StrokeRequest& request) {
 
 }  // namespace
 
-TEST_CASE(
-    "the expansion of strains and places is that of exact states to second order, in bending to "
-    "third") {
+TEST_CASE("strains and places expand as exact states do, to second order, in bending to third") {
   const auto mesh = std::make_shared<PlateMesh>(flat);
   const Eigen::Matrix2d ray = synthetic::s_ray();
   const Vector3d scale = tube_force_scale(flat);
@@ -191,11 +181,11 @@ TEST_CASE("stress from tables is that of full leaves, both ways", "[slow]") {
   CHECK(guide.place < 1e-6);
   CHECK(guide.others == 0);
   const Mechanism cross = models::hinge(0.1, 3.5e-4, {{1, 0.0125, 0.02}, {-1, -0.0125, 0.02}});
-  const Errors hinge = compare(cross, sweep(side * pi / 6, 7));
+  const Errors hinge = compare(cross, sweep(side * M_PI / 6, 7));
   CHECK(hinge.stress < 3e-3);
   CHECK(hinge.place < 1e-6);
   const Errors wide =
-      compare(models::three_leaf_hinge(0.06, 0.06, 2.5e-4), sweep(side * pi / 6, 7));
+      compare(models::three_leaf_hinge(0.06, 0.06, 2.5e-4), sweep(side * M_PI / 6, 7));
   CHECK(wide.stress < 3e-3);
 }
 
@@ -243,29 +233,4 @@ TEST_CASE("where the tables of stress do not hold the leaf is rebuilt and says s
   CHECK(model->stress()->evaluate({0.1, 0, 0, none}).change == 0);  // a bent state itself
   CHECK(model->stress()->evaluate({0.17, 0, 0, none}).change < largest_stress_change);
   CHECK(model->stress()->evaluate({0.02, 0, 0.15, none}).change > largest_stress_change);
-}
-
-TEST_CASE("leaves with a profile, curved ones and beams have no tables of stress") {
-  const auto change = GENERATE(
-      as<void (*)(PlateShape&)>(),
-      [](PlateShape& s) {
-        s.thickness_profile = {1, 0.8};
-      },
-      [](PlateShape& s) { s.curve = 0.3; },
-      [](PlateShape& s) { s.mesh[1] = 1, s.flexure = Flexure::beam; });
-  PlateShape shape = flat;
-  change(shape);
-  CHECK(!tube(shape)->stress());
-}
-
-TEST_CASE("tables of stress grow with their tube") {
-  TubeModel model(std::make_shared<PlateMesh>(flat), {.sigma_max = 0.05});
-  REQUIRE(model.built());
-  REQUIRE(model.stress());
-  REQUIRE(model.extend(0.2));
-  TubeModel whole(std::make_shared<PlateMesh>(flat), {.sigma_max = 0.2});
-  const TubeStress::Place end{0.2, 0, 0, Vector3d::Zero()};
-  const auto grown = model.stress()->evaluate(end).strains,
-             made = whole.stress()->evaluate(end).strains;
-  CHECK((grown.at(0.1, 0.05) - made.at(0.1, 0.05)).norm() < 1e-6 * made.at(0.1, 0.05).norm());
 }

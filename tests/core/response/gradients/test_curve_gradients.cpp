@@ -1,10 +1,6 @@
 // Exact derivatives with respect to the angle and the sizes of curved leaves, against differences.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/mechanism/profile.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -45,24 +41,21 @@ void check(bool varies, Flexure flexure, Accuracy accuracy, std::vector<std::siz
 
 }  // namespace
 
-TEST_CASE("gradients of curved leaves agree with differences", "[curve][gradients][slow]") {
+TEST_CASE("gradients of curved leaves agree with differences", "[slow]") {
   check(false, Flexure::beam, Accuracy::full, {0, 1, 2, 4, 5});
   check(false, Flexure::plate, Accuracy::full, {0, 1, 2, 3, 4, 5});
 }
 
-TEST_CASE("gradients of curved leaves that taper agree with differences",
-          "[curve][gradients][slow]") {
+TEST_CASE("gradients of curved leaves that taper agree with differences", "[slow]") {
   check(true, Flexure::beam, Accuracy::full, {2, 4, 6});
   check(true, Flexure::plate, Accuracy::full, {2, 4, 6});
 }
 
-TEST_CASE("gradients of the default method with curved leaves agree with differences",
-          "[curve][gradients][slow]") {
+TEST_CASE("gradients of the default method with curved leaves agree with differences", "[slow]") {
   check(false, Flexure::plate, Accuracy::reduced, {2, 4});
 }
 
-TEST_CASE("gradients of a driven point of a curved leaf agree with differences",
-          "[curve][gradients][slow]") {
+TEST_CASE("gradients of a driven point of a curved leaf agree with differences", "[slow]") {
   const auto make = [](const Values& p) {
     const LeafSpring l =
         curved({0, 0, 0}, {1, 0, 0}, p, p[4], Material{"steel", 2e11, p[3], 7800, {}});

@@ -1,11 +1,7 @@
 // Exact derivatives of mechanisms whose drives are conditions or several: (S11), (S17).
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <map>
 
-#include "core/math/rotation.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -101,8 +97,7 @@ auto of(Kind kind) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a drive on any body agree with differences",
-          "[gradients][drive][slow]") {
+TEST_CASE("exact derivatives of a drive on any body agree with differences", "[slow]") {
   struct Case {
     Kind kind;
     double stroke;
@@ -117,13 +112,12 @@ TEST_CASE("exact derivatives of a drive on any body agree with differences",
   CHECK(compared > 60 * static_cast<int>(c.along.size()));
 }
 
-TEST_CASE("exact derivatives of a turn of one body agree with differences", "[gradients][drive]") {
+TEST_CASE("exact derivatives of a turn of one body agree with differences") {
   check_gradients({hinge, numbers, {0, 2, 6, 8}, 0.1}, beams(), loaded(0.3));  // its own axis
   check_gradients({twisted, numbers, {2, 7}, 0.1}, beams(), loaded(0.3));      // loads tilt it
 }
 
-TEST_CASE("exact derivatives of several drives agree with differences",
-          "[gradients][drive][slow]") {
+TEST_CASE("exact derivatives of several drives agree with differences", "[slow]") {
   const auto check = [](const Family& family, const VectorXd& strokes) {
     StrokeRequest request = loaded(strokes[0]);
     request.strokes = {VectorXd::Zero(strokes.size()), strokes};
@@ -133,10 +127,7 @@ TEST_CASE("exact derivatives of several drives agree with differences",
   check({of(Kind::several), numbers, {0, 2, 7, 8}, 10.0}, Vector3d(0.008, 0.005, 3e-3));
 }
 
-TEST_CASE(
-    "exact derivatives of a relative drive agree with differences where reduced leaves lead to the "
-    "state",
-    "[gradients][drive]") {
+TEST_CASE("exact derivatives of a relative drive agree with differences on reduced leaves") {
   check_gradients({of(Kind::relative), numbers, {2, 8}, 10.0}, beams(Accuracy::reduced),
                   loaded(0.012));
 }

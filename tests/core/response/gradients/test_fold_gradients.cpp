@@ -1,10 +1,6 @@
 // Exact derivatives with respect to the legs and the angle of leaves with an elastic fold, against
 // differences.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -31,14 +27,13 @@ Mechanism stage(const Values& p) {
 
 }  // namespace
 
-TEST_CASE("gradients of leaves with an elastic fold agree with differences",
-          "[fold][gradients][slow]") {
+TEST_CASE("gradients of leaves with an elastic fold agree with differences", "[slow]") {
   check_loaded_guide({stage, parameters, {0, 1, 2, 3, 4, 5, 6, 7}, 10.0}, Flexure::plate,
                      Accuracy::full, 1e-3);
 }
 
 TEST_CASE("gradients of crooked, warm and heavy leaves with an elastic fold agree with differences",
-          "[fold][gradients][slow]") {
+          "[slow]") {
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {4, 2}};
   StrokeRequest request{.points = {0, 1e-3},
                         .loads = {.assembly = {{0, 0, {2e-5, 5e-5, 1e-4}, {1e-3, 1.5e-3, -2e-3}},

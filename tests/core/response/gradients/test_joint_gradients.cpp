@@ -1,12 +1,8 @@
 // Exact derivatives of mechanisms with joints: (S11), and clusters of frequencies through joints.
 #include <Eigen/Eigenvalues>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/math/decompositions.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -79,8 +75,7 @@ StrokeRequest loaded(double stroke, bool turning) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a beam guide with a joint agree with differences",
-          "[gradients][joint][slow]") {
+TEST_CASE("exact derivatives of a beam guide with a joint agree with differences", "[slow]") {
   const auto [type, along] = GENERATE(
       std::pair{JointType::rigid, std::vector<std::size_t>{0, 2, 7, 8}},
       std::pair{JointType::revolute, std::vector<std::size_t>{0, 1, 3, 4, 5, 6, 7, 8, 9, 10}},
@@ -94,32 +89,26 @@ TEST_CASE("exact derivatives of a beam guide with a joint agree with differences
   CHECK(compared == 82 * static_cast<int>(along.size()));
 }
 
-TEST_CASE("exact derivatives of a plate guide with a joint agree with differences",
-          "[gradients][joint]") {
+TEST_CASE("exact derivatives of a plate guide with a joint agree with differences") {
   const auto make = [](const Values& p) { return guide(JointType::revolute, p); };
   check_gradients({make, numbers, {1, 8, 9}, 10.0}, models::coarse(Flexure::plate),
                   loaded(-0.015, false));
 }
 
-TEST_CASE(
-    "exact derivatives of a hinge with joints to ground and end-effector agree with differences",
-    "[gradients][joint][slow]") {
+TEST_CASE("exact derivatives of a hinge with joints on both sides agree with differences",
+          "[slow]") {
   const int compared = check_gradients({hinge, numbers, {0, 2, 7, 8, 9, 10}, 0.1},
                                        models::coarse(Flexure::beam), loaded(0.4, true));
   CHECK(compared == 82 * 6);
 }
 
-TEST_CASE(
-    "exact derivatives through joints agree with differences where reduced leaves lead to the "
-    "state",
-    "[gradients][joint][slow]") {
+TEST_CASE("exact derivatives through joints agree with differences on reduced leaves", "[slow]") {
   const auto make = [](const Values& p) { return guide(JointType::prismatic, p); };
   check_gradients({make, numbers, {0, 9}, 10.0}, models::coarse(Flexure::plate, Accuracy::reduced),
                   loaded(0.02, false));
 }
 
-TEST_CASE("a double frequency of leaves on joints has the derivatives of its cluster",
-          "[gradients][joint]") {
+TEST_CASE("a double frequency of leaves on joints has the derivatives of its cluster") {
   // beside a guide two equal leaves that nothing ties to it, hinged to the ground
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const double y : {0.1, 0.2}) {
@@ -146,7 +135,7 @@ TEST_CASE("a double frequency of leaves on joints has the derivatives of its clu
   REQUIRE_FALSE(point.clusters_locked.empty());
   const FrequencyCluster& cluster = point.clusters_locked[0];
   REQUIRE(cluster.size == 2);
-  const double omega2 = std::pow(2 * std::numbers::pi * f[cluster.first], 2);
+  const double omega2 = std::pow(2 * M_PI * f[cluster.first], 2);
   // a beam hinged at one end: ω ~ t but for shear and torsion; one leaf alone moves one branch
   const SymmetricEigen both(cluster.block[0]), one(cluster.block[1]);
   CHECK(both.eigenvalues()[0] == Approx(2 * omega2 / 3e-4).epsilon(1e-4));

@@ -1,13 +1,7 @@
 // Exact derivatives of mechanisms on looked-up leaves: against differences of these leaves, and
 // against the derivatives of full ones.
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/full_modes.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
 #include "support/small_atlas.hpp"
 
 using namespace flexopt;
@@ -94,8 +88,7 @@ StrokeRequest sweep() {
 
 }  // namespace
 
-TEST_CASE("modes of looked-up leaves are those of the linearised mechanism",
-          "[response][gradients][slow]") {
+TEST_CASE("modes of looked-up leaves are those of the linearised mechanism", "[slow]") {
   const test::Family family = hinge();
   const Mechanism m = family.make(test::values_of(family.numbers));
   System system(m, make_reduced_leaves(m, looked_up(), 0.2));
@@ -122,7 +115,7 @@ TEST_CASE("modes of looked-up leaves are those of the linearised mechanism",
 }
 
 TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with differences",
-          "[response][gradients][slow]") {
+          "[slow]") {
   StrokeRequest request = sweep();
   request.values = PathValues::differentiable;
   const test::Family family = hinge();
@@ -139,7 +132,7 @@ TEST_CASE("derivatives of all numbers of a hinge on looked-up leaves agree with 
 }
 
 TEST_CASE("derivatives of narrow looked-up leaves, whose mesh lines move, agree with differences",
-          "[response][gradients][slow]") {
+          "[slow]") {
   AtlasSettings s = box();
   s.width = {0.045, 0.12};
   test::Family family = hinge();
@@ -150,15 +143,14 @@ TEST_CASE("derivatives of narrow looked-up leaves, whose mesh lines move, agree 
 }
 
 TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves",
-          "[response][gradients][slow]") {
+          "[slow]") {
   const test::Family family = hinge();
   const test::Values p = test::values_of(family.numbers);
   const std::vector<MechanismDirection> directions = test::directions_of(family);
-  ModelOptions full = looked_up();
-  full.accuracy = Accuracy::full;
   const StrokeSensitivity a = evaluate_stroke_gradients(family.make(p), directions, looked_up(),
                                                         sweep()),
-                          b = evaluate_stroke_gradients(family.make(p), directions, full, sweep());
+                          b = evaluate_stroke_gradients(family.make(p), directions,
+                                                        test::full(looked_up()), sweep());
   REQUIRE(a.gradients);
   REQUIRE(b.gradients);
   int compared = 0;
@@ -182,18 +174,16 @@ TEST_CASE("derivatives of looked-up leaves are those of full ones within the err
   CHECK(compared >= 15 * static_cast<int>(family.along.size()));
 }
 
-TEST_CASE("so are those of the stress where a design turns the rays of its leaves",
-          "[response][gradients][slow]") {
+TEST_CASE("so are those of the stress where a design turns the rays of its leaves", "[slow]") {
   const test::Family family = hinge();
   const Mechanism m = family.make(test::values_of(family.numbers));
   const std::vector<MechanismDirection> directions{test::direction(family, 11)};  // the crossing
   StrokeRequest request{.points = {}};
   for (int k = 1; k <= 8; ++k) request.points.push_back(0.04 * k);
   request.outputs = {Output::equilibrium, Output::stress};
-  ModelOptions full = looked_up();
-  full.accuracy = Accuracy::full;
   const StrokeSensitivity a = evaluate_stroke_gradients(m, directions, looked_up(), request),
-                          b = evaluate_stroke_gradients(m, directions, full, request);
+                          b = evaluate_stroke_gradients(m, directions, test::full(looked_up()),
+                                                        request);
   REQUIRE(a.gradients);
   REQUIRE(b.gradients);
   for (std::size_t k = 0; k < request.points.size(); ++k) {
@@ -207,8 +197,7 @@ TEST_CASE("so are those of the stress where a design turns the rays of its leave
   }
 }
 
-TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say why",
-          "[response][gradients][slow]") {
+TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say why", "[slow]") {
   StrokeRequest request = sweep();
   request.values = PathValues::differentiable;
   const Mechanism m = hinge().make(test::values_of(hinge().numbers));
@@ -218,16 +207,13 @@ TEST_CASE("where the tables of a leaf do not hold, full leaves take over and say
     CHECK(leaf.model == "full");
     CHECK_THAT(leaf.reason, Catch::StartsWith("exact: leaf 0: its tables have "));
   }
-  ModelOptions full = looked_up();
-  full.accuracy = Accuracy::full;
-  const StrokeResponse truth = evaluate_stroke(m, full, request);
-  for (std::size_t i = 0; i < truth.path[1].frequencies_locked.size(); ++i)
-    CHECK(many.path[1].frequencies_locked[i] ==
-          Approx(truth.path[1].frequencies_locked[i]).epsilon(1e-7));
+  const StrokeResponse truth = evaluate_stroke(m, test::full(looked_up()), request);
+  CHECK(test::frequency_error(many.path[1].frequencies_locked, truth.path[1].frequencies_locked) <
+        1e-7);
 }
 
 TEST_CASE("derivatives of looked-up leaves are the same whichever edge is called the base",
-          "[response][gradients][slow]") {
+          "[slow]") {
   AtlasSettings s = box();
   s.rays = {-1, 0, 1};
   s.points = {4, 3};

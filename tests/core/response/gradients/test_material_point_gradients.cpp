@@ -1,9 +1,5 @@
 // Exact derivatives of mechanisms in which bodies follow material points of leaves: (S12).
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -30,13 +26,7 @@ Mechanism clamped_plate(const Values& p) {
 }
 
 // The tip free, O the middle of it.
-Mechanism free_tip(const Values& p) {
-  Mechanism m = single(p);
-  m.leaves[0].tip = free_edge;
-  m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  m.bodies = {models::follower(m.leaves[0].tip_middle(), p[6])};
-  return m;
-}
+Mechanism free_tip(const Values& p) { return models::free_tip(single(p), p[6]); }
 
 // A mass near a corner of a leaf of a skew guide: its element has a clamped edge.
 Mechanism mass_on_leaf(const Values& p, double along) {
@@ -54,9 +44,8 @@ Mechanism mass_on_leaf(const Values& p, double along) {
 
 }  // namespace
 
-TEST_CASE(
-    "exact derivatives of a clamped plate, by the place of its load too, agree with differences",
-    "[gradients][points][slow]") {
+TEST_CASE("exact derivatives of a clamped plate, by its load's place too, agree with differences",
+          "[slow]") {
   StrokeRequest request{.frequencies = 3};
   SECTION("driven") {
     request.points = {0, 6e-4};
@@ -72,8 +61,7 @@ TEST_CASE(
   CHECK(compared >= 2 * 15 * 9);
 }
 
-TEST_CASE("exact derivatives of a cantilever with a free tip agree with differences",
-          "[gradients][points][slow]") {
+TEST_CASE("exact derivatives of a cantilever with a free tip agree with differences", "[slow]") {
   const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
   StrokeRequest request{.frequencies = 3};
   SECTION("driven") {
@@ -90,8 +78,7 @@ TEST_CASE("exact derivatives of a cantilever with a free tip agree with differen
   CHECK(compared >= 2 * 15 * 5);
 }
 
-TEST_CASE("exact derivatives of a guide with a mass on a leaf agree with differences",
-          "[gradients][points][slow]") {
+TEST_CASE("exact derivatives of a guide with a mass on a leaf agree with differences", "[slow]") {
   StrokeRequest request{
       .points = {0, 0.02},
       .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},

@@ -1,10 +1,6 @@
 // Exact derivatives with respect to sizes and factors of leaves with profiles, against differences.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/mechanism/profile.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -47,24 +43,21 @@ void check(bool linear, Flexure flexure, Accuracy accuracy, std::vector<std::siz
 
 }  // namespace
 
-TEST_CASE("gradients of tapered leaves agree with differences", "[profile][gradients][slow]") {
+TEST_CASE("gradients of tapered leaves agree with differences", "[slow]") {
   check(true, Flexure::beam, Accuracy::full, {0, 1, 2, 4, 5});
   check(true, Flexure::plate, Accuracy::full, {1, 3, 4, 5});
 }
 
-TEST_CASE("gradients of leaves with a profile agree with differences",
-          "[profile][gradients][slow]") {
+TEST_CASE("gradients of leaves with a profile agree with differences", "[slow]") {
   check(false, Flexure::beam, Accuracy::full, {2, 4, 5, 6});
   check(false, Flexure::plate, Accuracy::full, {2, 4, 6});
 }
 
-TEST_CASE("gradients of the default method with profiles agree with differences",
-          "[profile][gradients]") {
+TEST_CASE("gradients of the default method with profiles agree with differences") {
   check(false, Flexure::plate, Accuracy::reduced, {4, 5});
 }
 
-TEST_CASE("gradients of a driven point of a leaf with profiles agree with differences",
-          "[profile][gradients]") {
+TEST_CASE("gradients of a driven point of a leaf with profiles agree with differences") {
   const auto make = [](const Values& p) {
     LeafSpring l = models::leaf({0, 0, 0}, {1, 0, 0}, p[0], p[1], p[2]);
     set_profiles(l, p);

@@ -1,9 +1,5 @@
 // Exact derivatives of mechanisms with springs: (S17).
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -56,16 +52,14 @@ StrokeRequest loaded(double stroke) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of a beam guide with springs agree with differences",
-          "[gradients][spring][slow]") {
+TEST_CASE("exact derivatives of a beam guide with springs agree with differences", "[slow]") {
   const ModelOptions model{.accuracy = Accuracy::full, .flexure = Flexure::beam, .mesh = {8, 1}};
   const int compared =
       check_gradients({guide, numbers, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 10.0}, model, loaded(0.02));
   CHECK(compared == 82 * 9);
 }
 
-TEST_CASE("exact derivatives through springs agree with differences where reduced leaves lead",
-          "[gradients][spring][slow]") {
+TEST_CASE("exact derivatives through springs agree with differences on reduced leaves", "[slow]") {
   const ModelOptions model{.accuracy = Accuracy::reduced, .mesh = {6, 2}};
   check_gradients({guide, numbers, {3, 6, 7}, 10.0}, model, loaded(-0.015));
 }

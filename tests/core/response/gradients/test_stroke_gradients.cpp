@@ -5,7 +5,7 @@
 
 using namespace flexopt;
 
-TEST_CASE("every quantity has a derivative of its own", "[response][gradients]") {
+TEST_CASE("every quantity has a derivative of its own") {
   const int n = 3;
   double next = 1;
   const auto numbered = [&](Eigen::Index rows) {
@@ -68,7 +68,7 @@ TEST_CASE("every quantity has a derivative of its own", "[response][gradients]")
   CHECK_FALSE(gradient_of(at, point, "frequencies.drive_free.2"));
 }
 
-TEST_CASE("a name that no quantity has is refused, in release builds too", "[response]") {
+TEST_CASE("a name that no quantity has is refused, in release builds too") {
   for (const char* name : {"drive_laod", "", "support_stiffness", "displacement.w",
                            "frequencies.drive_free.99", "rotation."}) {
     CAPTURE(name);
@@ -78,7 +78,7 @@ TEST_CASE("a name that no quantity has is refused, in release builds too", "[res
   }
 }
 
-TEST_CASE("every row of the table of quantities is whole", "[response]") {
+TEST_CASE("every row of the table of quantities is whole") {
   for (const QuantityRow& row : quantity_rows()) {
     INFO(row.name);
     CHECK_FALSE(row.label.empty());

@@ -1,11 +1,6 @@
 // Exact derivatives with respect to the design of mechanisms whose edges sit other than designed,
 // whose leaves are warm, and that are heavy: against differences of the whole path.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
@@ -50,12 +45,9 @@ Mechanism row_of_two(const Values& p) {
 
 /// Clamped at both ends, O a point of it.
 Mechanism clamped(const Values& p) {
-  Mechanism m =
-      models::single_leaf(p[0], p[1], p[2], Direction::uy, {"m", p[3], p[4], p[5], {}, 1.2e-5});
-  m.leaves[0].tip = ground;
-  m.leaves[0].point = LeafPoint{.body = 0, .along = 0.4, .across = 0.6};
-  m.bodies = {models::follower({0.4 * p[0], 0, 0.1 * p[1]}, 0.02)};
-  return m;
+  return models::clamped_at_both(
+      models::single_leaf(p[0], p[1], p[2], Direction::uy, {"m", p[3], p[4], p[5], {}, 1.2e-5}),
+      0.4, 0.6, 0.02);
 }
 
 StrokeRequest request_with(LoadCase loads, std::vector<double> points) {
@@ -66,64 +58,6 @@ LoadCase crooked() {
   return {.assembly = {{0, 0, {2e-5, 5e-5, 1e-4}, {1e-3, 1.5e-3, -2e-3}},
                        {1, 1, {-1e-5, 3e-5, -5e-5}, {-5e-4, 5e-4, 1e-3}}}};
 }
-
-}  // namespace
-
-TEST_CASE("derivatives of crooked, heavy and warm mechanisms agree with differences",
-          "[surroundings][gradients][slow]") {
-  using Numbers = std::vector<std::size_t>;
-  struct Case {
-    const char* what;
-    LoadCase loads;
-    Numbers straight, curved;  ///< numbers of the design
-  };
-  const Case c =
-      GENERATE(Case{"crooked", crooked(), {0, 1, 2, 7}, {0, 2, 7, 9}},
-               Case{"heavy", {.gravity = {8, -30, 50}}, {0, 1, 2, 4, 5, 6, 7, 8}, {2, 5, 9}},
-               Case{"warm", {.temperature = {12, -7}}, {0, 1, 2, 3, 4, 7}, {1, 2, 9}},
-               Case{"warm bodies",
-                    {.temperature = {12, -7}, .body_expansion = {3e-4, -1e-4}},
-                    {0, 1, 2, 4, 7},
-                    {0, 1, 9}});
-  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
-  const bool curved = GENERATE(false, true);
-  CAPTURE(c.what, curved);
-  const Family family{[=](const Values& p) { return skew_guide(p, curved); }, numbers,
-                      curved ? c.curved : c.straight, 10.0};
-  CHECK(check_gradients(family, models::coarse(flexure), request_with(c.loads, {0, 0.004})) > 100);
-}
-
-TEST_CASE("derivatives know all of them at once on bodies in a row",
-          "[surroundings][gradients][slow]") {
-  LoadCase all = crooked();
-  all.gravity = {3, -2, 4};
-  all.temperature = {12, -7};
-  all.body_expansion = {2e-4, -3e-4, 1e-4};
-  const Family family{row_of_two, numbers, {0, 1, 2, 5, 6, 7}, 1.0};
-  CHECK(check_gradients(family, models::coarse(Flexure::plate), request_with(all, {0, 0.01})) >
-        100);
-}
-
-TEST_CASE("derivatives know a warm and crooked leaf whose point is driven",
-          "[surroundings][gradients]") {
-  LoadCase all{.assembly = {{0, 1, {0, 2e-5, 0}, {5e-4, 0, 1e-3}}},
-               .temperature = {-6},
-               .gravity = {1, 20, 5}};
-  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
-  const Family family{clamped, numbers, {0, 1, 2, 5}, 10.0};
-  CHECK(check_gradients(family, models::coarse(flexure), request_with(all, {0, 4e-4})) > 50);
-}
-
-TEST_CASE("derivatives of reduced crooked mechanisms agree with differences",
-          "[surroundings][gradients][slow]") {
-  const Family family{
-      [](const Values& p) { return skew_guide(p, false); }, numbers, {0, 2, 7}, 10.0};
-  StrokeRequest request = request_with(crooked(), {0, 0.004});
-  request.outputs.remove(Output::frequency_derivatives);
-  CHECK(check_gradients(family, {.mesh = {6, 2}}, request) > 80);
-}
-
-namespace {
 
 /// All numbers of a mechanism along errors of assembly (unit: 1e-4 m and 1e-3 rad) against
 /// differences; how many.
@@ -197,8 +131,57 @@ int check_along_errors(const Mechanism& mechanism, const ModelOptions& model,
 
 }  // namespace
 
-TEST_CASE("derivatives along errors of assembly agree with differences",
-          "[surroundings][gradients][assembly][slow]") {
+TEST_CASE("derivatives of crooked, heavy and warm mechanisms agree with differences", "[slow]") {
+  using Numbers = std::vector<std::size_t>;
+  struct Case {
+    const char* what;
+    LoadCase loads;
+    Numbers straight, curved;  ///< numbers of the design
+  };
+  const Case c =
+      GENERATE(Case{"crooked", crooked(), {0, 1, 2, 7}, {0, 2, 7, 9}},
+               Case{"heavy", {.gravity = {8, -30, 50}}, {0, 1, 2, 4, 5, 6, 7, 8}, {2, 5, 9}},
+               Case{"warm", {.temperature = {12, -7}}, {0, 1, 2, 3, 4, 7}, {1, 2, 9}},
+               Case{"warm bodies",
+                    {.temperature = {12, -7}, .body_expansion = {3e-4, -1e-4}},
+                    {0, 1, 2, 4, 7},
+                    {0, 1, 9}});
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  const bool curved = GENERATE(false, true);
+  CAPTURE(c.what, curved);
+  const Family family{[=](const Values& p) { return skew_guide(p, curved); }, numbers,
+                      curved ? c.curved : c.straight, 10.0};
+  CHECK(check_gradients(family, models::coarse(flexure), request_with(c.loads, {0, 0.004})) > 100);
+}
+
+TEST_CASE("derivatives know all of them at once on bodies in a row", "[slow]") {
+  LoadCase all = crooked();
+  all.gravity = {3, -2, 4};
+  all.temperature = {12, -7};
+  all.body_expansion = {2e-4, -3e-4, 1e-4};
+  const Family family{row_of_two, numbers, {0, 1, 2, 5, 6, 7}, 1.0};
+  CHECK(check_gradients(family, models::coarse(Flexure::plate), request_with(all, {0, 0.01})) >
+        100);
+}
+
+TEST_CASE("derivatives know a warm and crooked leaf whose point is driven") {
+  LoadCase all{.assembly = {{0, 1, {0, 2e-5, 0}, {5e-4, 0, 1e-3}}},
+               .temperature = {-6},
+               .gravity = {1, 20, 5}};
+  const Flexure flexure = GENERATE(Flexure::plate, Flexure::beam);
+  const Family family{clamped, numbers, {0, 1, 2, 5}, 10.0};
+  CHECK(check_gradients(family, models::coarse(flexure), request_with(all, {0, 4e-4})) > 50);
+}
+
+TEST_CASE("derivatives of reduced crooked mechanisms agree with differences", "[slow]") {
+  const Family family{
+      [](const Values& p) { return skew_guide(p, false); }, numbers, {0, 2, 7}, 10.0};
+  StrokeRequest request = request_with(crooked(), {0, 0.004});
+  request.outputs.remove(Output::frequency_derivatives);
+  CHECK(check_gradients(family, {.mesh = {6, 2}}, request) > 80);
+}
+
+TEST_CASE("derivatives along errors of assembly agree with differences", "[slow]") {
   const Values p = values_of(numbers);
   const bool at_rest = GENERATE(true, false);  // no errors yet, or some
   const LoadCase loads = at_rest ? LoadCase() : crooked();

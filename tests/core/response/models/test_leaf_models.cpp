@@ -25,13 +25,13 @@ bool share_a_model(double longer) {
 
 }  // namespace
 
-TEST_CASE("leaves share a model unless more than rounding tells them apart", "[reduction]") {
+TEST_CASE("leaves share a model unless more than rounding tells them apart") {
   CHECK(share_a_model(0));
   CHECK(share_a_model(4e-16));
   CHECK(!share_a_model(1e-11));
 }
 
-TEST_CASE("shapes are alike where rounding alone tells them apart", "[reduction]") {
+TEST_CASE("shapes are alike where rounding alone tells them apart") {
   PlateShape shape{0.3, 0.005, 0.3, {4, 2}};
   shape.curve = 0.4;
   PlateShape other = shape;

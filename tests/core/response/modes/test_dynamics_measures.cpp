@@ -2,19 +2,12 @@
 // and their derivatives against differences.
 #include "core/response/modes/dynamics_measures.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/response/modes/mechanism_factor.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 #include "tests/core/response/modes/dense_pencil.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
-using std::numbers::pi, std::numbers::sqrt2;
 using Complex = std::complex<double>;
 
 namespace {
@@ -26,7 +19,9 @@ DynamicsRule rule(double damping, Direction direction, double from, double to,
 
 constexpr std::array<bool, 6> only_uy{true, false, true, true, true, true};
 
-Complex shift(double f, double damping) { return 4 * pi * pi * f * f / Complex(1, 2 * damping); }
+Complex shift(double f, double damping) {
+  return 4 * M_PI * M_PI * f * f / Complex(1, 2 * damping);
+}
 
 // A bracket of beams with everything out of line: no direction is alone.
 const std::vector<Number> numbers{{"length", 0.1},      {"width", 0.02},  {"thickness", 0.6e-3},
@@ -90,6 +85,12 @@ Mechanism two_drives(const Values& p) {
   return m;
 }
 
+StrokeRequest dynamics_under_load() {
+  return {.loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},
+          .outputs = {Output::equilibrium, Output::dynamics},
+          .frequencies = 0};
+}
+
 }  // namespace
 
 TEST_CASE("one mass on a spring shakes as the closed form says") {
@@ -98,7 +99,7 @@ TEST_CASE("one mass on a spring shakes as the closed form says") {
   for (LeafSpring& leaf : m.leaves) leaf.material.density = 1e-9;
   const BentMechanism at = bent(m, 0.01, models::beams(6));
   const double compliance = at.factor->drive_compliance()(0, 0),
-               f0 = std::sqrt(1 / (compliance * m.bodies[0].mass)) / (2 * pi);
+               f0 = std::sqrt(1 / (compliance * m.bodies[0].mass)) / (2 * M_PI);
   for (const double damping : {0.003, 0.05, 0.4}) {
     const auto peak =
         dynamics_measures(*at.factor, rule(damping, Direction::uy, 0.2 * f0, 7 * f0), true, false);
@@ -140,8 +141,8 @@ TEST_CASE("the drive of two masses leaves the line where the closed form does") 
     REQUIRE(found.bandwidths.at(0));
     const double f = found.bandwidths[0]->value;
     CHECK(std::abs(m1 + m2 / (1.0 - shift(f, damping) / omega2)) ==
-          Approx(sqrt2 * (m1 + m2)).epsilon(1e-9));
-    CHECK(f < std::sqrt(omega2) / (2 * pi));
+          Approx(M_SQRT2 * (m1 + m2)).epsilon(1e-9));
+    CHECK(f < std::sqrt(omega2) / (2 * M_PI));
   }
   // a mass that is too small for the damping does not count: m1 + m2/(1 − σ/ω²) runs on a circle
   const auto highest = [&](double damping) {
@@ -151,7 +152,7 @@ TEST_CASE("the drive of two masses leaves the line where the closed form does") 
   double weak = 0.01, strong = 1;
   for (int k = 0; k < 60; ++k) {
     const double middle = 0.5 * (weak + strong);
-    (highest(middle) > sqrt2 * (m1 + m2) ? weak : strong) = middle;
+    (highest(middle) > M_SQRT2 * (m1 + m2) ? weak : strong) = middle;
   }
   CHECK(dynamics_measures(*at.factor, {0.98 * weak, {}}, true, false).bandwidths[0]);
   CHECK_FALSE(dynamics_measures(*at.factor, {1.02 * weak, {}}, true, false).bandwidths[0]);
@@ -167,7 +168,7 @@ TEST_CASE("the tip of a shaken cantilever moves as that of a beam") {
   for (const double b : {0.7, 1.5, 2.4, 4.2, 6.0}) {
     const double omega =
                      b * b * std::sqrt(steel.youngs_modulus * t * t / 12 / steel.density) / (L * L),
-                 f = omega / (2 * pi),
+                 f = omega / (2 * M_PI),
                  expected =
                      std::abs((std::cos(b) + std::cosh(b)) / (1 + std::cos(b) * std::cosh(b)));
     const auto found =
@@ -236,21 +237,11 @@ TEST_CASE("measures are those of the pencil solved at their frequencies") {
                                                     pencil_answer(factor, true, sigma, Mc))(0));
     };
     const double f = found.bandwidths[0]->value, still = c.dot(Mc);
-    CHECK(mass(f) == Approx(sqrt2 * still).epsilon(1e-9));
+    CHECK(mass(f) == Approx(M_SQRT2 * still).epsilon(1e-9));
     for (double below = 0.02 * f; below < 0.999 * f; below *= 1.2)
-      CHECK(mass(below) < sqrt2 * still);
+      CHECK(mass(below) < M_SQRT2 * still);
   }
 }
-
-namespace {
-
-StrokeRequest dynamics_under_load() {
-  return {.loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},
-          .outputs = {Output::equilibrium, Output::dynamics},
-          .frequencies = 0};
-}
-
-}  // namespace
 
 TEST_CASE("derivatives of bandwidth and transmissibility agree with differences", "[slow]") {
   StrokeRequest request = dynamics_under_load();

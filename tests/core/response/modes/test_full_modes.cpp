@@ -2,14 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -60,7 +55,7 @@ TEST_CASE("both lists of modes are those of the dense matrices, bent far too") {
                         << k);
           CHECK(list.lambda[k] == Approx(expected[static_cast<std::size_t>(k)]).epsilon(1e-8));
           CHECK(list.modes[static_cast<std::size_t>(k)].frequency ==
-                Approx(std::sqrt(list.lambda[k]) / (2 * std::numbers::pi)));
+                Approx(std::sqrt(list.lambda[k]) / (2 * M_PI)));
           // vectors, not only values: K⁻¹ M φ λ is φ again
           const VectorXd b = list.lambda[k] * M_phi.col(k),
                          again = locked ? factor.solve_locked(b) : factor.solve(b),
@@ -94,9 +89,7 @@ TEST_CASE("a coarse mesh has no more modes than unknowns") {
   for (const Mode& mode : found->free.modes) CHECK(std::isfinite(mode.frequency));
 }
 
-TEST_CASE(
-    "frequencies by condensed leaves are no lower than those of all unknowns, and next to them",
-    "[response]") {
+TEST_CASE("frequencies by condensed leaves are next to those of all unknowns, and no lower") {
   // hardly bent: what static shapes have beside the modes is 1e-5 of them
   Mechanism m = models::three_leaf_hinge(0.025, 0.005, 3.2e-5);
   m.bodies[0] = models::body({0, 0, 0}, 1.2e-3, 7e-8);

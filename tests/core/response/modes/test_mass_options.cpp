@@ -1,17 +1,12 @@
 // Options of the dynamics: mass that follows the deflection or not, with and without internal
 // shapes of the leaves.
 #include <Eigen/Eigenvalues>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "core/response/response.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -30,8 +25,8 @@ std::vector<Case> light() {
   Mechanism three = models::three_leaf_hinge(0.1, 0.04, 3.5e-4);
   three.bodies[0] = models::body({0, 0, 0}, 0.01, 6e-7);
   return {{"guide", models::guide(0.1, 0.03, 5e-4, 0.06, 0.01, 6e-7), 0.02},
-          {"cross hinge", cross, std::numbers::pi / 6},
-          {"three-flexure hinge", three, std::numbers::pi / 6}};
+          {"cross hinge", cross, M_PI / 6},
+          {"three-flexure hinge", three, M_PI / 6}};
 }
 
 StrokeResponse path(const Case& c, const ModelOptions& model) {

@@ -2,21 +2,15 @@
 #include "core/response/modes/state_space.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <complex>
-#include <numbers>
 #include <utility>
 
 #include "core/math/rotation.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 #include "tests/core/response/modes/dense_pencil.hpp"
 
 using namespace flexopt;
 using namespace flexopt::test;
-using std::numbers::pi;
 using Complex = std::complex<double>;
 
 namespace {
@@ -44,7 +38,7 @@ int input(const StateSpace& model, const std::string& name) {
 
 /// Outputs × inputs at a frequency [Hz]: (H3).
 Eigen::MatrixXcd frequency_response(const StateSpace& model, double frequency) {
-  const double omega = 2 * pi * frequency;
+  const double omega = 2 * M_PI * frequency;
   Eigen::MatrixXcd H = model.residual.cast<Complex>();
   for (Eigen::Index k = 0; k < model.omega2.size(); ++k) {
     const Complex of_mode(model.omega2[k] - omega * omega,
@@ -92,8 +86,9 @@ TEST_CASE("poles are the listed frequencies, the static gain is the compliance")
       Eigen::VectorXcd poles = Eigen::EigenSolver<MatrixXd>(state.A, false).eigenvalues();
       std::ranges::sort(poles, {}, [](const Complex& s) { return std::abs(s); });
       for (int k = 0; k < 5; ++k) {
-        CHECK(std::abs(poles[2 * k]) ==
-              Approx(2 * pi * point.frequencies_free[static_cast<std::size_t>(k)]).epsilon(1e-10));
+        CHECK(
+            std::abs(poles[2 * k]) ==
+            Approx(2 * M_PI * point.frequencies_free[static_cast<std::size_t>(k)]).epsilon(1e-10));
         CHECK(-poles[2 * k].real() / std::abs(poles[2 * k]) == Approx(0.02).epsilon(1e-8));
       }
       // by A, B, C, D as by the modes
@@ -140,9 +135,9 @@ TEST_CASE("answers are those of the pencil solved at the frequency") {
     const StateSpace& model = *built;
     REQUIRE(model.omega2.size() == modes);
     double worst = 0;
-    for (const double f : {1.0, 0.37 * std::sqrt(model.omega2[3]) / (2 * pi),
-                           0.9 * std::sqrt(model.omega2[2]) / (2 * pi)}) {
-      const Complex sigma = 4 * pi * pi * f * f;
+    for (const double f : {1.0, 0.37 * std::sqrt(model.omega2[3]) / (2 * M_PI),
+                           0.9 * std::sqrt(model.omega2[2]) / (2 * M_PI)}) {
+      const Complex sigma = 4 * M_PI * M_PI * f * f;
       const Eigen::MatrixXcd H = frequency_response(model, f);
       for (std::size_t k = 0; k < model.inputs.size(); ++k) {
         VectorXd force = VectorXd::Zero(factor.size());

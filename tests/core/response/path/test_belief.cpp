@@ -1,8 +1,4 @@
 // Every number of reduced leaves is that of full ones, whatever carries it.
-#include <catch2/catch.hpp>
-
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/own_leaves.hpp"
 #include "support/strokes.hpp"
 
@@ -50,7 +46,7 @@ VectorXd numbers(std::initializer_list<double> list) {
 
 }  // namespace
 
-TEST_CASE("a leaf between held ends that is pulled sideways is as stiff as it is", "[belief]") {
+TEST_CASE("a leaf between held ends that is pulled sideways is as stiff as it is") {
   const Mechanism leaf = fixed_leaf({Direction::uy});
   const ModelOptions beams{.flexure = Flexure::beam};
   const StrokeRequest request = statics({numbers({1e-3}), numbers({2e-3}), numbers({3e-3})});
@@ -60,7 +56,7 @@ TEST_CASE("a leaf between held ends that is pulled sideways is as stiff as it is
   CHECK(between_models(leaf, beams, request).relative < 3e-3);
 }
 
-TEST_CASE("a leaf between driven ends carries what it carries between held ones", "[belief]") {
+TEST_CASE("a leaf between driven ends carries what it carries between held ones") {
   const Mechanism leaf = fixed_leaf({Direction::ux, Direction::uy, Direction::rz});
   const StrokeRequest request = statics({numbers({0, 1e-3, 0}), numbers({0, 3e-3, 0})});
   const StrokeResponse response = test::evaluated(leaf, {}, request);
@@ -69,15 +65,14 @@ TEST_CASE("a leaf between driven ends carries what it carries between held ones"
   CHECK(between_models(leaf, {}, request).relative < 3e-3);
 }
 
-TEST_CASE("what drives and held directions carry is that of full leaves, of any mechanism",
-          "[belief]") {
+TEST_CASE("what drives and held directions carry is that of full leaves, of any mechanism") {
   const unsigned seed = GENERATE(5U, 9U, 16U);
   const OwnLeaves own = own_leaves(seed);
   CAPTURE(own.what);
   CHECK(between_models(own.mechanism, own.model, own.request).relative < 0.01);
 }
 
-TEST_CASE("the same of more mechanisms", "[belief][slow]") {
+TEST_CASE("the same of more mechanisms", "[slow]") {
   for (unsigned seed = 6; seed < 28; ++seed) {
     OwnLeaves own = own_leaves(seed);
     CAPTURE(seed, own.what);

@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <cstring>
-#include <numbers>
 #include <vector>
 
 #include "core/response/quantities.hpp"
@@ -100,7 +98,7 @@ TEST_CASE("a motion that is zero but for rounding is relative to what the mechan
   const LeafSpring arm = m.leaves[0];
   m.leaves.clear();
   for (int i = 0; i < 3; ++i) {
-    const double angle = 2 * std::numbers::pi / 3 * i;
+    const double angle = 2 * M_PI / 3 * i;
     const Vector3d outward(std::cos(angle), std::sin(angle), 0);
     LeafSpring& leaf = m.leaves.emplace_back(arm);
     leaf.origin = (hub + length) * outward;
@@ -127,7 +125,7 @@ TEST_CASE("numbers that are rounding alone have no error") {
   const LeafSpring along_x = m.leaves[0];
   m.leaves.clear();
   for (int i = 0; i < 4; ++i) {
-    const double angle = std::numbers::pi / 2 * i;
+    const double angle = M_PI / 2 * i;
     LeafSpring& leaf = m.leaves.emplace_back(along_x);
     leaf.axes.col(0) = -Vector3d(std::cos(angle), std::sin(angle), 0);
     leaf.axes.col(2) = Vector3d::UnitZ();

@@ -1,13 +1,8 @@
 // Mechanisms of leaves with an elastic fold: against rigid folds, turned and mirrored, driven far.
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
 
 #include "core/math/decompositions.hpp"
-#include "core/math/rotation.hpp"
 #include "core/mechanism/mobility.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -42,7 +37,7 @@ StrokeResponse evaluated(const Mechanism& m, std::vector<double> points,
 
 }  // namespace
 
-TEST_CASE("an elastic fold is softer than a rigid one, and little so", "[fold]") {
+TEST_CASE("an elastic fold is softer than a rigid one, and little so") {
   const StrokeResponse rigid = evaluated(folded(false), {0}),
                        elastic = evaluated(folded(true), {0});
   const PathPoint &r = rigid.path[0], &e = elastic.path[0];
@@ -62,18 +57,7 @@ TEST_CASE("an elastic fold is softer than a rigid one, and little so", "[fold]")
   CHECK(e.drive_stiffness == Approx(r.drive_stiffness).epsilon(0.03));
 }
 
-TEST_CASE("a mechanism with an elastic fold turned in space gives the same answers", "[fold]") {
-  const Mechanism m = folded(true, 7e-4);
-  const Mechanism turned =
-      test::moved_as_a_whole(m, rotation_exp({0.4, -0.8, 1.1}), {0.1, -0.2, 0.05});
-  const StrokeResponse a = evaluated(m, {0, 3e-3}), b = evaluated(turned, {0, 3e-3});
-  CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-8));
-  CHECK(b.path[1].max_stress->value == Approx(a.path[1].max_stress->value).epsilon(1e-6));
-  for (std::size_t k = 0; k < 4; ++k)
-    CHECK(b.path[1].frequencies_locked[k] == Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
-}
-
-TEST_CASE("a fold may be walked through from either side", "[fold]") {
+TEST_CASE("a fold may be walked through from either side") {
   // the same leaf from the end-effector to the ground
   Mechanism m = folded(true, 7e-4);
   LeafSpring& l = m.leaves[0];
@@ -84,11 +68,10 @@ TEST_CASE("a fold may be walked through from either side", "[fold]") {
   l.tip = ground;
   const StrokeResponse a = evaluated(folded(true, 7e-4), {0, 2e-3}), b = evaluated(m, {0, 2e-3});
   CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-6));
-  for (std::size_t k = 0; k < 4; ++k)
-    CHECK(b.path[1].frequencies_locked[k] == Approx(a.path[1].frequencies_locked[k]).epsilon(1e-6));
+  CHECK(test::frequency_error(b.path[1].frequencies_locked, a.path[1].frequencies_locked) < 1e-6);
 }
 
-TEST_CASE("the default method takes a folded leaf in full and says so", "[fold]") {
+TEST_CASE("the default method takes a folded leaf in full and says so") {
   const StrokeResponse a = evaluated(folded(true), {0, 2e-3}),
                        b = evaluated(folded(true), {0, 2e-3}, Accuracy::reduced);
   CHECK(b.path[1].drive_load == Approx(a.path[1].drive_load).epsilon(1e-9));
@@ -96,7 +79,7 @@ TEST_CASE("the default method takes a folded leaf in full and says so", "[fold]"
   CHECK(b.path[1].leaves[0].reason == "it is folded");
 }
 
-TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
+TEST_CASE("a warm and heavy leaf folded by no angle is a flat one") {
   Mechanism flat = folded(true), none = flat;
   flat.leaves[0].fold.reset();
   none.leaves[0].fold = LeafFold{0.5, 0, 0.01};
@@ -119,41 +102,20 @@ TEST_CASE("a warm and heavy leaf folded by no angle is a flat one", "[fold]") {
   }
 }
 
-TEST_CASE("the mass of an undeflected folded leaf is that of the deflected one at rest", "[fold]") {
+TEST_CASE("the mass of an undeflected folded leaf is that of the deflected one at rest") {
   const StrokeResponse a = evaluated(folded(true, 5e-4), {0}),
                        b = evaluated(folded(true, 5e-4), {0}, Accuracy::full, LeafMass::constant);
-  for (std::size_t k = 0; k < 4; ++k)
-    CHECK(b.path[0].frequencies_locked[k] == Approx(a.path[0].frequencies_locked[k]).epsilon(1e-9));
+  CHECK(test::frequency_error(b.path[0].frequencies_locked, a.path[0].frequencies_locked) < 1e-9);
 }
 
-TEST_CASE("a mechanism with a bent fold of twice the size is as stiff as it is large", "[fold]") {
-  const Mechanism small = folded(true, 5e-4);
-  Mechanism large = small;
-  LeafSpring& l = large.leaves[0];
-  l.origin *= 2;
-  l.length *= 2;
-  l.width *= 2;
-  l.thickness *= 2;
-  large.bodies[0].reference *= 2;
-  large.bodies[0].center_of_mass *= 2;
-  large.bodies[0].mass *= 8;
-  large.bodies[0].inertia *= 32;
-  const StrokeResponse a = evaluated(small, {0, 2e-3}), b = evaluated(large, {0, 4e-3});
-  CHECK(b.path[1].drive_load == Approx(4 * a.path[1].drive_load).epsilon(1e-9));
-  CHECK(b.path[1].max_stress->value == Approx(a.path[1].max_stress->value).epsilon(1e-9));
-  for (std::size_t k = 0; k < 4; ++k)
-    CHECK(b.path[1].frequencies_locked[k] ==
-          Approx(a.path[1].frequencies_locked[k] / 2).epsilon(1e-8));
-}
-
-TEST_CASE("a folded leaf holds one direction, along its fold", "[fold]") {
+TEST_CASE("a folded leaf holds one direction, along its fold") {
   const Mobility elastic = mobility(folded(true)), rigid = mobility(folded(false));
   CHECK(elastic.degrees_of_freedom == 5);
   CHECK(elastic.overconstraints == 0);
   CHECK(rigid.end_effector_degrees_of_freedom == 5);
 }
 
-TEST_CASE("a probe on the second leg stands on it", "[fold]") {
+TEST_CASE("a probe on the second leg stands on it") {
   const Mechanism m = folded(true);
   const auto probe = probe_at(m, "p", {length, 0.25 * length, 0.005});
   REQUIRE(probe);
@@ -163,7 +125,7 @@ TEST_CASE("a probe on the second leg stands on it", "[fold]") {
   CHECK(evaluate_stroke(m, {.accuracy = Accuracy::full}, request).path[0].probes[0].norm() < 1e-12);
 }
 
-TEST_CASE("folds that cannot be are refused", "[fold]") {
+TEST_CASE("folds that cannot be are refused") {
   const auto rule = [](auto change) {
     Mechanism m = folded(true);
     change(m.leaves[0]);

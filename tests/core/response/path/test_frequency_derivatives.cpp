@@ -1,18 +1,11 @@
 // Derivatives of the natural frequencies along the stroke: against differences of the path, under
 // symmetry, and where the parabolas hold.
 #include <algorithm>
-#include <array>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "core/mechanism/profile.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
-#include "core/response/quantities.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -34,21 +27,11 @@ struct Case {
 };
 
 /// The tip is free, O the middle of it.
-Mechanism free_tip() {
-  Mechanism m = models::single_leaf(0.1, 0.03, 5e-4);
-  m.bodies = {models::follower({0.1, 0, 0}, 0.02)};
-  m.leaves[0].tip = free_edge;
-  m.leaves[0].point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  return m;
-}
+Mechanism free_tip() { return models::free_tip(models::single_leaf(0.1, 0.03, 5e-4), 0.02); }
 
 /// Both edges clamped to the ground, O a material point away from every symmetry.
 Mechanism clamped_plate() {
-  Mechanism m = models::single_leaf(0.1, 0.06, 5e-4);
-  m.leaves[0].tip = ground;
-  m.leaves[0].point = LeafPoint{.body = 0, .along = 0.4, .across = 0.75};
-  m.bodies = {models::follower({0.04, 0, 0.015}, 0.02)};
-  return m;
+  return models::clamped_at_both(models::single_leaf(0.1, 0.06, 5e-4), 0.4, 0.75, 0.02);
 }
 
 /// The tip edge of the last leaf on a body of its own.
@@ -77,7 +60,7 @@ std::vector<Case> families() {
   };
 }
 
-double omega2(double hertz) { return std::pow(2 * std::numbers::pi * hertz, 2); }
+double omega2(double hertz) { return std::pow(2 * M_PI * hertz, 2); }
 
 /// First and second derivative of fourth order from values at −2h, −h, 0, h, 2h.
 std::pair<double, double> slopes(const std::array<double, 5>& f, double h) {
@@ -89,9 +72,21 @@ double unit_of(const Mechanism& m) {
   return is_rotation(drive_direction(m)) ? 1 : m.leaves[0].length;
 }
 
+/// In the x–y plane only; heavy beside its leaves.
+Mechanism planar(Mechanism m, double mass, double inertia, double density) {
+  m.bodies[0].mass = mass;
+  m.bodies[0].inertia = inertia * Matrix3d::Identity();
+  m.bodies[0].held = {false, false, true, true, true, false};
+  for (LeafSpring& leaf : m.leaves) {
+    leaf.material.youngs_modulus = 210e9;
+    leaf.material.density = density;
+  }
+  return m;
+}
+
 }  // namespace
 
-TEST_CASE("modes of a leaf far above those of a heavy body are found", "[derivatives]") {
+TEST_CASE("modes of a leaf far above those of a heavy body are found") {
   // a notch of 3 um under a body that is thousands of times as heavy as the leaf
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {6, 2}};
   for (const double deep : {490.0, 5e3}) {
@@ -198,8 +193,7 @@ TEST_CASE("the parabola of the compliance outlives that of the squared frequency
        {models::guide(0.1, 0.03, 5e-4, 0.06, 20, 0.05),
         models::hinge(0.1, 3.5e-4, {{1, 0.011, 0.02}, {-1, -0.011, 0.02}}, 20, 0.05)}) {
     StrokeRequest request;
-    const double largest =
-        is_rotation(drive_direction(m)) ? std::numbers::pi / 9 : 0.2 * m.leaves[0].length;
+    const double largest = is_rotation(drive_direction(m)) ? M_PI / 9 : 0.2 * m.leaves[0].length;
     request.points.clear();
     for (int k = 0; k <= 20; ++k) request.points.push_back(largest * k / 20);
     request.frequencies = 6;
@@ -219,22 +213,6 @@ TEST_CASE("the parabola of the compliance outlives that of the squared frequency
   }
 }
 
-namespace {
-
-/// In the x–y plane only; heavy beside its leaves.
-Mechanism planar(Mechanism m, double mass, double inertia, double density) {
-  m.bodies[0].mass = mass;
-  m.bodies[0].inertia = inertia * Matrix3d::Identity();
-  m.bodies[0].held = {false, false, true, true, true, false};
-  for (LeafSpring& leaf : m.leaves) {
-    leaf.material.youngs_modulus = 210e9;
-    leaf.material.density = density;
-  }
-  return m;
-}
-
-}  // namespace
-
 // ω2/ω2(0) of a planar prototype: the path, then the parabola of 1/ω² from differences of a series
 // without leaf inertia. The parabola of ω² is below zero from the second or third stroke on.
 TEST_CASE("derivatives at rest foretell parasitic frequencies as the table of the page says") {
@@ -244,7 +222,7 @@ TEST_CASE("derivatives at rest foretell parasitic frequencies as the table of th
     std::vector<double> strokes, path, foretold;
     int negative;  ///< first row where the parabola of ω² says nothing
   };
-  const double degree = std::numbers::pi / 180;
+  const double degree = M_PI / 180;
   const Table tables[] = {
       {[](double density) { return planar(models::guide(0.1, 0.03, 5e-4), 30, 0.032, density); },
        0.1,
@@ -323,8 +301,7 @@ TEST_CASE("a dead load moves the state that frequencies are derived about") {
   }
 }
 
-TEST_CASE(
-    "along turns of bodies that loads tilt frequencies change as differences of the path say") {
+TEST_CASE("along turns of tilted bodies frequencies change as differences of the path say") {
   Mechanism m{.bodies = {models::body({0.06, 0.05, 0.006}, 0.3, 1e-4),
                          models::intermediate({0.06, 0, 0}, 0.2, 2e-4)}};
   m.bodies[0].center_of_mass += Vector3d(0.01, 0.004, -0.003);

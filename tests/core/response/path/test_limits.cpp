@@ -1,11 +1,5 @@
 // Limits of work, and failures that are told at once.
-#include <catch2/catch.hpp>
-
 #include "core/math/work_limit.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;

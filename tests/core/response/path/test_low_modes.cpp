@@ -1,15 +1,10 @@
 // Modes that series along the stroke begin with: all that are unstable, and no vectors that are
 // none.
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
-#include "core/equilibrium/stroke_path.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 
@@ -29,7 +24,7 @@ TEST_CASE("unstable modes that are larger than the lowest ones are among those f
   const double L = 0.1, w = 0.01, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
   m.bodies = {models::body({L, 0, 0}, 10, 1e-2)};
-  const double euler = std::pow(std::numbers::pi / L, 2) * 210e9 * w * std::pow(t, 3) / 12;
+  const double euler = std::pow(M_PI / L, 2) * 210e9 * w * std::pow(t, 3) / 12;
   for (const double times : {0.0, 10.0, 50.0, 200.0}) {
     const LoadCase loads{.constant = {{.force = {-times * euler, 0, 0}}}};
     System system(m, make_full_leaves(m, models::free_beams(20)), loads);

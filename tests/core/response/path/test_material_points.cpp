@@ -1,58 +1,33 @@
 // Leaves with a free tip, guided tips, plates loaded at a material point, load paths and probes.
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 
-#include "core/equilibrium/stroke_path.hpp"
-#include "core/response/models/leaf_models.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
+#include "support/slopes.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
-const std::array<bool, 6> point_body{false, false, false, true, true, true};
-
 Mechanism free_tip(double length, double width, double thickness, const Material& m) {
-  Mechanism mechanism = models::single_leaf(length, width, thickness, Direction::uy, m);
-  mechanism.bodies[0].held = point_body;
-  mechanism.leaves[0].tip = free_edge;
-  mechanism.leaves[0].point =
-      LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-  return mechanism;
+  return models::free_tip(models::single_leaf(length, width, thickness, Direction::uy, m));
 }
 
 /// Clamped along x = 0 and x = a; O at (x, z) from the corner.
 Mechanism clamped_plate(double a, double width, double thickness, double x, double z,
                         const Material& m) {
-  Mechanism mechanism = models::single_leaf(a, width, thickness, Direction::uy, m);
-  mechanism.bodies[0] = models::body({x, 0, z - 0.5 * width}, 0, 0);
-  mechanism.bodies[0].held = point_body;
-  mechanism.leaves[0].tip = ground;
-  mechanism.leaves[0].point = LeafPoint{.body = 0, .along = x / a, .across = z / width};
-  return mechanism;
+  return models::clamped_at_both(models::single_leaf(a, width, thickness, Direction::uy, m), x / a,
+                                 z / width);
 }
 
 const Material plastic{"plastic", 21.5e9, 0.3, 1200, {}};
 
-Vector6d force_y(double F) {
-  Vector6d load = Vector6d::Zero();
-  load[1] = F;
-  return load;
-}
-
 }  // namespace
 
-TEST_CASE("a cantilever with a free tip follows the elastica", "[response][points]") {
+TEST_CASE("a cantilever with a free tip follows the elastica") {
   // nu = 0, narrow and thin: P L²/EI = 1, 4, 10 (elliptic integrals)
   const Material m{"m", 12e9, 0, 1000, {}};
   const double L = 10, w = 0.5, t = 0.05, EI = m.youngs_modulus * w * t * t * t / 12;
   StrokeRequest request{.points = {0, 0.1, 0.25, 0.4, 0.7, 1},
-                        .loads = {.growing = {load_at_O(force_y(10 * EI / (L * L)))}}};
+                        .loads = {.growing = {load_at_O(10 * EI / (L * L) * Vector6d::Unit(1))}}};
   request.outputs.remove(Output::stress);
   const StrokeResponse r =
       test::evaluated(free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {24, 2}}, request);
@@ -68,15 +43,13 @@ TEST_CASE("a cantilever with a free tip follows the elastica", "[response][point
   }
 }
 
-TEST_CASE(
-    "superelements follow the cantilever and the clamped plate of the plate superelement paper",
-    "[literature][slow]") {
+TEST_CASE("superelements follow the cantilever and the clamped plate of their paper", "[slow]") {
   StrokeRequest request{.outputs = Outputs::numbers().remove(Output::stress)};
   ModelOptions model{.accuracy = Accuracy::full, .mesh = {20, 6}};
   SECTION("cantilever 10 x 1 x 0.1 m") {  // thin-shell spline, converged to 5e-6
     const Material m{"m", 12e9, 0.3, 1000, {}};
     request.points = {0, 0.1, 0.2, 0.5, 1};
-    request.loads.growing = {load_at_O(force_y(1e5))};
+    request.loads.growing = {load_at_O(1e5 * Vector6d::Unit(1))};
     model.free_edge_torsion = false;
     const StrokeResponse r = test::evaluated(free_tip(10, 1, 0.1, m), model, request);
     const double expected[][3] = {
@@ -92,7 +65,7 @@ TEST_CASE(
     const Mechanism plate =
         clamped_plate(400 * mm, 400 * mm, 1.98 * mm, 200 * mm, 80 * mm, plastic);
     request.points = {0, 0.1, 0.5, 1};
-    request.loads.growing = {load_at_O(force_y(250))};
+    request.loads.growing = {load_at_O(250 * Vector6d::Unit(1))};
     for (const double z : {0.0, 200.0, 320.0})
       request.probes.push_back(
           *probe_at(plate, std::to_string(z), Vector3d(200 * mm, 0, (z - 200) * mm)));
@@ -113,7 +86,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the tangent at a material point is the derivative of its force", "[response][points]") {
+TEST_CASE("the tangent at a material point is the derivative of its force") {
   const bool clamped = GENERATE(true, false);
   CAPTURE(clamped);
   const Mechanism m = clamped ? clamped_plate(0.1, 0.08, 1e-3, 0.012, 0.03, plastic)
@@ -133,29 +106,27 @@ TEST_CASE("the tangent at a material point is the derivative of its force", "[re
   for (int k = 0; k < 4; ++k) settle(0.25 * start);
   const MatrixXd K = system.tangent().dense();
   CHECK((K - K.transpose()).norm() < 1e-9 * K.norm());
-  const double h = clamped ? 2e-6 : 1e-5;
+  const VectorXd force = system.internal_force();
+  const auto state = system.save();
+  using Answer = Eigen::Matrix<double, 7, 1>;  // energy and force
   for (int d = 0; d < 3; ++d) {
-    settle(h * VectorXd::Unit(6, d));
-    const double e1 = system.energy();
-    const VectorXd f1 = system.internal_force();
-    settle(-2 * h * VectorXd::Unit(6, d));
-    const double e0 = system.energy();
-    const VectorXd f0 = system.internal_force();
-    settle(h * VectorXd::Unit(6, d));
-    const VectorXd difference = (f1 - f0) / (2 * h);
-    CHECK((difference - K.col(d)).head<3>().norm() < 1e-3 * K.col(d).head<3>().norm());
-    const double force = system.internal_force()[d];
-    CHECK((e1 - e0) / (2 * h) ==
-          Approx(force).epsilon(1e-4).margin(1e-5 * system.internal_force().norm()));
+    const auto at = [&](double x) {
+      system.restore(state);
+      settle(x * VectorXd::Unit(6, d));
+      return Answer((Answer() << system.energy(), system.internal_force()).finished());
+    };
+    const Answer slope = test::slope_at_zero(at, clamped ? 2e-6 : 1e-5);
+    CHECK((slope.tail<6>() - K.col(d)).head<3>().norm() < 1e-3 * K.col(d).head<3>().norm());
+    CHECK(slope[0] == Approx(force[d]).epsilon(1e-4).margin(1e-5 * force.norm()));
   }
 }
 
-TEST_CASE("a cantilever vibrates as the beam does, its tip free or held", "[response][points]") {
+TEST_CASE("a cantilever vibrates as the beam does, its tip free or held") {
   const Material m{"m", 200e9, 0, 7800, {}};
   const double L = 0.1, w = 0.004, t = 2e-4;
   const StrokeResponse r = test::evaluated(
       free_tip(L, w, t, m), {.accuracy = Accuracy::full, .mesh = {16, 2}}, {.frequencies = 3});
-  const double unit = t / (L * L) * std::sqrt(m.youngs_modulus / (12 * m.density)) / (2 * pi);
+  const double unit = t / (L * L) * std::sqrt(m.youngs_modulus / (12 * m.density)) / (2 * M_PI);
   const PathPoint& p = r.path[0];
   CHECK(p.frequencies_free[0] == Approx(3.516015 * unit).epsilon(1e-3));
   CHECK(p.frequencies_free[1] == Approx(22.03449 * unit).epsilon(1e-3));
@@ -164,7 +135,7 @@ TEST_CASE("a cantilever vibrates as the beam does, its tip free or held", "[resp
   CHECK(p.support_stiffness[2].has_value());
 }
 
-TEST_CASE("a guided tip moves along x and the drive only", "[response][points]") {
+TEST_CASE("a guided tip moves along x and the drive only") {
   Mechanism guided = models::single_leaf(0.1, 0.02, 5e-4);
   guided.bodies[0].held = {false, false, true, true, true, true};
   // a guide with leaves far apart does not rotate
@@ -189,13 +160,14 @@ TEST_CASE("a guided tip moves along x and the drive only", "[response][points]")
   }
 }
 
-TEST_CASE("a load path and the stroke it leads to are one equilibrium", "[response][points]") {
+TEST_CASE("a load path and the stroke it leads to are one equilibrium") {
   const Mechanism leaf = models::single_leaf(0.1, 0.02, 5e-4);
   StrokeRequest driven{.points = {0.02}};
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
     const StrokeResponse a = test::evaluated(leaf, {.accuracy = accuracy}, driven);
-    StrokeRequest loaded{.points = {0, 0.5, 1},
-                         .loads = {.growing = {load_at_O(force_y(a.path[0].drive_load))}}};
+    StrokeRequest loaded{
+        .points = {0, 0.5, 1},
+        .loads = {.growing = {load_at_O(a.path[0].drive_load * Vector6d::Unit(1))}}};
     const StrokeResponse b = test::evaluated(leaf, {.accuracy = accuracy}, loaded);
     CHECK((b.path[2].displacement - a.path[0].displacement).norm() < 1e-7);
     CHECK((b.path[2].compliance_free - a.path[0].compliance_free).norm() <
@@ -207,7 +179,7 @@ TEST_CASE("a load path and the stroke it leads to are one equilibrium", "[respon
   }
 }
 
-TEST_CASE("a probe lies on the leaf it was put on, and nowhere else", "[response][points]") {
+TEST_CASE("a probe lies on the leaf it was put on, and nowhere else") {
   const Mechanism guide = models::guide(0.1, 0.02, 5e-4, 0.06);
   CHECK_FALSE(probe_at(guide, "beside", {0.05, 0, 0}).has_value());
   CHECK_FALSE(probe_at(guide, "beyond", {0.11, 0.03, 0}).has_value());

@@ -1,7 +1,4 @@
-#include <catch2/catch.hpp>
-
-#include "core/response/response.hpp"
-#include "support/models.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
@@ -13,9 +10,8 @@ LoadCase with_error(const Vector3d& move, const Vector3d& turn) {
 
 }  // namespace
 
-TEST_CASE(
-    "reduced leaves that buckle between their edges are unstable, asked for frequencies or not",
-    "[surroundings][assembly][slow]") {
+TEST_CASE("reduced leaves that buckle between their edges are unstable, with frequencies or not",
+          "[slow]") {
   // the critical turn is 2.6 mrad: tests/literature/test_misalignment.cpp
   const Mechanism guide = models::guide(0.1, 0.03, 3.7e-4, 0.1);
   for (const double turn : {2.4e-3, 2.75e-3, 2.9e-3}) {

@@ -2,7 +2,6 @@
 // core/response/path/mode_tracking.cpp.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
 #include "core/math/ridders.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
@@ -22,7 +21,7 @@ VectorXd motion_of(int k) { return VectorXd::Unit(4, k); }
 
 Mode mode(const Truth& t, double s) {
   Mode m;
-  m.frequency = 1 / (2 * std::numbers::pi * std::sqrt(t.compliance(s)));
+  m.frequency = 1 / (2 * M_PI * std::sqrt(t.compliance(s)));
   m.motion = motion_of(t.motion);
   return m;
 }
@@ -106,7 +105,7 @@ TEST_CASE("the screening frequency is that of the parabola of the compliance, or
   d.d2_compliance = -0.02;
   const double s = 0.1, c = 4e-4 + 1e-4 - 1e-4;
   REQUIRE(screening_frequency(d, s));
-  CHECK(*screening_frequency(d, s) == Approx(1 / (2 * std::numbers::pi * std::sqrt(c))));
+  CHECK(*screening_frequency(d, s) == Approx(1 / (2 * M_PI * std::sqrt(c))));
   CHECK_FALSE(screening_frequency(d, 1));
 }
 

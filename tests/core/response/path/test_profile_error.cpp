@@ -1,11 +1,7 @@
 // What beams are off by at notches, against solids.
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "core/mechanism/profile.hpp"
 #include "core/response/path/error_estimate.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;

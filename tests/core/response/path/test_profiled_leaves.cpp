@@ -1,25 +1,16 @@
 // Mechanisms with leaves of varying width and thickness, against beam theory and each other.
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <functional>
 #include <string_view>
 
 #include "core/mechanism/profile.hpp"
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
+using models::sampled;
 
 namespace {
 
 using Profile = std::function<double(double)>;
-
-std::vector<double> sampled(const Profile& f) {
-  std::vector<double> p;
-  for (const double s : profile_stations()) p.push_back(f(s));
-  return p;
-}
 
 // ∫ f ds over [0, 1].
 double integral(const Profile& f) {
@@ -49,9 +40,7 @@ void compare(const StrokeResponse& a, const StrokeResponse& b, double tolerance)
       if (p.support_stiffness[d] && q.support_stiffness[d])
         CHECK(*p.support_stiffness[d] == Approx(*q.support_stiffness[d]).epsilon(tolerance));
     CHECK((p.displacement - q.displacement).norm() <= tolerance * 0.01);
-    REQUIRE(p.frequencies_locked.size() == q.frequencies_locked.size());
-    for (std::size_t k = 0; k < p.frequencies_locked.size(); ++k)
-      CHECK(p.frequencies_locked[k] == Approx(q.frequencies_locked[k]).epsilon(tolerance));
+    CHECK(test::frequency_error(p.frequencies_locked, q.frequencies_locked) < tolerance);
     if (i > 0) CHECK(p.max_stress->value == Approx(q.max_stress->value).epsilon(10 * tolerance));
   }
 }
@@ -67,7 +56,7 @@ Mechanism tapered_guide() {
 
 }  // namespace
 
-TEST_CASE("a tapered beam has the compliance of its integral x² / EI", "[profile]") {
+TEST_CASE("a tapered beam has the compliance of its integral x² / EI") {
   const double L = 0.1, w = 0.01, t = 1e-3;
   Mechanism m = models::single_leaf(L, w, t);
   m.leaves[0].width_profile = {1, 0.3};
@@ -81,7 +70,7 @@ TEST_CASE("a tapered beam has the compliance of its integral x² / EI", "[profil
   CHECK(r.path[0].drive_stiffness * compliance == Approx(1).epsilon(1e-3));
 }
 
-TEST_CASE("a notch hinge has the rotational stiffness of its integral 1 / EI", "[profile]") {
+TEST_CASE("a notch hinge has the rotational stiffness of its integral 1 / EI") {
   // parabola, circle, ellipse, corner fillets, power function
   const double L = 0.01, w = 0.01;
   struct Notch {
@@ -121,7 +110,7 @@ TEST_CASE("a notch hinge has the rotational stiffness of its integral 1 / EI", "
   }
 }
 
-TEST_CASE("two leaves in series are one leaf", "[profile]") {
+TEST_CASE("two leaves in series are one leaf") {
   const double L = 0.1, w = 0.008, t = 0.6e-3;
   const auto along = [](double s) { return 1 + 0.4 * std::cos(3 * s); };
   Mechanism whole = models::single_leaf(L, w, t);
@@ -142,7 +131,7 @@ TEST_CASE("two leaves in series are one leaf", "[profile]") {
   compare(a, b, 2e-3);
 }
 
-TEST_CASE("a turned leaf with the mirrored profile gives the same answer", "[profile]") {
+TEST_CASE("a turned leaf with the mirrored profile gives the same answer") {
   const auto width = [](double s) { return 1 - 0.4 * s + 0.1 * s * s; };
   const auto thickness = [](double s) { return 1 + 0.8 * s * s; };
   for (const Flexure flexure : {Flexure::plate, Flexure::beam}) {
@@ -166,7 +155,7 @@ TEST_CASE("a turned leaf with the mirrored profile gives the same answer", "[pro
   }
 }
 
-TEST_CASE("the default method follows the full tapered leaf", "[profile]") {
+TEST_CASE("the default method follows the full tapered leaf") {
   const Mechanism m = tapered_guide();
   const std::vector<double> points{0, 0.005, 0.01};
   const StrokeResponse full = evaluated(m, model_of(Accuracy::full, Flexure::plate), points, 4),
@@ -175,10 +164,8 @@ TEST_CASE("the default method follows the full tapered leaf", "[profile]") {
   compare(full, tube, 0.01);
 }
 
-TEST_CASE("a narrow tapered plate without Poisson effect bends as the beam", "[profile]") {
-  Material material = models::steel();
-  material.poissons_ratio = 0;
-  Mechanism m = models::single_leaf(0.1, 4e-3, 0.3e-3, Direction::uy, material);
+TEST_CASE("a narrow tapered plate without Poisson effect bends as the beam") {
+  Mechanism m = models::single_leaf(0.1, 4e-3, 0.3e-3, Direction::uy, models::without_poisson());
   m.leaves[0].width_profile = {1, 0.4};
   m.leaves[0].thickness_profile = {1, 1.4};
   const StrokeResponse plate = evaluated(m, model_of(Accuracy::full, Flexure::plate), {0, 0.02}),
@@ -188,7 +175,7 @@ TEST_CASE("a narrow tapered plate without Poisson effect bends as the beam", "[p
   CHECK(plate.path[1].max_stress->value == Approx(beam.path[1].max_stress->value).epsilon(0.03));
 }
 
-TEST_CASE("methods that take uniform leaves alone leave profiles to the full leaf", "[profile]") {
+TEST_CASE("methods that take uniform leaves alone leave profiles to the full leaf") {
   const Mechanism m = tapered_guide();
   for (const Reduction method : {Reduction::linear_craig_bampton, Reduction::modal_derivatives}) {
     ModelOptions model = model_of(Accuracy::reduced, Flexure::plate);

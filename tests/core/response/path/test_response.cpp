@@ -1,10 +1,5 @@
 // Compliance, frequencies, modes and stability of whole mechanisms.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "core/response/quantities.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -24,18 +19,6 @@ TEST_CASE("the locked compliance is the free one with the drive taken out") {
   }
 }
 
-TEST_CASE("mirrored strokes give mirrored responses") {
-  StrokeRequest request{.points = {-0.015, 0, 0.015}, .frequencies = 4};
-  const StrokeResponse r = test::evaluated(models::guide(0.1, 0.03, 5e-4), ModelOptions{}, request);
-  const PathPoint &a = r.path[0], &b = r.path[2];
-  CHECK(a.drive_load == Approx(-b.drive_load).epsilon(1e-8));
-  CHECK(a.displacement[0] == Approx(b.displacement[0]).epsilon(1e-8));
-  for (int d : {0, 2, 3, 4, 5})
-    CHECK(*a.support_stiffness[d] == Approx(*b.support_stiffness[d]).epsilon(1e-6));
-  for (int k = 0; k < 4; ++k)
-    CHECK(a.frequencies_locked[k] == Approx(b.frequencies_locked[k]).epsilon(1e-6));
-}
-
 TEST_CASE("the drive mode of a heavy guide is the mass on its drive stiffness") {
   const double mass = 50;
   const StrokeResponse r = test::evaluated(models::guide(0.1, 0.03, 5e-4, 0.06, mass, 1),
@@ -44,7 +27,7 @@ TEST_CASE("the drive mode of a heavy guide is the mass on its drive stiffness") 
   CHECK(p.modes_free[0].kind == ModeKind::drive);
   CHECK(p.modes_free[0].drive > 0.999);
   CHECK(p.frequencies_free[0] ==
-        Approx(std::sqrt(p.drive_stiffness / mass) / (2 * std::numbers::pi)).epsilon(1e-3));
+        Approx(std::sqrt(p.drive_stiffness / mass) / (2 * M_PI)).epsilon(1e-3));
   for (const Mode& m : p.modes_locked) {
     CHECK(m.drive + m.end_effector + m.intermediate_body + m.leaf == Approx(1));
     CHECK(m.kind != ModeKind::drive);
@@ -70,7 +53,7 @@ TEST_CASE("as many frequencies come back as were asked for, and few cost no accu
 TEST_CASE("a guide pushed beyond its buckling load is unstable, one that is pulled is stiffer") {
   // Sway buckling with the drive free at 2 · π² EI/L² (clamped–guided pair); held drive: 4 times.
   const double L = 0.1, w = 0.01, t = 5e-4, E = 200e9;
-  const double sway = 2 * std::numbers::pi * std::numbers::pi * E * w * t * t * t / 12 / (L * L);
+  const double sway = 2 * M_PI * M_PI * E * w * t * t * t / 12 / (L * L);
   auto at_load = [&](double factor) {
     StrokeRequest request{.loads = {.constant = {{.force = {factor * sway, 0, 0}}}}};
     request.outputs.remove(Output::stress);

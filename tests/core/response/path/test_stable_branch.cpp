@@ -2,20 +2,11 @@
 // there, exact derivatives, and where there is no stable branch.
 #include "core/response/path/branch.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
-#include "core/response/response.hpp"
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
-#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 constexpr std::array<bool, 6> in_plane{false, false, true, true, true, false};
 
 ModelOptions beams(int elements = 48) { return models::free_beams(elements); }
@@ -64,11 +55,11 @@ Mechanism pressed_guide(double length, double thickness) {
 
 }  // namespace
 
-TEST_CASE("a guided column follows the elastica beyond its buckling load", "[branch]") {
+TEST_CASE("a guided column follows the elastica beyond its buckling load") {
   const double L = 0.1, w = 0.01, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const double euler = pi * pi * models::bending(m.leaves[0]) / (L * L);
+  const double euler = M_PI * M_PI * models::bending(m.leaves[0]) / (L * L);
   const std::vector<double> factors{0, 0.9, 1.01, 1.1, 1.5, 2};
   const auto [stable, straight] = both_branches(m, {-euler, 0, 0}, factors);
   for (std::size_t k = 0; k < factors.size(); ++k) {
@@ -83,7 +74,7 @@ TEST_CASE("a guided column follows the elastica beyond its buckling load", "[bra
     if (factors[k] < 1) continue;
     // four quarters, each a cantilever of a quarter of the length that is pressed at its tip: two
     // of half the length between the clamps and the inflection
-    const double K = 0.5 * pi * std::sqrt(factors[k]), modulus = modulus_of(K),
+    const double K = 0.5 * M_PI * std::sqrt(factors[k]), modulus = modulus_of(K),
                  E = std::comp_ellint_2(modulus);
     // the mesh of 16 beams, and what the load shortens them by, the nearer to the bifurcation the
     // more
@@ -93,8 +84,7 @@ TEST_CASE("a guided column follows the elastica beyond its buckling load", "[bra
   }
 }
 
-TEST_CASE("a column that its drive holds bulges to the side, and goes on with the stroke",
-          "[branch]") {
+TEST_CASE("a column that its drive holds bulges to the side, and goes on with the stroke") {
   // two leaves in a row, a body between them: clamped at both ends, where the drive is
   const double L = 0.1, w = 0.01, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
@@ -103,7 +93,7 @@ TEST_CASE("a column that its drive holds bulges to the side, and goes on with th
   m.bodies[1].held = in_plane;
   m.leaves = {models::between(ground, 1, models::leaf({0, 0, 0}, {1, 0, 0}, 0.5 * L, w, t)),
               models::between(1, 0, models::leaf({0.5 * L, 0, 0}, {1, 0, 0}, 0.5 * L, w, t))};
-  const double euler = 4 * pi * pi * models::bending(m.leaves[0]) / (L * L), factor = 1.2;
+  const double euler = 4 * M_PI * M_PI * models::bending(m.leaves[0]) / (L * L), factor = 1.2;
   StrokeRequest request = bulging(pushed(-factor * euler), {0, 0.002});
   request.newton.tolerance = 1e-12;
   const StrokeResponse response = evaluate_stroke(m, beams(24), request);
@@ -115,14 +105,14 @@ TEST_CASE("a column that its drive holds bulges to the side, and goes on with th
     CHECK(point.bodies[1].displacement[1] > 0);
   }
   // four cantilevers of a quarter of the length
-  const double K = 0.5 * pi * std::sqrt(factor), k = modulus_of(K);
+  const double K = 0.5 * M_PI * std::sqrt(factor), k = modulus_of(K);
   CHECK(response.path[0].bodies[1].displacement[1] == Approx(k * L / K).epsilon(1e-3));
   CHECK(response.path[0].displacement[0] ==
         Approx(-2 * L * (1 - std::comp_ellint_2(k) / K)).epsilon(2e-3));
   CHECK(response.path[1].displacement[1] == Approx(0.002));
 }
 
-TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side", "[branch]") {
+TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side") {
   const Mechanism m = pressed_guide(0.1, 2e-4);
   const Vector3d force(-3, 0, 0);  // 2 π² EI/L² is 2.63 N
   const std::vector<double> factors{0, 0.6, 0.85, 0.88, 0.9};
@@ -146,7 +136,7 @@ TEST_CASE("a guide that is pressed along its axis of symmetry sways to a side", 
   CHECK(std::abs(response.path[2].drive_load) > 0.01);
 }
 
-TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient][slow]") {
+TEST_CASE("derivatives on the stable branch are exact", "[slow]") {
   const test::Family family{[](const test::Values& v) { return pressed_guide(v[0], v[1]); },
                             {{"length", 0.1}, {"thickness", 2e-4}},
                             {0, 1},
@@ -172,8 +162,7 @@ TEST_CASE("derivatives on the stable branch are exact", "[branch][gradient][slow
   }
 }
 
-TEST_CASE("a hinge that gives way more and more has no stable branch, and says so",
-          "[branch][slow]") {
+TEST_CASE("a hinge that gives way more and more has no stable branch, and says so", "[slow]") {
   // two beams that cross in their middles lose stiffness as they turn
   Mechanism m = models::hinge(0.1, 2e-4, {{1, 0, 0.01}, {-1, 0, 0.01}});
   m.bodies[0].held = in_plane;
@@ -184,18 +173,18 @@ TEST_CASE("a hinge that gives way more and more has no stable branch, and says s
   CHECK_THAT(point.message, Catch::Contains("the stable branch was not found"));
 }
 
-TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too", "[branch]") {
+TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too") {
   const double L = 0.1, w = 0.03, t = 5e-4, E = models::steel().youngs_modulus;
   Mechanism m = models::guide(L, w, t);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const double critical = 8 * pi * pi * models::bending(m.leaves[0]) / (L * L);
+  const double critical = 8 * M_PI * M_PI * models::bending(m.leaves[0]) / (L * L);
   for (const double share : {1.1, 1.3}) {
     const PathPoint point = evaluate_stroke(m, beams(), bulging(pushed(-share * critical))).path[0];
     CAPTURE(share, point.message);
     CHECK(point.stable);
     CHECK(point.other_branch);
     // a quarter of each leaf is a column of length L/4 with one free end
-    const double k = modulus_of(0.5 * pi * std::sqrt(share));
+    const double k = modulus_of(0.5 * M_PI * std::sqrt(share));
     const double shortening = L * (2 - 2 * std::comp_ellint_2(k) / std::comp_ellint_1(k)),
                  pressed = share * critical * L / (2 * E * w * t);
     CHECK(-point.displacement[0] == Approx(shortening + pressed).epsilon(1e-2));
@@ -203,11 +192,10 @@ TEST_CASE("leaves that bulge between bodies that stand follow the elastica, too"
   }
 }
 
-TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from point to point",
-          "[branch]") {
+TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from point to point") {
   Mechanism m = models::single_leaf(0.1, 0.03, 5e-4, Direction::ux);
   m.bodies[0].held = {false, true, true, true, true, true};
-  const double critical = 4 * pi * pi * models::bending(m.leaves[0]) / 0.01;
+  const double critical = 4 * M_PI * M_PI * models::bending(m.leaves[0]) / 0.01;
   for (const PathPoint& point :
        evaluate_stroke(m, beams(), bulging({}, {-1e-4, -3e-4, -1e-3})).path) {
     CAPTURE(point.stroke, point.message);
@@ -218,10 +206,10 @@ TEST_CASE("a pressed leaf that bulges has the stiffness of its elastica from poi
   }
 }
 
-TEST_CASE("leaves that bulge to different sides are pushed to both", "[branch]") {
+TEST_CASE("leaves that bulge to different sides are pushed to both") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.bodies[0].held = {false, false, true, true, true, true};
-  const Matrix3d turn(Eigen::AngleAxisd(0.5 * pi, Vector3d::UnitX()));
+  const Matrix3d turn(Eigen::AngleAxisd(0.5 * M_PI, Vector3d::UnitX()));
   m.leaves[1].axes = turn * m.leaves[1].axes;
   StrokeRequest request = bulging(pushed(-600));
   request.outputs = {Output::equilibrium};
@@ -231,8 +219,7 @@ TEST_CASE("leaves that bulge to different sides are pushed to both", "[branch]")
   CHECK(point.other_branch);
 }
 
-TEST_CASE("leaves without mass that bulge between bodies are left, and the point says so",
-          "[branch]") {
+TEST_CASE("leaves without mass that bulge between bodies are left, and the point says so") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (LeafSpring& leaf : m.leaves) leaf.material.density = 0;
   // its drive held it buckles at 517 N

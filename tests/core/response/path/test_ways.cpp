@@ -1,11 +1,7 @@
 // The way from rest to a point: what an answer does not depend on.
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <cstdio>
 
-#include "core/response/response.hpp"
-#include "support/models.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -28,8 +24,7 @@ const ModelOptions full_beam{.accuracy = Accuracy::full, .flexure = Flexure::bea
 
 }  // namespace
 
-TEST_CASE("the answer at a point is the same whatever other points there are, and in any order",
-          "[ways]") {
+TEST_CASE("the answer at a point is the same whatever other points there are, and in any order") {
   const Mechanism m = models::pressed_leaf();
   const std::vector<VectorXd> points{at(0, 3e-3),          at(-6e-4, 8e-3),    at(-1.18e-3, 1e-2),
                                      at(-1.18e-3, 8.8e-3), at(-1.18e-3, 4e-3), at(-1.18e-3, 0),
@@ -50,7 +45,7 @@ TEST_CASE("the answer at a point is the same whatever other points there are, an
   CHECK(all.path[3].drive_loads[0] == Approx(-20.08).margin(0.01));
 }
 
-TEST_CASE("a leaf that is pulled passes no bifurcation, whatever its model", "[ways]") {
+TEST_CASE("a leaf that is pulled passes no bifurcation, whatever its model") {
   Mechanism m = models::single_leaf(0.1, 0.01, 5e-4, Direction::ux);
   m.bodies[0].held = {false, false, false, true, true, true};
   StrokeRequest request{.points = {2e-4}, .outputs = {Output::equilibrium, Output::stiffness}};
@@ -66,7 +61,7 @@ TEST_CASE("a leaf that is pulled passes no bifurcation, whatever its model", "[w
   }
 }
 
-TEST_CASE("in order, the way leads through the points as they are listed", "[ways]") {
+TEST_CASE("in order, the way leads through the points as they are listed") {
   const Mechanism m = models::pressed_leaf();
   StrokeRequest request =
       to({at(0, 3e-3), at(-6e-4, 8e-3), at(-1.18e-3, 1e-2), at(-1.18e-3, 8e-3)});
@@ -87,7 +82,7 @@ TEST_CASE("in order, the way leads through the points as they are listed", "[way
             Approx(sweep.path[40 * k].drive_loads[d]).epsilon(1e-7).margin(1e-5));
 }
 
-TEST_CASE("a bifurcation that the way passes is told with its place", "[ways]") {
+TEST_CASE("a bifurcation that the way passes is told with its place") {
   // perfect: at Euler's load of the clamped leaf, 4 π² EI/L² over EA/L, it goes on straight and
   // unstable
   const Mechanism m = models::pressed_leaf();

@@ -1,23 +1,16 @@
 // Critical factors of dead loads: closed forms of columns, guides and strips, folds, laws, exact
 // derivatives.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
 #include <string>
 
 #include "core/elements/plate/beam_section.hpp"
 #include "core/math/ridders.hpp"
 #include "core/mechanism/each_number.hpp"
-#include "core/response/models/leaf_models.hpp"
 #include "core/response/stability/critical_load.hpp"
-#include "support/models.hpp"
-#include "support/one_stroke.hpp"
+#include "support/strokes.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
 
@@ -28,10 +21,8 @@ ModelOptions coarse_plates() { return {.mesh = {6, 2}}; }
 CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& model,
                             const DeadLoad& load, DriveState drive, double stroke = 0,
                             const std::vector<Mechanism>* directions = nullptr) {
-  NewtonOptions newton;
-  newton.tolerance = 1e-11;
-  LoadCase loads;
-  loads.constant = {load};
+  NewtonOptions newton{.tolerance = 1e-11};
+  LoadCase loads{.constant = {load}};
   System system(mechanism, make_full_leaves(mechanism, model), loads);
   REQUIRE(step_load(system, {.constant = 1}, newton).converged);
   const Equilibrium at = step_to(system, stroke, newton);
@@ -53,15 +44,13 @@ double told_bifurcation(const CriticalLoad& load) {
 
 DeadLoad along_x(double force) { return {.force = {force, 0, 0}}; }
 
-double bending(const LeafSpring& leaf) {
-  return leaf.material.youngs_modulus * leaf.width * std::pow(leaf.thickness, 3) / 12;
-}
+using models::bending;
 
 }  // namespace
 
-TEST_CASE("columns buckle at Euler's loads", "[buckling]") {
+TEST_CASE("columns buckle at Euler's loads") {
   const double L = 0.1, w = 0.01, t = 2e-4;
-  const double unit = pi * pi * bending(models::single_leaf(L, w, t).leaves[0]) / (L * L);
+  const double unit = M_PI * M_PI * bending(models::single_leaf(L, w, t).leaves[0]) / (L * L);
   struct Column {
     const char* what;
     bool turns;
@@ -71,7 +60,7 @@ TEST_CASE("columns buckle at Euler's loads", "[buckling]") {
   // clamped at the base; the tip free, pinned (tan kL = kL), guided, clamped
   for (const Column& column : {Column{"free tip", true, DriveState::free, 0.25},
                                Column{"pinned tip", true, DriveState::locked,
-                                      4.493409457909064 * 4.493409457909064 / (pi * pi)},
+                                      4.493409457909064 * 4.493409457909064 / (M_PI * M_PI)},
                                Column{"guided tip", false, DriveState::free, 1},
                                Column{"clamped tip", false, DriveState::locked, 4}}) {
     Mechanism m = models::single_leaf(L, w, t);
@@ -87,26 +76,19 @@ TEST_CASE("columns buckle at Euler's loads", "[buckling]") {
   }
 }
 
-TEST_CASE("the estimate of a straight column is its load, whatever carries O", "[buckling]") {
+TEST_CASE("the estimate of a straight column is its load, whatever carries O") {
   const double L = 0.02, w = 5e-3, t = 6e-4, E = 200e9;
-  Material material = models::steel();
-  material.poissons_ratio = 0;
   const double EI = E * w * t * t * t / 12, A = w * t, kGA = E / 2 * A * 5 / 6;
   for (const Flexure flexure : {Flexure::beam, Flexure::plate})
     for (const bool point : {false, true})
       for (const int elements : {4, 12}) {
-        Mechanism m = models::single_leaf(L, w, t, Direction::uy, material);
-        LeafSpring& leaf = m.leaves[0];
-        if (point) {
-          m.bodies[0].held = {false, false, false, true, true, true};
-          leaf.tip = free_edge;
-          leaf.point = LeafPoint{.body = 0, .along = 1, .across = 0.5, .spread_over_tip = true};
-        }
+        Mechanism m = models::single_leaf(L, w, t, Direction::uy, models::without_poisson());
+        if (point) m = models::free_tip(m);
         const ModelOptions model{.flexure = flexure,
                                  .mesh = {elements, flexure == Flexure::beam ? 1 : 3}};
         for (const DriveState drive : {DriveState::free, DriveState::locked}) {
           // clamped at the base, the tip free or pinned
-          const double k = drive == DriveState::locked ? 4.493409457909064 / L : pi / (2 * L),
+          const double k = drive == DriveState::locked ? 4.493409457909064 / L : M_PI / (2 * L),
                        euler = k * k * EI, expected = euler / (1 + euler / kGA);
           const CriticalLoadResult r = critical(m, model, along_x(-1), drive);
           CAPTURE(static_cast<int>(flexure), point, elements, expected, r.load.reason);
@@ -121,11 +103,11 @@ TEST_CASE("the estimate of a straight column is its load, whatever carries O", "
       }
 }
 
-TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse", "[buckling]") {
+TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse") {
   const int pieces = 40;
   const double L = 0.1, w = 1e-3, t = 2e-4;
   Mechanism m = models::single_leaf(L, w, t);
-  const double unit = pi * pi * bending(m.leaves[0]) / (L * L);
+  const double unit = M_PI * M_PI * bending(m.leaves[0]) / (L * L);
   m.bodies.clear();
   m.leaves.clear();
   for (int i = 0; i < pieces; ++i) {
@@ -138,7 +120,7 @@ TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse", "
   ModelOptions model = beams(2);
   for (const auto& [drive, factor] :
        {std::pair{DriveState::free, 0.25},
-        {DriveState::locked, 4.493409457909064 * 4.493409457909064 / (pi * pi)}}) {
+        {DriveState::locked, 4.493409457909064 * 4.493409457909064 / (M_PI * M_PI)}}) {
     const CriticalLoadResult r = critical(m, model, along_x(-0.01 * unit), drive);
     INFO(r.load.reason);
     REQUIRE(r.load.factor);
@@ -146,8 +128,7 @@ TEST_CASE("a column of forty leaves buckles as one of a piece, solved sparse", "
   }
 }
 
-TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it",
-          "[buckling][slow]") {
+TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it", "[slow]") {
   const Mechanism whole = models::guide(0.1, 0.03, 5e-4);
   Mechanism tied = whole;
   for (int k = 0; k < 2; ++k) {
@@ -165,7 +146,7 @@ TEST_CASE("tips that rigid joints tie to a body buckle as tips that belong to it
   }
 }
 
-TEST_CASE("a spring that holds a guide back raises its load by what it holds", "[buckling]") {
+TEST_CASE("a spring that holds a guide back raises its load by what it holds") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   Mechanism held = m;
   const double k = 400;
@@ -179,8 +160,7 @@ TEST_CASE("a spring that holds a guide back raises its load by what it holds", "
   INFO(r.load.reason);
   REQUIRE(r.load.factor);
   // the guide alone, pressed as far, pulls back as hard as the spring
-  LoadCase loads;
-  loads.constant = {along_x(-10 * *r.load.factor)};
+  LoadCase loads{.constant = {along_x(-10 * *r.load.factor)}};
   System system(m, make_full_leaves(m, {}), loads);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   const Equilibrium up = step_to(system, 1e-6, {});
@@ -188,12 +168,10 @@ TEST_CASE("a spring that holds a guide back raises its load by what it holds", "
   CHECK((up.drive_load - down.drive_load) / 2e-6 == Approx(-k).epsilon(1e-3));
 }
 
-TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow", "[buckling]") {
-  Material material = models::steel();
-  material.poissons_ratio = 0;
+TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow") {
   for (const double w : {0.01, 0.1}) {
-    Mechanism m = models::single_leaf(0.1, w, 4e-4, Direction::uy, material);
-    const double unit = pi * pi * bending(m.leaves[0]) / 0.01;
+    Mechanism m = models::single_leaf(0.1, w, 4e-4, Direction::uy, models::without_poisson());
+    const double unit = M_PI * M_PI * bending(m.leaves[0]) / 0.01;
     m.bodies[0].held = {false, false, true, true, true, true};
     for (const auto& [drive, factor] :
          {std::pair{DriveState::free, 1.0}, {DriveState::locked, 4.0}}) {
@@ -204,8 +182,7 @@ TEST_CASE("strips without Poisson's ratio buckle as columns, wide or narrow", "[
   }
 }
 
-TEST_CASE("a wide strip buckles at the stiffness of a plate, a narrow one at that of a beam",
-          "[buckling]") {
+TEST_CASE("a wide strip buckles at the stiffness of a plate, a narrow one at that of a beam") {
   const double nu = 0.3;
   const auto over_beam = [&](double w) {
     Mechanism m = models::single_leaf(0.1, w, 4e-4);
@@ -213,7 +190,7 @@ TEST_CASE("a wide strip buckles at the stiffness of a plate, a narrow one at tha
     const CriticalLoadResult r = critical(m, {}, along_x(-1), DriveState::free);
     INFO(w << " " << r.load.reason);
     REQUIRE(r.load.factor);
-    return *r.load.factor / (pi * pi * bending(m.leaves[0]) / 0.01);
+    return *r.load.factor / (M_PI * M_PI * bending(m.leaves[0]) / 0.01);
   };
   // 1 + nu²/(1 − nu²) (1 − ends − free edges): the free edges of a wide strip and the clamped ends
   // of a narrow one still count
@@ -224,8 +201,7 @@ TEST_CASE("a wide strip buckles at the stiffness of a plate, a narrow one at tha
   CHECK(wide == Approx(1 / (1 - nu * nu)).epsilon(5e-3));
 }
 
-TEST_CASE("a narrow leaf under a load in its plane buckles sideways at Prandtl's load",
-          "[buckling]") {
+TEST_CASE("a narrow leaf under a load in its plane buckles sideways at Prandtl's load") {
   const Material m{"m", 200e9, 0.3, 7800, {}};
   const double L = 1, w = 0.02, t = 4e-4;
   const BeamSection s = beam_section(Section::rectangular, w, t, 0.3);
@@ -238,9 +214,9 @@ TEST_CASE("a narrow leaf under a load in its plane buckles sideways at Prandtl's
   CHECK(*r.load.factor == Approx(10).epsilon(5e-3));
 }
 
-TEST_CASE("a guide carries four times as much with its drive held", "[buckling]") {
+TEST_CASE("a guide carries four times as much with its drive held") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4, 0.1);
-  const double sway = 2 * pi * pi * bending(m.leaves[0]) / 0.01;
+  const double sway = 2 * M_PI * M_PI * bending(m.leaves[0]) / 0.01;
   ModelOptions model = beams();
   const CriticalLoadResult locked = critical(m, model, along_x(-1), DriveState::locked),
                            free = critical(m, model, along_x(-1), DriveState::free);
@@ -259,7 +235,7 @@ TEST_CASE("a guide carries four times as much with its drive held", "[buckling]"
 }
 
 TEST_CASE("over the stroke the traced load stays, and the estimate comes to it as the load does",
-          "[buckling][slow]") {
+          "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const double stroke : {0.0, 0.005, 0.01}) {
     double traced = 0, before = 1;
@@ -286,7 +262,7 @@ TEST_CASE("over the stroke the traced load stays, and the estimate comes to it a
   }
 }
 
-TEST_CASE("the factor is inverse to the load and turns its sign with it", "[buckling][slow]") {
+TEST_CASE("the factor is inverse to the load and turns its sign with it", "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const DriveState drive : {DriveState::locked, DriveState::free}) {
     const double one = *critical(m, {}, along_x(-1), drive).load.factor,
@@ -297,11 +273,10 @@ TEST_CASE("the factor is inverse to the load and turns its sign with it", "[buck
   }
 }
 
-TEST_CASE("the tangent is definite below the factor and indefinite above", "[buckling]") {
+TEST_CASE("the tangent is definite below the factor and indefinite above") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   NewtonOptions newton;
-  LoadCase loads;
-  loads.constant = {along_x(-50)};
+  LoadCase loads{.constant = {along_x(-50)}};
   System system(m, make_full_leaves(m, coarse_plates()), loads);
   REQUIRE(step_load(system, {.constant = 1}, newton).converged);
   for (const double stroke : {0.0, 0.005}) {
@@ -325,7 +300,7 @@ TEST_CASE("the tangent is definite below the factor and indefinite above", "[buc
   }
 }
 
-TEST_CASE("a state that has buckled has a factor below one", "[buckling]") {
+TEST_CASE("a state that has buckled has a factor below one") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const double sway = *critical(m, {}, along_x(-1), DriveState::free).load.factor;
   const CriticalLoadResult r = critical(m, {}, along_x(-2 * sway), DriveState::free);
@@ -334,8 +309,7 @@ TEST_CASE("a state that has buckled has a factor below one", "[buckling]") {
   CHECK_FALSE(r.load.linearised);  // of a state that is stable alone
 }
 
-TEST_CASE("a guide that is deflected gives way with its drive free, and says so",
-          "[buckling][slow]") {
+TEST_CASE("a guide that is deflected gives way with its drive free, and says so", "[slow]") {
   const CriticalLoadResult r =
       critical(models::guide(0.1, 0.03, 5e-4), {}, along_x(-5), DriveState::free, 0.005);
   CHECK_FALSE(r.load.factor);
@@ -344,13 +318,11 @@ TEST_CASE("a guide that is deflected gives way with its drive free, and says so"
   CHECK(r.load.linearised);
 }
 
-TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, however small it is",
-          "[buckling]") {
+TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, however small it is") {
   // a dead force of 1e-7 N pulls the guide aside
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const double perfect = *critical(m, coarse_plates(), along_x(-10), DriveState::free).load.factor;
-  LoadCase loads;
-  loads.constant = {along_x(-10), {.force = {0, 1e-7, 0}}};
+  LoadCase loads{.constant = {along_x(-10), {.force = {0, 1e-7, 0}}}};
   System system(m, make_full_leaves(m, coarse_plates()), loads);
   REQUIRE(step_load(system, {.constant = 1}, {}).converged);
   LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
@@ -360,16 +332,14 @@ TEST_CASE("a bifurcation that an imperfection makes the branch miss is told, how
 }
 
 TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none of its states",
-          "[buckling][slow]") {
+          "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   Mechanism thicker = m;
   each_number(thicker, [](double& x) { x = 0; });
   for (LeafSpring& leaf : thicker.leaves) leaf.thickness = 1;
   const std::vector<Mechanism> directions{thicker};
   const auto traced = [&](double turn) {
-    LoadCase loads;
-    loads.constant = {along_x(-5)};
-    loads.assembly = {{0, 0, Vector3d::Zero(), {0, turn, 0}}};
+    LoadCase loads{.constant = {along_x(-5)}, .assembly = {{0, 0, Vector3d::Zero(), {0, turn, 0}}}};
     System system(m, make_full_leaves(m, coarse_plates()), loads);
     REQUIRE(step_load(system, {.constant = 1}, {}).converged);
     LoadBranch branch(system, 0, 0, DriveState::free, VectorXd::Zero(1), {});
@@ -401,8 +371,7 @@ TEST_CASE("a bifurcation that an error of assembly makes the branch miss is none
   }
 }
 
-TEST_CASE("derivatives of the factor are exact at bifurcations and at folds",
-          "[buckling][gradient][slow]") {
+TEST_CASE("derivatives of the factor are exact at bifurcations and at folds", "[slow]") {
   const std::vector<double> numbers{0.1, 0.03, 5e-4};
   const auto make = [](const std::vector<double>& v) { return models::guide(v[0], v[1], v[2]); };
   const auto places = [](Mechanism& m) {

@@ -2,18 +2,11 @@
 // the limit found again by an evaluation under that load, laws of symmetry, exact derivatives.
 #include "core/response/stability/load_capacity.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numbers>
-
 #include "support/gradient_checks.hpp"
-#include "support/models.hpp"
 
 using namespace flexopt;
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 constexpr int ux = 0, uy = 1, uz = 2, rx = 3, against = 6;
 
 ModelOptions beams(int elements = 10) { return models::free_beams(elements); }
@@ -61,7 +54,7 @@ Mechanism strong_guide(double strength) {
 
 }  // namespace
 
-TEST_CASE("a column bears Euler's load and any pull", "[capacity]") {
+TEST_CASE("a column bears Euler's load and any pull") {
   const double L = 0.1, w = 0.01, t = 2e-4;
   struct Column {
     const char* what;
@@ -70,7 +63,7 @@ TEST_CASE("a column bears Euler's load and any pull", "[capacity]") {
   };
   for (const Column& column :
        {Column{"free tip", true, false, 0.25},
-        Column{"pinned tip", true, true, 4.493409457909064 * 4.493409457909064 / (pi * pi)},
+        Column{"pinned tip", true, true, 4.493409457909064 * 4.493409457909064 / (M_PI * M_PI)},
         Column{"guided tip", false, false, 1}, Column{"clamped tip", false, true, 4}}) {
     Mechanism m = models::single_leaf(L, w, t);
     m.bodies[0].held[5] = !column.turns;
@@ -82,8 +75,9 @@ TEST_CASE("a column bears Euler's load and any pull", "[capacity]") {
     INFO(pressed.reason);
     CHECK(pressed.limit == CapacityLimit::instability);
     CHECK_FALSE(pressed.fold);
-    CHECK(pressed.value ==
-          Approx(column.factor * pi * pi * models::bending(m.leaves[0]) / (L * L)).epsilon(1e-3));
+    CHECK(
+        pressed.value ==
+        Approx(column.factor * M_PI * M_PI * models::bending(m.leaves[0]) / (L * L)).epsilon(1e-3));
     const LoadCapacity pulled = capacity(m, beams(), request, ux);
     CHECK(pulled.limit == CapacityLimit::none);
     CHECK(pulled.value == 500);
@@ -91,7 +85,7 @@ TEST_CASE("a column bears Euler's load and any pull", "[capacity]") {
   }
 }
 
-TEST_CASE("small loads reach the stress of linear theory", "[capacity]") {
+TEST_CASE("small loads reach the stress of linear theory") {
   const double L = 0.1, w = 0.01, t = 4e-4, limit = 1e6;
   Mechanism m = models::single_leaf(L, w, t);
   m.drives.clear();
@@ -115,7 +109,7 @@ TEST_CASE("small loads reach the stress of linear theory", "[capacity]") {
   }
 }
 
-TEST_CASE("under its capacity a guide is at the limit that is named", "[capacity][slow]") {
+TEST_CASE("under its capacity a guide is at the limit that is named", "[slow]") {
   ModelOptions model = coarse_plates();
   model.accuracy = Accuracy::full;
   for (const auto& [stroke, strength] : {std::pair{0.0, 80e6}, {0.006, 260e6}}) {
@@ -142,7 +136,7 @@ TEST_CASE("under its capacity a guide is at the limit that is named", "[capacity
   }
 }
 
-TEST_CASE("a pressed guide bears its buckling load", "[capacity][slow]") {
+TEST_CASE("a pressed guide bears its buckling load", "[slow]") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const std::vector<double> strokes{0, 0.005, 0.01, -0.005};
   StrokeRequest request = asking({against + ux}, strokes);
@@ -164,8 +158,7 @@ TEST_CASE("a pressed guide bears its buckling load", "[capacity][slow]") {
         Approx(response.path[1].load_capacity[against + ux]->value).epsilon(1e-7));
 }
 
-TEST_CASE("a branch that bends away from a bifurcation bears more, up to its own fold",
-          "[capacity][slow]") {
+TEST_CASE("a branch that bends away from a bifurcation bears more, up to its own fold", "[slow]") {
   // a wide thin leaf, its end-effector aside and held against turning about y, pushed along its
   // width
   const Vector3d base(0.007174577127435354, -0.011424483376091938, 0.006715844435671702),
@@ -197,7 +190,7 @@ TEST_CASE("a branch that bends away from a bifurcation bears more, up to its own
   CHECK(found.value == Approx(0.11843).epsilon(1e-3));
 }
 
-TEST_CASE("what the stroke stresses a guide with is not left for loads", "[capacity]") {
+TEST_CASE("what the stroke stresses a guide with is not left for loads") {
   StrokeRequest request = asking({uz}, {0.003, 0.005, 0.007, 0.009});
   request.capacity.stress = 300e6;
   const StrokeResponse response = evaluate_stroke(strong_guide(600e6), coarse_plates(), request);
@@ -212,7 +205,7 @@ TEST_CASE("what the stroke stresses a guide with is not left for loads", "[capac
   }
 }
 
-TEST_CASE("what is mirrored bears the mirrored load", "[capacity]") {
+TEST_CASE("what is mirrored bears the mirrored load") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.leaves[0].thickness = 4e-4;  // not symmetric in itself
   Mechanism mirrored = m;
@@ -242,7 +235,7 @@ TEST_CASE("what is mirrored bears the mirrored load", "[capacity]") {
   CHECK(value(one, uz) == Approx(value(one, against + uz)).epsilon(1e-7));
 }
 
-TEST_CASE("a state at its limit bears nothing, and says why", "[capacity]") {
+TEST_CASE("a state at its limit bears nothing, and says why") {
   const Mechanism m = strong_guide(600e6);
   StrokeRequest request = asking({uz}, {0, 0.02});
   request.capacity.stress = 200e6;
@@ -257,7 +250,7 @@ TEST_CASE("a state at its limit bears nothing, and says why", "[capacity]") {
   CHECK(buckled.limit == CapacityLimit::instability);
 }
 
-TEST_CASE("a pull ends where a leaf is stretched beyond its reach", "[capacity]") {
+TEST_CASE("a pull ends where a leaf is stretched beyond its reach") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const LoadCapacity found = capacity(m, beams(), asking({ux}), ux);
   CHECK(found.limit == CapacityLimit::none);
@@ -267,7 +260,7 @@ TEST_CASE("a pull ends where a leaf is stretched beyond its reach", "[capacity]"
   CHECK(found.value < 1.1 * 0.05 * modulus * area);
 }
 
-TEST_CASE("derivatives of the capacity are exact at every limit", "[capacity][gradient][slow]") {
+TEST_CASE("derivatives of the capacity are exact at every limit", "[slow]") {
   const test::Family family{
       [](const test::Values& v) {
         Mechanism m = models::guide(v[0], v[1], v[2], v[3]);
