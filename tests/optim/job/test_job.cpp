@@ -1,16 +1,6 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "core/response/response.hpp"
-#include "core/spec/spec_error.hpp"
-#include "optim/job/job.hpp"
 #include "support/base_jobs.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 TEST_CASE("an evaluate job is read into SI", "[optim][job]") {
   const Job job = parse_job(base_job("evaluate"));

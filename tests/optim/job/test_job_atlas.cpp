@@ -1,20 +1,10 @@
 // Which atlas a job gets, and what is said where it gets none.
-#include <catch2/catch.hpp>
-#include <filesystem>
-#include <nlohmann/json.hpp>
-
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "optim/job/job.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "support/base_jobs.hpp"
-#include "support/refusals.hpp"
 #include "support/small_atlas.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
-namespace fs = std::filesystem;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

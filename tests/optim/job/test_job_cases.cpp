@@ -1,12 +1,6 @@
 // Load cases of a job: what they inherit, and what goals may say of them.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/job/job_sections.hpp"
-#include "support/refusals.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -68,8 +62,7 @@ TEST_CASE("what no load case uses is checked, and a note says so", "[job]") {
   for (auto& [name, own] : all["cases"].items()) own["gravity"] = {0, 0, 1};
   const Job job = parse_job(all);
   REQUIRE_FALSE(job.notes.empty());
-  CHECK_THAT(job.notes.back(),
-             Catch::Matchers::Contains("No load case uses the job's own gravity"));
+  CHECK_THAT(job.notes.back(), Contains("No load case uses the job's own gravity"));
   all["gravity"] = {0, 0, "1 kg"};
   CHECK(test::refusal_of([&] { parse_job(all); }).pointer() == "/gravity/2");
 }
@@ -80,7 +73,7 @@ TEST_CASE("a fault that only some load cases find in what they share names them"
   all["cases"]["up"]["loads"][0]["name"] = "weight";
   const SpecError error = test::refusal_of([&] { parse_job(all); });
   CHECK(error.pointer() == "/buckling/load");
-  CHECK_THAT(error.rule(), Catch::Matchers::Contains("in the load case \"up\""));
+  CHECK_THAT(error.rule(), Contains("in the load case \"up\""));
 }
 
 TEST_CASE("a goal that names a load case asks nothing of the others", "[job]") {

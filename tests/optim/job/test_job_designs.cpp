@@ -1,12 +1,6 @@
 // A job that lists designs is as many jobs of one design each.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/job/job_sections.hpp"
-#include "support/refusals.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

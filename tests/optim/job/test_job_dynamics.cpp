@@ -1,12 +1,6 @@
 // The keys "dynamics" and "export", and goals of what they give.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "optim/job/job.hpp"
 #include "optim/problem/goals.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

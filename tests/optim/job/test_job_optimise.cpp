@@ -1,15 +1,7 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "core/response/quantities.hpp"
 #include "core/spec/quantity.hpp"
-#include "core/spec/spec_error.hpp"
-#include "optim/job/job.hpp"
 #include "support/base_jobs.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 TEST_CASE("an optimise job is read with names, units and defaults", "[optim][job]") {
   const Job job = parse_job(base_job("optimise"));

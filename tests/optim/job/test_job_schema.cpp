@@ -1,14 +1,8 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 #include <regex>
 
 #include "core/spec/json_file.hpp"
-#include "optim/job/job.hpp"
 #include "support/base_jobs.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 TEST_CASE("the shipped jobs are read", "[optim][job]") {
   REQUIRE(shipped_jobs().size() >= 4);

@@ -1,12 +1,7 @@
 // What a job leaves open of its search is filled in; what is wrong is in tests/jobs/wrong.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/job/job_sections.hpp"
 #include "support/guide.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 TEST_CASE("without a word a search begins at the job's own design", "[optim][job]") {
   const Job job = parse_job(guide::stiff_guide());

@@ -1,13 +1,6 @@
 // The keys "fillet" and "fatigue", and goals of what they give.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "optim/job/job.hpp"
 #include "optim/problem/goals.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

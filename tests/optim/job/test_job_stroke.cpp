@@ -1,13 +1,6 @@
 // Strokes of drives with names, as a job writes them.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

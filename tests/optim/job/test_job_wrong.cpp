@@ -1,20 +1,12 @@
 // Every wrong job is refused at the right place, with a rule that helps. The cases are data:
 // tests/jobs/wrong/cases.json.
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 
 #include "core/spec/json_file.hpp"
-#include "core/spec/spec_error.hpp"
-#include "optim/job/job.hpp"
 #include "support/base_jobs.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 TEST_CASE("every wrong job is refused with pointer, value, rule and what is allowed",
           "[optim][job]") {

@@ -1,20 +1,13 @@
 // An interrupted run goes on where it stopped, and ends as if it had never been interrupted.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
-namespace fs = std::filesystem;
 
 namespace {
 
-nlohmann::json small_job(const std::string& algorithm) {
-  nlohmann::json document = stiff_guide(algorithm);
+json small_job(const std::string& algorithm) {
+  json document = stiff_guide(algorithm);
   document["optimise"]["starts"] = 2;
   document["optimise"]["max_evaluations"] = 40;
   return document;
@@ -26,8 +19,7 @@ struct Run {
   std::string log;
 };
 
-Run run(const nlohmann::json& document, const fs::path& log, int threads = 1,
-        OptimiseOptions options = {}) {
+Run run(const json& document, const fs::path& log, int threads = 1, OptimiseOptions options = {}) {
   Calls calls;
   Run r;
   options.log = log;
@@ -63,7 +55,7 @@ TEST_CASE("a run cut off anywhere resumes to the same end", "[optim][slow]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
   const test::TemporaryFolder folder;
-  const nlohmann::json document = small_job(name);
+  const json document = small_job(name);
   const auto logged = [&] { return run(document, folder / "log"); };
   const Run whole = logged();
   CHECK(whole.replayed == 0);
@@ -99,7 +91,7 @@ TEST_CASE("the threads change neither the result nor a byte of the log", "[optim
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt", "GN_ISRES");
   CAPTURE(name);
   const test::TemporaryFolder folder;
-  nlohmann::json document = small_job(name);
+  json document = small_job(name);
   document["optimise"]["starts"] = 5;
   const Run one = run(document, folder / "1.jsonl", 1);
   for (const int threads : {2, 3, 8}) {
@@ -113,7 +105,7 @@ TEST_CASE("the log of another job is refused, unless it is overwritten", "[optim
   const test::TemporaryFolder folder;
   run(small_job("LN_COBYLA"), folder / "log");
   const std::string before = test::content_of(folder / "log");
-  nlohmann::json other = small_job("LN_COBYLA");
+  json other = small_job("LN_COBYLA");
   other["design"]["parameters"]["width"] = "31 mm";
   CHECK_THROWS_AS(run(other, folder / "log"), SpecError);
   CHECK_THROWS_WITH(run(other, folder / "log"), Contains("another job") &&
@@ -132,7 +124,7 @@ TEST_CASE("the log of another job is refused, unless it is overwritten", "[optim
 
 TEST_CASE("name, more starts and more evaluations keep the log of use", "[optim]") {
   const test::TemporaryFolder folder;
-  nlohmann::json document = small_job("LN_COBYLA");
+  json document = small_job("LN_COBYLA");
   document["optimise"]["max_evaluations"] = 15;
   const Run first = run(document, folder / "log");
   document["name"] = "the same, longer";
@@ -166,12 +158,11 @@ TEST_CASE("the log holds one self-contained line for each evaluation", "[optim]"
   std::istringstream lines(r.log);
   std::string line;
   std::getline(lines, line);
-  CHECK(nlohmann::json::parse(line)["flexopt_evaluations"]["job"]["design"]["family"] ==
-        "parallel_guide");
+  CHECK(json::parse(line)["flexopt_evaluations"]["job"]["design"]["family"] == "parallel_guide");
   std::size_t i = 0;
   bool any_difference = false;
   for (; std::getline(lines, line); ++i) {
-    const auto j = nlohmann::json::parse(line);
+    const auto j = json::parse(line);
     REQUIRE(i < r.optimum.history.size());
     const EvaluationRecord& e = r.optimum.history[i];
     CHECK(j["variables"]["length"].get<double>() == e.variables.at("length"));  // to the bit

@@ -1,10 +1,6 @@
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "designs/family.hpp"
 #include "optim/problem/gradient_checker.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

@@ -1,13 +1,7 @@
 #include "optim/problem/goals.hpp"
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -34,7 +28,7 @@ TEST_CASE("only the lowest branch of each point counts in the one number", "[opt
 
 TEST_CASE("the parasitic frequency brings its next modes, without those that do not count",
           "[optim]") {
-  nlohmann::json document = guide::crossing_modes();
+  json document = guide::crossing_modes();
   document["stroke"] = {{"at", {0}}};
   Job job = parse_job(document);
   job.request.parasitic.skipped = {ModeKind::leaf};
@@ -96,7 +90,7 @@ TEST_CASE(
     "a point that no multiple of the load makes unstable is beyond every bound, an unstable "
     "one has no value",
     "[optim]") {
-  nlohmann::json document = guide::stiff_guide();
+  json document = guide::stiff_guide();
   document["stroke"] = {{"at", {0}}};
   const Job job = parse_job(document);
   const Goal g{"", "buckling_load_factor", {}, OverStroke::min, 1};
@@ -120,7 +114,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a capacity without a limit counts as the load that is borne at least") {
-  nlohmann::json document = guide::stiff_guide();
+  json document = guide::stiff_guide();
   document["stroke"] = {{"at", {0}}};
   const Job job = parse_job(document);
   const Goal g{"", "load_capacity.-uz", {}, OverStroke::min, 1};

@@ -1,14 +1,7 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::test;
-using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
 

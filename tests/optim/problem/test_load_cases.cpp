@@ -1,15 +1,9 @@
 // Goals over several load cases, against the goals of each case alone.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "optim/problem/check_gradients.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/goals.hpp"
 #include "optim/search/optimise.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

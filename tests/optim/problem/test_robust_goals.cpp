@@ -1,13 +1,8 @@
 #include "optim/problem/robust_goals.hpp"
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/evaluation_book.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

@@ -1,13 +1,8 @@
-#include <catch2/catch.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "support/leaf_job.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::test;
-using nlohmann::json;
 
 namespace {
 
@@ -61,8 +56,8 @@ TEST_CASE("a unit whose yield was changed on the disk is refused", "[sharing]") 
   REQUIRE(at != std::string::npos);
   text[at + 15] = '3';
   put(log, text);
-  CHECK_THROWS_WITH(run(Sharing(), job, log), Catch::Contains("units.jsonl") &&
-                                                  Catch::Contains("line 7: [\"squares 1\",5,3.5"));
+  CHECK_THROWS_WITH(run(Sharing(), job, log),
+                    Contains("units.jsonl") && Contains("line 7: [\"squares 1\",5,3.5"));
 }
 
 TEST_CASE("units of another job are refused", "[sharing]") {
@@ -72,7 +67,7 @@ TEST_CASE("units of another job are refused", "[sharing]") {
   run(Sharing(), parse_job(json::parse(document.dump())), log);
   document["stroke"]["to"] = "5 mm";
   CHECK_THROWS_WITH(run(Sharing(), parse_job(json::parse(document.dump())), log),
-                    Catch::Contains("/job/stroke"));
+                    Contains("/job/stroke"));
 }
 
 TEST_CASE("a loop's name follows from what it depends on", "[sharing]") {

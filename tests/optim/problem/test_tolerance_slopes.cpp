@@ -1,8 +1,5 @@
-#include <catch2/catch.hpp>
-
 #include "optim/problem/robust_goals.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

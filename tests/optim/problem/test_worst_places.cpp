@@ -1,9 +1,7 @@
-#include <catch2/catch.hpp>
 #include <functional>
 
 #include "optim/problem/worst_assembly_goals.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

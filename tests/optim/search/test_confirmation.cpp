@@ -1,14 +1,10 @@
 // What is called optimal: the best design of all that were evaluated, wherever the search began.
-#include <catch2/catch.hpp>
-
 #include "optim/search/stages.hpp"
 #include "support/guide.hpp"
 #include "support/random_searches.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
 

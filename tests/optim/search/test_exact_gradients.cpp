@@ -1,20 +1,18 @@
 // Exact derivatives on their way from the mechanics through goals and formulas to the optimiser.
-#include <catch2/catch.hpp>
 #include <limits>
 
 #include "optim/problem/posing.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "support/guide.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
 
 namespace {
 
 /// Width and spacing follow from the variables by formulas, one of them of two variables.
-nlohmann::json linked_guide() {
-  nlohmann::json job = stiff_guide();
+json linked_guide() {
+  json job = stiff_guide();
   job["design"]["parameters"]["width"] = {{"expression", "0.3*length + 2*thickness"}};
   job["design"]["parameters"]["spacing"] = {{"expression", "sqrt(length*0.036)"}};
   job["optimise"]["constraints"].push_back(
@@ -96,7 +94,7 @@ TEST_CASE("the posed programme has exact gradients, slack and branches included"
 }
 
 TEST_CASE("a row keeps its mode when two modes cross from one design to the next", "[optim]") {
-  nlohmann::json document = crossing_modes();
+  json document = crossing_modes();
   set_algorithm(document, "LD_SLSQP");
   Setting s(parse_job(document), true);
   const Pose pose = job_pose(s.problem);
@@ -123,7 +121,7 @@ TEST_CASE("a row keeps its mode when two modes cross from one design to the next
 }
 
 TEST_CASE("the modulus of the material is a variable as any other", "[optim]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"].push_back(
       {{"parameter", "material.youngs_modulus"}, {"min", "100 GPa"}, {"max", "210 GPa"}});
   document["optimise"]["constraints"].push_back(
@@ -153,7 +151,7 @@ TEST_CASE("the modulus of the material is a variable as any other", "[optim]") {
 TEST_CASE("exact gradients take a fraction of the evaluations to the same optimum", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   Calls calls, calls_of_differences;
   const Optimum exact = run(document, calls, true);
   const Optimum differences = run(document, calls_of_differences, false);
@@ -173,7 +171,7 @@ TEST_CASE("exact gradients take a fraction of the evaluations to the same optimu
 }
 
 TEST_CASE("a model without derivatives is differentiated by differences", "[optim]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   Calls calls;
   const Optimum o = run(document, calls, true, {}, 1e99, false);
   CHECK(o.gradients == "central differences");
@@ -186,7 +184,7 @@ TEST_CASE("a model without derivatives is differentiated by differences", "[opti
 
 TEST_CASE("a derivative that is not finite is named, and replaced by differences", "[optim]") {
   const test::TemporaryFolder folder;
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   Calls calls;
   OptimiseOptions options;
   options.log = folder / "log.jsonl";
@@ -208,8 +206,7 @@ TEST_CASE("a derivative that is not finite is named, and replaced by differences
   CHECK_THAT(
       o.gradients_message,
       Catch::StartsWith("the derivative of drive_load max_abs over stroke along thickness") &&
-          Catch::Contains(" is not finite, first at length = ") &&
-          Catch::Contains(", thickness = 0.0004"));
+          Contains(" is not finite, first at length = ") && Contains(", thickness = 0.0004"));
   CHECK(o.status == OptimumStatus::optimal);
   CHECK(o.objective == Approx(run(document, calls, true).objective).epsilon(1e-4));
   // the log knows it too
@@ -239,7 +236,7 @@ TEST_CASE("a goal without exact derivatives is named", "[optim]") {
 }
 
 TEST_CASE("a method without gradients asks for them at its end alone", "[optim]") {
-  nlohmann::json document = stiff_guide("LN_COBYLA");
+  json document = stiff_guide("LN_COBYLA");
   Calls calls;
   const Optimum o = run(document, calls, true);
   CHECK(o.gradients == "none");
@@ -251,7 +248,7 @@ TEST_CASE("a run with exact gradients resumes from its log to the same bytes", "
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
   CAPTURE(name);
   const test::TemporaryFolder folder;
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["optimise"]["starts"] = 2;
   document["optimise"]["max_evaluations"] = 60;
   OptimiseOptions options;
@@ -276,7 +273,7 @@ TEST_CASE("a run with exact gradients resumes from its log to the same bytes", "
 }
 
 TEST_CASE("places of large stress, material and end-effector have exact gradients", "[optim]") {
-  nlohmann::json document = nlohmann::json::parse(R"({
+  json document = json::parse(R"({
     "flexopt": 1, "name": "hinge", "job": "optimise",
     "design": {
       "family": "cross_hinge",
@@ -342,7 +339,7 @@ TEST_CASE("places of large stress, material and end-effector have exact gradient
 }
 
 TEST_CASE("nothing said, the library differentiates the mechanics exactly", "[optim][gradients]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   const Job job = parse_job(document);
   const DesignProblem plain(job), told(job, {evaluate_stroke, by_differences});
   CHECK(plain.differentiable());

@@ -1,13 +1,7 @@
 // Jobs whose search begins far from the optimum, with the mechanics: each ends at the optimum that
 // is known from other algorithms, starts and a grid, and says what it found.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/search/optimise.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

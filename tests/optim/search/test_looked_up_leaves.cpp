@@ -1,12 +1,7 @@
 // A search on leaves that are looked up, with their own derivatives, against one on full leaves.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/search/optimise.hpp"
 #include "support/small_atlas.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

@@ -1,18 +1,14 @@
 // Whole optimisations of a guide in closed form: the optimum on paper, however it is looked for.
-#include <catch2/catch.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
 
 TEST_CASE("every local algorithm finds the guide's optimum on two active constraints", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   Calls calls;
   const Optimum o = run(document, calls);
   INFO(o.stop_reason);
@@ -67,7 +63,7 @@ TEST_CASE("modes that cross at the optimum stall no algorithm", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = crossing_modes();
+  json document = crossing_modes();
   set_algorithm(document, name);
   Calls calls;
   const Optimum o = run(document, calls);
@@ -81,7 +77,7 @@ TEST_CASE("modes that cross at the optimum stall no algorithm", "[optim]") {
 
 TEST_CASE("only what the goals need is asked of the mechanics", "[optim]") {
   Calls calls;
-  nlohmann::json document = stiff_guide();
+  json document = stiff_guide();
   document["frequencies"] = 3;
   document["optimise"]["constraints"].erase(0);  // the stress
   document["optimise"]["max_evaluations"] = 5;
@@ -101,7 +97,7 @@ TEST_CASE("failed evaluations are recorded and stepped back from", "[optim]") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["design"]["parameters"]["length"] = "130 mm";
   document["optimise"]["starts"] = 3;
   Calls calls;
@@ -121,7 +117,7 @@ TEST_CASE("failed evaluations are recorded and stepped back from", "[optim]") {
 
 TEST_CASE("a start where nothing works is a failed start, not the end", "[optim]") {
   Calls calls;
-  nlohmann::json document = stiff_guide();
+  json document = stiff_guide();
   const Optimum o = run(document, calls, false, {}, 1e3);
   CHECK(o.status == OptimumStatus::failed);
   CHECK_THAT(o.stop_reason, Contains("could be evaluated") && Contains("no equilibrium"));
@@ -144,7 +140,7 @@ TEST_CASE("geometry that contradicts itself is a failed evaluation", "[optim]") 
 TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["optimise"]["constraints"][1]["max"] = "0.01 N";  // least is 0.142 N
   document["optimise"]["max_evaluations"] = 300;
   Calls calls;
@@ -161,10 +157,10 @@ TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
 }
 
 TEST_CASE("a formula alone needs no mechanics but for the final look", "[optim]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["objective"] = {{"minimise", "length*thickness"}};
   document["optimise"]["constraints"] =
-      nlohmann::json::parse(R"([{"expression": "length + 100*thickness", "min": "100 mm"}])");
+      json::parse(R"([{"expression": "length + 100*thickness", "min": "100 mm"}])");
   Calls calls;
   const Optimum o = run(document, calls);
   CHECK(o.status == OptimumStatus::optimal);
@@ -175,7 +171,7 @@ TEST_CASE("a formula alone needs no mechanics but for the final look", "[optim]"
 }
 
 TEST_CASE("starts that miss a formula begin at the nearest point that keeps it", "[optim]") {
-  nlohmann::json document = stiff_guide();
+  json document = stiff_guide();
   document["design"]["parameters"]["length"] = "150 mm";
   document["design"]["parameters"]["thickness"] = "1 mm";
   document["optimise"]["starts"] = 6;
@@ -187,7 +183,7 @@ TEST_CASE("starts that miss a formula begin at the nearest point that keeps it",
 }
 
 TEST_CASE("several starts: the best feasible end wins, each is told", "[optim]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["starts"] = 4;
   document["optimise"]["seed"] = 7;
   Calls calls;
@@ -213,11 +209,11 @@ TEST_CASE("no start ends at a design that it passed by on the way to a worse opt
           "[optim][slow]") {
   const auto name = GENERATE(as<std::string>(), "ipopt", "LD_SLSQP");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["optimise"]["objective"] = {
       {"maximise", "sin(60*length/0.1)*thickness*cos(5000*thickness/0.1)"}};
   document["optimise"]["constraints"] =
-      nlohmann::json::parse(R"([{"expression": "100*length*thickness", "max": 0.005}])");
+      json::parse(R"([{"expression": "100*length*thickness", "max": 0.005}])");
   document["optimise"]["starts"] = 60;
   Calls calls;
   const Optimum o = run(document, calls);
@@ -233,7 +229,7 @@ TEST_CASE("the budget of each start is kept and said", "[optim]") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_NELDERMEAD", "LD_SLSQP", "GN_ISRES", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["optimise"]["max_evaluations"] = 12;
   Calls calls;
   const Optimum o = run(document, calls);

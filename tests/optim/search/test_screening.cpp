@@ -1,20 +1,10 @@
 // A box with a wide hill and a narrow, higher one: what a screening sees that a few starts do not.
-#include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
 #include "optim/search/optimise.hpp"
 #include "support/guide.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
-namespace fs = std::filesystem;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

@@ -1,13 +1,9 @@
 // What follows the starts: stock sizes, the front of two objectives, the optimum of full accuracy.
 // On the guide in closed form: load 60e6 N (t/L)³, envelope L + 40 t ≤ 120 mm.
-#include <catch2/catch.hpp>
-
 #include "support/guide.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
 

@@ -1,10 +1,7 @@
-#include <catch2/catch.hpp>
-
 #include "optim/search/stages.hpp"
 #include "optim/solvers/unit_points.hpp"
 #include "support/guide.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 TEST_CASE("scaled variables come back to the same bits", "[optim]") {
   guide::Calls calls;
@@ -20,7 +17,7 @@ TEST_CASE("scaled variables come back to the same bits", "[optim]") {
 
 TEST_CASE("the first start is the job's own design, moved into the box", "[optim]") {
   guide::Calls calls;
-  nlohmann::json document = guide::stiff_guide();
+  json document = guide::stiff_guide();
   document["optimise"]["starts"] = 3;
   const DesignProblem problem(parse_job(document), {guide::evaluator(calls), by_differences});
   const auto points = start_points(problem, problem.scales(nullptr));
@@ -33,11 +30,11 @@ TEST_CASE("the first start is the job's own design, moved into the box", "[optim
 TEST_CASE("the other starts are the points of the job's spread", "[optim]") {
   const auto spread = GENERATE(as<std::string>(), "sobol", "latin_hypercube");
   guide::Calls calls;
-  nlohmann::json document = guide::stiff_guide();
+  json document = guide::stiff_guide();
   document["optimise"]["starts"] = 9;
   document["optimise"]["seed"] = 5;
   document["optimise"]["spread"] = spread;
-  document["optimise"]["constraints"] = nlohmann::json::array();
+  document["optimise"]["constraints"] = json::array();
   const DesignProblem problem(parse_job(document), {guide::evaluator(calls), by_differences});
   const auto points = start_points(problem, problem.scales(nullptr));
   const auto expected = spread == "sobol" ? sobol_points(2, 8, 5) : latin_hypercube_points(2, 8, 5);

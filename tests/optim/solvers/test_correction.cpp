@@ -1,9 +1,5 @@
 #include "optim/solvers/correction.hpp"
-
-#include <catch2/catch.hpp>
-#include <cmath>
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

@@ -2,13 +2,9 @@
 //
 // W. Hock, K. Schittkowski: Test Examples for Nonlinear Programming Codes, Springer 1981; the
 // numbers are theirs. Variables are scaled into boxes of order one here, equalities are left out.
-#include <catch2/catch.hpp>
-#include <cmath>
-
-#include "core/spec/spec_error.hpp"
+#include "tests/optim/optim_tests.hpp"
 #include "tests/optim/solvers/problems.hpp"
 
-using namespace flexopt;
 using test::options, test::posed, test::Dual, test::Duals;
 
 namespace {
@@ -230,16 +226,15 @@ TEST_CASE("MLSL finds the lowest of many minima with the local method asked for"
   CHECK(minimise(p, start, options(name, 1500)).x == s.x);
   const Case constrained = hs12();
   CHECK_THROWS_WITH(minimise(constrained.problem, constrained.start, options(name, 100)),
-                    Catch::Contains("takes no constraints") && Catch::Contains("LD_AUGLAG"));
+                    Contains("takes no constraints") && Contains("LD_AUGLAG"));
 }
 
 TEST_CASE("a local method where none can run, or another one, is refused", "[optim]") {
   const Case c = hs12();
-  CHECK_THROWS_WITH(
-      minimise(c.problem, c.start, options("LD_SLSQP/LD_MMA", 10)),
-      Catch::Contains("/optimise/algorithm/local") && Catch::Contains("runs no other inside"));
+  CHECK_THROWS_WITH(minimise(c.problem, c.start, options("LD_SLSQP/LD_MMA", 10)),
+                    Contains("/optimise/algorithm/local") && Contains("runs no other inside"));
   CHECK_THROWS_WITH(minimise(c.problem, c.start, options("LD_AUGLAG/LN_COBYLA", 10)),
-                    Catch::Contains("expected one of LD_LBFGS"));
+                    Contains("expected one of LD_LBFGS"));
   CHECK(local_algorithms(options("GN_MLSL", 1)).front() == "LN_SBPLX");
   CHECK(local_algorithms(options("ipopt", 1)).empty());
 }
@@ -263,7 +258,7 @@ TEST_CASE("a search ends where the problem says that it is enough", "[optim]") {
   CHECK(s.f < -20);
   CHECK(s.c[0] <= 1e-5);
   CHECK(after == 0);
-  CHECK_THAT(s.message, Catch::Contains("enough after"));
+  CHECK_THAT(s.message, Contains("enough after"));
 }
 
 TEST_CASE("a warm start of Ipopt with its multipliers stays at the optimum", "[optim]") {

@@ -1,9 +1,5 @@
 #include "optim/solvers/multipliers.hpp"
-
-#include <catch2/catch.hpp>
-#include <cmath>
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 TEST_CASE("the residual of the first-order conditions counts slack constraints", "[optim]") {
   // min x², x ≥ 1 + c at x: multiplier 2 x, complementarity 2 x c where the constraint is not tight

@@ -1,12 +1,8 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "optim/solvers/unit_points.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

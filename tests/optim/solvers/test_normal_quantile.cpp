@@ -1,9 +1,5 @@
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "optim/solvers/unit_points.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 TEST_CASE("the distribution function of the normal quantile is its argument", "[numerics]") {
   for (const double u : {1e-12, 0.001, 0.3, 0.5, 0.9, 0.9999}) {

@@ -1,12 +1,9 @@
 // The algorithms on problems whose optima and multipliers are known.
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <numbers>
 
-#include "core/spec/spec_error.hpp"
+#include "tests/optim/optim_tests.hpp"
 #include "tests/optim/solvers/problems.hpp"
 
-using namespace flexopt;
 using test::options, test::posed, test::Dual, test::Duals;
 
 namespace {
@@ -192,8 +189,8 @@ TEST_CASE("bounded algorithms without constraints work within bounds and refuse 
   CAPTURE(name);
   Problem p = rosenbrock_in_disk();
   CHECK_THROWS_WITH(minimise(p, VectorXd{{0, 0}}, options(name)),
-                    Catch::Contains("/optimise/algorithm/name = " + name) &&
-                        Catch::Contains("takes no constraints") && Catch::Contains("LN_COBYLA"));
+                    Contains("/optimise/algorithm/name = " + name) &&
+                        Contains("takes no constraints") && Contains("LN_COBYLA"));
   p.constraints = 0;
   p.evaluate = [constrained = p.evaluate](const VectorXd& x, bool gradient) {
     Problem::Value v = constrained(x, gradient);
@@ -249,13 +246,13 @@ TEST_CASE("what the problem throws comes out of every library", "[optim]") {
 TEST_CASE("unknown libraries and algorithms are refused with what there is", "[optim]") {
   OptimiserOptions o;
   o.library = "matlab";
-  CHECK_THROWS_WITH(needs_gradients(o), Catch::Contains("/optimise/algorithm/library = matlab") &&
-                                            Catch::Contains("nlopt or ipopt"));
+  CHECK_THROWS_WITH(needs_gradients(o),
+                    Contains("/optimise/algorithm/library = matlab") && Contains("nlopt or ipopt"));
   o.library = "nlopt";
   o.name = "LD_SLSQ";
   CHECK_THROWS_AS(minimise(rosenbrock_in_disk(), in_disk, o), SpecError);
   CHECK_THROWS_WITH(minimise(rosenbrock_in_disk(), in_disk, o),
-                    Catch::Contains("LD_SLSQP") && Catch::Contains("GN_ISRES"));
+                    Contains("LD_SLSQP") && Contains("GN_ISRES"));
   CHECK(algorithms().size() == 21);
 }
 

@@ -1,13 +1,10 @@
 #include "optim/solvers/sharing.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-#include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <map>
 #include <mutex>
 #include <set>
-
-using namespace flexopt;
 
 namespace {
 

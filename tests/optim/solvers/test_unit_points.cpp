@@ -1,10 +1,7 @@
 #include "optim/solvers/unit_points.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <set>
-
-using namespace flexopt;
 
 namespace {
 

@@ -1,18 +1,10 @@
 // Errors against full accuracy by their definition, and batches that are killed and go on.
 #include "optim/studies/compare.hpp"
 
-#include <catch2/catch.hpp>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
-namespace fs = std::filesystem;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

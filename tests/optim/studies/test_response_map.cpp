@@ -1,16 +1,10 @@
 // A map is the design's own numbers at each of its points, in closed form.
 #include "optim/studies/response_map.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "support/guide.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
 

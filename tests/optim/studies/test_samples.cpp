@@ -1,12 +1,6 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/studies/comparison.hpp"
 #include "support/guide.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

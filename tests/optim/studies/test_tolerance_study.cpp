@@ -1,13 +1,7 @@
 #include "optim/studies/tolerance_study.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/problem/stroke_sensitivity.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 

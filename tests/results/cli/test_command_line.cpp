@@ -1,17 +1,10 @@
 // The program as a user starts it: exit codes, what it prints where, and what it leaves behind.
-#include <catch2/catch.hpp>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <regex>
 
 #include "results/files/json_text.hpp"
-#include "support/leaf_job.hpp"
-#include "support/program.hpp"
 #include "support/wrong_designs.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

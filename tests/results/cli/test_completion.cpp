@@ -1,16 +1,10 @@
 // The scripts that complete command lines, run by the shells themselves.
-#include <algorithm>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "designs/describe.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/printed.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -75,7 +69,7 @@ TEST_CASE("The program prints its scripts, and refuses other shells", "[results]
   CHECK(folder.run("completion zsh").out == zsh_completion());
   const test::Outcome other = folder.run("completion fish");
   CHECK(other.code == 2);
-  CHECK_THAT(other.err, Catch::Contains("fish"));
+  CHECK_THAT(other.err, Contains("fish"));
 }
 
 TEST_CASE("The script for zsh names every command and option once", "[results][terminal]") {
@@ -87,7 +81,7 @@ TEST_CASE("The script for zsh names every command and option once", "[results][t
     REQUIRE(begin != std::string::npos);
     const std::string own = script.substr(begin, script.find(";;", begin) - begin);
     for (const CommandArgument& argument : command.arguments)
-      for (const std::string& name : argument.names) CHECK_THAT(own, Catch::Contains(name + "["));
+      for (const std::string& name : argument.names) CHECK_THAT(own, Contains(name + "["));
   }
   const test::Workplace folder;
   if (std::system("command -v zsh >/dev/null") != 0) {

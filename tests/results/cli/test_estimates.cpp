@@ -1,12 +1,6 @@
 // Estimated errors as a user meets them: result.json, path.csv, what is chosen, exit codes.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "results/files/json_text.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

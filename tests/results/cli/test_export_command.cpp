@@ -1,15 +1,8 @@
 // flexopt export as a user starts it: exit codes, messages, files.
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <cstdlib>
-#include <filesystem>
 
 #include "results/export/formats.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

@@ -1,20 +1,12 @@
 // Jobs to start from, of every family and of design files: they are right, and worth running.
 #include "results/cli/new_job.hpp"
 
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "optim/job/job_sections.hpp"
 #include "results/cli/start_design.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-using nlohmann::json;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

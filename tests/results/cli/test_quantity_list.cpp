@@ -1,17 +1,9 @@
 // Every number that `flexopt quantities` lists, everywhere: goals, their derivatives, result.json,
 // path.csv. The table of quantities drives these tests: a new row is in them by itself.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "optim/problem/design_problem.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/csv.hpp"
-#include "results/files/result_json.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

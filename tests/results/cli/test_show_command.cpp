@@ -1,15 +1,8 @@
 // flexopt show: the page of a mechanism of which nothing was computed.
-#include <fstream>
-#include <nlohmann/json.hpp>
-
 #include "optim/job/job.hpp"
 #include "results/files/scene.hpp"
 #include "results/run/run.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

@@ -1,10 +1,5 @@
-#include <catch2/catch.hpp>
-
 #include "results/cli/printed.hpp"
-#include "support/fixture.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
+#include "tests/results/results_tests.hpp"
 
 TEST_CASE("The summary of an evaluation shows the ends of the stroke in a designer's units",
           "[results][summary]") {

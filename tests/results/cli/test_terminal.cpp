@@ -1,14 +1,8 @@
 // What a run says while it goes on, on a terminal and in a file, and run --json.
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <regex>
 
-#include "support/leaf_job.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

@@ -1,16 +1,9 @@
 // The worst and the critical errors of assembly of a run: in result.json and in the summary.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "results/cli/printed.hpp"
-#include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
+#include "tests/results/results_tests.hpp"
 
 TEST_CASE("errors of assembly stand in the result with leaf, end and stroke", "[assembly]") {
   const Job job = parse_job(nlohmann::json::parse(R"({

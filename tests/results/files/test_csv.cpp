@@ -1,14 +1,11 @@
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <limits>
 #include <map>
 
 #include "core/response/quantities.hpp"
 #include "results/files/csv.hpp"
-#include "support/fixture.hpp"
 #include "support/models.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

@@ -1,9 +1,4 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "results/files/result_json.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

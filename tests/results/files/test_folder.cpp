@@ -1,18 +1,11 @@
 #include <sys/resource.h>
 
-#include <catch2/catch.hpp>
 #include <csignal>
-#include <fstream>
 #include <string>
 
-#include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
 #include "support/left_draft.hpp"
-#include "support/refusals.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 TEST_CASE("A file appears whole and leaves no temporary file", "[results][folder]") {
   const test::TemporaryFolder folder;
@@ -60,7 +53,7 @@ TEST_CASE("A file in the way of the output folder is wrong input", "[results][fo
     const SpecError error = test::refusal_of([&] { OutputFolder made(path); });
     CHECK(error.pointer() == "--out");
     CHECK(error.value() == path.string());
-    CHECK_THAT(error.rule(), Catch::Contains("is a file"));
+    CHECK_THAT(error.rule(), Contains("is a file"));
   }
   CHECK_THROWS_AS(check_writable(""), SpecError);
   CHECK_THROWS_AS(check_writable("/proc/nothing/here"), SpecError);

@@ -1,12 +1,7 @@
 #include "results/files/json_text.hpp"
+#include "tests/results/results_tests.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
-using namespace flexopt;
 
 TEST_CASE("JSON text reads back to the same numbers, keys in the order of writing", "[results]") {
   OrderedJson document;

@@ -1,11 +1,5 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
-#include "support/fixture.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

@@ -1,9 +1,5 @@
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "results/files/scene.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

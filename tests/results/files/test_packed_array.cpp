@@ -1,11 +1,7 @@
 #include <zlib.h>
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "results/files/scene.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

@@ -1,11 +1,5 @@
 // Which design is best: the order, and what the whole result takes from it.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
-#include "results/files/result_json.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

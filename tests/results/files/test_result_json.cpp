@@ -1,17 +1,9 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "core/math/rotation.hpp"
 #include "results/files/csv.hpp"
-#include "results/files/result_json.hpp"
-#include "support/fixture.hpp"
 #include "support/models.hpp"
-#include "tests/results/expected_json.hpp"
-
-using namespace flexopt;
-using test::unlike, test::unlike_text;
+#include "tests/results/results_tests.hpp"
 
 TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these",
           "[results][json][drive]") {
@@ -94,7 +86,7 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
     CHECK(unlike_text(json["modes"][3], R"({"kind": "drive", "participation": {"drive": 0.99}})") ==
           "");
     CHECK(json["leaves"][1]["model"] == "full");
-    CHECK_THAT(json["leaves"][1]["reason"].get<std::string>(), Catch::Contains("off-ray"));
+    CHECK_THAT(json["leaves"][1]["reason"].get<std::string>(), Contains("off-ray"));
   }
   CHECK(unlike_text(result["units"], R"({"drive_load": "N m", "principal_stiffness": "N/m",
       "support_stiffness": {"ux": "N/m"}, "parameters": {"half_angle": "rad"}})") == "");
@@ -127,7 +119,7 @@ TEST_CASE("Frequency derivatives are in the result, under the contract's names",
     "d2_omega2": -9.1e8, "d_compliance": 2e-12, "d2_compliance": 5.4e-4,
     "valid_to": {"omega2": null, "compliance": 0.21}})") == "");
   CHECK_THAT(result["units"]["frequency_derivatives"].get<std::string>(),
-             Catch::Contains("per stroke in rad"));
+             Contains("per stroke in rad"));
   record.job.request.loads.growing = {load_at_O(Vector6d::Zero())};  // nothing is driven
   CHECK_FALSE(make_result(record).contains("frequency_derivatives"));
 }
@@ -208,7 +200,7 @@ TEST_CASE("A number that is not finite is null, is named, and makes the run unus
   CHECK(result["path"][1]["drive_load"].is_null());
   CHECK(result["status"] == "not_finite");
   CHECK_THAT(result["message"].get<std::string>(),
-             Catch::Contains("2 numbers are not finite, first at /path/1/drive_load"));
+             Contains("2 numbers are not finite, first at /path/1/drive_load"));
   CHECK_FALSE(usable(result));
 }
 
@@ -286,7 +278,7 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   CHECK_THAT(csv, Catch::StartsWith("point,bound [N m],objective: parasitic_frequency min [Hz],"
                                     "second: drive_load [N m],d objective / d bound [SI],length"));
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 3);
-  CHECK_THAT(csv, Catch::Contains("\n1,0.2,120.5,0.2,85,"));
+  CHECK_THAT(csv, Contains("\n1,0.2,120.5,0.2,85,"));
   const std::string history = history_csv(record.job, o, drive_direction(record.mechanism));
   CHECK_THAT(history, Catch::EndsWith(",verification,full\n"));
 }

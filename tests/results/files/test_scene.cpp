@@ -1,12 +1,7 @@
 #include "results/files/scene.hpp"
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "support/fixture.hpp"
 #include "support/models.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

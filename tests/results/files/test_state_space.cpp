@@ -1,13 +1,6 @@
 // Linear models in files: JSON that has them whole, and a script that reads back to the same bits.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "results/files/result_parts.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

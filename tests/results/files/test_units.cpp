@@ -1,8 +1,5 @@
 #include "results/files/units.hpp"
-
-#include <catch2/catch.hpp>
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 TEST_CASE("units of loads and stiffness follow the direction", "[results]") {
   CHECK(load_unit(Direction::uy) == "N");

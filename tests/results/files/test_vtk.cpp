@@ -1,15 +1,11 @@
-#include <catch2/catch.hpp>
-#include <fstream>
 #include <regex>
 #include <stack>
 
 #include "results/files/vtk.hpp"
-#include "support/fixture.hpp"
 #include "support/vtu.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using test::data_array;
-namespace fs = std::filesystem;
 
 namespace {
 

@@ -1,19 +1,13 @@
 // Folders and clocks as they are on shared machines: read-only, removed, shared, going back.
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 
-#include "support/leaf_job.hpp"
-#include "support/program.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::test;
-using Catch::Matchers::Contains;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -140,7 +134,7 @@ TEST_CASE("a folder that is removed while a run goes on ends it in words", "[fol
     if (fs::exists(out)) {
       for (const auto& [name, text] : files_of(out)) {
         CAPTURE(name);
-        if (name.ends_with(".json")) CHECK(nlohmann::json::accept(text));
+        if (name.ends_with(".json")) CHECK(json::accept(text));
         CHECK_FALSE(name.ends_with(".new"));
       }
     }

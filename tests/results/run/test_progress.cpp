@@ -1,14 +1,11 @@
 #include "results/run/progress.hpp"
+#include "tests/results/results_tests.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <thread>
-
-using namespace flexopt;
 
 namespace {
 
@@ -49,7 +46,7 @@ TEST_CASE("Progress is plain lines in a file and silent when quiet", "[results][
   const std::string lines = printed(ProgressStyle::lines);
   CHECK(lines.find('\r') == std::string::npos);
   CHECK(std::count(lines.begin(), lines.end(), '\n') == 1 + 2);  // the message, both ends
-  CHECK_THAT(lines, Catch::Contains("\n100/100 best 1 Hz\n"));
+  CHECK_THAT(lines, Contains("\n100/100 best 1 Hz\n"));
   std::FILE* file = std::tmpfile();
   REQUIRE(file);
   CHECK(progress_style(file, false) == ProgressStyle::lines);

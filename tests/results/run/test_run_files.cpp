@@ -1,15 +1,8 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/run_files.hpp"
-#include "support/fixture.hpp"
-
-using namespace flexopt;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 TEST_CASE("A run leaves exactly its files", "[results][run]") {
   const test::TemporaryFolder folder;

@@ -1,16 +1,10 @@
 // Optimisations whose accuracy is chosen search on looked-up leaves of the job's own mesh, and end
 // at the optimum of the mesh that was chosen.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "results/files/result_json.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "support/small_atlas.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

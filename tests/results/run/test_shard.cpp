@@ -1,17 +1,11 @@
 // Shards of a run and their merging, as a user does it.
 #include "results/run/shard.hpp"
 
-#include <catch2/catch.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
 #include "results/files/json_text.hpp"
-#include "support/leaf_job.hpp"
-#include "support/program.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::test;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -49,7 +43,7 @@ TEST_CASE("a shard is one of so many", "[shard]") {
   CHECK(shard.of == 16);
   for (const char* text : {"", "3", "3/", "/16", "0/16", "17/16", "3/16/2", "a/b", "3/0", "-1/4"}) {
     CAPTURE(text);
-    CHECK_THROWS_WITH(read_shard(text), Catch::Contains("expected NUMBER/OF"));
+    CHECK_THROWS_WITH(read_shard(text), Contains("expected NUMBER/OF"));
   }
 }
 
@@ -115,12 +109,11 @@ TEST_CASE("what is missing is told, or computed", "[shard]") {
   fs::remove_all(runs.path() / "shard.2");
   const Outcome told = runs.run("merge shard.1 shard.3 shard.4 --out merged");
   CHECK(told.code == 2);
-  CHECK_THAT(told.err, Catch::Contains("shards 2 of 4") && Catch::Contains("--array=2"));
+  CHECK_THAT(told.err, Contains("shards 2 of 4") && Contains("--array=2"));
   CHECK_FALSE(runs.has("merged"));
   const Outcome computed = runs.run("merge shard.1 shard.3 shard.4 shard.3 --compute --out merged");
   CHECK(computed.code == 0);
-  CHECK_THAT(computed.err,
-             Catch::Contains("shard 3 is there twice") && Catch::Contains("9 from the log"));
+  CHECK_THAT(computed.err, Contains("shard 3 is there twice") && Contains("9 from the log"));
   CHECK(runs.content("merged/evaluations.jsonl") == runs.content("alone/evaluations.jsonl"));
 }
 
@@ -131,7 +124,7 @@ TEST_CASE("what does not belong together is refused", "[shard]") {
     const Outcome outcome = runs.run(arguments);
     CAPTURE(arguments, outcome.err);
     CHECK(outcome.code == 2);
-    CHECK_THAT(outcome.err, Catch::Contains(why));
+    CHECK_THAT(outcome.err, Contains(why));
   };
   refused("merge shard.1 nowhere --out merged", "no shard.json in it");
   refused("merge shard.1 shard.2 --out shard.1", "a shard is in this folder");
@@ -165,14 +158,14 @@ TEST_CASE("two values of one evaluation are refused", "[shard]") {
   put(file, log_text(log_identity_of(file), lines));
   const Outcome outcome = runs.run("merge shard.1 shard.2 again --out merged");
   CHECK(outcome.code == 2);
-  CHECK_THAT(outcome.err, Catch::Contains("expected the same values as in"));
+  CHECK_THAT(outcome.err, Contains("expected the same values as in"));
   // what does not fit its checksum is no value
   std::string spoilt = runs.content("again/evaluations.jsonl");
   spoilt.erase(spoilt.find(before) + before.size(), 1);
   put(file, spoilt);
   const Outcome refused = runs.run("merge shard.1 shard.2 again --out merged");
   CHECK(refused.code == 2);
-  CHECK_THAT(refused.err, Catch::Contains("line 2: {") && Catch::Contains("checksum"));
+  CHECK_THAT(refused.err, Contains("line 2: {") && Contains("checksum"));
 }
 
 TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
@@ -196,6 +189,6 @@ TEST_CASE("a job without independent work has no shards", "[shard]") {
   Runs runs(leaf_job());
   const Outcome outcome = runs.run("run leaf.json --shard 1/2");
   CHECK(outcome.code == 2);
-  CHECK_THAT(outcome.err, Catch::Contains("no independent work to share"));
+  CHECK_THAT(outcome.err, Contains("no independent work to share"));
   CHECK_FALSE(runs.has("leaf.1-of-2.out"));
 }

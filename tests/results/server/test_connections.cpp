@@ -1,16 +1,14 @@
 #include <sys/eventfd.h>
 
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
 #include <vector>
 
 #include "results/server/local_server.hpp"
 #include "support/loopback.hpp"
-#include "support/refusals.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using namespace std::chrono_literals;
 
 namespace {

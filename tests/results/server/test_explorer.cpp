@@ -1,15 +1,6 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
-#include "results/files/result_json.hpp"
 #include "results/run/run.hpp"
 #include "results/server/explorer.hpp"
-#include "support/leaf_job.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-using nlohmann::json;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

@@ -1,9 +1,7 @@
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "results/server/guard.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

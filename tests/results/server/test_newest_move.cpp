@@ -1,12 +1,11 @@
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
 #include <vector>
 
 #include "results/server/newest_move.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using namespace std::chrono_literals;
 
 TEST_CASE("Of those who wait the newest alone has its turn", "[results][server]") {

@@ -1,9 +1,6 @@
-#include <catch2/catch.hpp>
-
 #include "results/server/guard.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
-using Catch::Contains;
 using State = RequestText::State;
 
 namespace {

@@ -4,17 +4,12 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "results/files/folder.hpp"
 #include "results/files/json_text.hpp"
 #include "support/binary.hpp"
 #include "support/loopback.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
-using Catch::Contains;
 using Catch::StartsWith;
 
 namespace {

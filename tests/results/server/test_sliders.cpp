@@ -1,13 +1,5 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "results/server/explorer.hpp"
-#include "support/refusals.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-using nlohmann::json;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 

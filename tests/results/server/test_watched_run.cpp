@@ -1,17 +1,9 @@
-#include <catch2/catch.hpp>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <thread>
 
-#include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
 #include "results/run/run_files.hpp"
 #include "results/server/watched_run.hpp"
-#include "support/fixture.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
