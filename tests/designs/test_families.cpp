@@ -54,7 +54,7 @@ void check_place(const LeafSpring& leaf, const Vector3d& origin, const Vector3d&
 
 }  // namespace
 
-TEST_CASE("every family makes a mechanism that breaks no rule", "[designs]") {
+TEST_CASE("every family makes a mechanism that breaks no rule") {
   for (const auto& [name, values] : {std::pair{"leaf_spring", spring},
                                      {"parallel_guide", guide},
                                      {"cross_hinge", cross},
@@ -79,8 +79,7 @@ TEST_CASE("every family makes a mechanism that breaks no rule", "[designs]") {
   }
 }
 
-TEST_CASE("every family at its defaults is stable at rest, plates with thick ends too",
-          "[designs]") {
+TEST_CASE("every family at its defaults is stable at rest, plates with thick ends too") {
   int looked_at = 0;
   for (const Family& family : families()) {
     CAPTURE(family.name);
@@ -107,8 +106,7 @@ TEST_CASE("every family at its defaults is stable at rest, plates with thick end
   CHECK(looked_at >= 20);
 }
 
-TEST_CASE("a leaf spring reaches from the origin along x, O in the middle of its tip",
-          "[designs]") {
+TEST_CASE("a leaf spring reaches from the origin along x, O in the middle of its tip") {
   const Mechanism m = make("leaf_spring", spring);
   REQUIRE(m.leaves.size() == 1);
   check_place(m.leaves[0], {0, 0, 0}, {0.08, 0, 0});
@@ -116,7 +114,7 @@ TEST_CASE("a leaf spring reaches from the origin along x, O in the middle of its
   CHECK(drive_direction(m) == Direction::uy);
 }
 
-TEST_CASE("a hinged tip edge is a body of its own on a revolute joint about z", "[designs]") {
+TEST_CASE("a hinged tip edge is a body of its own on a revolute joint about z") {
   const Family& family = find_family("leaf_spring", "");
   FamilyChoices choices = default_choices(family);
   choices["tip"] = "hinged";
@@ -132,7 +130,7 @@ TEST_CASE("a hinged tip edge is a body of its own on a revolute joint about z", 
   CHECK(m.joints[0].axis == Vector3d::UnitZ());
 }
 
-TEST_CASE("directions hold the rates of joints and material points too", "[designs]") {
+TEST_CASE("directions hold the rates of joints and material points too") {
   struct Case {
     std::string family;
     ParameterValues values;
@@ -171,7 +169,7 @@ TEST_CASE("directions hold the rates of joints and material points too", "[desig
                   std::invalid_argument);
 }
 
-TEST_CASE("the leaves of a parallel guide lie at half the spacing", "[designs]") {
+TEST_CASE("the leaves of a parallel guide lie at half the spacing") {
   const Mechanism m = make("parallel_guide", guide);
   REQUIRE(m.leaves.size() == 2);
   check_place(m.leaves[0], {0, 0.03, 0}, {0.1, 0.03, 0});
@@ -180,7 +178,7 @@ TEST_CASE("the leaves of a parallel guide lie at half the spacing", "[designs]")
   CHECK(drive_direction(m) == Direction::uy);
 }
 
-TEST_CASE("the leaves of a cross hinge cross the axis at the crossing fraction", "[designs]") {
+TEST_CASE("the leaves of a cross hinge cross the axis at the crossing fraction") {
   const Mechanism m = make("cross_hinge", cross);
   REQUIRE(m.leaves.size() == 2);
   const double c = std::cos(pi / 6), s = std::sin(pi / 6), z = 0.0155;
@@ -190,7 +188,7 @@ TEST_CASE("the leaves of a cross hinge cross the axis at the crossing fraction",
   CHECK(drive_direction(m) == Direction::rz);
 }
 
-TEST_CASE("the outer leaves of a three-flexure hinge mirror each other in z", "[designs]") {
+TEST_CASE("the outer leaves of a three-flexure hinge mirror each other in z") {
   const Mechanism m = make("three_flexure_cross_hinge", three);
   REQUIRE(m.leaves.size() == 3);
   const double a = 0.044 / std::sqrt(2.0), z = 0.025 + 1e-3 + 0.01;
@@ -202,7 +200,7 @@ TEST_CASE("the outer leaves of a three-flexure hinge mirror each other in z", "[
   CHECK(m.leaves[2].width == 0.02);
 }
 
-TEST_CASE("leaves that intersect are refused at the parameter that keeps them apart", "[designs]") {
+TEST_CASE("leaves that intersect are refused at the parameter that keeps them apart") {
   CHECK_THAT(complaint("parallel_guide", with(guide, "spacing", 4e-4)),
              Contains("/design/parameters/spacing = 0.0004 m") && Contains("intersect"));
   CHECK_THAT(complaint("cross_hinge", with(cross, "gap", -1e-4)),
@@ -215,21 +213,21 @@ TEST_CASE("leaves that intersect are refused at the parameter that keeps them ap
         "accepted");
 }
 
-TEST_CASE("a leaf as thick as long or wide is refused", "[designs]") {
+TEST_CASE("a leaf as thick as long or wide is refused") {
   CHECK_THAT(complaint("leaf_spring", with(spring, "thickness", 0.02)),
              Contains("/design/parameters/thickness = 0.02 m") && Contains("thickness < 0.02 m"));
   CHECK_THAT(complaint("three_flexure_cross_hinge", with(three, "outer_width", 1e-4)),
              Contains("thickness < 0.0001 m (outer +z)"));
 }
 
-TEST_CASE("an unknown family is refused with the known ones", "[designs]") {
+TEST_CASE("an unknown family is refused with the known ones") {
   CHECK_THROWS_WITH(find_family("cross_hing", "/design/family"),
                     Contains("/design/family = \"cross_hing\"") &&
                         Contains("did you mean 'cross_hinge'") &&
                         Contains("three_flexure_cross_hinge"));
 }
 
-TEST_CASE("the tables of the families are sound", "[designs]") {
+TEST_CASE("the tables of the families are sound") {
   for (const Family& family : families()) {
     INFO(family.name);
     CHECK_FALSE(family.summary.empty());
@@ -244,7 +242,7 @@ TEST_CASE("the tables of the families are sound", "[designs]") {
   }
 }
 
-TEST_CASE("built-in materials are sound and name their source", "[designs]") {
+TEST_CASE("built-in materials are sound and name their source") {
   REQUIRE(materials().size() >= 5);
   for (const NamedMaterial& m : materials()) {
     INFO(m.material.name);
@@ -257,7 +255,7 @@ TEST_CASE("built-in materials are sound and name their source", "[designs]") {
   }
 }
 
-TEST_CASE("families in words have every parameter with unit, range and default", "[designs]") {
+TEST_CASE("families in words have every parameter with unit, range and default") {
   CHECK_THAT(describe_families(), Contains("three_flexure_cross_hinge") && Contains("stavax"));
   const std::string text = describe_family(find_family("cross_hinge", ""));
   for (const Parameter& p : find_family("cross_hinge", "").parameters)

@@ -52,7 +52,7 @@ json without_clock(const fs::path& out) {
 
 }  // namespace
 
-TEST_CASE("a batch killed and started again ends with the same bytes", "[jobs][compare][slow]") {
+TEST_CASE("a batch killed and started again ends with the same bytes", "[slow]") {
   const Folder folder;
   const fs::path job = folder / "job.json";
   std::ofstream(job) << job_document().dump();

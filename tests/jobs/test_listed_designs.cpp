@@ -48,7 +48,7 @@ json job_document() {
 
 }  // namespace
 
-TEST_CASE("listed designs are ranked, one without a feasible point last", "[jobs][optim][slow]") {
+TEST_CASE("listed designs are ranked, one without a feasible point last", "[slow]") {
   const Folder folder;
   const fs::path file = folder / "job.json", out = folder / "out";
   std::ofstream(file) << job_document().dump();
@@ -78,7 +78,7 @@ TEST_CASE("listed designs are ranked, one without a feasible point last", "[jobs
   }
 }
 
-TEST_CASE("listed designs killed again and again end with the same bytes", "[jobs][optim][slow]") {
+TEST_CASE("listed designs killed again and again end with the same bytes", "[slow]") {
   const Folder folder;
   const fs::path file = folder / "job.json", through = folder / "through", out = folder / "out";
   std::ofstream(file) << job_document().dump();
@@ -110,7 +110,7 @@ TEST_CASE("listed designs killed again and again end with the same bytes", "[job
   }
 }
 
-TEST_CASE("listed designs are evaluated side by side", "[jobs]") {
+TEST_CASE("listed designs are evaluated side by side") {
   const Folder folder;
   json document = job_document();
   document["job"] = "evaluate";
@@ -126,8 +126,7 @@ TEST_CASE("listed designs are evaluated side by side", "[jobs]") {
   CHECK(result["path"] == result["designs"][0]["result"]["path"]);
 }
 
-TEST_CASE("six hinges compared, shortened: the cartwheel wins, and slaving the stage helps",
-          "[jobs][optim][slow]") {
+TEST_CASE("of six hinges, shortened, the cartwheel wins, and slaving the stage helps", "[slow]") {
   const Folder folder;
   json document =
       json::parse(read(fs::path(FLEXOPT_SOURCE_DIR) / "designs/studies/six_hinges.json"));

@@ -46,7 +46,7 @@ json result_of(const Folder& place, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("each load case has the result of a job with this case alone", "[jobs][slow]") {
+TEST_CASE("each load case has the result of a job with this case alone", "[slow]") {
   const Folder place;
   REQUIRE(run(place, "all", job_document()) == 0);
   const json all = result_of(place, "all");
@@ -91,8 +91,7 @@ TEST_CASE("each load case has the result of a job with this case alone", "[jobs]
   CHECK(fs::exists(place / "all" / "tolerances.csv"));
 }
 
-TEST_CASE("an optimisation over load cases that was cut short ends with the same bytes",
-          "[jobs][slow]") {
+TEST_CASE("an optimisation over load cases that was cut short ends with the same bytes", "[slow]") {
   const Folder place;
   json document = job_document();
   document["job"] = "optimise";

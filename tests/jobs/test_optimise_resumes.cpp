@@ -64,7 +64,7 @@ std::map<std::string, int> counted(const std::vector<json>& evaluations) {
 
 }  // namespace
 
-TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][optim][slow]") {
+TEST_CASE("an optimisation killed ten times ends with the same bytes", "[slow]") {
   const bool global = GENERATE(false, true);
   CAPTURE(global);
   const Folder folder;
@@ -129,7 +129,7 @@ TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][o
   }
 }
 
-TEST_CASE("an infeasible job exits 1 with the least violated design", "[jobs][optim]") {
+TEST_CASE("an infeasible job exits 1 with the least violated design") {
   const Folder folder;
   json document = job_document();
   json& o = document["optimise"];

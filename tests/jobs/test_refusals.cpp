@@ -31,8 +31,7 @@ std::string refused(const Workplace& place, const json& item) {
 
 }  // namespace
 
-TEST_CASE("every wrong job ends with exit code 2, place and rule, and writes nothing",
-          "[jobs][slow]") {
+TEST_CASE("every wrong job ends with exit code 2, place and rule, and writes nothing", "[slow]") {
   const Workplace place;
   REQUIRE(table()["cases"].size() >= 40);
   for (const json& item : table()["cases"]) {
@@ -43,7 +42,7 @@ TEST_CASE("every wrong job ends with exit code 2, place and rule, and writes not
   }
 }
 
-TEST_CASE("a job with several faults has a line for each, in the order of the file", "[jobs]") {
+TEST_CASE("a job with several faults has a line for each, in the order of the file") {
   const Workplace place;
   const std::string text = R"({
   "flexopt": 1, "name": "guide", "jop": "evaluate",
@@ -95,7 +94,7 @@ TEST_CASE("a job with several faults has a line for each, in the order of the fi
   }
 }
 
-TEST_CASE("every fault of a job reaches stderr with its place, and nothing is written", "[jobs]") {
+TEST_CASE("every fault of a job reaches stderr with its place, and nothing is written") {
   const Workplace place;
   for (const json& item : table()["several"]) {
     INFO(item["name"].get<std::string>());
@@ -107,7 +106,7 @@ TEST_CASE("every fault of a job reaches stderr with its place, and nothing is wr
   }
 }
 
-TEST_CASE("of very many faults the first 50 are shown and the others counted", "[jobs]") {
+TEST_CASE("of very many faults the first 50 are shown and the others counted") {
   const Workplace place;
   json job = table()["bases"]["evaluate"];
   job["loads"] = json::array();
@@ -119,7 +118,7 @@ TEST_CASE("of very many faults the first 50 are shown and the others counted", "
                               !Contains("/loads/50/"));
 }
 
-TEST_CASE("what is no job file ends with exit code 2 and its name", "[jobs]") {
+TEST_CASE("what is no job file ends with exit code 2 and its name") {
   const Workplace place;
   const std::string whole = table()["bases"]["evaluate"].dump(2);
   const auto refused = [&](const std::string& name, const std::string& says) {
@@ -149,7 +148,7 @@ TEST_CASE("what is no job file ends with exit code 2 and its name", "[jobs]") {
   refused("missing.json", "no such file");
 }
 
-TEST_CASE("a wrong design file is refused with its own file, line and column", "[jobs]") {
+TEST_CASE("a wrong design file is refused with its own file, line and column") {
   const Workplace place;
   const char* design = R"({
   "flexopt_design": 1,

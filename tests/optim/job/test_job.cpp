@@ -2,7 +2,7 @@
 #include "support/base_jobs.hpp"
 #include "tests/optim/optim_tests.hpp"
 
-TEST_CASE("an evaluate job is read into SI", "[optim][job]") {
+TEST_CASE("an evaluate job is read into SI") {
   const Job job = parse_job(base_job("evaluate"));
   CHECK(job.name == "guide");
   CHECK(job.kind == JobKind::evaluate);
@@ -25,7 +25,7 @@ TEST_CASE("an evaluate job is read into SI", "[optim][job]") {
   CHECK(job.notes.empty());
 }
 
-TEST_CASE("what stays away gets the defaults of the structs", "[optim][job]") {
+TEST_CASE("what stays away gets the defaults of the structs") {
   json document = base_job("evaluate");
   for (const char* key : {"end_effector", "loads", "model", "frequencies", "job", "name"})
     document.erase(key);
@@ -46,8 +46,7 @@ TEST_CASE("what stays away gets the defaults of the structs", "[optim][job]") {
   CHECK(job.kind == JobKind::evaluate);
 }
 
-TEST_CASE("gravity, warmth and errors of assembly are read by the names of leaves",
-          "[optim][job]") {
+TEST_CASE("gravity, warmth and errors of assembly are read by the names of leaves") {
   json document = base_job("evaluate");
   document["design"]["material"]["thermal_expansion"] = "12e-6 1/K";
   document["gravity"] = json::parse(R"([0, "-9.81 m/s^2", 0])");
@@ -84,8 +83,7 @@ TEST_CASE("gravity, warmth and errors of assembly are read by the names of leave
   CHECK_FALSE(says(parse_job(document)));
 }
 
-TEST_CASE("all of one material that is warm expands freely, whatever its leaves consist of",
-          "[optim][job][temperature]") {
+TEST_CASE("all of one material that is warm expands freely, whatever its leaves consist of") {
   const json base = json::parse(R"({
     "flexopt": 1, "job": "evaluate", "stroke": {"at": [0]}, "model": {"mesh": [6, 2]},
     "temperature": {"change": "100 K", "bodies": {"ground": "100 K", "end_effector": "100 K"}},
@@ -138,7 +136,7 @@ TEST_CASE("all of one material that is warm expands freely, whatever its leaves 
   CHECK(cold.max_stress->value > 1e7);
 }
 
-TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[optim][job]") {
+TEST_CASE("loads add up, stroke points may be listed, modes may be skipped") {
   json document = base_job("evaluate");
   document["loads"] = json::parse(R"([{"force": ["1 N", 2, 0]}, {"force": [0, 1, 0],
                                        "moment": [0, 0, "3 N mm"]}])");
@@ -168,7 +166,7 @@ TEST_CASE("loads add up, stroke points may be listed, modes may be skipped", "[o
   CHECK(job.request.newton.tolerance == 1e-10);
 }
 
-TEST_CASE("loads act on any body at any place", "[optim][job]") {
+TEST_CASE("loads act on any body at any place") {
   json document = base_job("cantilever");
   document["design"]["tip"] = "hinged";
   document["loads"] = json::parse(R"([
@@ -195,7 +193,7 @@ TEST_CASE("loads act on any body at any place", "[optim][job]") {
   CHECK(parse_job(document).request.loads.constant[0].place == Vector3d(0.1, 2e-3, 0));
 }
 
-TEST_CASE("the reduction and the cut of the leaves are read", "[optim][job]") {
+TEST_CASE("the reduction and the cut of the leaves are read") {
   json document = base_job("evaluate");
   CHECK(parse_job(document).model.method == Reduction::mixed_potential);
   document["model"]["superelements"] = 1;  // says what is
@@ -220,7 +218,7 @@ TEST_CASE("the reduction and the cut of the leaves are read", "[optim][job]") {
   CHECK(parse_job(document).model.modal_derivatives == ModalDerivativeSet::bending);
 }
 
-TEST_CASE("the stroke holds both ends exactly, and may stay at zero", "[optim][job]") {
+TEST_CASE("the stroke holds both ends exactly, and may stay at zero") {
   json document = base_job("optimise");
   document["stroke"] = {{"from", "-20 deg"}, {"to", "20 deg"}, {"points", 9}};
   const std::vector<double> points = parse_job(document).request.points;
@@ -234,7 +232,7 @@ TEST_CASE("the stroke holds both ends exactly, and may stay at zero", "[optim][j
   CHECK(parse_job(document).request.points == std::vector<double>{0});
 }
 
-TEST_CASE("a symmetric inertia is read whole", "[optim][job]") {
+TEST_CASE("a symmetric inertia is read whole") {
   json document = base_job("evaluate");
   document["end_effector"]["inertia"] = json::parse("[[2, 0.1, 0], [0.1, 2, 0.2], [0, 0.2, 2]]");
   document["end_effector"]["center_of_mass"] = {"10 mm", 0, "-5 mm"};
@@ -244,7 +242,7 @@ TEST_CASE("a symmetric inertia is read whole", "[optim][job]") {
   CHECK((body.center_of_mass - Vector3d(0.01, 0, -0.005)).norm() < 1e-17);
 }
 
-TEST_CASE("odd but allowed input leaves a note", "[optim][job]") {
+TEST_CASE("odd but allowed input leaves a note") {
   const auto notes = [](const json& patch) {
     json document = base_job("evaluate");
     document.merge_patch(patch);
@@ -263,8 +261,7 @@ TEST_CASE("odd but allowed input leaves a note", "[optim][job]") {
              Contains("plate theory"));
 }
 
-TEST_CASE("a body of a design file with an inertia of the plane alone leaves a note",
-          "[optim][job]") {
+TEST_CASE("a body of a design file with an inertia of the plane alone leaves a note") {
   json document = base_job("evaluate");
   document["design"].erase("family");
   document["design"]["parameters"] = json::object();
@@ -280,7 +277,7 @@ TEST_CASE("a body of a design file with an inertia of the plane alone leaves a n
   CHECK_THAT(all, Contains("Inertia of end_effector: principal values 0, 0, 1 kg m^2"));
 }
 
-TEST_CASE("mechanisms of wires alone are beams where the job does not say", "[optim][job]") {
+TEST_CASE("mechanisms of wires alone are beams where the job does not say") {
   json document = base_job("evaluate");
   document.erase("model");
   document["design"]["family"] = "five_strut_guide";
@@ -292,8 +289,7 @@ TEST_CASE("mechanisms of wires alone are beams where the job does not say", "[op
   CHECK_THROWS_WITH(parse_job(document), Contains("a leaf of circular section is a beam"));
 }
 
-TEST_CASE("a beam may be of any E and G, and a Poisson's ratio above a half is noted",
-          "[optim][job]") {
+TEST_CASE("a beam may be of any E and G, and a Poisson's ratio above a half is noted") {
   json document = base_job("evaluate");
   document.merge_patch(json::parse(R"({"model": {"flexure": "beam", "warping": "free"},
       "design": {"material": {"youngs_modulus": "12 GPa", "shear_modulus": "0.8 GPa",
@@ -311,7 +307,7 @@ TEST_CASE("a beam may be of any E and G, and a Poisson's ratio above a half is n
   CHECK_THROWS_WITH(parse_job(document), Contains("a beam (/model/flexure) takes any"));
 }
 
-TEST_CASE("a wire's width is its thickness, also while an optimiser varies it", "[optim][job]") {
+TEST_CASE("a wire's width is its thickness, also while an optimiser varies it") {
   json document = base_job("evaluate");
   document["design"] = json::parse(R"({"family": "leaf_spring", "section": "circular",
       "parameters": {"length": "60 mm", "thickness": "0.6 mm"}, "material": "stavax"})");
@@ -328,7 +324,7 @@ TEST_CASE("a wire's width is its thickness, also while an optimiser varies it", 
   CHECK(parse_job(document).design.parameters.at("width") == 0.6e-3);
 }
 
-TEST_CASE("a built-in material is found by name and shown with its constants", "[optim][job]") {
+TEST_CASE("a built-in material is found by name and shown with its constants") {
   json document = base_job("evaluate");
   for (const NamedMaterial& named : materials()) {
     document["design"]["material"] = named.material.name;
@@ -338,7 +334,7 @@ TEST_CASE("a built-in material is found by name and shown with its constants", "
   }
 }
 
-TEST_CASE("parameters out of range make no mechanism", "[optim][job]") {
+TEST_CASE("parameters out of range make no mechanism") {
   const Job job = parse_job(base_job("optimise"));
   ParameterValues moved = job.design.parameters;
   moved["inner_width"] = 0.2;  // leaves a negative outer width
@@ -347,14 +343,14 @@ TEST_CASE("parameters out of range make no mechanism", "[optim][job]") {
   CHECK_THROWS_AS(make_mechanism(job, moved), SpecError);
 }
 
-TEST_CASE("a job as read reads as itself", "[optim][job]") {
+TEST_CASE("a job as read reads as itself") {
   for (const char* name : {"evaluate", "optimise"}) {
     const json once = *parse_job(base_job(name)).as_read;
     CHECK(*parse_job(once).as_read == once);
   }
 }
 
-TEST_CASE("overrides change a job before it is read", "[optim][job]") {
+TEST_CASE("overrides change a job before it is read") {
   const std::string file = FLEXOPT_SOURCE_DIR "/designs/jobs/parallel_guide.json";
   const Job job = read_job(file, {"/stroke/to=1 mm", "/model/accuracy=full", "/frequencies=2"});
   CHECK(job.request.points.back() == Approx(1e-3));
@@ -364,7 +360,7 @@ TEST_CASE("overrides change a job before it is read", "[optim][job]") {
   CHECK_THROWS_AS(read_job(file, {"/modle/accuracy=full"}), SpecError);
 }
 
-TEST_CASE("a job without name is called like its file", "[optim][job]") {
+TEST_CASE("a job without name is called like its file") {
   const test::TemporaryFolder folder;
   json document = base_job("evaluate");
   document.erase("name");
@@ -372,8 +368,7 @@ TEST_CASE("a job without name is called like its file", "[optim][job]") {
   CHECK(read_job((folder / "nameless.json").string()).name == "nameless");
 }
 
-TEST_CASE("a tolerance beside \"auto\" is one of errors, and Newton keeps its own",
-          "[optim][job]") {
+TEST_CASE("a tolerance beside \"auto\" is one of errors, and Newton keeps its own") {
   json document = base_job("evaluate");
   document["model"] = {{"accuracy", "auto"}, {"tolerance", "0.2 %"}};
   const Job chosen = parse_job(document);

@@ -22,8 +22,7 @@ std::string refusal(const json& model) {
 
 }  // namespace
 
-TEST_CASE("a job is the same with and without a file in the cache unless it asks for an atlas",
-          "[optim][job][atlas]") {
+TEST_CASE("a job is the same with and without a file in the cache unless it asks for an atlas") {
   const test::AtlasPlace place;
   const Job plain = parse_job(job_with(json::object()));
   CHECK(plain.model.atlas_use == AtlasUse::off);

@@ -24,7 +24,7 @@ json document() {
 
 }  // namespace
 
-TEST_CASE("a load case has the job's own of all that it does not name", "[job]") {
+TEST_CASE("a load case has the job's own of all that it does not name") {
   const Job job = parse_job(document());
   REQUIRE(job.cases.size() == 3);
   CHECK(job.cases[0].name == "as_it_is");
@@ -45,7 +45,7 @@ TEST_CASE("a load case has the job's own of all that it does not name", "[job]")
   CHECK(job.request.points == plain.points);  // that of the first case
 }
 
-TEST_CASE("a job with load cases, as read, reads as the same job", "[job]") {
+TEST_CASE("a job with load cases, as read, reads as the same job") {
   const Job job = parse_job(document()), again = parse_job(document_of(job));
   CHECK(document_of(again) == document_of(job));
   REQUIRE(again.cases.size() == job.cases.size());
@@ -57,7 +57,7 @@ TEST_CASE("a job with load cases, as read, reads as the same job", "[job]") {
   CHECK_FALSE(document_of(job).at("cases").at("up").contains("gravity"));
 }
 
-TEST_CASE("what no load case uses is checked, and a note says so", "[job]") {
+TEST_CASE("what no load case uses is checked, and a note says so") {
   json all = document();
   for (auto& [name, own] : all["cases"].items()) own["gravity"] = {0, 0, 1};
   const Job job = parse_job(all);
@@ -67,7 +67,7 @@ TEST_CASE("what no load case uses is checked, and a note says so", "[job]") {
   CHECK(test::refusal_of([&] { parse_job(all); }).pointer() == "/gravity/2");
 }
 
-TEST_CASE("a fault that only some load cases find in what they share names them", "[job]") {
+TEST_CASE("a fault that only some load cases find in what they share names them") {
   json all = document();
   all["buckling"] = {{"load", "payload"}};
   all["cases"]["up"]["loads"][0]["name"] = "weight";
@@ -76,7 +76,7 @@ TEST_CASE("a fault that only some load cases find in what they share names them"
   CHECK_THAT(error.rule(), Contains("in the load case \"up\""));
 }
 
-TEST_CASE("a goal that names a load case asks nothing of the others", "[job]") {
+TEST_CASE("a goal that names a load case asks nothing of the others") {
   json all = document();
   all["cases"]["up"]["buckling"] = {{"load", "payload"}};
   all["optimise"]["constraints"].push_back(

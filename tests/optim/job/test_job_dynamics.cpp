@@ -23,7 +23,7 @@ json shaken() {
 
 }  // namespace
 
-TEST_CASE("a job's dynamics and export reach the evaluation", "[job][dynamics]") {
+TEST_CASE("a job's dynamics and export reach the evaluation") {
   const Job job = parse_job(shaken());
   REQUIRE(job.request.dynamics);
   CHECK(job.request.dynamics->damping == 0.03);
@@ -54,8 +54,7 @@ TEST_CASE("a job's dynamics and export reach the evaluation", "[job][dynamics]")
   CHECK(parse_job(listed).request.state_space->damping == std::vector<double>{0.01});
 }
 
-TEST_CASE("goals ask for the measures alone, and an endless mass line is beyond every bound",
-          "[job][dynamics]") {
+TEST_CASE("goals ask for the measures alone, and an endless mass line is beyond every bound") {
   const Job job = parse_job(shaken());
   const std::vector<Goal> goals = make_goals(job);
   const StrokeRequest request = request_of_goals(job, goals, 0);

@@ -3,7 +3,7 @@
 #include "support/base_jobs.hpp"
 #include "tests/optim/optim_tests.hpp"
 
-TEST_CASE("an optimise job is read with names, units and defaults", "[optim][job]") {
+TEST_CASE("an optimise job is read with names, units and defaults") {
   const Job job = parse_job(base_job("optimise"));
   REQUIRE(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
@@ -26,7 +26,7 @@ TEST_CASE("an optimise job is read with names, units and defaults", "[optim][job
   CHECK(spec.tolerance == OptimiseSpec{}.tolerance);
 }
 
-TEST_CASE("objective and constraint default to the worst of the stroke", "[optim][job]") {
+TEST_CASE("objective and constraint default to the worst of the stroke") {
   json document = base_job("optimise");
   document["optimise"]["objective"] = {{"minimise", "max_stress"}};
   document["optimise"]["constraints"] =
@@ -39,7 +39,7 @@ TEST_CASE("objective and constraint default to the worst of the stroke", "[optim
   CHECK(spec.constraints[1].over_stroke == OverStroke::max);
 }
 
-TEST_CASE("bounds of formulas take the unit that the formula has", "[optim][job]") {
+TEST_CASE("bounds of formulas take the unit that the formula has") {
   const auto bound = [](const std::string& formula, const json& value) {
     json document = base_job("optimise");
     document["optimise"]["constraints"] = {{{"expression", formula}, {"max", value}}};
@@ -62,7 +62,7 @@ TEST_CASE("bounds of formulas take the unit that the formula has", "[optim][job]
   CHECK_THROWS_AS(bound("half_angle", "20 mm"), SpecError);
 }
 
-TEST_CASE("numbers of material and end-effector are variables too", "[optim][job]") {
+TEST_CASE("numbers of material and end-effector are variables too") {
   json document = base_job("optimise");
   document["optimise"]["variables"] = json::parse(R"([
       {"parameter": "thickness", "min": "0.1 mm", "max": "1 mm"},
@@ -99,7 +99,7 @@ TEST_CASE("numbers of material and end-effector are variables too", "[optim][job
   CHECK_THROWS_WITH(make_mechanism(job, values), Contains("/design/material/density"));
 }
 
-TEST_CASE("a formula may be the objective", "[optim][job]") {
+TEST_CASE("a formula may be the objective") {
   json document = base_job("optimise");
   document["optimise"]["objective"] = {{"minimise", "length*inner_width"}};
   const OptimiseSpec spec = *parse_job(document).optimise;
@@ -107,7 +107,7 @@ TEST_CASE("a formula may be the objective", "[optim][job]") {
   CHECK(spec.objective.expression == "length*inner_width");
 }
 
-TEST_CASE("a start outside the box moves to its edge, with a note", "[optim][job]") {
+TEST_CASE("a start outside the box moves to its edge, with a note") {
   json document = base_job("optimise");
   document["optimise"]["variables"][0]["max"] = "40 mm";
   const Job job = parse_job(document);
@@ -116,7 +116,7 @@ TEST_CASE("a start outside the box moves to its edge, with a note", "[optim][job
   CHECK_THAT(job.notes[0], Contains("outside the variable's range"));
 }
 
-TEST_CASE("an optimise job can be evaluated as it stands", "[optim][job]") {
+TEST_CASE("an optimise job can be evaluated as it stands") {
   json document = base_job("optimise");
   document["job"] = "evaluate";
   const Job job = parse_job(document);
@@ -124,7 +124,7 @@ TEST_CASE("an optimise job can be evaluated as it stands", "[optim][job]") {
   CHECK(job.notes.size() == 1);
 }
 
-TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][job]") {
+TEST_CASE("stock sizes, steps, a front and the verification are read") {
   json document = base_job("optimise");
   json& o = document["optimise"];
   o["variables"][0]["stock"] = {"70 mm", 0.05, "50 mm", "300 mm", "25 mm"};
@@ -161,7 +161,7 @@ TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][
   CHECK_FALSE(parse_job(base_job("optimise")).optimise->verify);
 }
 
-TEST_CASE("an algorithm without constraints takes neither those nor a front", "[optim][job]") {
+TEST_CASE("an algorithm without constraints takes neither those nor a front") {
   json document = base_job("optimise");
   json& o = document["optimise"];
   o["algorithm"] = {{"name", "GD_MLSL_LDS"}, {"local", "LD_SLSQP"}};
@@ -179,7 +179,7 @@ TEST_CASE("an algorithm without constraints takes neither those nor a front", "[
   CHECK(parse_job(document).optimise->constraints.size() == 1);
 }
 
-TEST_CASE("parameters that are formulas follow the others", "[optim][job]") {
+TEST_CASE("parameters that are formulas follow the others") {
   const Job job = parse_job(base_job("optimise"));
   CHECK(job.design.parameters.at("outer_width") == Approx(0.0245));
   ParameterValues moved = job.design.parameters;
@@ -190,7 +190,7 @@ TEST_CASE("parameters that are formulas follow the others", "[optim][job]") {
   CHECK(mechanism.leaves[1].width == 0.08);
 }
 
-TEST_CASE("every quantity's unit is one that bounds can be written in", "[optim][job]") {
+TEST_CASE("every quantity's unit is one that bounds can be written in") {
   for (const Family& family : families())
     for (const Quantity& quantity : quantities(family.drives)) {
       INFO(quantity.name << " in " << quantity.unit);

@@ -4,7 +4,7 @@
 #include "support/base_jobs.hpp"
 #include "tests/optim/optim_tests.hpp"
 
-TEST_CASE("the shipped jobs are read", "[optim][job]") {
+TEST_CASE("the shipped jobs are read") {
   REQUIRE(shipped_jobs().size() >= 4);
   for (const auto& file : shipped_jobs()) {
     INFO(file.string());
@@ -75,7 +75,7 @@ bool valid(const json& schema, const json& value) {
 
 }  // namespace
 
-TEST_CASE("the schema accepts the shipped jobs and refuses slips", "[optim][job]") {
+TEST_CASE("the schema accepts the shipped jobs and refuses slips") {
   const json schema = job_schema();
   for (const auto& file : shipped_jobs()) {
     INFO(file.string());

@@ -26,7 +26,7 @@ json document() {
 
 }  // namespace
 
-TEST_CASE("a job's fillet and cycle reach the evaluation", "[job][stress]") {
+TEST_CASE("a job's fillet and cycle reach the evaluation") {
   const Job plain = parse_job(document());
   CHECK(plain.request.stress.fillet == Approx(0.25e-3));
   CHECK(plain.request.stress.yield);
@@ -48,8 +48,7 @@ TEST_CASE("a job's fillet and cycle reach the evaluation", "[job][stress]") {
   CHECK_FALSE(parse_job(none).request.stress.fillet);
 }
 
-TEST_CASE("an S-N curve, and the cycles that must be survived, reach the evaluation",
-          "[job][stress]") {
+TEST_CASE("an S-N curve, and the cycles that must be survived, reach the evaluation") {
   json with = document();
   with["design"]["material"]["s_n_curve"] = {
       {"coefficient", "2100 MPa"}, {"exponent", -0.09}, {"knee", 1e7}, {"survival", 0.9}};
@@ -83,7 +82,7 @@ TEST_CASE("an S-N curve, and the cycles that must be survived, reach the evaluat
   CHECK(parse_job(one).request.stress.fatigue);
 }
 
-TEST_CASE("a life that is short is not one without end", "[job][stress]") {
+TEST_CASE("a life that is short is not one without end") {
   json with = document();
   with["design"]["material"]["s_n_curve"] = {{"coefficient", "2100 MPa"}, {"exponent", -0.09}};
   with["optimise"]["constraints"].push_back(
@@ -103,9 +102,7 @@ TEST_CASE("a life that is short is not one without end", "[job][stress]") {
   CHECK_THAT(refused.error().message, Contains("a mean stress breaks it"));
 }
 
-TEST_CASE(
-    "where there is no stress a safety is beyond every bound, and without a factor it has none",
-    "[job][stress]") {
+TEST_CASE("where there is no stress a safety is beyond every bound, without a factor it has none") {
   const Job job = parse_job(document());
   const std::vector<Goal> goals = make_goals(job);
   StrokeResponse response;

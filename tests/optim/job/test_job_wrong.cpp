@@ -8,8 +8,7 @@
 #include "support/base_jobs.hpp"
 #include "tests/optim/optim_tests.hpp"
 
-TEST_CASE("every wrong job is refused with pointer, value, rule and what is allowed",
-          "[optim][job]") {
+TEST_CASE("every wrong job is refused with pointer, value, rule and what is allowed") {
   const json table = read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json");
   for (const json& base : table["bases"]) REQUIRE_NOTHROW(parse_job(base));
   REQUIRE(table["cases"].size() >= 40);
@@ -31,7 +30,7 @@ TEST_CASE("every wrong job is refused with pointer, value, rule and what is allo
   }
 }
 
-TEST_CASE("all faults of a job are reported, and none that is only a consequence", "[optim][job]") {
+TEST_CASE("all faults of a job are reported, and none that is only a consequence") {
   const json table = read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json");
   REQUIRE(table["several"].size() >= 10);
   for (const json& item : table["several"]) {
@@ -55,8 +54,7 @@ TEST_CASE("all faults of a job are reported, and none that is only a consequence
   }
 }
 
-TEST_CASE("no two changes of a job's JSON escape as anything but a SpecError",
-          "[optim][job][slow]") {
+TEST_CASE("no two changes of a job's JSON escape as anything but a SpecError", "[slow]") {
   const json table = read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json");
   const json junk = json::parse(R"([null, true, -1, 0, 1e300, "x", "1 mm", [], {}, [[]],
       {"expression": "length"}, "length/2"])");
@@ -90,8 +88,7 @@ TEST_CASE("no two changes of a job's JSON escape as anything but a SpecError",
   CHECK(refused > 2000);
 }
 
-TEST_CASE("no single change of a job's JSON escapes as anything but a SpecError",
-          "[optim][job][slow]") {
+TEST_CASE("no single change of a job's JSON escapes as anything but a SpecError", "[slow]") {
   const json table = read_json_file(FLEXOPT_SOURCE_DIR "/tests/jobs/wrong/cases.json");
   const json junk =
       json::parse(R"([null, true, -1, 0, 1e300, 0.5, "", "x", "1 mm", "\u0000", [], {},

@@ -51,7 +51,7 @@ void check_same(const Optimum& a, const Optimum& b) {
 
 }  // namespace
 
-TEST_CASE("a run cut off anywhere resumes to the same end", "[optim][slow]") {
+TEST_CASE("a run cut off anywhere resumes to the same end", "[slow]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
   const test::TemporaryFolder folder;
@@ -78,7 +78,7 @@ TEST_CASE("a run cut off anywhere resumes to the same end", "[optim][slow]") {
   }
 }
 
-TEST_CASE("a run that went to its end is replayed without an evaluation", "[optim]") {
+TEST_CASE("a run that went to its end is replayed without an evaluation") {
   const test::TemporaryFolder folder;
   const Run first = run(small_job("LN_COBYLA"), folder / "log");
   const Run second = run(small_job("LN_COBYLA"), folder / "log");
@@ -87,7 +87,7 @@ TEST_CASE("a run that went to its end is replayed without an evaluation", "[opti
   check_same(second.optimum, first.optimum);
 }
 
-TEST_CASE("the threads change neither the result nor a byte of the log", "[optim]") {
+TEST_CASE("the threads change neither the result nor a byte of the log") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt", "GN_ISRES");
   CAPTURE(name);
   const test::TemporaryFolder folder;
@@ -101,7 +101,7 @@ TEST_CASE("the threads change neither the result nor a byte of the log", "[optim
   }
 }
 
-TEST_CASE("the log of another job is refused, unless it is overwritten", "[optim]") {
+TEST_CASE("the log of another job is refused, unless it is overwritten") {
   const test::TemporaryFolder folder;
   run(small_job("LN_COBYLA"), folder / "log");
   const std::string before = test::content_of(folder / "log");
@@ -122,7 +122,7 @@ TEST_CASE("the log of another job is refused, unless it is overwritten", "[optim
   CHECK(run(other, folder / "log").replayed == r.optimum.evaluations);
 }
 
-TEST_CASE("name, more starts and more evaluations keep the log of use", "[optim]") {
+TEST_CASE("name, more starts and more evaluations keep the log of use") {
   const test::TemporaryFolder folder;
   json document = small_job("LN_COBYLA");
   document["optimise"]["max_evaluations"] = 15;
@@ -136,7 +136,7 @@ TEST_CASE("name, more starts and more evaluations keep the log of use", "[optim]
   CHECK(std::count(second.log.begin(), second.log.end(), '\n') > second.optimum.evaluations);
 }
 
-TEST_CASE("what is no log is left alone", "[optim]") {
+TEST_CASE("what is no log is left alone") {
   const test::TemporaryFolder folder;
   for (const char* text : {"hello\n", "hello", "{\"a\": 1}\n", "[]\n"}) {
     test::put(folder / "log", text);
@@ -152,7 +152,7 @@ TEST_CASE("what is no log is left alone", "[optim]") {
                     Contains("not writable"));
 }
 
-TEST_CASE("the log holds one self-contained line for each evaluation", "[optim]") {
+TEST_CASE("the log holds one self-contained line for each evaluation") {
   const test::TemporaryFolder folder;
   const Run r = run(small_job("LD_SLSQP"), folder / "log");
   std::istringstream lines(r.log);

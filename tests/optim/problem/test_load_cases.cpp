@@ -41,7 +41,7 @@ Job alone(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("the number of a goal over load cases is the worst of theirs", "[optim]") {
+TEST_CASE("the number of a goal over load cases is the worst of theirs") {
   Goal goal{"", "drive_load", {}, OverStroke::last, 1, {{0, 2}, {1, 3}}, false};
   const GoalValues v{1, 4, 7, 8, 3};
   CHECK(aggregate(goal, v) == 4);
@@ -57,7 +57,7 @@ TEST_CASE("the number of a goal over load cases is the worst of theirs", "[optim
   CHECK(aggregate(goal, v) == 8);
 }
 
-TEST_CASE("goals over load cases have the values and exact derivatives of each case", "[optim]") {
+TEST_CASE("goals over load cases have the values and exact derivatives of each case") {
   const DesignProblem both(parse_job(document())), hanging(alone("hanging")),
       standing(alone("standing"));
   const Variables at{0.45e-3, 0.09};
@@ -88,8 +88,7 @@ TEST_CASE("goals over load cases have the values and exact derivatives of each c
   CHECK(both.constraints(all)[1] == hanging.constraints(h)[1]);
 }
 
-TEST_CASE("an optimum over load cases keeps all, and is no better than that of any one",
-          "[optim][slow]") {
+TEST_CASE("an optimum over load cases keeps all, and is no better than that of any one", "[slow]") {
   const Job job = parse_job(document());
   const Optimum both = optimise(job, {}), hanging = optimise(alone("hanging"), {});
   REQUIRE(both.status == OptimumStatus::optimal);
@@ -107,7 +106,7 @@ TEST_CASE("an optimum over load cases keeps all, and is no better than that of a
   CHECK(*decisive.parasitic_frequency == Approx(both.objective).epsilon(1e-3));
 }
 
-TEST_CASE("derivatives are checked in every load case", "[optim][slow]") {
+TEST_CASE("derivatives are checked in every load case", "[slow]") {
   json small = document();
   small["stroke"] = {{"at", {"2 mm"}}};
   small["cases"]["standing"].erase("stroke");
@@ -117,8 +116,7 @@ TEST_CASE("derivatives are checked in every load case", "[optim][slow]") {
     CHECK(std::ranges::count(report.checks, name, &GradientCheck::load_case) > 20);
 }
 
-TEST_CASE("derivatives by an end-effector's mass and inertia are checked where it has none",
-          "[optim][slow]") {
+TEST_CASE("derivatives by mass and inertia are checked where an end-effector has none", "[slow]") {
   const Job job = parse_job(json{
       {"flexopt", 1},
       {"name", "bare"},

@@ -57,7 +57,7 @@ VectorXd by_points(const DesignProblem& problem, const DesignValues& values) {
 
 }  // namespace
 
-TEST_CASE("the margin of a value is its farthest, or its standard deviations", "[tolerances]") {
+TEST_CASE("the margin of a value is its farthest, or its standard deviations") {
   const std::vector<Tolerance> entries{{"a", ToleranceSpread::uniform, {}},
                                        {"b", ToleranceSpread::normal, {}}};
   const VectorXd slopes = (VectorXd(2) << 3, -4).finished();
@@ -81,8 +81,7 @@ TEST_CASE("the margin of a value is its farthest, or its standard deviations", "
   }
 }
 
-TEST_CASE("goals under tolerances are the nominal ones and what first-order derivatives say",
-          "[tolerances]") {
+TEST_CASE("goals under tolerances are the nominal ones and what first-order derivatives say") {
   const DesignProblem nominal(parse_job(document())),
       robust(parse_job(under_tolerances("mean + 2 sigma")));
   const DesignValues plain = nominal.evaluate(at, true), margins = robust.evaluate(at);
@@ -120,7 +119,7 @@ TEST_CASE("goals under tolerances are the nominal ones and what first-order deri
   CHECK(*robust.formula(4, at) == Approx(margins.goals[4][0]).epsilon(1e-14));
 }
 
-TEST_CASE("derivatives of goals under tolerances are those of their values", "[tolerances]") {
+TEST_CASE("derivatives of goals under tolerances are those of their values") {
   for (const std::string as : {"worst", "mean + 3 sigma"}) {
     INFO(as);
     const DesignProblem robust(parse_job(under_tolerances(as)));
@@ -148,8 +147,7 @@ TEST_CASE("derivatives of goals under tolerances are those of their values", "[t
   }
 }
 
-TEST_CASE("a goal that bears tolerances but has no derivatives fails with the reason",
-          "[tolerances]") {
+TEST_CASE("a goal that bears tolerances but has no derivatives fails with the reason") {
   const DesignProblem robust(parse_job(under_tolerances("worst")),
                              Evaluators(evaluate_stroke, by_differences));
   const DesignValues values = robust.evaluate(at);

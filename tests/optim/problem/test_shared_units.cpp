@@ -28,7 +28,7 @@ Ran run(Sharing sharing, const Job& job, const std::filesystem::path& log,
 
 }  // namespace
 
-TEST_CASE("units of shards make the whole, which is worked on once", "[sharing]") {
+TEST_CASE("units of shards make the whole, which is worked on once") {
   const TemporaryFolder folder;
   const Job job = parse_job(json::parse(leaf_job().dump()));
   const auto log = folder.path() / "units.jsonl";
@@ -46,7 +46,7 @@ TEST_CASE("units of shards make the whole, which is worked on once", "[sharing]"
   CHECK(run(Sharing(), job, log, "squares 2").worked == 10);
 }
 
-TEST_CASE("a unit whose yield was changed on the disk is refused", "[sharing]") {
+TEST_CASE("a unit whose yield was changed on the disk is refused") {
   const TemporaryFolder folder;
   const Job job = parse_job(json::parse(leaf_job().dump()));
   const auto log = folder.path() / "units.jsonl";
@@ -60,7 +60,7 @@ TEST_CASE("a unit whose yield was changed on the disk is refused", "[sharing]") 
                     Contains("units.jsonl") && Contains("line 7: [\"squares 1\",5,3.5"));
 }
 
-TEST_CASE("units of another job are refused", "[sharing]") {
+TEST_CASE("units of another job are refused") {
   const TemporaryFolder folder;
   OrderedJson document = leaf_job();
   const auto log = folder.path() / "units.jsonl";
@@ -70,7 +70,7 @@ TEST_CASE("units of another job are refused", "[sharing]") {
                     Contains("/job/stroke"));
 }
 
-TEST_CASE("a loop's name follows from what it depends on", "[sharing]") {
+TEST_CASE("a loop's name follows from what it depends on") {
   CHECK(loop_name("maps", "a") == loop_name("maps", "a"));
   CHECK(loop_name("maps", "a") != loop_name("maps", "b"));
   CHECK(loop_name("maps", "a").starts_with("maps "));

@@ -4,7 +4,7 @@
 
 using namespace flexopt::guide;
 
-TEST_CASE("every local algorithm finds the guide's optimum on two active constraints", "[optim]") {
+TEST_CASE("every local algorithm finds the guide's optimum on two active constraints") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
@@ -59,7 +59,7 @@ TEST_CASE("every local algorithm finds the guide's optimum on two active constra
   CHECK(o.response.path[2].max_stress);
 }
 
-TEST_CASE("modes that cross at the optimum stall no algorithm", "[optim]") {
+TEST_CASE("modes that cross at the optimum stall no algorithm") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
@@ -75,7 +75,7 @@ TEST_CASE("modes that cross at the optimum stall no algorithm", "[optim]") {
   CHECK(o.parameters.at("thickness") == Approx(0.5e-3).margin(0.02e-3));
 }
 
-TEST_CASE("only what the goals need is asked of the mechanics", "[optim]") {
+TEST_CASE("only what the goals need is asked of the mechanics") {
   Calls calls;
   json document = stiff_guide();
   document["frequencies"] = 3;
@@ -92,7 +92,7 @@ TEST_CASE("only what the goals need is asked of the mechanics", "[optim]") {
   CHECK(calls.last_request.frequencies_of(DriveState::locked) == 3);
 }
 
-TEST_CASE("failed evaluations are recorded and stepped back from", "[optim]") {
+TEST_CASE("failed evaluations are recorded and stepped back from") {
   // No equilibrium beyond 180 MPa: the optimum at 150 MPa can be evaluated, much round it cannot.
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LD_SLSQP", "LD_MMA", "ipopt");
@@ -115,7 +115,7 @@ TEST_CASE("failed evaluations are recorded and stepped back from", "[optim]") {
   CHECK(failed == o.failed_evaluations);
 }
 
-TEST_CASE("a start where nothing works is a failed start, not the end", "[optim]") {
+TEST_CASE("a start where nothing works is a failed start, not the end") {
   Calls calls;
   json document = stiff_guide();
   const Optimum o = run(document, calls, false, {}, 1e3);
@@ -125,7 +125,7 @@ TEST_CASE("a start where nothing works is a failed start, not the end", "[optim]
   CHECK_FALSE(o.verified);
 }
 
-TEST_CASE("geometry that contradicts itself is a failed evaluation", "[optim]") {
+TEST_CASE("geometry that contradicts itself is a failed evaluation") {
   Calls calls;
   const Job job = parse_job(stiff_guide());
   const auto broken = [](const Mechanism&, const ModelOptions&,
@@ -137,7 +137,7 @@ TEST_CASE("geometry that contradicts itself is a failed evaluation", "[optim]") 
   CHECK_THAT(v.message, Contains("the leaves would meet"));
 }
 
-TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
+TEST_CASE("a job without a feasible design says what stops it") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
   json document = stiff_guide(name);
@@ -156,7 +156,7 @@ TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
   CHECK(o.constraints[1].value == Approx(60e6 * std::pow(0.2 / 150, 3)).epsilon(1e-2));
 }
 
-TEST_CASE("a formula alone needs no mechanics but for the final look", "[optim]") {
+TEST_CASE("a formula alone needs no mechanics but for the final look") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["objective"] = {{"minimise", "length*thickness"}};
   document["optimise"]["constraints"] =
@@ -170,7 +170,7 @@ TEST_CASE("a formula alone needs no mechanics but for the final look", "[optim]"
   CHECK(o.objective == Approx(0.2e-3 * 0.08).epsilon(1e-3));
 }
 
-TEST_CASE("starts that miss a formula begin at the nearest point that keeps it", "[optim]") {
+TEST_CASE("starts that miss a formula begin at the nearest point that keeps it") {
   json document = stiff_guide();
   document["design"]["parameters"]["length"] = "150 mm";
   document["design"]["parameters"]["thickness"] = "1 mm";
@@ -182,7 +182,7 @@ TEST_CASE("starts that miss a formula begin at the nearest point that keeps it",
     CHECK(s.from.at("length") + 40 * s.from.at("thickness") <= 0.12 * (1 + 1e-6));
 }
 
-TEST_CASE("several starts: the best feasible end wins, each is told", "[optim]") {
+TEST_CASE("several starts: the best feasible end wins, each is told") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["starts"] = 4;
   document["optimise"]["seed"] = 7;
@@ -205,8 +205,7 @@ TEST_CASE("several starts: the best feasible end wins, each is told", "[optim]")
 }
 
 // Waves of 10 mm: a step crosses several, and may end in a lower one than it crossed.
-TEST_CASE("no start ends at a design that it passed by on the way to a worse optimum",
-          "[optim][slow]") {
+TEST_CASE("no start ends at a design that it passed by on the way to a worse optimum", "[slow]") {
   const auto name = GENERATE(as<std::string>(), "ipopt", "LD_SLSQP");
   CAPTURE(name);
   json document = stiff_guide(name);
@@ -225,7 +224,7 @@ TEST_CASE("no start ends at a design that it passed by on the way to a worse opt
   }
 }
 
-TEST_CASE("the budget of each start is kept and said", "[optim]") {
+TEST_CASE("the budget of each start is kept and said") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_NELDERMEAD", "LD_SLSQP", "GN_ISRES", "ipopt");
   CAPTURE(name);

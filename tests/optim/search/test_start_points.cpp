@@ -3,7 +3,7 @@
 #include "support/guide.hpp"
 #include "tests/optim/optim_tests.hpp"
 
-TEST_CASE("scaled variables come back to the same bits", "[optim]") {
+TEST_CASE("scaled variables come back to the same bits") {
   guide::Calls calls;
   const DesignProblem problem(parse_job(guide::stiff_guide()),
                               {guide::evaluator(calls), by_differences});
@@ -15,7 +15,7 @@ TEST_CASE("scaled variables come back to the same bits", "[optim]") {
   CHECK(problem.variables(VectorXd::Zero(2)) == Variables{0.05, 0.2e-3});
 }
 
-TEST_CASE("the first start is the job's own design, moved into the box", "[optim]") {
+TEST_CASE("the first start is the job's own design, moved into the box") {
   guide::Calls calls;
   json document = guide::stiff_guide();
   document["optimise"]["starts"] = 3;
@@ -27,7 +27,7 @@ TEST_CASE("the first start is the job's own design, moved into the box", "[optim
   CHECK(calls.reduced == 0);
 }
 
-TEST_CASE("the other starts are the points of the job's spread", "[optim]") {
+TEST_CASE("the other starts are the points of the job's spread") {
   const auto spread = GENERATE(as<std::string>(), "sobol", "latin_hypercube");
   guide::Calls calls;
   json document = guide::stiff_guide();

@@ -137,7 +137,7 @@ Problem with_failures(const Case& of, int& failures) {
 
 }  // namespace
 
-TEST_CASE("gradient methods reach Hock and Schittkowski's optima", "[optim]") {
+TEST_CASE("gradient methods reach Hock and Schittkowski's optima") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "LD_LBFGS",
                              "LD_AUGLAG", "LD_AUGLAG/LD_MMA", "LD_AUGLAG/LD_CCSAQ", "ipopt");
   CAPTURE(name);
@@ -158,8 +158,7 @@ TEST_CASE("gradient methods reach Hock and Schittkowski's optima", "[optim]") {
   }
 }
 
-TEST_CASE("SLSQP and Ipopt take tens of evaluations to optima with KKT residuals of 1e-6",
-          "[optim]") {
+TEST_CASE("SLSQP and Ipopt take tens of evaluations to optima with KKT residuals of 1e-6") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt");
   CAPTURE(name);
   for (const Case& c : cases()) {
@@ -177,7 +176,7 @@ TEST_CASE("SLSQP and Ipopt take tens of evaluations to optima with KKT residuals
   }
 }
 
-TEST_CASE("methods without gradients reach the smaller ones", "[optim]") {
+TEST_CASE("methods without gradients reach the smaller ones") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LN_BOBYQA", "LN_AUGLAG", "LN_AUGLAG/LN_NELDERMEAD",
                              "LN_AUGLAG/LN_BOBYQA", "LN_AUGLAG/LN_COBYLA");
@@ -192,7 +191,7 @@ TEST_CASE("methods without gradients reach the smaller ones", "[optim]") {
   }
 }
 
-TEST_CASE("evaluations that fail keep no method from the optimum", "[optim]") {
+TEST_CASE("evaluations that fail keep no method from the optimum") {
   const auto name =
       GENERATE(as<std::string>(), "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "LD_LBFGS", "LD_AUGLAG",
                "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD", "LN_AUGLAG", "ipopt");
@@ -208,7 +207,7 @@ TEST_CASE("evaluations that fail keep no method from the optimum", "[optim]") {
   }
 }
 
-TEST_CASE("MLSL finds the lowest of many minima with the local method asked for", "[optim]") {
+TEST_CASE("MLSL finds the lowest of many minima with the local method asked for") {
   const auto name = GENERATE(as<std::string>(), "GD_MLSL_LDS", "GD_MLSL", "GD_MLSL_LDS/LD_SLSQP",
                              "GD_MLSL/LD_MMA", "GN_MLSL_LDS", "GN_MLSL/LN_COBYLA");
   CAPTURE(name);
@@ -229,7 +228,7 @@ TEST_CASE("MLSL finds the lowest of many minima with the local method asked for"
                     Contains("takes no constraints") && Contains("LD_AUGLAG"));
 }
 
-TEST_CASE("a local method where none can run, or another one, is refused", "[optim]") {
+TEST_CASE("a local method where none can run, or another one, is refused") {
   const Case c = hs12();
   CHECK_THROWS_WITH(minimise(c.problem, c.start, options("LD_SLSQP/LD_MMA", 10)),
                     Contains("/optimise/algorithm/local") && Contains("runs no other inside"));
@@ -239,7 +238,7 @@ TEST_CASE("a local method where none can run, or another one, is refused", "[opt
   CHECK(local_algorithms(options("ipopt", 1)).empty());
 }
 
-TEST_CASE("a search ends where the problem says that it is enough", "[optim]") {
+TEST_CASE("a search ends where the problem says that it is enough") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LN_COBYLA", "LN_SBPLX", "ipopt");
   CAPTURE(name);
   Case c = hs12();
@@ -261,7 +260,7 @@ TEST_CASE("a search ends where the problem says that it is enough", "[optim]") {
   CHECK_THAT(s.message, Contains("enough after"));
 }
 
-TEST_CASE("a warm start of Ipopt with its multipliers stays at the optimum", "[optim]") {
+TEST_CASE("a warm start of Ipopt with its multipliers stays at the optimum") {
   const Case c = hs43();
   OptimiserOptions o = options("ipopt", 500);
   const OptimiserSummary cold = minimise(c.problem, c.start, o);

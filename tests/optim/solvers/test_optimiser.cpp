@@ -72,7 +72,7 @@ Problem half_blind(int& failures) {
 
 }  // namespace
 
-TEST_CASE("every local algorithm finds the optimum on a curved constraint", "[optim]") {
+TEST_CASE("every local algorithm finds the optimum on a curved constraint") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
@@ -85,7 +85,7 @@ TEST_CASE("every local algorithm finds the optimum on a curved constraint", "[op
   CHECK(s.evaluations <= 3000);
 }
 
-TEST_CASE("HS071 is solved, by gradient methods with its multipliers", "[optim]") {
+TEST_CASE("HS071 is solved, by gradient methods with its multipliers") {
   const auto name =
       GENERATE(as<std::string>(), "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt", "LN_COBYLA");
   CAPTURE(name);
@@ -100,7 +100,7 @@ TEST_CASE("HS071 is solved, by gradient methods with its multipliers", "[optim]"
   CHECK(s.multipliers[1] == Approx(0.1614686 * 40).epsilon(2e-3));
 }
 
-TEST_CASE("a slack variable takes every algorithm that models constraints to the kink", "[optim]") {
+TEST_CASE("a slack variable takes every algorithm that models constraints to the kink") {
   // KKT: λ1 + λ2 = 1, λ1 = λ2 → ½ each; y·½ + 2(y − ½)·½ = 0 → y = 1/3; f1 = f2 → x.
   const double y = 1.0 / 3, x = 0.5 * (1 - std::pow(y - 0.5, 2) + 0.5 * y * y);
   const auto name =
@@ -119,7 +119,7 @@ TEST_CASE("a slack variable takes every algorithm that models constraints to the
   CHECK(s.multipliers[1] == Approx(0.5).margin(5e-3));
 }
 
-TEST_CASE("every local algorithm steps back from where evaluations fail", "[optim]") {
+TEST_CASE("every local algorithm steps back from where evaluations fail") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
@@ -134,7 +134,7 @@ TEST_CASE("every local algorithm steps back from where evaluations fail", "[opti
   CHECK(s.f == Approx(1.21).epsilon(5e-3));
 }
 
-TEST_CASE("a start that fails gives way to a point nearer the middle of the box", "[optim]") {
+TEST_CASE("a start that fails gives way to a point nearer the middle of the box") {
   int failures = 0;
   const OptimiserSummary s = minimise(half_blind(failures), VectorXd{{-2, 2}}, options("LD_SLSQP"));
   INFO(s.message);
@@ -142,7 +142,7 @@ TEST_CASE("a start that fails gives way to a point nearer the middle of the box"
   CHECK(s.f == Approx(1.21).epsilon(5e-3));
 }
 
-TEST_CASE("an optimum on the edge of what can be evaluated is approached from inside", "[optim]") {
+TEST_CASE("an optimum on the edge of what can be evaluated is approached from inside") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
@@ -160,7 +160,7 @@ TEST_CASE("an optimum on the edge of what can be evaluated is approached from in
   CHECK(s.f >= -0.7);
 }
 
-TEST_CASE("nothing that can be evaluated is a status, not an exception", "[optim]") {
+TEST_CASE("nothing that can be evaluated is a status, not an exception") {
   const Problem p{.lower = VectorXd{{0.0}},
                   .upper = VectorXd{{1.0}},
                   .evaluate = [](const VectorXd&, bool) { return Problem::Value{}; }};
@@ -172,7 +172,7 @@ TEST_CASE("nothing that can be evaluated is a status, not an exception", "[optim
   }
 }
 
-TEST_CASE("global algorithms spend their evaluations and keep the best point", "[optim]") {
+TEST_CASE("global algorithms spend their evaluations and keep the best point") {
   const auto name = GENERATE(as<std::string>(), "GN_ISRES", "GN_ORIG_DIRECT", "GN_ORIG_DIRECT_L");
   CAPTURE(name);
   const OptimiserSummary s = minimise(rosenbrock_in_disk(), in_disk, options(name, 2000));
@@ -183,8 +183,7 @@ TEST_CASE("global algorithms spend their evaluations and keep the best point", "
   CHECK(minimise(rosenbrock_in_disk(), in_disk, options(name, 2000)).x == s.x);
 }
 
-TEST_CASE("bounded algorithms without constraints work within bounds and refuse constraints",
-          "[optim]") {
+TEST_CASE("bounded algorithms without constraints work within bounds and refuse constraints") {
   const auto name = GENERATE(as<std::string>(), "GN_DIRECT", "GN_DIRECT_L", "GN_CRS2_LM");
   CAPTURE(name);
   Problem p = rosenbrock_in_disk();
@@ -202,7 +201,7 @@ TEST_CASE("bounded algorithms without constraints work within bounds and refuse 
   CHECK(s.f < 0.2);  // 0 at (1, 1); the start has 8.5
 }
 
-TEST_CASE("the budget of evaluations is kept", "[optim]") {
+TEST_CASE("the budget of evaluations is kept") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_NELDERMEAD", "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
@@ -219,7 +218,7 @@ TEST_CASE("the budget of evaluations is kept", "[optim]") {
   CHECK(s.f <= 8.5);   // no worse than the start
 }
 
-TEST_CASE("wherever its evaluations end, an augmented Lagrangian says so", "[optim][slow]") {
+TEST_CASE("wherever its evaluations end, an augmented Lagrangian says so", "[slow]") {
   const auto name = GENERATE(as<std::string>(), "LD_AUGLAG", "LN_AUGLAG");
   for (int budget = 2; budget <= 80; ++budget) {
     CAPTURE(name, budget);
@@ -230,7 +229,7 @@ TEST_CASE("wherever its evaluations end, an augmented Lagrangian says so", "[opt
   }
 }
 
-TEST_CASE("what the problem throws comes out of every library", "[optim]") {
+TEST_CASE("what the problem throws comes out of every library") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
@@ -243,7 +242,7 @@ TEST_CASE("what the problem throws comes out of every library", "[optim]") {
   CHECK_THROWS_WITH(minimise(p, in_disk, options(name)), "the disk is full");
 }
 
-TEST_CASE("unknown libraries and algorithms are refused with what there is", "[optim]") {
+TEST_CASE("unknown libraries and algorithms are refused with what there is") {
   OptimiserOptions o;
   o.library = "matlab";
   CHECK_THROWS_WITH(needs_gradients(o),
@@ -256,7 +255,7 @@ TEST_CASE("unknown libraries and algorithms are refused with what there is", "[o
   CHECK(algorithms().size() == 21);
 }
 
-TEST_CASE("SLSQP and Ipopt stay within the move limit of what they know", "[optim]") {
+TEST_CASE("SLSQP and Ipopt stay within the move limit of what they know") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt");
   CAPTURE(name);
   Problem p = rosenbrock_in_disk();

@@ -46,7 +46,7 @@ double worst_in(const StrokeResponse& response, const Constraint& of) {
 
 }  // namespace
 
-TEST_CASE("the worst errors of assembly are as bad as any of a grid", "[assembly]") {
+TEST_CASE("the worst errors of assembly are as bad as any of a grid") {
   const Job job = parse_job(guide());
   const AssemblyReport report = study(guide());
   INFO(report.message);
@@ -73,7 +73,7 @@ TEST_CASE("the worst errors of assembly are as bad as any of a grid", "[assembly
   }
 }
 
-TEST_CASE("at the critical scale something is critical, and nothing short of it", "[assembly]") {
+TEST_CASE("at the critical scale something is critical, and nothing short of it") {
   json document = guide();
   json& box = document["assembly_tolerances"];
   box.erase("quantities");
@@ -108,7 +108,7 @@ TEST_CASE("at the critical scale something is critical, and nothing short of it"
   CHECK(none.critical->scale == 0.01);
 }
 
-TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "[assembly][slow]") {
+TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "[slow]") {
   json document = guide();
   document["model"] = json::object();
   document["stroke"] = {{"at", {"0.1 mm"}}};
@@ -125,8 +125,7 @@ TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "
   CHECK(report.critical->scale == Approx(2).epsilon(0.01));
 }
 
-TEST_CASE("over load cases the worst of them counts, at its own worst errors",
-          "[assembly][cases][slow]") {
+TEST_CASE("over load cases the worst of them counts, at its own worst errors", "[slow]") {
   json all = guide();
   all["assembly_tolerances"]["edges"].erase(1);
   all["assembly_tolerances"]["quantities"].push_back(

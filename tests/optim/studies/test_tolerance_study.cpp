@@ -35,7 +35,7 @@ const ToleratedNumber& number(const ToleranceReport& report, const std::string& 
 
 }  // namespace
 
-TEST_CASE("slopes are derivatives times the limits, of material numbers, too", "[tolerances]") {
+TEST_CASE("slopes are derivatives times the limits, of material numbers, too") {
   const ToleranceReport report = study(guide());
   const Job job = parse_job(guide());
   StrokeRequest request = job.request;
@@ -58,8 +58,7 @@ TEST_CASE("slopes are derivatives times the limits, of material numbers, too", "
   CHECK_FALSE(report.yield);
 }
 
-TEST_CASE("the room of a linear constraint is exact, and the least of all is that of the job",
-          "[tolerances]") {
+TEST_CASE("the room of a linear constraint is exact, and the least of all is that of the job") {
   const ToleranceReport report = study(guide());
   REQUIRE(report.goals.size() == 4);
   // 0.206 m − 0.205 m over 2 · 0.5 mm + 10 · 10 µm
@@ -72,7 +71,7 @@ TEST_CASE("the room of a linear constraint is exact, and the least of all is tha
   CHECK(*report.room == least);
 }
 
-TEST_CASE("designs at the room's scale keep the constraints, and just", "[tolerances][slow]") {
+TEST_CASE("designs at the room's scale keep the constraints, and just", "[slow]") {
   json document = guide();
   document["optimise"]["constraints"].erase(2);
   const ToleranceReport report = study(document);
@@ -93,8 +92,7 @@ TEST_CASE("designs at the room's scale keep the constraints, and just", "[tolera
   CHECK(load == Approx(9).epsilon(0.02));
 }
 
-TEST_CASE("standard deviations by gradients are those of 2000 samples within 5 %",
-          "[tolerances][slow]") {
+TEST_CASE("standard deviations by gradients are those of 2000 samples within 5 %", "[slow]") {
   json document = guide();
   document["tolerance_samples"] = {{"count", 2000}, {"seed", 3}};
   const ToleranceReport report = study(document);
@@ -124,8 +122,7 @@ TEST_CASE("standard deviations by gradients are those of 2000 samples within 5 %
   CHECK(*report.yield < 1);
 }
 
-TEST_CASE("a cutting offset of several parameters is one tolerance with one sample for all",
-          "[tolerances]") {
+TEST_CASE("a cutting offset of several parameters is one tolerance with one sample for all") {
   json document = guide();
   document["tolerances"] = {
       {"offset", {{"plus_minus", "10 um"}, {"parameters", {{"thickness", 1}, {"length", -2}}}}}};
@@ -140,8 +137,7 @@ TEST_CASE("a cutting offset of several parameters is one tolerance with one samp
                         *number(report, "drive_stiffness").slopes)[0] == 1);
 }
 
-TEST_CASE("a deviation moves its own parameter, not those that are formulas of it",
-          "[tolerances]") {
+TEST_CASE("a deviation moves its own parameter, not those that are formulas of it") {
   json document = guide();
   document["design"]["parameters"]["width"] = {{"expression", "0.3*length"}};
   document["optimise"]["constraints"] = {{{"expression", "length + width"}, {"max", 1}}};
@@ -152,7 +148,7 @@ TEST_CASE("a deviation moves its own parameter, not those that are formulas of i
   CHECK(report.goals[1].number.sampled->high <= 0.131 * (1 + 1e-12));
 }
 
-TEST_CASE("sampled designs are the same for any number of threads", "[tolerances]") {
+TEST_CASE("sampled designs are the same for any number of threads") {
   json document = guide();
   document["tolerance_samples"] = {{"count", 12}};
   const ToleranceReport one = study(document, 1), two = study(document, 2);
@@ -166,8 +162,7 @@ TEST_CASE("sampled designs are the same for any number of threads", "[tolerances
   }
 }
 
-TEST_CASE("samples that are no mechanism are counted, with the reason, and keep no constraint",
-          "[tolerances]") {
+TEST_CASE("samples that are no mechanism are counted, with the reason, and keep no constraint") {
   json document = guide();
   document["frequencies"] = 0;
   document["stroke"] = {{"at", {0}}};

@@ -35,7 +35,7 @@ using Words = std::set<std::string>;
 
 }  // namespace
 
-TEST_CASE("bash completes commands, options, families, files and values", "[results][terminal]") {
+TEST_CASE("bash completes commands, options, families, files and values") {
   const test::Workplace folder;
   for (const char* name : {"guide.json", "a hinge.json", "notes.txt"})
     std::ofstream(folder.path() / name) << "{}";
@@ -63,7 +63,7 @@ TEST_CASE("bash completes commands, options, families, files and values", "[resu
   CHECK(offered({"completion", ""}) == Words{"bash", "zsh"});
 }
 
-TEST_CASE("The program prints its scripts, and refuses other shells", "[results][terminal]") {
+TEST_CASE("The program prints its scripts, and refuses other shells") {
   const test::Workplace folder;
   CHECK(folder.run("completion bash").out == bash_completion());
   CHECK(folder.run("completion zsh").out == zsh_completion());
@@ -72,7 +72,7 @@ TEST_CASE("The program prints its scripts, and refuses other shells", "[results]
   CHECK_THAT(other.err, Contains("fish"));
 }
 
-TEST_CASE("The script for zsh names every command and option once", "[results][terminal]") {
+TEST_CASE("The script for zsh names every command and option once") {
   const std::string script = zsh_completion();
   for (const CommandShape& command : command_shapes()) {
     CAPTURE(command.name);

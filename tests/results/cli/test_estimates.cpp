@@ -34,7 +34,7 @@ Ran run(const OrderedJson& job) {
 
 }  // namespace
 
-TEST_CASE("estimates stand beside the numbers and change none of them", "[results][estimates]") {
+TEST_CASE("estimates stand beside the numbers and change none of them") {
   OrderedJson job = guide_job();
   const Ran plain = run(job);
   job["model"] = {{"estimate", true}};
@@ -72,8 +72,7 @@ TEST_CASE("estimates stand beside the numbers and change none of them", "[result
         std::string::npos);
 }
 
-TEST_CASE("auto says what it chose and why, and ends with 1 where nothing meets the tolerance",
-          "[results][estimates][slow]") {
+TEST_CASE("auto says what it chose and why, and ends with 1 where nothing is enough", "[slow]") {
   OrderedJson job = guide_job();
   job["model"] = {{"accuracy", "auto"}, {"tolerance", 0.02}};
   const Ran easy = run(job);
@@ -98,7 +97,7 @@ TEST_CASE("auto says what it chose and why, and ends with 1 where nothing meets 
   CHECK(hard.result["path"][1]["drive_load"].is_number());
 }
 
-TEST_CASE("a result whose estimate is beyond the limit is not ok", "[results][estimates]") {
+TEST_CASE("a result whose estimate is beyond the limit is not ok") {
   OrderedJson job = guide_job();
   job["frequencies"] = 0;
   job["stroke"]["points"] = 2;
@@ -115,7 +114,7 @@ TEST_CASE("a result whose estimate is beyond the limit is not ok", "[results][es
   CHECK(beyond.result["path"] == believed.result["path"]);
 }
 
-TEST_CASE("an optimisation has estimates at its optimum", "[results][estimates]") {
+TEST_CASE("an optimisation has estimates at its optimum") {
   OrderedJson job = guide_job();
   job["job"] = "optimise";
   job["stroke"]["points"] = 2;

@@ -31,8 +31,7 @@ std::vector<std::string> frames_of(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("On a terminal an optimisation has one line, wiped before the summary",
-          "[results][terminal]") {
+TEST_CASE("On a terminal an optimisation has one line, wiped before the summary") {
   const test::Workplace folder;
   folder.put("stiff.json", optimise_job());
   const auto begin = std::chrono::steady_clock::now();
@@ -57,7 +56,7 @@ TEST_CASE("On a terminal an optimisation has one line, wiped before the summary"
   CHECK_FALSE(std::regex_search(outcome.out, std::regex("\x1b\\[[^K]")));
 }
 
-TEST_CASE("The line fits a narrow terminal", "[results][terminal]") {
+TEST_CASE("The line fits a narrow terminal") {
   const test::Workplace folder;
   folder.put("stiff.json", optimise_job());
   const std::vector<std::string> frames =
@@ -67,8 +66,7 @@ TEST_CASE("The line fits a narrow terminal", "[results][terminal]") {
   CHECK_THAT(frames.back(), Contains(" evaluations"));
 }
 
-TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is no line of it",
-          "[results][terminal]") {
+TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is no line of it") {
   const test::Workplace folder;
   OrderedJson job = leaf_job();
   job["maps"] = OrderedJson::parse(R"([{"points": [3, 2], "parameters": [
@@ -88,7 +86,7 @@ TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is
                            !Contains("\x1b") && !Contains("/8") && !Contains("/6"));
 }
 
-TEST_CASE("run --json prints the summary's numbers in SI", "[results][terminal]") {
+TEST_CASE("run --json prints the summary's numbers in SI") {
   const test::Workplace folder;
   folder.put("leaf.json", leaf_job());
   const test::Outcome outcome = folder.run("run leaf.json --json --out here");
@@ -116,8 +114,7 @@ TEST_CASE("run --json prints the summary's numbers in SI", "[results][terminal]"
   CHECK((load && support));
 }
 
-TEST_CASE("run --json of an optimisation has the optimum with its constraints and differences",
-          "[results][terminal]") {
+TEST_CASE("run --json of an optimisation has the optimum with its constraints and differences") {
   const test::Workplace folder;
   OrderedJson job = optimise_job();
   job["model"]["accuracy"] = "reduced";
@@ -137,7 +134,7 @@ TEST_CASE("run --json of an optimisation has the optimum with its constraints an
   CHECK(optimum["verified"]["constraints"].size() == 1);
 }
 
-TEST_CASE("run --json of a comparison has its worst errors", "[results][terminal]") {
+TEST_CASE("run --json of a comparison has its worst errors") {
   const test::Workplace folder;
   OrderedJson job = leaf_job();
   job["job"] = "compare";
@@ -157,8 +154,7 @@ TEST_CASE("run --json of a comparison has its worst errors", "[results][terminal
   CHECK(model["errors"]["drive_load"]["worst"].get<double>() > 0);
 }
 
-TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code",
-          "[results][terminal]") {
+TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code") {
   const test::Workplace folder;
   folder.put("leaf.json", leaf_job());
   const auto printed = [&](const std::string& arguments, int code) {

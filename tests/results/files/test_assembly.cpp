@@ -5,7 +5,7 @@
 #include "results/run/run.hpp"
 #include "tests/results/results_tests.hpp"
 
-TEST_CASE("errors of assembly stand in the result with leaf, end and stroke", "[assembly]") {
+TEST_CASE("errors of assembly stand in the result with leaf, end and stroke") {
   const Job job = parse_job(nlohmann::json::parse(R"({
     "name": "misaligned", "job": "evaluate",
     "design": {"family": "parallel_guide", "material": "stavax",
@@ -36,7 +36,7 @@ TEST_CASE("errors of assembly stand in the result with leaf, end and stroke", "[
   CHECK_THAT(summary_of(record), Contains("critical errors of assembly: the box times"));
 }
 
-TEST_CASE("errors of assembly over load cases say which case is the worst", "[assembly][cases]") {
+TEST_CASE("errors of assembly over load cases say which case is the worst") {
   const Job job = parse_job(nlohmann::json::parse(R"({
     "name": "misaligned", "job": "evaluate",
     "design": {"family": "parallel_guide", "material": "stavax",

@@ -30,7 +30,7 @@ RunRecord run(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("A comparison is written as the contract names it", "[results][compare]") {
+TEST_CASE("A comparison is written as the contract names it") {
   const test::TemporaryFolder folder;
   const RunRecord record = run(folder.path());
   const WrittenRun written = write_run(folder.path(), record);
@@ -80,8 +80,7 @@ TEST_CASE("A comparison is written as the contract names it", "[results][compare
   CHECK_THAT(make_report(result, nullptr), Contains("against full accuracy"));
 }
 
-TEST_CASE("Every quantity of the table can be compared, and stands in all files",
-          "[results][compare][slow]") {
+TEST_CASE("Every quantity of the table can be compared, and stands in all files", "[slow]") {
   json document = *batch().as_read;
   document["design"]["material"] = json::parse(R"({"name": "strong",
     "youngs_modulus": 2e11, "poissons_ratio": 0.3, "density": 7800, "yield_strength": 1.4e9,
@@ -125,8 +124,7 @@ TEST_CASE("Every quantity of the table can be compared, and stands in all files"
              Contains("error: load_capacity.-ux [1]") && !Contains("error: load_capacity.rx [1]"));
 }
 
-TEST_CASE("Numbers that a model lacks are counted, and named with the reason",
-          "[results][compare]") {
+TEST_CASE("Numbers that a model lacks are counted, and named with the reason") {
   RunRecord record;
   record.job = batch();
   record.mechanism = make_mechanism(record.job, record.job.design.parameters);
@@ -155,7 +153,7 @@ TEST_CASE("Numbers that a model lacks are counted, and named with the reason",
   CHECK_THAT(summary_of(record), Contains("numbers that only one has"));
 }
 
-TEST_CASE("An interrupted comparison's report tells what its log holds", "[results][compare]") {
+TEST_CASE("An interrupted comparison's report tells what its log holds") {
   const test::TemporaryFolder folder;
   run(folder.path());
   const fs::path log = folder.path() / "evaluations.jsonl";
@@ -170,7 +168,7 @@ TEST_CASE("An interrupted comparison's report tells what its log holds", "[resul
   CHECK(result["comparison"]["models"][1]["errors"]["drive_load"]["count"] == 2);
 }
 
-TEST_CASE("A comparison without one design to compare is not usable", "[results][compare]") {
+TEST_CASE("A comparison without one design to compare is not usable") {
   json document = *batch().as_read;
   document["samples"]["designs"] = json::parse(R"([{"length": 0.006}])");
   document["stroke"] = {{"at", {0.011}}};

@@ -28,8 +28,7 @@ RunRecord mapped() {
 
 }  // namespace
 
-TEST_CASE("a map is rows of the first parameter, null where a design has no value",
-          "[results][json]") {
+TEST_CASE("a map is rows of the first parameter, null where a design has no value") {
   const RunRecord record = mapped();
   const OrderedJson map = make_result(record)["maps"][0];
   REQUIRE(map["parameters"].size() == 2);
@@ -51,8 +50,7 @@ TEST_CASE("a map is rows of the first parameter, null where a design has no valu
   CHECK_FALSE(make_result(test::optimised_hinge()).contains("maps"));
 }
 
-TEST_CASE("maps.csv has a row for each design and quantity, and goes when there are no maps",
-          "[results][csv]") {
+TEST_CASE("maps.csv has a row for each design and quantity, and goes when there are no maps") {
   const test::TemporaryFolder folder;
   const RunRecord record = mapped();
   write_maps_csv(folder.path(), record);

@@ -38,7 +38,7 @@ std::vector<std::string> names_in_order(const OrderedJson& result) {
 
 }  // namespace
 
-TEST_CASE("feasible designs by objective, then by least violation, then what failed", "[results]") {
+TEST_CASE("feasible designs by objective, then by least violation, then what failed") {
   const std::vector<std::string> names{"worse", "far off", "failed", "best", "near", "unfinished"};
   const std::vector<OrderedJson> results{
       result_of("optimal", 80, 5e6),      result_of("infeasible", 900, -250e6),
@@ -63,8 +63,7 @@ TEST_CASE("feasible designs by objective, then by least violation, then what fai
         std::string::npos);
 }
 
-TEST_CASE("without a feasible design the least violated one leads and the status says so",
-          "[results]") {
+TEST_CASE("without a feasible design the least violated one leads and the status says so") {
   const OrderedJson result =
       make_listed_result(job_of({"a", "b"}, true),
                          {result_of("infeasible", 1, -9e6), result_of("infeasible", 2, -5e6)});
@@ -73,7 +72,7 @@ TEST_CASE("without a feasible design the least violated one leads and the status
   CHECK(result["message"].get<std::string>().find("0.01 of its bound") != std::string::npos);
 }
 
-TEST_CASE("designs that an interrupted run has not come to stand last", "[results]") {
+TEST_CASE("designs that an interrupted run has not come to stand last") {
   const OrderedJson result =
       make_listed_result(job_of({"a", "b"}, true), {OrderedJson(), result_of("optimal", 2, 1e6)});
   CHECK(result["status"] == "interrupted");
@@ -81,7 +80,7 @@ TEST_CASE("designs that an interrupted run has not come to stand last", "[result
   CHECK(result["ranking"][1]["status"] == "not_begun");
 }
 
-TEST_CASE("the ranking as a table has a row a design", "[results]") {
+TEST_CASE("the ranking as a table has a row a design") {
   const OrderedJson result =
       make_listed_result(job_of({"a, with comma", "b"}, true),
                          {result_of("optimal", 1, 5e6), result_of("failed", nullptr, 0)});

@@ -5,8 +5,7 @@
 #include "support/models.hpp"
 #include "tests/results/results_tests.hpp"
 
-TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these",
-          "[results][json][drive]") {
+TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these") {
   RunRecord record = test::evaluated_hinge();
   record.mechanism.drives = {{.name = "x", .direction = Direction::ux},
                              {.name = "turn", .direction = Direction::rz}};
@@ -38,8 +37,7 @@ TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these
   CHECK(one["conventions"]["drive"] == "uy of shuttle in axes of its own");
 }
 
-TEST_CASE("Every number of a stroke point is in the result, under the contract's name",
-          "[results][json]") {
+TEST_CASE("Every number of a stroke point is in the result, under the contract's name") {
   const RunRecord record = test::evaluated_hinge();
   const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
   CHECK(result["status"] == "ok");
@@ -100,8 +98,7 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
   }
 }
 
-TEST_CASE("Frequency derivatives are in the result, under the contract's names",
-          "[results][json]") {
+TEST_CASE("Frequency derivatives are in the result, under the contract's names") {
   RunRecord record = test::evaluated_hinge();
   FrequencyDerivatives d{.index = 1, .omega2 = 1.29e6, .d_omega2 = -3, .d2_omega2 = -9.1e8};
   d.mode.frequency = 180.8;
@@ -124,7 +121,7 @@ TEST_CASE("Frequency derivatives are in the result, under the contract's names",
   CHECK_FALSE(make_result(record).contains("frequency_derivatives"));
 }
 
-TEST_CASE("Every body has its motion at every point of the result", "[results][json]") {
+TEST_CASE("Every body has its motion at every point of the result") {
   RunRecord record = test::evaluated_hinge();
   RigidBody second = record.mechanism.bodies[0];
   second.name = "second";
@@ -142,7 +139,7 @@ TEST_CASE("Every body has its motion at every point of the result", "[results][j
   }
 }
 
-TEST_CASE("What holds a mechanism twice is in the result, in words", "[results][json]") {
+TEST_CASE("What holds a mechanism twice is in the result, in words") {
   const OrderedJson constraints = make_result(test::evaluated_hinge())["constraints"];
   CHECK(unlike_text(constraints, R"({
     "degrees_of_freedom": 1, "end_effector_degrees_of_freedom": 1, "overconstraints": 1,
@@ -152,7 +149,7 @@ TEST_CASE("What holds a mechanism twice is in the result, in words", "[results][
         "");
 }
 
-TEST_CASE("Keys stand in the contract's order and a matrix row on one line", "[results][json]") {
+TEST_CASE("Keys stand in the contract's order and a matrix row on one line") {
   const std::string text = json_text(make_result(test::evaluated_hinge()));
   const auto at = [&](const char* key) { return text.find(std::string("\n  \"") + key + "\":"); };
   CHECK(at("flexopt") < at("job"));
@@ -165,7 +162,7 @@ TEST_CASE("Keys stand in the contract's order and a matrix row on one line", "[r
   CHECK(text.find(tail) != std::string::npos);
 }
 
-TEST_CASE("A point without equilibrium has nulls and the run is not usable", "[results][json]") {
+TEST_CASE("A point without equilibrium has nulls and the run is not usable") {
   RunRecord record = test::evaluated_hinge();
   record.response.status = Status::no_equilibrium;
   record.response.message = "Newton stopped at 0.2 rad";
@@ -191,8 +188,7 @@ TEST_CASE("A point without equilibrium has nulls and the run is not usable", "[r
   CHECK(json["compliance"].is_null());
 }
 
-TEST_CASE("A number that is not finite is null, is named, and makes the run unusable",
-          "[results][json]") {
+TEST_CASE("A number that is not finite is null, is named, and makes the run unusable") {
   RunRecord record = test::evaluated_hinge();
   record.response.path[1].drive_load = std::numeric_limits<double>::quiet_NaN();
   record.response.path[2].compliance_free(0, 1) = std::numeric_limits<double>::infinity();
@@ -204,7 +200,7 @@ TEST_CASE("A number that is not finite is null, is named, and makes the run unus
   CHECK_FALSE(usable(result));
 }
 
-TEST_CASE("The optimum keeps the names of the contract", "[results][json]") {
+TEST_CASE("The optimum keeps the names of the contract") {
   const RunRecord record = test::optimised_hinge();
   const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
   const auto& optimum = result["optimum"];
@@ -228,8 +224,7 @@ TEST_CASE("The optimum keeps the names of the contract", "[results][json]") {
   CHECK(optimum["history"]["objective"][2].is_null());  // a failed evaluation
 }
 
-TEST_CASE("Stock sizes, front and verification stand in the result as their README says",
-          "[results][json]") {
+TEST_CASE("Stock sizes, front and verification stand in the result as their README says") {
   RunRecord record = test::optimised_hinge();
   Optimum& o = *record.optimum;
   OptimiseSpec& spec = *record.job.optimise;
@@ -283,7 +278,7 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   CHECK_THAT(history, Catch::EndsWith(",verification,full\n"));
 }
 
-TEST_CASE("Each end of an optimisation has its status", "[results][json]") {
+TEST_CASE("Each end of an optimisation has its status") {
   RunRecord record = test::optimised_hinge();
   const auto status = [&](OptimumStatus end) {
     record.optimum->status = end;
@@ -297,8 +292,7 @@ TEST_CASE("Each end of an optimisation has its status", "[results][json]") {
   CHECK(status(OptimumStatus::failed) == "failed");
 }
 
-TEST_CASE("Critical factors have both drive states, estimate, kind, mode and reason",
-          "[results][json]") {
+TEST_CASE("Critical factors have both drive states, estimate, kind, mode and reason") {
   RunRecord record = test::evaluated_hinge();
   const std::size_t bodies = record.mechanism.bodies.size();
   Buckling& buckling = record.response.path[1].buckling.emplace();

@@ -39,7 +39,7 @@ double lost_edges(const Mechanism& mechanism, const PathPoint& point, const Mode
 
 }  // namespace
 
-TEST_CASE("In every mode the clamped edges go with their bodies", "[results][scene]") {
+TEST_CASE("In every mode the clamped edges go with their bodies") {
   const Mechanism mechanism = models::guide(0.1, 0.03, 5e-4);
   ModelOptions plate, beam, chained, constant;
   plate.mesh = {6, 4};
@@ -69,7 +69,7 @@ TEST_CASE("In every mode the clamped edges go with their bodies", "[results][sce
   }
 }
 
-TEST_CASE("The drive's mode bends leaves as cubics", "[results][scene]") {
+TEST_CASE("The drive's mode bends leaves as cubics") {
   // Of two leaves whose mass is a thousandth of the body's: static shapes of guided beams.
   const Mechanism mechanism = models::guide(0.1, 0.006, 5e-4, 0.06, 10);
   ModelOptions beam;
@@ -83,7 +83,7 @@ TEST_CASE("The drive's mode bends leaves as cubics", "[results][scene]") {
   CHECK((drive.leaf_motion[0] - cubic).cwiseAbs().maxCoeff() < 2e-3 * cubic.cwiseAbs().maxCoeff());
 }
 
-TEST_CASE("A scene has every equilibrium once", "[results][scene]") {
+TEST_CASE("A scene has every equilibrium once") {
   RunRecord record = test::evaluated_hinge();
   const OrderedJson scene = make_scene(record);
   REQUIRE(scene["designs"].size() == 1);
@@ -103,7 +103,7 @@ TEST_CASE("A scene has every equilibrium once", "[results][scene]") {
   CHECK(make_scene(record)["designs"].empty());
 }
 
-TEST_CASE("A long path is drawn at fewer points, its ends among them", "[results][scene]") {
+TEST_CASE("A long path is drawn at fewer points, its ends among them") {
   RunRecord record = test::evaluated_hinge();
   const PathPoint last = record.response.path.back();
   for (int k = 0; k < 9000; ++k) record.response.path.push_back(last);
@@ -115,8 +115,7 @@ TEST_CASE("A long path is drawn at fewer points, its ends among them", "[results
   CHECK(std::ranges::find(frames, OrderedJson(2)) != frames.end());
 }
 
-TEST_CASE("A scene of several designs leaves out what would not fit, and says so",
-          "[results][scene]") {
+TEST_CASE("A scene of several designs leaves out what would not fit, and says so") {
   const OrderedJson one = make_scene(test::evaluated_hinge());
   OrderedJson huge = one;
   huge["designs"][0]["rest"]["data"] = std::string(8'000'000, 'A');
@@ -128,7 +127,7 @@ TEST_CASE("A scene of several designs leaves out what would not fit, and says so
   CHECK(all["left_out"] == OrderedJson({"huge"}));
 }
 
-TEST_CASE("An optimisation's scene has its start and all evaluated designs", "[results][scene]") {
+TEST_CASE("An optimisation's scene has its start and all evaluated designs") {
   RunRecord record = test::optimised_hinge();
   record.others = {
       {"start", "start", record.optimum->parameters, record.mechanism, record.optimum->response}};

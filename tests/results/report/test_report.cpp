@@ -35,7 +35,7 @@ OrderedJson data_of(const std::string& page, const std::string& id) {
 
 }  // namespace
 
-TEST_CASE("The report loads nothing from outside the file", "[results][report]") {
+TEST_CASE("The report loads nothing from outside the file") {
   const std::string page = page_of(test::optimised_hinge());
   for (const std::string& tag : tags(page))
     for (const std::string attribute : {" src=", " srcset=", " action=", " href="})
@@ -48,7 +48,7 @@ TEST_CASE("The report loads nothing from outside the file", "[results][report]")
   CHECK_THAT(page, Contains("Content-Security-Policy\" content=\"default-src 'none';"));
 }
 
-TEST_CASE("No text of a job can end the page's data", "[results][report]") {
+TEST_CASE("No text of a job can end the page's data") {
   const std::string page = page_of(test::evaluated_hinge());
   CHECK(count(page, "<script") == 3);
   CHECK(count(page, "</script") == 3);
@@ -59,7 +59,7 @@ TEST_CASE("No text of a job can end the page's data", "[results][report]") {
   CHECK(data_of(page, "scene") == make_scene(test::evaluated_hinge()));
 }
 
-TEST_CASE("The plotting libraries and their licences are inside", "[results][report]") {
+TEST_CASE("The plotting libraries and their licences are inside") {
   const std::string page = page_of(test::evaluated_hinge());
   for (const char* file : {"bundle.js", "report.css"}) {
     CAPTURE(file);
@@ -87,7 +87,7 @@ TEST_CASE("The plotting libraries and their licences are inside", "[results][rep
   CHECK(embedded_file("no such file").empty());
 }
 
-TEST_CASE("Even an odd result gives a page", "[results][report]") {
+TEST_CASE("Even an odd result gives a page") {
   CHECK_THAT(make_report(OrderedJson::object(), nullptr),
              Contains("<title>flexopt report</title>"));
   const OrderedJson odd = {{"job", {{"name", 7}}}};

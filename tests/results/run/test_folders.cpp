@@ -69,7 +69,7 @@ class Running {
 
 }  // namespace
 
-TEST_CASE("a folder that is read-only is refused before anything is computed", "[folders]") {
+TEST_CASE("a folder that is read-only is refused before anything is computed") {
   const auto anyone = as_anyone();
   if (!anyone) return;
   const Workplace folder;
@@ -92,7 +92,7 @@ TEST_CASE("a folder that is read-only is refused before anything is computed", "
   }
 }
 
-TEST_CASE("a finished run in a folder that has become read-only stays as it is", "[folders]") {
+TEST_CASE("a finished run in a folder that has become read-only stays as it is") {
   const auto anyone = as_anyone();
   if (!anyone) return;
   const Workplace folder;
@@ -110,7 +110,7 @@ TEST_CASE("a finished run in a folder that has become read-only stays as it is",
   fs::permissions(folder / "out", fs::perms(0755));
 }
 
-TEST_CASE("a folder that is removed while a run goes on ends it in words", "[folders][slow]") {
+TEST_CASE("a folder that is removed while a run goes on ends it in words", "[slow]") {
   const Workplace folder;
   OrderedJson job = leaf_job();  // as many points as fit into some tenths of a second
   job["stroke"]["points"] = 201;
@@ -144,7 +144,7 @@ TEST_CASE("a folder that is removed while a run goes on ends it in words", "[fol
   }
 }
 
-TEST_CASE("two runs of one job in one folder leave the bytes of one", "[folders]") {
+TEST_CASE("two runs of one job in one folder leave the bytes of one") {
   for (const auto& [kind, job] : jobs_of_all_kinds()) {
     if (kind == "compare") continue;  // its result has times
     CAPTURE(kind);
@@ -166,7 +166,7 @@ TEST_CASE("two runs of one job in one folder leave the bytes of one", "[folders]
   }
 }
 
-TEST_CASE("a clock that goes back changes no byte", "[folders]") {
+TEST_CASE("a clock that goes back changes no byte") {
   const Workplace folder;
   // sanitized programs want to be told that their library is not the first one
   const std::string preload =

@@ -4,7 +4,7 @@
 #include "results/run/run_files.hpp"
 #include "tests/results/results_tests.hpp"
 
-TEST_CASE("A run leaves exactly its files", "[results][run]") {
+TEST_CASE("A run leaves exactly its files") {
   const test::TemporaryFolder folder;
   write_job(folder.path(), test::optimised_hinge().job);
   write_run(folder.path(), test::optimised_hinge());
@@ -17,7 +17,7 @@ TEST_CASE("A run leaves exactly its files", "[results][run]") {
   CHECK(timings["seconds"]["total"] == 0.125);
 }
 
-TEST_CASE("The same run gives the same bytes, timings apart", "[results][run]") {
+TEST_CASE("The same run gives the same bytes, timings apart") {
   const test::TemporaryFolder a, b;
   RunRecord record = test::optimised_hinge();
   write_run(a.path(), record);
@@ -30,7 +30,7 @@ TEST_CASE("The same run gives the same bytes, timings apart", "[results][run]") 
   }
 }
 
-TEST_CASE("The report made again from the folder is the report of the run", "[results][run]") {
+TEST_CASE("The report made again from the folder is the report of the run") {
   const test::TemporaryFolder folder;
   const RunRecord record = test::optimised_hinge();
   write_job(folder.path(), record.job);
@@ -41,7 +41,7 @@ TEST_CASE("The report made again from the folder is the report of the run", "[re
   CHECK((test::content_of(folder.path() / "report.html") == first));
 }
 
-TEST_CASE("A run says why frequency derivatives are missing", "[results][run]") {
+TEST_CASE("A run says why frequency derivatives are missing") {
   RunRecord record = test::evaluated_hinge();
   const std::string whole = record.message;
   CHECK(whole.find("no frequency derivatives") == std::string::npos);
@@ -52,7 +52,7 @@ TEST_CASE("A run says why frequency derivatives are missing", "[results][run]") 
         whole.substr(0, whole.size() - 1) + "; no frequency derivatives: 60 modes of 18 unknowns.");
 }
 
-TEST_CASE("A failed expectation is in the result file", "[results][run]") {
+TEST_CASE("A failed expectation is in the result file") {
   const test::TemporaryFolder folder;
   RunRecord record = test::evaluated_hinge();
   record.job.expect = {{"/path/4/drive_load", 1e3, 1, "wrong on purpose"}};
@@ -63,7 +63,7 @@ TEST_CASE("A failed expectation is in the result file", "[results][run]") {
   CHECK(result["expectations"][0]["ok"] == false);
 }
 
-TEST_CASE("A folder without a run, or with a broken one, is wrong input", "[results][run]") {
+TEST_CASE("A folder without a run, or with a broken one, is wrong input") {
   const test::TemporaryFolder folder;
   CHECK_THROWS_AS(read_result(folder.path() / "missing"), SpecError);
   CHECK_THROWS_AS(read_result(folder.path()), SpecError);

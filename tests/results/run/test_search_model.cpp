@@ -57,8 +57,7 @@ json guide(const std::string& atlas) {
 
 }  // namespace
 
-TEST_CASE("a search on looked-up leaves ends at the optimum of the mesh that was chosen",
-          "[results][run][slow]") {
+TEST_CASE("a search on looked-up leaves ends at the optimum of the chosen mesh", "[slow]") {
   const SmallAtlas atlas;
   Silent listener;
   const RunRecord found = run_optimisation(parse_job(guide("auto")), {}, 1, listener),
@@ -90,8 +89,7 @@ TEST_CASE("a search on looked-up leaves ends at the optimum of the mesh that was
   CHECK(make_result(built)["optimum"]["searched_on"].is_null());
 }
 
-TEST_CASE("designs in stock sizes are searched on the mesh that was chosen",
-          "[results][run][slow]") {
+TEST_CASE("designs in stock sizes are searched on the mesh that was chosen", "[slow]") {
   const SmallAtlas atlas;
   json job = guide("auto");
   job["optimise"]["variables"][1]["step"] = "0.05 mm";

@@ -37,7 +37,7 @@ struct Runs : Workplace {
 
 }  // namespace
 
-TEST_CASE("a shard is one of so many", "[shard]") {
+TEST_CASE("a shard is one of so many") {
   const Shard shard = read_shard("3/16");
   CHECK(shard.number == 3);
   CHECK(shard.of == 16);
@@ -47,13 +47,13 @@ TEST_CASE("a shard is one of so many", "[shard]") {
   }
 }
 
-TEST_CASE("numbers as an array of Slurm", "[shard]") {
+TEST_CASE("numbers as an array of Slurm") {
   CHECK(array_text({}).empty());
   CHECK(array_text({4}) == "4");
   CHECK(array_text({1, 2, 3, 7, 9, 10}) == "1-3,7,9-10");
 }
 
-TEST_CASE("merged shards are the bytes of one run, in any order and again", "[shard]") {
+TEST_CASE("merged shards are the bytes of one run, in any order and again") {
   struct Kind {
     const char* name;
     OrderedJson job;
@@ -84,7 +84,7 @@ TEST_CASE("merged shards are the bytes of one run, in any order and again", "[sh
   }
 }
 
-TEST_CASE("a shard says how much of the work it is, and goes on where it stopped", "[shard]") {
+TEST_CASE("a shard says how much of the work it is, and goes on where it stopped") {
   Runs runs(compared_leaf());
   const Outcome first = runs.run("run leaf.json --quiet --shard 2/4");
   CHECK(first.out == "3 of 12 evaluations\nshard 2 of 4: leaf.2-of-4.out\n");
@@ -102,7 +102,7 @@ TEST_CASE("a shard says how much of the work it is, and goes on where it stopped
   CHECK(runs.content("leaf.2-of-4.out/evaluations.jsonl") == log);
 }
 
-TEST_CASE("what is missing is told, or computed", "[shard]") {
+TEST_CASE("what is missing is told, or computed") {
   Runs runs(compared_leaf());
   REQUIRE(runs.run("run leaf.json --quiet --out alone").code == 0);
   runs.shards(4);
@@ -117,7 +117,7 @@ TEST_CASE("what is missing is told, or computed", "[shard]") {
   CHECK(runs.content("merged/evaluations.jsonl") == runs.content("alone/evaluations.jsonl"));
 }
 
-TEST_CASE("what does not belong together is refused", "[shard]") {
+TEST_CASE("what does not belong together is refused") {
   Runs runs(compared_leaf());
   runs.shards(2);
   const auto refused = [&](const std::string& arguments, const std::string& why) {
@@ -144,7 +144,7 @@ TEST_CASE("what does not belong together is refused", "[shard]") {
   CHECK_FALSE(runs.has("merged"));
 }
 
-TEST_CASE("two values of one evaluation are refused", "[shard]") {
+TEST_CASE("two values of one evaluation are refused") {
   Runs runs(compared_leaf());
   runs.shards(2);
   fs::copy(runs.path() / "shard.1", runs.path() / "again");
@@ -168,7 +168,7 @@ TEST_CASE("two values of one evaluation are refused", "[shard]") {
   CHECK_THAT(refused.err, Contains("line 2: {") && Contains("checksum"));
 }
 
-TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
+TEST_CASE("a design file is found from wherever shards are merged") {
   OrderedJson job = compared_leaf();
   job["design"].erase("family");
   job["design"]["file"] = "leaf.design.json";
@@ -185,7 +185,7 @@ TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
   CHECK(runs.content("merged/evaluations.jsonl") == runs.content("alone/evaluations.jsonl"));
 }
 
-TEST_CASE("a job without independent work has no shards", "[shard]") {
+TEST_CASE("a job without independent work has no shards") {
   Runs runs(leaf_job());
   const Outcome outcome = runs.run("run leaf.json --shard 1/2");
   CHECK(outcome.code == 2);

@@ -19,8 +19,7 @@ json optimised() {
 
 }  // namespace
 
-TEST_CASE("A moved design has the numbers of a run of the job with these values",
-          "[results][server]") {
+TEST_CASE("A moved design has the numbers of a run of the job with these values") {
   const Explorer explorer(parse_job(leaf()));
   const OrderedJson answer = explorer.evaluate({{"thickness", 0.5e-3}, {"length", 0.07}});
   REQUIRE(answer["ok"] == true);
@@ -38,7 +37,7 @@ TEST_CASE("A moved design has the numbers of a run of the job with these values"
   CHECK(answer["result"]["path"] != explorer.evaluate({})["result"]["path"]);
 }
 
-TEST_CASE("Goals of an optimisation are judged at the moved design", "[results][server]") {
+TEST_CASE("Goals of an optimisation are judged at the moved design") {
   const Explorer explorer(parse_job(optimised()));
   const OrderedJson thin = explorer.evaluate({{"thickness", 0.2e-3}}),
                     thick = explorer.evaluate({{"thickness", 0.6e-3}});
@@ -62,7 +61,7 @@ TEST_CASE("Goals of an optimisation are judged at the moved design", "[results][
   CHECK(thin["goals"][2]["met"] == true);
 }
 
-TEST_CASE("A broken rule is told, and so is a stroke that is not reached", "[results][server]") {
+TEST_CASE("A broken rule is told, and so is a stroke that is not reached") {
   const Explorer explorer(parse_job(leaf()));
   const OrderedJson wrong = explorer.evaluate({{"width", 0.01}, {"thickness", 0.6e-3}});
   CHECK(wrong["ok"] == true);
@@ -80,7 +79,7 @@ TEST_CASE("A broken rule is told, and so is a stroke that is not reached", "[res
   CHECK_THAT(broken["message"].get<std::string>(), Contains("/design/parameters/thickness"));
 }
 
-TEST_CASE("The job that is written is one that a run takes", "[results][server]") {
+TEST_CASE("The job that is written is one that a run takes") {
   const Explorer explorer(parse_job(optimised()));
   const std::string text = explorer.job_text({{"thickness", 0.45e-3}});
   const Job job = parse_job(json::parse(text));

@@ -77,8 +77,7 @@ const char* leaf = R"({
 
 }  // namespace
 
-TEST_CASE("explore serves a page, evaluates moves, writes the job, and leaves nothing",
-          "[results][server]") {
+TEST_CASE("explore serves a page, evaluates moves, writes the job, and leaves nothing") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "leaf.json", leaf);
   Program program("explore", (folder.path() / "leaf.json").string());
@@ -106,7 +105,7 @@ TEST_CASE("explore serves a page, evaluates moves, writes the job, and leaves no
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
-TEST_CASE("watch serves a finished run and nothing else", "[results][server]") {
+TEST_CASE("watch serves a finished run and nothing else") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "result.json", R"({"status": "ok", "message": "fine"})");
   write_file(folder.path() / "scene.json", "null");

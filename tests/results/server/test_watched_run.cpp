@@ -57,7 +57,7 @@ OrderedJson next_state(WatchedRun& run, const std::string& since = "") {
 
 }  // namespace
 
-TEST_CASE("A run is shown as far as its log goes, half a record left out", "[results][server]") {
+TEST_CASE("A run is shown as far as its log goes, half a record left out") {
   const Begun begun;
   WatchedRun run(begun.folder.path());
   begun.append(record_line(1, 140, 0.2) + record_line(2, 120, 0) + record_line(3, 130, 0));
@@ -85,7 +85,7 @@ TEST_CASE("A run is shown as far as its log goes, half a record left out", "[res
   CHECK(more["result"]["optimum"]["objective"] == 150.0);
 }
 
-TEST_CASE("A finished run is shown whole", "[results][server]") {
+TEST_CASE("A finished run is shown whole") {
   const test::TemporaryFolder folder;
   const RunRecord record = test::optimised_hinge();
   write_job(folder.path(), record.job);
@@ -99,9 +99,7 @@ TEST_CASE("A finished run is shown whole", "[results][server]") {
   CHECK_FALSE(state["scene"]["designs"].empty());
 }
 
-TEST_CASE(
-    "Where there is nothing yet, that is said, and where there is no folder, it is wrong input",
-    "[results][server]") {
+TEST_CASE("Where there is nothing yet, that is said, and a folder that is missing is wrong input") {
   const test::TemporaryFolder folder;
   CHECK_THROWS_AS(WatchedRun(folder.path() / "missing"), SpecError);
   WatchedRun run(folder.path());
@@ -111,13 +109,13 @@ TEST_CASE(
   CHECK(fs::is_empty(folder.path()));
 }
 
-TEST_CASE("A question about a run is one version", "[results][server]") {
+TEST_CASE("A question about a run is one version") {
   CHECK(read_since(R"({"since": "12ab"})") == "12ab");
   for (const char* body : {"", "[]", "{}", R"({"since": 1})", R"({"since": "", "path": "/etc"})"})
     CHECK_THROWS_AS(read_since(body), SpecError);
 }
 
-TEST_CASE("A log that another one replaces is read anew", "[results][server]") {
+TEST_CASE("A log that another one replaces is read anew") {
   const Begun begun;
   GrowingLog log;
   CHECK(log.read(begun.log).empty());
