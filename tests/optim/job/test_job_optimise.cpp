@@ -1,7 +1,6 @@
 #include "core/response/quantities.hpp"
 #include "core/spec/quantity.hpp"
-#include "support/base_jobs.hpp"
-#include "tests/optim/optim_tests.hpp"
+#include "tests/optim/job/patched_job.hpp"
 
 TEST_CASE("an optimise job is read with names, units and defaults") {
   const Job job = parse_job(base_job("optimise"));
@@ -24,15 +23,15 @@ TEST_CASE("an optimise job is read with names, units and defaults") {
   CHECK(spec.algorithm.library == "nlopt");
   CHECK(spec.algorithm.name == "LN_COBYLA");
   CHECK(spec.tolerance == OptimiseSpec{}.tolerance);
+  CHECK_FALSE(spec.pareto);
+  CHECK_FALSE(spec.verify);
 }
 
 TEST_CASE("objective and constraint default to the worst of the stroke") {
-  json document = base_job("optimise");
-  document["optimise"]["objective"] = {{"minimise", "max_stress"}};
-  document["optimise"]["constraints"] =
-      json::parse(R"([{"quantity": "parasitic_frequency", "min": "50 Hz"},
-                      {"quantity": "max_stress", "max": "1 GPa"}])");
-  const OptimiseSpec spec = *parse_job(document).optimise;
+  const OptimiseSpec spec = read_search(R"({
+    "objective": {"maximise": null, "over_stroke": null, "minimise": "max_stress"},
+    "constraints": [{"quantity": "parasitic_frequency", "min": "50 Hz"},
+                    {"quantity": "max_stress", "max": "1 GPa"}]})");
   CHECK_FALSE(spec.objective.maximise);
   CHECK(spec.objective.over_stroke == OverStroke::max);
   CHECK(spec.constraints[0].over_stroke == OverStroke::min);
@@ -63,14 +62,12 @@ TEST_CASE("bounds of formulas take the unit that the formula has") {
 }
 
 TEST_CASE("numbers of material and end-effector are variables too") {
-  json document = base_job("optimise");
-  document["optimise"]["variables"] = json::parse(R"([
+  const Job job = parse_job(patched("optimise", R"({"optimise": {"variables": [
       {"parameter": "thickness", "min": "0.1 mm", "max": "1 mm"},
       {"parameter": "material.youngs_modulus", "min": "70 GPa", "max": "210 GPa"},
       {"parameter": "end_effector.mass", "min": "100 g", "max": "2 kg", "step": "0.5 kg"},
       {"parameter": "end_effector.center_of_mass.y", "min": "-5 mm", "max": "5 mm"},
-      {"parameter": "end_effector.inertia.zz", "min": "5e-4 kg m^2", "max": "3e-3 kg m^2"}])");
-  const Job job = parse_job(document);
+      {"parameter": "end_effector.inertia.zz", "min": "5e-4 kg m^2", "max": "3e-3 kg m^2"}]}})"));
   const std::vector<Variable>& v = job.optimise->variables;
   CHECK(v[1].min == Approx(70e9));
   CHECK(v[1].start.value() == job.design.material.youngs_modulus);
@@ -100,11 +97,12 @@ TEST_CASE("numbers of material and end-effector are variables too") {
 }
 
 TEST_CASE("a formula may be the objective") {
-  json document = base_job("optimise");
-  document["optimise"]["objective"] = {{"minimise", "length*inner_width"}};
-  const OptimiseSpec spec = *parse_job(document).optimise;
-  CHECK(spec.objective.quantity.empty());
-  CHECK(spec.objective.expression == "length*inner_width");
+  const Objective objective =
+      read_search(
+          R"({"objective": {"maximise": null, "over_stroke": null, "minimise": "length*inner_width"}})")
+          .objective;
+  CHECK(objective.quantity.empty());
+  CHECK(objective.expression == "length*inner_width");
 }
 
 TEST_CASE("a start outside the box moves to its edge, with a note") {
@@ -117,23 +115,18 @@ TEST_CASE("a start outside the box moves to its edge, with a note") {
 }
 
 TEST_CASE("an optimise job can be evaluated as it stands") {
-  json document = base_job("optimise");
-  document["job"] = "evaluate";
-  const Job job = parse_job(document);
+  const Job job = parse_job(patched("optimise", R"({"job": "evaluate"})"));
   CHECK_FALSE(job.optimise);
   CHECK(job.notes.size() == 1);
 }
 
 TEST_CASE("stock sizes, steps, a front and the verification are read") {
-  json document = base_job("optimise");
-  json& o = document["optimise"];
-  o["variables"][0]["stock"] = {"70 mm", 0.05, "50 mm", "300 mm", "25 mm"};
-  o["variables"][1]["step"] = "0.15 mm";
-  o["pareto"] = {{"quantity", "drive_load"}};
-  o["verify"] = json::object();
-  o["spread"] = "latin_hypercube";
-  o["algorithm"] = {{"name", "LD_AUGLAG"}, {"local", "LD_MMA"}};
-  const Job job = parse_job(document);
+  const Job job = parse_job(patched("optimise", R"({"optimise": {
+    "variables": [{"parameter": "length", "min": "20 mm", "max": "100 mm",
+                   "stock": ["70 mm", 0.05, "50 mm", "300 mm", "25 mm"]},
+                  {"parameter": "thickness", "min": "0.1 mm", "max": "1 mm", "step": "0.15 mm"}],
+    "pareto": {"quantity": "drive_load"}, "verify": {}, "spread": "latin_hypercube",
+    "algorithm": {"library": null, "name": "LD_AUGLAG", "local": "LD_MMA"}}})"));
   const OptimiseSpec& spec = *job.optimise;
   CHECK(spec.variables[0].stock == std::vector<double>{0.025, 0.05, 0.07});
   CHECK(spec.variables[1].stock == std::vector<double>{1.5e-4, 3e-4, 4.5e-4, 6e-4, 7.5e-4, 9e-4});
@@ -151,14 +144,12 @@ TEST_CASE("stock sizes, steps, a front and the verification are read") {
   CHECK(*parse_job(*job.as_read).as_read == *job.as_read);  // as shown, it reads as the same
   CHECK(parse_job(*job.as_read).optimise->variables[1].stock == spec.variables[1].stock);
 
-  o["pareto"] = {{"expression", "inner_width*length"}, {"sense", "maximise"}, {"points", 4}};
-  o["algorithm"] = {{"name", "LN_AUGLAG"}};
-  const OptimiseSpec other = *parse_job(document).optimise;
+  const OptimiseSpec other = read_search(R"({
+    "pareto": {"expression": "inner_width*length", "sense": "maximise", "points": 4},
+    "algorithm": {"library": null, "name": "LN_AUGLAG"}})");
   CHECK(other.pareto->maximise);
   CHECK(other.pareto->expression == "inner_width*length");
   CHECK(other.algorithm.local == "LN_SBPLX");
-  CHECK_FALSE(parse_job(base_job("optimise")).optimise->pareto);
-  CHECK_FALSE(parse_job(base_job("optimise")).optimise->verify);
 }
 
 TEST_CASE("an algorithm without constraints takes neither those nor a front") {

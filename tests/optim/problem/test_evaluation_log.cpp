@@ -78,15 +78,6 @@ TEST_CASE("a run cut off anywhere resumes to the same end", "[slow]") {
   }
 }
 
-TEST_CASE("a run that went to its end is replayed without an evaluation") {
-  const test::TemporaryFolder folder;
-  const Run first = run(small_job("LN_COBYLA"), folder / "log");
-  const Run second = run(small_job("LN_COBYLA"), folder / "log");
-  CHECK(second.replayed == first.optimum.evaluations);
-  CHECK(second.calls == 1);  // the response at the optimum
-  check_same(second.optimum, first.optimum);
-}
-
 TEST_CASE("the threads change neither the result nor a byte of the log") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt", "GN_ISRES");
   CAPTURE(name);

@@ -75,23 +75,6 @@ TEST_CASE("modes that cross at the optimum stall no algorithm") {
   CHECK(o.parameters.at("thickness") == Approx(0.5e-3).margin(0.02e-3));
 }
 
-TEST_CASE("only what the goals need is asked of the mechanics") {
-  Calls calls;
-  json document = stiff_guide();
-  document["frequencies"] = 3;
-  document["optimise"]["constraints"].erase(0);  // the stress
-  document["optimise"]["max_evaluations"] = 5;
-  const Job job = parse_job(document);
-  const DesignProblem problem(job, {evaluator(calls), by_differences});
-  const DesignValues v = problem.evaluate({0.1, 0.5e-3});
-  REQUIRE(v.ok);
-  CHECK_FALSE(calls.last_request.outputs.has(Output::stress));
-  CHECK_FALSE(calls.last_request.outputs.need_frequencies());
-  const DesignProblem crossing(parse_job(crossing_modes()), {evaluator(calls), by_differences});
-  REQUIRE(crossing.evaluate({0.03, 0.5e-3}).ok);
-  CHECK(calls.last_request.frequencies_of(DriveState::locked) == 3);
-}
-
 TEST_CASE("failed evaluations are recorded and stepped back from") {
   // No equilibrium beyond 180 MPa: the optimum at 150 MPa can be evaluated, much round it cannot.
   const auto name =

@@ -1,15 +1,14 @@
 #include "optim/studies/assembly_study.hpp"
 
 #include "core/response/quantities.hpp"
-#include "tests/optim/optim_tests.hpp"
+#include "tests/optim/guide_job.hpp"
 
 namespace {
 
 json guide() {
-  return json::parse(R"({
-    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
-               "thickness": "0.5 mm", "spacing": "60 mm"},
-               "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
+  return test::guide_job(R"({
+    "job": null, "end_effector": null, "optimise": null,
+    "design": {"material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
                             "density": "7800 kg/m^3"}},
     "model": {"flexure": "beam", "mesh": [6, 2], "accuracy": "full"},
     "stroke": {"at": ["0.1 mm", "4 mm"]}, "frequencies": 0,
@@ -30,6 +29,12 @@ StrokeResponse with(const Job& job, const std::vector<AssemblyError>& errors) {
   request.outputs = {Output::equilibrium, Output::stiffness};
   request.loads.assembly = errors;
   return evaluate_stroke(make_mechanism(job, job.design.parameters), job.model, request);
+}
+
+/// With errors at (x, y, z) of the box.
+StrokeResponse placed(const Job& job, double x, double y, double z) {
+  return with(job, {{0, 0, Vector3d::Zero(), {1e-3 * x, 2e-3 * y, 0}},
+                    {1, 1, {0, 0, 1e-4 * z}, Vector3d::Zero()}});
 }
 
 double worst_in(const StrokeResponse& response, const Constraint& of) {
@@ -65,10 +70,9 @@ TEST_CASE("the worst errors of assembly are as bad as any of a grid") {
     for (const double x : {-1.0, 0.0, 1.0})
       for (const double y : {-1.0, -0.5, 0.0, 0.5, 1.0})
         for (const double z : {-1.0, 0.0, 1.0}) {
-          const StrokeResponse there = with(job, {{0, 0, Vector3d::Zero(), {1e-3 * x, 2e-3 * y, 0}},
-                                                  {1, 1, {0, 0, 1e-4 * z}, Vector3d::Zero()}});
           CAPTURE(x, y, z);
-          CHECK(side * worst_in(there, found.of) <= side * *found.worst * (1 + 1e-6 * side));
+          CHECK(side * worst_in(placed(job, x, y, z), found.of) <=
+                side * *found.worst * (1 + 1e-6 * side));
         }
   }
 }
@@ -99,8 +103,7 @@ TEST_CASE("at the critical scale something is critical, and nothing short of it"
   for (const double x : {-1.0, 0.0, 1.0})
     for (const double y : {-1.0, 0.0, 1.0})
       for (const double z : {-1.0, 0.0, 1.0})
-        CHECK(least_share(with(job, {{0, 0, Vector3d::Zero(), {1e-3 * s * x, 2e-3 * s * y, 0}},
-                                     {1, 1, {0, 0, 1e-4 * s * z}, Vector3d::Zero()}})) > 0.8);
+        CHECK(least_share(placed(job, s * x, s * y, s * z)) > 0.8);
   box["largest_scale"] = 0.01;
   const AssemblyReport none = study(document);
   REQUIRE(none.critical);

@@ -1,22 +1,17 @@
 #include "optim/studies/tolerance_study.hpp"
 
 #include "optim/problem/stroke_sensitivity.hpp"
-#include "tests/optim/optim_tests.hpp"
+#include "tests/optim/guide_job.hpp"
 
 namespace {
 
 json guide() {
-  return json::parse(R"({
-    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
-               "thickness": "0.5 mm", "spacing": "60 mm"}, "material": "stavax"},
-    "end_effector": {"mass": "0.5 kg"}, "model": {"mesh": [4, 2]},
-    "stroke": {"at": ["5 mm"]}, "frequencies": 2,
+  return test::guide_job(R"({
+    "job": null, "model": {"mesh": [4, 2]}, "stroke": {"at": ["5 mm"]},
     "tolerances": {"thickness": "10 um", "length": "0.5 mm",
                    "material.youngs_modulus": {"plus_minus": "3 %", "distribution": "normal"}},
     "tolerance_samples": {"count": 0},
-    "optimise": {
-      "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"}],
-      "objective": {"maximise": "parasitic_frequency"},
+    "optimise": {"algorithm": null,
       "constraints": [{"quantity": "max_stress", "max": "300 MPa"},
                       {"quantity": "drive_load", "over_stroke": "max_abs", "max": "9 N"},
                       {"expression": "2*length + 10*thickness", "max": "0.206 m"}]}})");
