@@ -5,7 +5,6 @@
 #include "designs/family.hpp"
 #include "optim/job/job.hpp"
 #include "support/job_invariants.hpp"
-#include "support/mirrored_mechanism.hpp"
 #include "support/nightly.hpp"
 #include "support/random_jobs.hpp"
 
@@ -129,35 +128,4 @@ TEST_CASE("numbers of a point do not depend on the other points of its stroke") 
     compared += a.stroke != 0;
   }
   CHECK(compared > 0);
-}
-
-TEST_CASE("the mirror image of the mirror image is the mechanism") {
-  const Job job = parse_job(random_job(5));
-  const Mechanism m = make_mechanism(job, job.design.parameters);
-  for (int normal = 0; normal < 3; ++normal) {
-    const Mechanism once = mirrored(m, normal), twice = mirrored(once, normal);
-    REQUIRE(!m.leaves.empty());
-    for (std::size_t i = 0; i < m.leaves.size(); ++i) {
-      CHECK(twice.leaves[i].origin == m.leaves[i].origin);
-      CHECK(twice.leaves[i].axes == m.leaves[i].axes);
-      CHECK(once.leaves[i].axes.determinant() == Approx(1));
-      CHECK(once.leaves[i].tip_middle()[normal] == -m.leaves[i].tip_middle()[normal]);
-    }
-    const StrokeRequest request = mirrored(mirrored(job.request, once, normal), once, normal);
-    CHECK(request.points == job.request.points);
-  }
-  const int kept = mirror_of_stroke(m);
-  CHECK(mirrored(job.request, m, kept).points == job.request.points);
-}
-
-TEST_CASE("a mechanism twice as large is written so") {
-  const json small = random_job(5), large = scaled_job(small, 2);
-  CHECK(growth_of("N", 2) == 4);
-  CHECK(growth_of("Hz", 2) == 0.5);
-  CHECK(growth_of("Pa", 2) == 1);
-  CHECK(growth_of("N m/rad", 2) == 8);
-  CHECK(large["design"]["family"] == small["design"]["family"]);
-  CHECK(large["end_effector"]["mass"].get<double>() ==
-        8 * small["end_effector"]["mass"].get<double>());
-  CHECK(random_job(5) == small);
 }

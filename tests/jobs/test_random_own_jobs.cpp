@@ -107,30 +107,3 @@ TEST_CASE("random mechanisms of their own have all that a mechanism may have") {
     CHECK(kinds[kind] >= 3);
   }
 }
-
-TEST_CASE("a job turned, mirrored or grown and back is the job") {
-  const auto near = [](const json& a, const json& b, const auto& same) -> bool {
-    if (a.is_number() && b.is_number())
-      return a.get<double>() == Approx(b.get<double>()).margin(1e-15);
-    if (a.type() != b.type() || a.size() != b.size()) return false;
-    if (a.is_structured())
-      for (auto one = a.begin(), other = b.begin(); one != a.end(); ++one, ++other)
-        if (!same(*one, *other, same)) return false;
-    return a.is_structured() || a == b;
-  };
-  int mirrors = 0;
-  for (unsigned long long seed = 0; seed < 20; ++seed) {
-    json job = random_own_job(seed);
-    CAPTURE(seed);
-    const json grown = grown_job(grown_job(job, 4), 0.25);
-    CHECK(parse_job(grown).name == job["name"].get<std::string>());
-    CHECK(near(grown_job(grown, 2)["stroke"], grown_job(job, 2)["stroke"], near));
-    const auto once = mirrored_job(job, 1);
-    if (!once) continue;
-    ++mirrors;
-    const json twice = mirrored_job(once->job, 1)->job;
-    CHECK(near(twice["design"]["mechanism"]["leaves"], job["design"]["mechanism"]["leaves"], near));
-    CHECK(near(twice["stroke"], job["stroke"], near));
-  }
-  CHECK(mirrors > 10);
-}

@@ -93,9 +93,7 @@ TEST_CASE("run --json prints the summary's numbers in SI") {
   REQUIRE(outcome.code == 0);
   const auto printed = OrderedJson::parse(outcome.out);
   const auto result = folder.json("here/result.json");
-  CHECK(printed["status"] == "ok");
-  CHECK(printed["usable"] == true);
-  CHECK(printed["folder"] == "here");
+  CHECK(unlike_text(printed, R"({"status": "ok", "usable": true, "folder": "here"})") == "");
   CHECK_FALSE(printed.contains("error"));
   bool load = false, support = false;
   for (const auto& row : printed["table"]) {
@@ -124,13 +122,13 @@ TEST_CASE("run --json of an optimisation has the optimum with its constraints an
   REQUIRE(outcome.code == 0);
   const auto optimum = OrderedJson::parse(outcome.out)["optimum"],
              whole = folder.json("stiff.out/result.json")["optimum"];
-  CHECK(optimum["objective"] == whole["objective"]);
+  CHECK(unlike(optimum,
+               {{"objective", whole["objective"]},
+                {"parameters", whole["parameters"]},
+                {"verified",
+                 {{"objective_difference", whole["verified"]["objective_difference"]}}}}) == "");
   CHECK(optimum["parameters"]["thickness"].get<double>() > 2e-4);
-  CHECK(optimum["parameters"] == whole["parameters"]);
-  REQUIRE(optimum["constraints"].size() == 1);
-  CHECK(optimum["constraints"][0]["active"] == true);
-  CHECK(optimum["constraints"][0]["max"] == 1.0);
-  CHECK(optimum["verified"]["objective_difference"] == whole["verified"]["objective_difference"]);
+  CHECK(unlike_text(optimum["constraints"], R"([{"active": true, "max": 1}])") == "");
   CHECK(optimum["verified"]["constraints"].size() == 1);
 }
 
@@ -169,8 +167,7 @@ TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code") 
   CHECK(wrong["errors"].size() == 2);
   CHECK(wrong["error"] == wrong["errors"][0]);
   const auto& error = wrong["errors"][wrong["errors"][0]["pointer"] == "/stroke/to" ? 0 : 1];
-  CHECK(error["pointer"] == "/stroke/to");
-  CHECK(error["value"] == "\"5 N\"");
+  CHECK(unlike_text(error, R"({"pointer": "/stroke/to", "value": "\"5 N\""})") == "");
   CHECK_THAT(error["rule"].get<std::string>(), Contains("expected a length"));
   CHECK_THAT(error["message"].get<std::string>(), Contains("/stroke/to") && Contains("5 N"));
   CHECK(printed("none.json --json", 2)["error"]["value"] == "none.json");
@@ -178,6 +175,5 @@ TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code") 
              Contains("--threads"));
   CHECK(printed("--json", 2)["status"] == "wrong_input");
   const auto lost = printed("leaf.json --json --quiet --set '/stroke/to=\"160 mm\"'", 1);
-  CHECK(lost["status"] == "no_equilibrium");
-  CHECK(lost["usable"] == false);
+  CHECK(unlike_text(lost, R"({"status": "no_equilibrium", "usable": false})") == "");
 }

@@ -90,26 +90,3 @@ TEST_CASE("The angle of a fold is drawn where its leaves are seen on edge, of on
     CHECK(found.measure->guide.empty());
   }
 }
-
-TEST_CASE("Rates of the directions of all legs are those of rebuilt mechanisms") {
-  for (const Family& family : families()) {
-    const ParameterValues values = sample_values(family);
-    const PlacedDesign design = placed_design(family, values, default_choices(family));
-    for (std::size_t k = 0; k < design.parameters.size(); ++k) {
-      const double step = 1e-6 * std::max(std::abs(design.values[k]), 1e-2);
-      if (design.values[k] - step < design.parameters[k].min) continue;  // masses of zero
-      const auto at = [&](double by) {
-        ParameterValues other = values;
-        other.at(design.parameters[k].name) += by;
-        return placed_design(family, other, default_choices(family));
-      };
-      const PlacedDesign more = at(step), less = at(-step);
-      for (std::size_t i = 0; i < design.legs.size(); ++i) {
-        const Vector3d rate = (more.legs[i].along - less.legs[i].along) / (2 * step);
-        INFO(family.name << " " << design.parameters[k].name << " leg " << i);
-        // rounding over the step; third derivatives are far below
-        CHECK((design.legs[i].rates[k] - rate).norm() < 2e-7 + 1e-7 * rate.norm());
-      }
-    }
-  }
-}

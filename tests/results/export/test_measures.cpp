@@ -27,7 +27,7 @@ const ShownMeasure* measure_of(const MeasuredDesign& measured, const PlacedDesig
 
 }  // namespace
 
-TEST_CASE("Rates of all places of all families are those of rebuilt mechanisms") {
+TEST_CASE("Rates of all places and of all legs' directions are those of rebuilt mechanisms") {
   for (const Family& family : families())
     for (const FamilyChoices& choices : all_choices(family)) {
       const ParameterValues values = sample_values(family);
@@ -48,6 +48,13 @@ TEST_CASE("Rates of all places of all families are those of rebuilt mechanisms")
           // third derivatives times step²: below 1e-8 of what the rates are
           CHECK((design.points[i].rates[k] - rate).norm() < 1e-7 + 1e-7 * rate.norm());
           moved = std::max(moved, rate.norm());
+        }
+        if (choices != default_choices(family)) continue;
+        for (std::size_t i = 0; i < design.legs.size(); ++i) {
+          const Vector3d rate = (more.legs[i].along - less.legs[i].along) / (2 * step);
+          INFO(family.name << " " << design.parameters[k].name << " leg " << i);
+          // rounding over the step; third derivatives are far below
+          CHECK((design.legs[i].rates[k] - rate).norm() < 2e-7 + 1e-7 * rate.norm());
         }
       }
       CHECK(moved >= 0.5);

@@ -52,10 +52,8 @@ TEST_CASE("feasible designs by objective, then by least violation, then what fai
   CHECK(most["status"] == "ok");
   CHECK(most["optimum"] == results[3]["optimum"]);
   const OrderedJson& far = most["ranking"][4];
-  CHECK(far["rank"] == 5);
-  CHECK(far["design"] == 1);
-  CHECK(far["feasible"] == false);
-  CHECK(far["worst_constraint"]["label"] == "max_stress max over stroke");
+  CHECK(unlike_text(far, R"({"rank": 5, "design": 1, "feasible": false,
+      "worst_constraint": {"label": "max_stress max over stroke"}})") == "");
   CHECK(far["worst_constraint"]["violation"] == Approx(0.5));
   CHECK(far["result"] == results[1]);
   CHECK(most["message"].get<std::string>().find("3 of 6 designs meet every constraint; best is "

@@ -88,17 +88,14 @@ TEST_CASE("A scene has every equilibrium once") {
   const OrderedJson scene = make_scene(record);
   REQUIRE(scene["designs"].size() == 1);
   const OrderedJson& design = scene["designs"][0];
-  CHECK(design["frames"] == OrderedJson({0, 1, 2, 3, 4}));
   CHECK(design["leaves"].size() == 2);
   CHECK(design["leaves"][0]["half_thickness"].size() == 9);
   CHECK(design["leaves"][0]["half_thickness"][4].get<double>() ==
         Approx(0.5 * record.mechanism.leaves[0].thickness));
-  const std::size_t points = 2 * 9 * 4;
-  CHECK(design["rest"]["shape"] == OrderedJson({points, 3}));
-  CHECK(design["displacement"]["shape"] == OrderedJson({5, points, 3}));
-  CHECK(design["von_mises"]["shape"] == OrderedJson({5, points}));
-  CHECK(design["motion"]["shape"] == OrderedJson({5, 1, 6}));
-  CHECK(design["drives"][0]["direction"] == "rz");
+  CHECK(unlike_text(design, R"({"frames": [0, 1, 2, 3, 4], "rest": {"shape": [72, 3]},
+      "displacement": {"shape": [5, 72, 3]}, "von_mises": {"shape": [5, 72]},
+      "motion": {"shape": [5, 1, 6]}, "drives": [{"direction": "rz"}]})") ==
+        "");  // two leaves of 9 x 4 points
   for (PathPoint& point : record.response.path) point.shapes.clear();
   CHECK(make_scene(record)["designs"].empty());
 }
@@ -120,11 +117,8 @@ TEST_CASE("A scene of several designs leaves out what would not fit, and says so
   OrderedJson huge = one;
   huge["designs"][0]["rest"]["data"] = std::string(8'000'000, 'A');
   const OrderedJson all = merged_scene({huge, one, one}, {"huge", "b", "c"}, {2, 0, 1});
-  REQUIRE(all["designs"].size() == 2);
-  CHECK(all["designs"][0]["label"] == "c");
-  CHECK(all["designs"][1]["label"] == "b");
-  CHECK(all["designs"][1]["kind"] == "listed");
-  CHECK(all["left_out"] == OrderedJson({"huge"}));
+  CHECK(unlike_text(all, R"({"designs": [{"label": "c"}, {"label": "b", "kind": "listed"}],
+                             "left_out": ["huge"]})") == "");
 }
 
 TEST_CASE("An optimisation's scene has its start and all evaluated designs") {
@@ -135,10 +129,9 @@ TEST_CASE("An optimisation's scene has its start and all evaluated designs") {
   REQUIRE(scene["designs"].size() == 2);
   CHECK(scene["designs"][1]["kind"] == "start");
   CHECK(scene["designs"][1]["path"].size() == 5);
-  const OrderedJson& evaluations = scene["evaluations"];
-  CHECK(evaluations["variables"] == OrderedJson({"thickness", "half_angle"}));
-  CHECK(evaluations["values"]["shape"] == OrderedJson({32, 6}));
-  CHECK(evaluations["start"].size() == 32);
+  CHECK(unlike_text(scene["evaluations"], R"({"variables": ["thickness", "half_angle"],
+                                              "values": {"shape": [32, 6]}})") == "");
+  CHECK(scene["evaluations"]["start"].size() == 32);
   const test::TemporaryFolder folder;
   write_scene(folder.path(), scene);
   CHECK(read_scene(folder.path()) == scene);

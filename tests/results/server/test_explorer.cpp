@@ -41,10 +41,9 @@ TEST_CASE("Goals of an optimisation are judged at the moved design") {
   const Explorer explorer(parse_job(optimised()));
   const OrderedJson thin = explorer.evaluate({{"thickness", 0.2e-3}}),
                     thick = explorer.evaluate({{"thickness", 0.6e-3}});
-  REQUIRE(thin["goals"].size() == 3);
-  CHECK(thin["goals"][0]["label"] == "support_stiffness.uz min over stroke");
-  CHECK(thin["goals"][0]["role"] == "objective");
-  CHECK(thin["goals"][0]["unit"] == "N/m");
+  CHECK(unlike_text(thin["goals"], R"([
+    {"label": "support_stiffness.uz min over stroke", "role": "objective", "unit": "N/m"}, {},
+    {"value": 4, "met": true}])") == "");
   double least = 1e300, load = 0;
   for (const auto& point : thick["result"]["path"]) {
     least = std::min(least, point["support_stiffness"]["uz"].get<double>());
@@ -52,13 +51,10 @@ TEST_CASE("Goals of an optimisation are judged at the moved design") {
   }
   CHECK(thick["goals"][0]["value"].get<double>() == Approx(least).epsilon(1e-12));
   CHECK(thick["goals"][1]["value"].get<double>() == Approx(load).epsilon(1e-12));
-  CHECK(thick["goals"][1]["max"] == 1.0);
-  CHECK(thick["goals"][1]["min"].is_null());
+  CHECK(unlike_text(thick["goals"][1], R"({"max": 1, "min": null})") == "");
   CHECK(thin["goals"][1]["met"] == (thin["goals"][1]["value"].get<double>() <= 1));
   CHECK(thick["goals"][1]["met"] == (load <= 1));
   CHECK(thin["goals"][1]["met"] != thick["goals"][1]["met"]);  // 0.1 N and 2.7 N
-  CHECK(thin["goals"][2]["value"] == 4.0);
-  CHECK(thin["goals"][2]["met"] == true);
 }
 
 TEST_CASE("A broken rule is told, and so is a stroke that is not reached") {

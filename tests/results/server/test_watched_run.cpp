@@ -66,14 +66,10 @@ TEST_CASE("A run is shown as far as its log goes, half a record left out") {
   const OrderedJson state = next_state(run);
   CHECK(state["finished"] == false);
   CHECK(state["age"] < 60);
-  const OrderedJson& result = state["result"];
-  CHECK(result["status"] == "running");
-  CHECK_THAT(result["message"].get<std::string>(), Contains("3 evaluations so far"));
-  CHECK(result["optimum"]["objective"] == 130.0);  // the best feasible one
-  REQUIRE(result["optimum"]["constraints"].size() == 2);
-  CHECK(result["optimum"]["constraints"][0]["value"] == 450e6);
-  CHECK(result["optimum"]["constraints"][0]["active"] == true);
-  CHECK(result["optimum"]["constraints"][1]["margin"] == 0.5);
+  CHECK_THAT(state["result"]["message"].get<std::string>(), Contains("3 evaluations so far"));
+  CHECK(unlike_text(state["result"], R"({"status": "running", "optimum": {
+      "objective": 130, "constraints": [{"value": 450e6, "active": true}, {"margin": 0.5}]}})") ==
+        "");  // the best feasible one
   CHECK(state["scene"]["evaluations"]["values"]["shape"] == OrderedJson{3, 6});
 
   const std::string version = state["version"];
@@ -81,8 +77,7 @@ TEST_CASE("A run is shown as far as its log goes, half a record left out") {
   begun.append(fourth.substr(40));
   const OrderedJson more = next_state(run, version);
   CHECK(more["version"] != version);
-  CHECK(more["result"]["optimum"]["evaluations"] == 4);
-  CHECK(more["result"]["optimum"]["objective"] == 150.0);
+  CHECK(unlike_text(more["result"]["optimum"], R"({"evaluations": 4, "objective": 150})") == "");
 }
 
 TEST_CASE("A finished run is shown whole") {
