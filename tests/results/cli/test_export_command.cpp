@@ -54,10 +54,6 @@ TEST_CASE("Wrong arguments of export end with code 2 and leave nothing") {
              Contains("obj") && Contains("step, stl, gltf"));
   CHECK_THAT(refused("parallel_guide", ""), Contains("--format is required"));
   CHECK_THAT(refused("parallel_guide", "--format stl --at '30 mm'"), Contains("from 0 to 0.02 m"));
-  CHECK_THAT(refused("parallel_guide", "--format stl --at '5 deg'"), Contains("a length"));
-  CHECK_THAT(refused("parallel_guide", "--format stl --result nowhere"),
-             Contains("no such folder"));
-  CHECK_THAT(refused("parallel_guide", "--format stl --case lift"), Contains("--case"));
   CHECK_THAT(refused("parallel_guide", "--format ccx --solids 0 1 1"), Contains("--solids"));
   CHECK_THAT(refused("no_such_job", "--format stl"), Contains("no_such_job.json"));
   CHECK_THAT(refused("cantilever", "--format stl,ccx"), Contains("material point of leaf leaf"));
