@@ -184,16 +184,6 @@ TEST_CASE("a part is its items in its frame, with the bodies that it shares") {
   CHECK(m.leaves[2].axes.determinant() == Approx(1));
 }
 
-TEST_CASE("the mirror image of a leaf has its normal on the reflected side") {
-  json document = json::parse(R"({
-    "flexopt_design": 1, "bodies": [{"name": "end_effector", "at": [0.08, 0, 0]}],
-    "parts": [{"name": "p", "design": "leaf_spring", "mirror": "y", "join": {"end_effector": "end_effector"},
-               "parameters": {"length": "80 mm", "width": "20 mm", "thickness": "0.3 mm"}}],
-    "drive": {"direction": "uy"}})");
-  const Mechanism m = make(document);
-  CHECK(m.leaves[0].axes.col(2) == Vector3d(0, 1, 0));  // -y of the part, mirrored
-}
-
 TEST_CASE("a reinforced leaf is two leaves and a box of their material") {
   json document = cantilever();
   document["leaves"][0]["reinforcement"] = {{"fraction", 0.5}, {"thickness", "2 mm"}};
