@@ -22,25 +22,20 @@ const Material& steel() { return materials().front().material; }
 /// A body on two leaves that stand askew, written in the frame of these turns: with loads, it turns
 /// and moves in all the directions that it does not hold.
 json guide(const json& turns, const json& held) {
-  const auto leaf = [](const char* name, json base, json tip, json across) {
-    return json{{"name", name},
-                {"frame", "own"},
-                {"base", {{"body", "ground"}, {"at", std::move(base)}}},
-                {"tip", {{"body", "end_effector"}, {"at", std::move(tip)}}},
-                {"across", std::move(across)},
-                {"width", 0.02},
-                {"thickness", 5e-4}};
-  };
-  return {
-      {"flexopt_design", 1},
-      {"parameters", {{"tilt", {{"unit", "rad"}, {"default", 0.4}}}}},
-      {"frames", {{{"name", "own"}, {"at", {0.01, -0.02, 0.03}}, {"turn", turns}}}},
-      {"bodies",
-       {{{"name", "end_effector"}, {"frame", "own"}, {"at", {0.1, 0.01, 0.005}}, {"held", held}}}},
-      {"leaves",
-       {leaf("low", {0, -0.02, 0}, {0.1, -0.02, 0.004}, {0, 0.1, 1}),
-        leaf("high", {0, 0.03, 0.01}, {0.095, 0.03, 0}, {0.1, 0, 1})}},
-      {"drive", {{"direction", "uy"}, {"frame", "own"}}}};
+  json design = json::parse(R"({
+    "flexopt_design": 1, "parameters": {"tilt": {"unit": "rad", "default": 0.4}},
+    "frames": [{"name": "own", "at": [0.01, -0.02, 0.03]}],
+    "bodies": [{"name": "end_effector", "frame": "own", "at": [0.1, 0.01, 0.005]}],
+    "leaves": [{"name": "low", "frame": "own", "base": {"body": "ground", "at": [0, -0.02, 0]},
+                "tip": {"body": "end_effector", "at": [0.1, -0.02, 0.004]},
+                "across": [0, 0.1, 1], "width": 0.02, "thickness": 5e-4},
+               {"name": "high", "frame": "own", "base": {"body": "ground", "at": [0, 0.03, 0.01]},
+                "tip": {"body": "end_effector", "at": [0.095, 0.03, 0]},
+                "across": [0.1, 0, 1], "width": 0.02, "thickness": 5e-4}],
+    "drive": {"direction": "uy", "frame": "own"}})");
+  design["frames"][0]["turn"] = turns;
+  design["bodies"][0]["held"] = held;
+  return design;
 }
 
 Mechanism make(const json& document, double tilt = 0.4) {

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
@@ -8,7 +7,6 @@
 #include "core/math/rotation.hpp"
 #include "results/export/ccx_model.hpp"
 #include "results/export/writers.hpp"
-#include "support/refusals.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;

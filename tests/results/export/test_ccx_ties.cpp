@@ -1,6 +1,4 @@
 // Springs of a deck have the energy of what they stand for.
-#include <catch2/catch.hpp>
-#include <map>
 #include <regex>
 #include <sstream>
 

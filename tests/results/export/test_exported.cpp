@@ -1,11 +1,7 @@
-#include "results/export/exported.hpp"
-
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "results/export/formats.hpp"
 #include "results/files/folder.hpp"
-#include "support/refusals.hpp"
 #include "support/temporary_folder.hpp"
 #include "tests/results/export/gallery.hpp"
 

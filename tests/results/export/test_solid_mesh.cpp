@@ -1,6 +1,4 @@
 #include <Eigen/LU>
-#include <catch2/catch.hpp>
-#include <cmath>
 
 #include "results/export/solid_mesh.hpp"
 #include "support/leaf_volume.hpp"

@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
 #include <regex>
 #include <set>
 #include <sstream>

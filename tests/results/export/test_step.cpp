@@ -78,20 +78,12 @@ TEST_CASE("Solids that are read back have the volumes of leaves and bodies") {
 }
 
 TEST_CASE("So have those of a bent mechanism") {
-  const std::vector<std::pair<const char*, const char*> > jobs{{"parallel_guide", "20 mm"},
-                                                               {"cross_hinge", "20 deg"},
-                                                               {"curved_leaf", "10 deg"},
-                                                               {"wire_flexure", "10 mm"},
-                                                               {"notch_hinge", "2 deg"}};
-  for (const auto& [name, at] : jobs) {
-    CAPTURE(name);
-    const Exported exported = test::gallery(name, {at});
-    const PathPoint point = exported.equilibria({exported.strokes}).front();
-    check_volumes(exported, &point);
-  }
-  const Exported folded = test::folded_leaf({"1 mm"});
-  const PathPoint point = folded.equilibria({folded.strokes}).front();
-  check_volumes(folded, &point);
+  test::each_bent({{"parallel_guide", "20 mm"},
+                   {"cross_hinge", "20 deg"},
+                   {"curved_leaf", "10 deg"},
+                   {"wire_flexure", "10 mm"},
+                   {"notch_hinge", "2 deg"}},
+                  check_volumes);
 }
 
 TEST_CASE("Flat leaves have their fillets, others a note") {

@@ -1,5 +1,4 @@
 #include <array>
-#include <catch2/catch.hpp>
 #include <sstream>
 
 #include "results/export/parts.hpp"
@@ -76,18 +75,13 @@ TEST_CASE("Every part of an STL file is closed and has its volume") {
 }
 
 TEST_CASE("So has every part of a bent mechanism") {
-  const std::vector<std::pair<const char*, const char*>> jobs{
-      {"parallel_guide", "20 mm"}, {"cross_hinge", "20 deg"}, {"curved_leaf", "10 deg"},
-      {"folded_guide", "0.002"},   {"wire_flexure", "10 mm"}, {"notch_hinge", "2 deg"}};
-  for (const auto& [name, at] : jobs) {
-    CAPTURE(name);
-    const Exported exported = test::gallery(name, {at});
-    const PathPoint point = exported.equilibria({exported.strokes}).front();
-    check_solids(exported, &point);
-  }
-  const Exported folded = test::folded_leaf({"1 mm"});
-  const PathPoint point = folded.equilibria({folded.strokes}).front();
-  check_solids(folded, &point);
+  test::each_bent({{"parallel_guide", "20 mm"},
+                   {"cross_hinge", "20 deg"},
+                   {"curved_leaf", "10 deg"},
+                   {"folded_guide", "0.002"},
+                   {"wire_flexure", "10 mm"},
+                   {"notch_hinge", "2 deg"}},
+                  check_solids);
 }
 
 TEST_CASE("Bodies are their boxes, and move with the equilibrium") {

@@ -1,5 +1,3 @@
-#include <catch2/catch.hpp>
-
 #include "results/export/parts.hpp"
 #include "tests/results/export/gallery.hpp"
 

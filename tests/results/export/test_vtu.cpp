@@ -1,6 +1,3 @@
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "results/export/writers.hpp"
 #include "support/vtu.hpp"
 #include "tests/results/export/gallery.hpp"

@@ -14,20 +14,15 @@ Job job_of(const std::vector<std::string>& names, bool maximise) {
 }
 
 OrderedJson result_of(const std::string& status, const OrderedJson& objective, double margin) {
-  return {{"status", status == "optimal" ? "ok" : status},
-          {"message", "m"},
-          {"optimum",
-           {{"status", status},
-            {"objective", objective},
-            {"evaluations", 7},
-            {"goal", {{"quantity", "parasitic_frequency"}, {"over_stroke", "min"}, {"unit", "Hz"}}},
-            {"constraints",
-             {{{"label", "max_stress max over stroke"},
-               {"value", 500e6 - margin},
-               {"bound", 500e6},
-               {"unit", "Pa"},
-               {"margin", margin}},
-              {{"label", "loose"}, {"value", 1}, {"bound", 10}, {"unit", "m"}, {"margin", 9}}}}}}};
+  OrderedJson result = OrderedJson::parse(R"({"message": "m", "optimum": {"evaluations": 7,
+    "goal": {"quantity": "parasitic_frequency", "over_stroke": "min", "unit": "Hz"},
+    "constraints": [
+      {"label": "max_stress max over stroke", "bound": 500e6, "unit": "Pa"},
+      {"label": "loose", "value": 1, "bound": 10, "unit": "m", "margin": 9}]}})");
+  result["status"] = status == "optimal" ? "ok" : status;
+  result["optimum"].update({{"status", status}, {"objective", objective}});
+  result["optimum"]["constraints"][0].update({{"value", 500e6 - margin}, {"margin", margin}});
+  return result;
 }
 
 std::vector<std::string> names_in_order(const OrderedJson& result) {

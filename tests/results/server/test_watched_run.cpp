@@ -8,19 +8,15 @@
 namespace {
 
 std::string record_line(int number, double objective, double violation) {
-  return OrderedJson{{"stage", "search"},
-                     {"start", 0},
-                     {"number", number},
-                     {"full", false},
-                     {"variables", {{"length", 0.05 + 1e-3 * number}, {"thickness", 4e-4}}},
-                     {"ok", true},
-                     {"message", ""},
-                     {"objective", objective},
-                     {"constraints", {450e6 * (1 + violation), 0.5}},
-                     {"violation", violation},
-                     {"difference", false}}
-             .dump() +
-         "\n";
+  OrderedJson line =
+      OrderedJson::parse(R"({"stage": "search", "start": 0, "full": false, "ok": true,
+      "message": "", "difference": false})");
+  line.update({{"number", number},
+               {"variables", {{"length", 0.05 + 1e-3 * number}, {"thickness", 4e-4}}},
+               {"objective", objective},
+               {"constraints", {450e6 * (1 + violation), 0.5}},
+               {"violation", violation}});
+  return line.dump() + "\n";
 }
 
 /// The folder of an optimisation that has begun.
