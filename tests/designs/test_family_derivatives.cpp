@@ -10,8 +10,7 @@
 
 using namespace flexopt;
 
-TEST_CASE("the derivatives of a family's numbers are those of central differences",
-          "[designs][derivatives]") {
+TEST_CASE("the derivatives of a family's numbers are those of central differences") {
   const Material& material = materials().front().material;
   for (const Family& family : families()) {
     std::set<std::string> moving, all;  // under some choice
@@ -52,7 +51,7 @@ TEST_CASE("the derivatives of a family's numbers are those of central difference
   }
 }
 
-TEST_CASE("a direction of material or payload moves that number alone", "[designs]") {
+TEST_CASE("a direction of material or payload moves that number alone") {
   const Family& family = find_family("parallel_guide", "");
   const auto rate = [&](const std::string& name) {
     return family

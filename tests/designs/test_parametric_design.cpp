@@ -20,7 +20,7 @@ const Material steel{"steel", 210e9, 0.3, 7800, {}};
 
 }  // namespace
 
-TEST_CASE("formulas give the parameters that depend on others", "[designs]") {
+TEST_CASE("formulas give the parameters that depend on others") {
   const ParametricDesign design =
       guide({{"width", "length/4 + 2 mm"}, {"spacing", "max(length, 30 mm)"}});
   CHECK(design.slot("thickness") == 2);
@@ -40,8 +40,7 @@ TEST_CASE("formulas give the parameters that depend on others", "[designs]") {
   CHECK(*derivatives == expected);
 }
 
-TEST_CASE("the slots of a formula are those of the design, whatever other formulas there are",
-          "[designs]") {
+TEST_CASE("the slots of a formula are those of the design, whatever other formulas there are") {
   // length is a formula itself: the others move up one place in what formulas may use
   const ParametricDesign design = guide({{"length", "2*spacing + 10*thickness"}});
   std::vector<double> slots =
@@ -51,7 +50,7 @@ TEST_CASE("the slots of a formula are those of the design, whatever other formul
   CHECK(design.derivatives(slots)->row(0) == Eigen::RowVector4d(0, 0, 10, 2));
 }
 
-TEST_CASE("wrong formulas of a design are refused at their places", "[designs]") {
+TEST_CASE("wrong formulas of a design are refused at their places") {
   const auto complaint = [](const std::string& formula) {
     const SpecError error = test::refusal_of([&] { guide({{"width", formula}}); });
     CHECK(error.pointer() == "/design/parameters/width/expression");
@@ -69,7 +68,7 @@ TEST_CASE("wrong formulas of a design are refused at their places", "[designs]")
   CHECK_FALSE(root.derivatives(slots));  // of a root at zero
 }
 
-TEST_CASE("a design gives the derivatives that are asked for, in that order", "[designs]") {
+TEST_CASE("a design gives the derivatives that are asked for, in that order") {
   const ParametricDesign design = guide({});
   const ParameterValues at{
       {"length", 0.1}, {"width", 0.03}, {"thickness", 5e-4}, {"spacing", 0.06}};
@@ -90,7 +89,7 @@ TEST_CASE("a design gives the derivatives that are asked for, in that order", "[
   CHECK_THROWS_AS(design.slots({{"length", 0.1}}), std::invalid_argument);
 }
 
-TEST_CASE("a design can be differentiated by all that its formulas do not give", "[designs]") {
+TEST_CASE("a design can be differentiated by all that its formulas do not give") {
   const std::vector<std::string> names = guide({{"width", "length/3"}}).independent_names();
   CHECK(std::vector<std::string>(names.begin(), names.begin() + 3) ==
         std::vector<std::string>{"length", "thickness", "spacing"});

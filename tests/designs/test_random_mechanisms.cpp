@@ -20,7 +20,7 @@ double limit(const laws::Deviation& d, bool reduced) {
 
 }  // namespace
 
-TEST_CASE("random mechanisms are of all kinds", "[random]") {
+TEST_CASE("random mechanisms are of all kinds") {
   const test::TemporaryFolder folder;
   int leaves = 0, wires = 0, profiles = 0, joints = 0, springs = 0, bushings = 0, loops = 0,
       several = 0, massless = 0, held = 0, turned = 0, mirrored = 0, repeats = 0, nested = 0,
@@ -59,8 +59,7 @@ TEST_CASE("random mechanisms are of all kinds", "[random]") {
   CHECK(turned > 0);
 }
 
-TEST_CASE("a random mechanism written flat, or without repeats, is the same to the last bit",
-          "[random]") {
+TEST_CASE("a random mechanism written flat, or without repeats, is the same to the last bit") {
   const test::TemporaryFolder folder;
   for (int seed = 0; seed < count; ++seed) {
     const laws::Deviation d = laws::ways_of_writing(random_design(seed, folder.path()));
@@ -69,7 +68,7 @@ TEST_CASE("a random mechanism written flat, or without repeats, is the same to t
   }
 }
 
-TEST_CASE("every number of a random mechanism has its exact derivatives", "[random][slow]") {
+TEST_CASE("every number of a random mechanism has its exact derivatives", "[slow]") {
   const test::TemporaryFolder folder;
   for (int seed = 0; seed < checked; ++seed) {
     const laws::Deviation d = laws::derivatives(random_design(seed, folder.path()));
@@ -78,7 +77,7 @@ TEST_CASE("every number of a random mechanism has its exact derivatives", "[rand
   }
 }
 
-TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slow]") {
+TEST_CASE("a random mechanism moved as a whole answers as before", "[slow]") {
   const test::TemporaryFolder folder;
   int exact = 0;
   for (int seed = 0; seed < checked; ++seed) {
@@ -92,7 +91,7 @@ TEST_CASE("a random mechanism moved as a whole answers as before", "[random][slo
   CHECK(exact > checked / 4);
 }
 
-TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow]") {
+TEST_CASE("a mirrored random mechanism has the mirrored answers", "[slow]") {
   const test::TemporaryFolder folder;
   for (int seed = 0; seed < checked; ++seed) {
     const std::string mirror(1, "xyz"[seed % 3]);
@@ -103,8 +102,8 @@ TEST_CASE("a mirrored random mechanism has the mirrored answers", "[random][slow
   }
 }
 
-TEST_CASE("the force of a random mechanism is the gradient of its energy, the tangent its Hessian",
-          "[random][slow]") {
+TEST_CASE("a random mechanism's force is its energy's gradient, the tangent the Hessian",
+          "[slow]") {
   const test::TemporaryFolder folder;
   for (int seed = 0; seed < checked; ++seed) {
     const laws::Deviation d =

@@ -122,19 +122,10 @@ const std::vector<std::string>& dictionary() {
     std::set<std::string> words;
     collect(job_schema(), words);
     collect(json_schema(design_file_shape()), words);
-    for (const char* own : {"mm",          "deg",
-                            "N/m",         "kg m^2",
-                            "GPa",         "sqrt(",
-                            "atan2(",      "min(",
-                            "pi",          "? :",
-                            "&&",          "^",
-                            "e308",        "Content-Length: ",
-                            "Host: ",      "\r\n\r\n",
-                            "POST ",       "HTTP/1.1\r\n",
-                            "\"ok\":true", "\"gradient\":",
-                            "null",        "{",
-                            "}",           "[",
-                            "]",           "\\u0000"})
+    for (const std::string own : json::parse(R"(["mm", "deg", "N/m", "kg m^2", "GPa", "sqrt(",
+          "atan2(", "min(", "pi", "? :", "&&", "^", "e308", "Content-Length: ", "Host: ",
+          "\r\n\r\n", "POST ", "HTTP/1.1\r\n", "\"ok\":true", "\"gradient\":", "null",
+          "{", "}", "[", "]", "\\u0000"])"))
       words.insert(own);
     return std::vector<std::string>(words.begin(), words.end());
   }();

@@ -8,7 +8,7 @@
 using namespace flexopt;
 using namespace flexopt::fuzz;
 
-TEST_CASE("readers answer or refuse in words", "[fuzz]") {
+TEST_CASE("readers answer or refuse in words") {
   const std::filesystem::path root = FLEXOPT_SOURCE_DIR;
   for (const Target& target : targets()) {
     CAPTURE(target.name);
@@ -25,7 +25,7 @@ TEST_CASE("readers answer or refuse in words", "[fuzz]") {
   }
 }
 
-TEST_CASE("changes of texts are the same every time, and of all kinds", "[fuzz]") {
+TEST_CASE("changes of texts are the same every time, and of all kinds") {
   const std::vector<std::string> texts{R"({"stroke": {"to": "5 mm"}, "at": [1, 2, 3]})", "a b"};
   RandomNumbers once(7), again(7);
   int shorter = 0, longer = 0;

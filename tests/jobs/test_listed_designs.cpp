@@ -1,20 +1,11 @@
 // Several designs in one job: ranked, each as if it had run alone, and killed at any moment the
 // same bytes in the end.
-#include <signal.h>
 
-#include <catch2/catch.hpp>
-#include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <thread>
 
 #include "child.hpp"
 
-namespace fs = std::filesystem;
 using namespace child;
-using nlohmann::json;
 
 namespace {
 
@@ -48,11 +39,10 @@ json job_document() {
 
 }  // namespace
 
-TEST_CASE("listed designs are ranked, one without a feasible point last", "[jobs][optim][slow]") {
+TEST_CASE("listed designs are ranked, one without a feasible point last", "[slow]") {
   const Folder folder;
   const fs::path file = folder / "job.json", out = folder / "out";
-  std::ofstream(file) << job_document().dump();
-  REQUIRE(finished(start(file, out, "2")) == 0);
+  REQUIRE(finished(start(file, job_document(), out, "2")) == 0);
   const json result = json::parse(read(out / "result.json"));
   const json& ranking = result["ranking"];
   REQUIRE(ranking.size() == 3);
@@ -78,46 +68,35 @@ TEST_CASE("listed designs are ranked, one without a feasible point last", "[jobs
   }
 }
 
-TEST_CASE("listed designs killed again and again end with the same bytes", "[jobs][optim][slow]") {
+TEST_CASE("listed designs killed again and again end with the same bytes", "[slow]") {
   const Folder folder;
   const fs::path file = folder / "job.json", through = folder / "through", out = folder / "out";
-  std::ofstream(file) << job_document().dump();
   const auto begin = std::chrono::steady_clock::now();
-  REQUIRE(finished(start(file, through, "1")) == 0);
+  REQUIRE(finished(start(file, job_document(), through, "1")) == 0);
   const auto whole = std::chrono::steady_clock::now() - begin;
   int kills = 0;
   bool ended = false;
   for (int k = 0; k < 6 && !ended; ++k) {
     const pid_t child = start(file, out, "1");
     std::this_thread::sleep_for(whole * (0.15 + 0.05 * k));
-    int status = 0;
-    if (waitpid(child, &status, WNOHANG) == child) {
-      ended = true;
-      break;
-    }
-    kill(child, SIGKILL);
-    finished(child);
-    ++kills;
+    ended = ended_or_killed(child);
+    kills += !ended;
   }
   if (!ended) REQUIRE(finished(start(file, out, "1")) == 0);
   CHECK(kills >= 3);
-  for (const char* name : {"result.json", "ranking.csv", "report.html", "job.json",
-                           "designs/too_stiff/evaluations.jsonl", "designs/cross_hinge/history.csv",
-                           "designs/three_flexure_cross_hinge/result.json"}) {
-    CAPTURE(name);
-    CHECK(read(through / name).size() > 100);
-    CHECK(read(out / name) == read(through / name));
-  }
+  check_same(through, out,
+             {"result.json", "ranking.csv", "report.html", "job.json",
+              "designs/too_stiff/evaluations.jsonl", "designs/cross_hinge/history.csv",
+              "designs/three_flexure_cross_hinge/result.json"});
 }
 
-TEST_CASE("listed designs are evaluated side by side", "[jobs]") {
+TEST_CASE("listed designs are evaluated side by side") {
   const Folder folder;
   json document = job_document();
   document["job"] = "evaluate";
   document.erase("optimise");
   const fs::path file = folder / "job.json", out = folder / "out";
-  std::ofstream(file) << document.dump();
-  CHECK(finished(start(file, out, "1")) == 0);
+  CHECK(finished(start(file, document, out, "1")) == 0);
   const json result = json::parse(read(out / "result.json"));
   REQUIRE(result["designs"].size() == 3);
   CHECK_FALSE(result.contains("ranking"));
@@ -126,8 +105,7 @@ TEST_CASE("listed designs are evaluated side by side", "[jobs]") {
   CHECK(result["path"] == result["designs"][0]["result"]["path"]);
 }
 
-TEST_CASE("six hinges compared, shortened: the cartwheel wins, and slaving the stage helps",
-          "[jobs][optim][slow]") {
+TEST_CASE("of six hinges, shortened, the cartwheel wins, and slaving the stage helps", "[slow]") {
   const Folder folder;
   json document =
       json::parse(read(fs::path(FLEXOPT_SOURCE_DIR) / "designs/studies/six_hinges.json"));
@@ -135,8 +113,7 @@ TEST_CASE("six hinges compared, shortened: the cartwheel wins, and slaving the s
   document["optimise"]["starts"] = 1;
   document.erase("expect");
   const fs::path file = folder / "job.json", out = folder / "out";
-  std::ofstream(file) << document.dump();
-  REQUIRE(finished(start(file, out, "2")) == 0);
+  REQUIRE(finished(start(file, document, out, "2")) == 0);
   const json result = json::parse(read(out / "result.json"));
   std::map<std::string, double> best;
   for (const json& entry : result["ranking"]) {

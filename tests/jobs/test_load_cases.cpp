@@ -1,16 +1,10 @@
 // The program runs jobs with several load cases and with tolerances: each case has the numbers of
 // a job with this case alone, and a run that was killed ends with the same bytes.
-#include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "child.hpp"
 
-namespace fs = std::filesystem;
 using namespace child;
-using nlohmann::json;
 
 namespace {
 
@@ -35,9 +29,7 @@ json job_document() {
 }
 
 int run(const Folder& place, const std::string& name, const json& document) {
-  const fs::path file = place / (name + ".json");
-  std::ofstream(file) << document.dump();
-  return finished(start(file, place / name, "2"));
+  return finished(start(place / (name + ".json"), document, place / name, "2"));
 }
 
 json result_of(const Folder& place, const std::string& name) {
@@ -46,7 +38,7 @@ json result_of(const Folder& place, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("each load case has the result of a job with this case alone", "[jobs][slow]") {
+TEST_CASE("each load case has the result of a job with this case alone", "[slow]") {
   const Folder place;
   REQUIRE(run(place, "all", job_document()) == 0);
   const json all = result_of(place, "all");
@@ -91,8 +83,7 @@ TEST_CASE("each load case has the result of a job with this case alone", "[jobs]
   CHECK(fs::exists(place / "all" / "tolerances.csv"));
 }
 
-TEST_CASE("an optimisation over load cases that was cut short ends with the same bytes",
-          "[jobs][slow]") {
+TEST_CASE("an optimisation over load cases that was cut short ends with the same bytes", "[slow]") {
   const Folder place;
   json document = job_document();
   document["job"] = "optimise";
@@ -109,9 +100,6 @@ TEST_CASE("an optimisation over load cases that was cut short ends with the same
   std::ofstream(cut / "evaluations.jsonl", std::ios::binary) << log.substr(0, log.size() / 2);
   fs::copy_file(whole / "job.json", cut / "job.json");
   REQUIRE(run(place, "cut", document) == 0);
-  for (const char* name :
-       {"result.json", "path.csv", "history.csv", "tolerances.csv", "evaluations.jsonl"}) {
-    INFO(name);
-    CHECK(read(cut / name) == read(whole / name));
-  }
+  check_same(whole, cut,
+             {"result.json", "path.csv", "history.csv", "tolerances.csv", "evaluations.jsonl"});
 }

@@ -1,23 +1,14 @@
 // An optimisation that is killed at any moment, again and again, ends with the same bytes as one
 // that ran through: starts, front, stock sizes and verification included. No evaluation is lost or
 // made twice.
-#include <signal.h>
 
-#include <catch2/catch.hpp>
-#include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
-#include <thread>
 
 #include "child.hpp"
 
-namespace fs = std::filesystem;
 using namespace child;
-using nlohmann::json;
 
 namespace {
 
@@ -64,7 +55,7 @@ std::map<std::string, int> counted(const std::vector<json>& evaluations) {
 
 }  // namespace
 
-TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][optim][slow]") {
+TEST_CASE("an optimisation killed ten times ends with the same bytes", "[slow]") {
   const bool global = GENERATE(false, true);
   CAPTURE(global);
   const Folder folder;
@@ -75,10 +66,9 @@ TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][o
     document["maps"] = {{{"parameters", {{{"parameter", "length"}}, {{"parameter", "thickness"}}}},
                          {"points", {4, 3}}}};
   }
-  std::ofstream(job) << document.dump();
   const fs::path through = folder / "through";
   const auto begin = std::chrono::steady_clock::now();
-  REQUIRE(finished(start(job, through, "1")) == 0);
+  REQUIRE(finished(start(job, document, through, "1")) == 0);
   const auto whole = std::chrono::steady_clock::now() - begin;
   const json result = json::parse(read(through / "result.json"));
   REQUIRE(result["optimum"]["pareto"]["points"].size() == 3);
@@ -96,13 +86,8 @@ TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][o
       const pid_t child = start(job, out, threads);
       const auto patience = whole * (0.05 + 0.1 * std::generate_canonical<double, 20>(random));
       std::this_thread::sleep_for(patience);
-      int status = 0;
-      if (waitpid(child, &status, WNOHANG) == child) {
-        ended = true;
-        break;
-      }
-      kill(child, SIGKILL);
-      finished(child);
+      ended = ended_or_killed(child);
+      if (ended) break;
       ++kills;
       const auto log = lines(out / "evaluations.jsonl");
       const std::size_t known = log.size() + lines(out / "evaluations.screening.jsonl").size();
@@ -121,22 +106,17 @@ TEST_CASE("an optimisation killed ten times ends with the same bytes", "[jobs][o
     std::vector<std::string> files{"result.json", "evaluations.jsonl", "history.csv",
                                    "pareto.csv",  "path.csv",          "report.html"};
     if (global) files.insert(files.end(), {"evaluations.screening.jsonl", "maps.csv"});
-    for (const std::string& file : files) {
-      CAPTURE(file);
-      CHECK(read(through / file).size() > 100);
-      CHECK(read(out / file) == read(through / file));
-    }
+    check_same(through, out, files);
   }
 }
 
-TEST_CASE("an infeasible job exits 1 with the least violated design", "[jobs][optim]") {
+TEST_CASE("an infeasible job exits 1 with the least violated design") {
   const Folder folder;
   json document = job_document();
   json& o = document["optimise"];
   o["constraints"][0]["max"] = "1e-4 N m";
-  const fs::path job = folder / "job.json", out = folder / "out";
-  std::ofstream(job) << document.dump();
-  CHECK(finished(start(job, out, "2")) == 1);
+  const fs::path out = folder / "out";
+  CHECK(finished(start(folder / "job.json", document, out, "2")) == 1);
   const json result = json::parse(read(out / "result.json"));
   CHECK(result["status"] == "infeasible");
   const json& optimum = result["optimum"];

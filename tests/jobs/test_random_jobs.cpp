@@ -5,14 +5,13 @@
 #include "designs/family.hpp"
 #include "optim/job/job.hpp"
 #include "support/job_invariants.hpp"
-#include "support/mirrored_mechanism.hpp"
 #include "support/nightly.hpp"
 #include "support/random_jobs.hpp"
 
 using namespace flexopt;
 using nlohmann::json;
 
-TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow]") {
+TEST_CASE("random jobs of all families break no invariant", "[slow]") {
   constexpr int most = 100000;  // Newton iterations: what needs more hangs
   const int count = (test::nightly() ? 8 : 3) * static_cast<int>(families().size());
   int ok = 0, energies = 0, scales = 0, full = 0;
@@ -35,8 +34,7 @@ TEST_CASE("random jobs of all families break no invariant", "[jobs][random][slow
   CHECK(full > count / 3);
 }
 
-TEST_CASE("notches of micrometres under heavy bodies have derivatives of their frequencies",
-          "[jobs][random]") {
+TEST_CASE("notches of micrometres under heavy bodies have derivatives of their frequencies") {
   const int seed = GENERATE(11997, 12402, 12537);
   const Job job = parse_job(random_job(static_cast<unsigned long long>(seed)));
   const StrokeResponse response =
@@ -45,7 +43,7 @@ TEST_CASE("notches of micrometres under heavy bodies have derivatives of their f
   CHECK(response.frequency_derivatives.size() == 4);
 }
 
-TEST_CASE("frequencies of wires of two elements depend on no rounding", "[jobs][random]") {
+TEST_CASE("frequencies of wires of two elements depend on no rounding") {
   const auto at_rest = [](const json& document) {
     Job job = parse_job(document);
     job.model.accuracy = Accuracy::full;
@@ -61,8 +59,7 @@ TEST_CASE("frequencies of wires of two elements depend on no rounding", "[jobs][
           Approx(one.path[0].frequencies_free[i]).epsilon(1e-9));
 }
 
-TEST_CASE("coarse superelements with a free tip have no modes of motions without mass",
-          "[jobs][random]") {
+TEST_CASE("coarse superelements with a free tip have no modes of motions without mass") {
   const int seed = GENERATE(1043010, 1047627, 1048653);
   const json document = random_job(static_cast<unsigned long long>(seed));
   REQUIRE(document["model"]["method"] == "linear_craig_bampton");
@@ -83,8 +80,7 @@ TEST_CASE("coarse superelements with a free tip have no modes of motions without
   }
 }
 
-TEST_CASE("series of frequencies are the same for a mechanism four times as large",
-          "[jobs][random]") {
+TEST_CASE("series of frequencies are the same for a mechanism four times as large") {
   // unstable at rest in ways of higher frequency than the lowest modes; a notch of 1.2 µm under a
   // heavy body; a wire of two elements under a heavy body
   const int seed = GENERATE(1020100, 1020474, 1037103);
@@ -94,8 +90,7 @@ TEST_CASE("series of frequencies are the same for a mechanism four times as larg
   CHECK(verdict.broken == std::vector<std::string>());
 }
 
-TEST_CASE("jobs of which rounding once chose a number keep all invariants",
-          "[jobs][random][slow]") {
+TEST_CASE("jobs of which rounding once chose a number keep all invariants", "[slow]") {
   // the furthest place of a bent leaf, three times; the shapes of a thin leaf beside its modes;
   // bent states of reduced leaves that stood too close, twice; a way that needs short steps; one of
   // a pair of equal modes; modes sought in a space that is full
@@ -108,7 +103,7 @@ TEST_CASE("jobs of which rounding once chose a number keep all invariants",
   CHECK(verdict.rounded == std::vector<std::string>());
 }
 
-TEST_CASE("numbers of a point do not depend on the other points of its stroke", "[jobs][random]") {
+TEST_CASE("numbers of a point do not depend on the other points of its stroke") {
   const int seed = GENERATE(2, 12, 13);
   Job job = parse_job(random_job(static_cast<unsigned long long>(seed)));
   const Mechanism mechanism = make_mechanism(job, job.design.parameters);
@@ -133,35 +128,4 @@ TEST_CASE("numbers of a point do not depend on the other points of its stroke", 
     compared += a.stroke != 0;
   }
   CHECK(compared > 0);
-}
-
-TEST_CASE("the mirror image of the mirror image is the mechanism", "[jobs][random]") {
-  const Job job = parse_job(random_job(5));
-  const Mechanism m = make_mechanism(job, job.design.parameters);
-  for (int normal = 0; normal < 3; ++normal) {
-    const Mechanism once = mirrored(m, normal), twice = mirrored(once, normal);
-    REQUIRE(!m.leaves.empty());
-    for (std::size_t i = 0; i < m.leaves.size(); ++i) {
-      CHECK(twice.leaves[i].origin == m.leaves[i].origin);
-      CHECK(twice.leaves[i].axes == m.leaves[i].axes);
-      CHECK(once.leaves[i].axes.determinant() == Approx(1));
-      CHECK(once.leaves[i].tip_middle()[normal] == -m.leaves[i].tip_middle()[normal]);
-    }
-    const StrokeRequest request = mirrored(mirrored(job.request, once, normal), once, normal);
-    CHECK(request.points == job.request.points);
-  }
-  const int kept = mirror_of_stroke(m);
-  CHECK(mirrored(job.request, m, kept).points == job.request.points);
-}
-
-TEST_CASE("a mechanism twice as large is written so", "[jobs][random]") {
-  const json small = random_job(5), large = scaled_job(small, 2);
-  CHECK(growth_of("N", 2) == 4);
-  CHECK(growth_of("Hz", 2) == 0.5);
-  CHECK(growth_of("Pa", 2) == 1);
-  CHECK(growth_of("N m/rad", 2) == 8);
-  CHECK(large["design"]["family"] == small["design"]["family"]);
-  CHECK(large["end_effector"]["mass"].get<double>() ==
-        8 * small["end_effector"]["mass"].get<double>());
-  CHECK(random_job(5) == small);
 }

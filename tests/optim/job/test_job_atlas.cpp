@@ -1,20 +1,10 @@
 // Which atlas a job gets, and what is said where it gets none.
-#include <catch2/catch.hpp>
-#include <filesystem>
-#include <nlohmann/json.hpp>
-
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "optim/job/job.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "support/base_jobs.hpp"
-#include "support/refusals.hpp"
 #include "support/small_atlas.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
-namespace fs = std::filesystem;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -32,8 +22,7 @@ std::string refusal(const json& model) {
 
 }  // namespace
 
-TEST_CASE("a job is the same with and without a file in the cache unless it asks for an atlas",
-          "[optim][job][atlas]") {
+TEST_CASE("a job is the same with and without a file in the cache unless it asks for an atlas") {
   const test::AtlasPlace place;
   const Job plain = parse_job(job_with(json::object()));
   CHECK(plain.model.atlas_use == AtlasUse::off);

@@ -1,36 +1,25 @@
 // Load cases of a job: what they inherit, and what goals may say of them.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/job/job_sections.hpp"
-#include "support/refusals.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/guide_job.hpp"
 
 namespace {
 
 json document() {
-  return json::parse(R"({
-    "job": "optimise",
-    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
-               "thickness": "0.5 mm", "spacing": "60 mm"}, "material": "stavax"},
-    "stroke": {"to": "5 mm", "points": 3}, "gravity": [0, 0, "-9.81 m/s^2"],
+  return test::guide_job(R"({
+    "end_effector": null, "frequencies": null, "stroke": {"to": "5 mm", "points": 3}, "gravity": [0, 0, "-9.81 m/s^2"],
     "loads": [{"name": "payload", "force": [0, 0, "-5 N"]}],
     "cases": {
       "up": {"loads": [{"name": "payload", "force": ["-40 N", 0, 0]}]},
       "pulled": {"load_path": {"force": [0, "20 N", 0], "points": 4}, "gravity": [0, 0, 0]},
       "as_it_is": {}},
-    "optimise": {
-      "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"}],
-      "objective": {"maximise": "support_stiffness.uz"},
+    "optimise": {"objective": {"maximise": "support_stiffness.uz"}, "algorithm": null,
       "constraints": [{"quantity": "max_stress", "max": "400 MPa"},
                       {"quantity": "drive_load", "max": "9 N", "case": "up"}]}})");
 }
 
 }  // namespace
 
-TEST_CASE("a load case has the job's own of all that it does not name", "[job]") {
+TEST_CASE("a load case has the job's own of all that it does not name") {
   const Job job = parse_job(document());
   REQUIRE(job.cases.size() == 3);
   CHECK(job.cases[0].name == "as_it_is");
@@ -51,7 +40,7 @@ TEST_CASE("a load case has the job's own of all that it does not name", "[job]")
   CHECK(job.request.points == plain.points);  // that of the first case
 }
 
-TEST_CASE("a job with load cases, as read, reads as the same job", "[job]") {
+TEST_CASE("a job with load cases, as read, reads as the same job") {
   const Job job = parse_job(document()), again = parse_job(document_of(job));
   CHECK(document_of(again) == document_of(job));
   REQUIRE(again.cases.size() == job.cases.size());
@@ -63,27 +52,26 @@ TEST_CASE("a job with load cases, as read, reads as the same job", "[job]") {
   CHECK_FALSE(document_of(job).at("cases").at("up").contains("gravity"));
 }
 
-TEST_CASE("what no load case uses is checked, and a note says so", "[job]") {
+TEST_CASE("what no load case uses is checked, and a note says so") {
   json all = document();
   for (auto& [name, own] : all["cases"].items()) own["gravity"] = {0, 0, 1};
   const Job job = parse_job(all);
   REQUIRE_FALSE(job.notes.empty());
-  CHECK_THAT(job.notes.back(),
-             Catch::Matchers::Contains("No load case uses the job's own gravity"));
+  CHECK_THAT(job.notes.back(), Contains("No load case uses the job's own gravity"));
   all["gravity"] = {0, 0, "1 kg"};
   CHECK(test::refusal_of([&] { parse_job(all); }).pointer() == "/gravity/2");
 }
 
-TEST_CASE("a fault that only some load cases find in what they share names them", "[job]") {
+TEST_CASE("a fault that only some load cases find in what they share names them") {
   json all = document();
   all["buckling"] = {{"load", "payload"}};
   all["cases"]["up"]["loads"][0]["name"] = "weight";
   const SpecError error = test::refusal_of([&] { parse_job(all); });
   CHECK(error.pointer() == "/buckling/load");
-  CHECK_THAT(error.rule(), Catch::Matchers::Contains("in the load case \"up\""));
+  CHECK_THAT(error.rule(), Contains("in the load case \"up\""));
 }
 
-TEST_CASE("a goal that names a load case asks nothing of the others", "[job]") {
+TEST_CASE("a goal that names a load case asks nothing of the others") {
   json all = document();
   all["cases"]["up"]["buckling"] = {{"load", "payload"}};
   all["optimise"]["constraints"].push_back(

@@ -1,12 +1,6 @@
 // A job that lists designs is as many jobs of one design each.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/job/job_sections.hpp"
-#include "support/refusals.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -41,7 +35,7 @@ std::string check_cycle(const json& document) {
 
 }  // namespace
 
-TEST_CASE("each listed design is the job that it would be alone", "[job]") {
+TEST_CASE("each listed design is the job that it would be alone") {
   const json document = hinges();
   const Job all = parse_job(document);
   REQUIRE(all.designs.size() == 3);
@@ -65,8 +59,7 @@ TEST_CASE("each listed design is the job that it would be alone", "[job]") {
   }
 }
 
-TEST_CASE("the job as read lists every design with all its numbers, and reads back to itself",
-          "[job]") {
+TEST_CASE("the job as read lists every design with all its numbers, and reads back to itself") {
   const Job all = parse_job(hinges());
   const json& read = document_of(all);
   CHECK_FALSE(read.contains("design"));
@@ -82,7 +75,7 @@ TEST_CASE("the job as read lists every design with all its numbers, and reads ba
   }
 }
 
-TEST_CASE("what is wrong with a listed design stands where the job has it", "[job]") {
+TEST_CASE("what is wrong with a listed design stands where the job has it") {
   json document = hinges();
   document["designs"][2]["parameters"]["length"] = "5 N";
   CHECK(check_cycle(document).starts_with("/designs/2/parameters/length: "));
@@ -99,7 +92,7 @@ TEST_CASE("what is wrong with a listed design stands where the job has it", "[jo
   CHECK(stroke.find("so says") == std::string::npos);  // they all do
 }
 
-TEST_CASE("a requirement that only some designs can name says which cannot", "[job]") {
+TEST_CASE("a requirement that only some designs can name says which cannot") {
   json document = hinges();
   document["designs"][1] = {
       {"name", "guide"},

@@ -1,17 +1,8 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "core/response/quantities.hpp"
 #include "core/spec/quantity.hpp"
-#include "core/spec/spec_error.hpp"
-#include "optim/job/job.hpp"
-#include "support/base_jobs.hpp"
+#include "tests/optim/job/patched_job.hpp"
 
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
-
-TEST_CASE("an optimise job is read with names, units and defaults", "[optim][job]") {
+TEST_CASE("an optimise job is read with names, units and defaults") {
   const Job job = parse_job(base_job("optimise"));
   REQUIRE(job.optimise);
   const OptimiseSpec& spec = *job.optimise;
@@ -32,22 +23,22 @@ TEST_CASE("an optimise job is read with names, units and defaults", "[optim][job
   CHECK(spec.algorithm.library == "nlopt");
   CHECK(spec.algorithm.name == "LN_COBYLA");
   CHECK(spec.tolerance == OptimiseSpec{}.tolerance);
+  CHECK_FALSE(spec.pareto);
+  CHECK_FALSE(spec.verify);
 }
 
-TEST_CASE("objective and constraint default to the worst of the stroke", "[optim][job]") {
-  json document = base_job("optimise");
-  document["optimise"]["objective"] = {{"minimise", "max_stress"}};
-  document["optimise"]["constraints"] =
-      json::parse(R"([{"quantity": "parasitic_frequency", "min": "50 Hz"},
-                      {"quantity": "max_stress", "max": "1 GPa"}])");
-  const OptimiseSpec spec = *parse_job(document).optimise;
+TEST_CASE("objective and constraint default to the worst of the stroke") {
+  const OptimiseSpec spec = read_search(R"({
+    "objective": {"maximise": null, "over_stroke": null, "minimise": "max_stress"},
+    "constraints": [{"quantity": "parasitic_frequency", "min": "50 Hz"},
+                    {"quantity": "max_stress", "max": "1 GPa"}]})");
   CHECK_FALSE(spec.objective.maximise);
   CHECK(spec.objective.over_stroke == OverStroke::max);
   CHECK(spec.constraints[0].over_stroke == OverStroke::min);
   CHECK(spec.constraints[1].over_stroke == OverStroke::max);
 }
 
-TEST_CASE("bounds of formulas take the unit that the formula has", "[optim][job]") {
+TEST_CASE("bounds of formulas take the unit that the formula has") {
   const auto bound = [](const std::string& formula, const json& value) {
     json document = base_job("optimise");
     document["optimise"]["constraints"] = {{{"expression", formula}, {"max", value}}};
@@ -70,15 +61,13 @@ TEST_CASE("bounds of formulas take the unit that the formula has", "[optim][job]
   CHECK_THROWS_AS(bound("half_angle", "20 mm"), SpecError);
 }
 
-TEST_CASE("numbers of material and end-effector are variables too", "[optim][job]") {
-  json document = base_job("optimise");
-  document["optimise"]["variables"] = json::parse(R"([
+TEST_CASE("numbers of material and end-effector are variables too") {
+  const Job job = parse_job(patched("optimise", R"({"optimise": {"variables": [
       {"parameter": "thickness", "min": "0.1 mm", "max": "1 mm"},
       {"parameter": "material.youngs_modulus", "min": "70 GPa", "max": "210 GPa"},
       {"parameter": "end_effector.mass", "min": "100 g", "max": "2 kg", "step": "0.5 kg"},
       {"parameter": "end_effector.center_of_mass.y", "min": "-5 mm", "max": "5 mm"},
-      {"parameter": "end_effector.inertia.zz", "min": "5e-4 kg m^2", "max": "3e-3 kg m^2"}])");
-  const Job job = parse_job(document);
+      {"parameter": "end_effector.inertia.zz", "min": "5e-4 kg m^2", "max": "3e-3 kg m^2"}]}})"));
   const std::vector<Variable>& v = job.optimise->variables;
   CHECK(v[1].min == Approx(70e9));
   CHECK(v[1].start.value() == job.design.material.youngs_modulus);
@@ -107,15 +96,16 @@ TEST_CASE("numbers of material and end-effector are variables too", "[optim][job
   CHECK_THROWS_WITH(make_mechanism(job, values), Contains("/design/material/density"));
 }
 
-TEST_CASE("a formula may be the objective", "[optim][job]") {
-  json document = base_job("optimise");
-  document["optimise"]["objective"] = {{"minimise", "length*inner_width"}};
-  const OptimiseSpec spec = *parse_job(document).optimise;
-  CHECK(spec.objective.quantity.empty());
-  CHECK(spec.objective.expression == "length*inner_width");
+TEST_CASE("a formula may be the objective") {
+  const Objective objective =
+      read_search(
+          R"({"objective": {"maximise": null, "over_stroke": null, "minimise": "length*inner_width"}})")
+          .objective;
+  CHECK(objective.quantity.empty());
+  CHECK(objective.expression == "length*inner_width");
 }
 
-TEST_CASE("a start outside the box moves to its edge, with a note", "[optim][job]") {
+TEST_CASE("a start outside the box moves to its edge, with a note") {
   json document = base_job("optimise");
   document["optimise"]["variables"][0]["max"] = "40 mm";
   const Job job = parse_job(document);
@@ -124,24 +114,19 @@ TEST_CASE("a start outside the box moves to its edge, with a note", "[optim][job
   CHECK_THAT(job.notes[0], Contains("outside the variable's range"));
 }
 
-TEST_CASE("an optimise job can be evaluated as it stands", "[optim][job]") {
-  json document = base_job("optimise");
-  document["job"] = "evaluate";
-  const Job job = parse_job(document);
+TEST_CASE("an optimise job can be evaluated as it stands") {
+  const Job job = parse_job(patched("optimise", R"({"job": "evaluate"})"));
   CHECK_FALSE(job.optimise);
   CHECK(job.notes.size() == 1);
 }
 
-TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][job]") {
-  json document = base_job("optimise");
-  json& o = document["optimise"];
-  o["variables"][0]["stock"] = {"70 mm", 0.05, "50 mm", "300 mm", "25 mm"};
-  o["variables"][1]["step"] = "0.15 mm";
-  o["pareto"] = {{"quantity", "drive_load"}};
-  o["verify"] = json::object();
-  o["spread"] = "latin_hypercube";
-  o["algorithm"] = {{"name", "LD_AUGLAG"}, {"local", "LD_MMA"}};
-  const Job job = parse_job(document);
+TEST_CASE("stock sizes, steps, a front and the verification are read") {
+  const Job job = parse_job(patched("optimise", R"({"optimise": {
+    "variables": [{"parameter": "length", "min": "20 mm", "max": "100 mm",
+                   "stock": ["70 mm", 0.05, "50 mm", "300 mm", "25 mm"]},
+                  {"parameter": "thickness", "min": "0.1 mm", "max": "1 mm", "step": "0.15 mm"}],
+    "pareto": {"quantity": "drive_load"}, "verify": {}, "spread": "latin_hypercube",
+    "algorithm": {"library": null, "name": "LD_AUGLAG", "local": "LD_MMA"}}})"));
   const OptimiseSpec& spec = *job.optimise;
   CHECK(spec.variables[0].stock == std::vector<double>{0.025, 0.05, 0.07});
   CHECK(spec.variables[1].stock == std::vector<double>{1.5e-4, 3e-4, 4.5e-4, 6e-4, 7.5e-4, 9e-4});
@@ -159,17 +144,15 @@ TEST_CASE("stock sizes, steps, a front and the verification are read", "[optim][
   CHECK(*parse_job(*job.as_read).as_read == *job.as_read);  // as shown, it reads as the same
   CHECK(parse_job(*job.as_read).optimise->variables[1].stock == spec.variables[1].stock);
 
-  o["pareto"] = {{"expression", "inner_width*length"}, {"sense", "maximise"}, {"points", 4}};
-  o["algorithm"] = {{"name", "LN_AUGLAG"}};
-  const OptimiseSpec other = *parse_job(document).optimise;
+  const OptimiseSpec other = read_search(R"({
+    "pareto": {"expression": "inner_width*length", "sense": "maximise", "points": 4},
+    "algorithm": {"library": null, "name": "LN_AUGLAG"}})");
   CHECK(other.pareto->maximise);
   CHECK(other.pareto->expression == "inner_width*length");
   CHECK(other.algorithm.local == "LN_SBPLX");
-  CHECK_FALSE(parse_job(base_job("optimise")).optimise->pareto);
-  CHECK_FALSE(parse_job(base_job("optimise")).optimise->verify);
 }
 
-TEST_CASE("an algorithm without constraints takes neither those nor a front", "[optim][job]") {
+TEST_CASE("an algorithm without constraints takes neither those nor a front") {
   json document = base_job("optimise");
   json& o = document["optimise"];
   o["algorithm"] = {{"name", "GD_MLSL_LDS"}, {"local", "LD_SLSQP"}};
@@ -187,7 +170,7 @@ TEST_CASE("an algorithm without constraints takes neither those nor a front", "[
   CHECK(parse_job(document).optimise->constraints.size() == 1);
 }
 
-TEST_CASE("parameters that are formulas follow the others", "[optim][job]") {
+TEST_CASE("parameters that are formulas follow the others") {
   const Job job = parse_job(base_job("optimise"));
   CHECK(job.design.parameters.at("outer_width") == Approx(0.0245));
   ParameterValues moved = job.design.parameters;
@@ -198,7 +181,7 @@ TEST_CASE("parameters that are formulas follow the others", "[optim][job]") {
   CHECK(mechanism.leaves[1].width == 0.08);
 }
 
-TEST_CASE("every quantity's unit is one that bounds can be written in", "[optim][job]") {
+TEST_CASE("every quantity's unit is one that bounds can be written in") {
   for (const Family& family : families())
     for (const Quantity& quantity : quantities(family.drives)) {
       INFO(quantity.name << " in " << quantity.unit);

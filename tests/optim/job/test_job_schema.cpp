@@ -1,16 +1,10 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 #include <regex>
 
 #include "core/spec/json_file.hpp"
-#include "optim/job/job.hpp"
 #include "support/base_jobs.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
-using nlohmann::json;
-
-TEST_CASE("the shipped jobs are read", "[optim][job]") {
+TEST_CASE("the shipped jobs are read") {
   REQUIRE(shipped_jobs().size() >= 4);
   for (const auto& file : shipped_jobs()) {
     INFO(file.string());
@@ -81,7 +75,7 @@ bool valid(const json& schema, const json& value) {
 
 }  // namespace
 
-TEST_CASE("the schema accepts the shipped jobs and refuses slips", "[optim][job]") {
+TEST_CASE("the schema accepts the shipped jobs and refuses slips") {
   const json schema = job_schema();
   for (const auto& file : shipped_jobs()) {
     INFO(file.string());

@@ -1,14 +1,9 @@
 // What a job leaves open of its search is filled in; what is wrong is in tests/jobs/wrong.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/job/job_sections.hpp"
 #include "support/guide.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
-using nlohmann::json;
-
-TEST_CASE("without a word a search begins at the job's own design", "[optim][job]") {
+TEST_CASE("without a word a search begins at the job's own design") {
   const Job job = parse_job(guide::stiff_guide());
   CHECK(job.optimise->search == SearchKind::starts);
   CHECK(job.optimise->screened_designs == 0);
@@ -18,7 +13,7 @@ TEST_CASE("without a word a search begins at the job's own design", "[optim][job
   CHECK_FALSE(read.contains("screened_designs"));
 }
 
-TEST_CASE("a global search screens more designs of more variables", "[optim][job]") {
+TEST_CASE("a global search screens more designs of more variables") {
   json document = guide::stiff_guide();
   document["optimise"]["search"] = "global";
   document["optimise"].erase("starts");

@@ -1,39 +1,42 @@
 // The keys "fillet" and "fatigue", and goals of what they give.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "optim/job/job.hpp"
 #include "optim/problem/goals.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/guide_job.hpp"
 
 namespace {
 
-json document() {
-  return json::parse(R"({
-    "job": "optimise",
-    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
-               "thickness": "0.5 mm", "spacing": "60 mm"},
-               "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
-                 "density": "7800 kg/m^3", "yield_strength": "1400 MPa",
-                 "ultimate_strength": "1700 MPa", "endurance_limit": "500 MPa"}},
-    "fillet": "0.25 mm",
-    "end_effector": {"mass": "0.5 kg"}, "frequencies": 2,
-    "stroke": {"at": [0, "5 mm"]},
-    "optimise": {
-      "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"}],
-      "objective": {"maximise": "parasitic_frequency"},
-      "constraints": [{"quantity": "yield_safety", "over_stroke": "min", "min": 3},
-                      {"quantity": "fatigue_safety", "over_stroke": "min", "min": 1.5},
-                      {"quantity": "notch_stress", "over_stroke": "max", "max": "500 MPa"}],
-      "algorithm": {"library": "ipopt"}}})");
+json document(const char* patch = "{}") {
+  json job = test::guide_job(R"({
+    "design": {"material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
+      "density": "7800 kg/m^3", "yield_strength": "1400 MPa", "ultimate_strength": "1700 MPa",
+      "endurance_limit": "500 MPa"}},
+    "fillet": "0.25 mm", "stroke": {"at": [0, "5 mm"]},
+    "optimise": {"constraints": [
+      {"quantity": "yield_safety", "over_stroke": "min", "min": 3},
+      {"quantity": "fatigue_safety", "over_stroke": "min", "min": 1.5},
+      {"quantity": "notch_stress", "over_stroke": "max", "max": "500 MPa"}]}})");
+  job.merge_patch(json::parse(patch));
+  return job;
+}
+
+/// With a constraint on the life, too.
+json lasting(const char* patch) {
+  json job = document(patch);
+  job["optimise"]["constraints"].push_back(
+      {{"quantity", "fatigue_life"}, {"over_stroke", "min"}, {"min", 6}});
+  return job;
+}
+
+/// Two points that were found.
+StrokeResponse two_points() {
+  StrokeResponse response;
+  response.path.resize(2);
+  for (PathPoint& p : response.path) p.status = PointStatus::converged;
+  return response;
 }
 
 }  // namespace
 
-TEST_CASE("a job's fillet and cycle reach the evaluation", "[job][stress]") {
+TEST_CASE("a job's fillet and cycle reach the evaluation") {
   const Job plain = parse_job(document());
   CHECK(plain.request.stress.fillet == Approx(0.25e-3));
   CHECK(plain.request.stress.yield);
@@ -41,28 +44,23 @@ TEST_CASE("a job's fillet and cycle reach the evaluation", "[job][stress]") {
   CHECK_FALSE(plain.request.stress.fatigue_rule.stress_ratio);
   CHECK_FALSE(plain.request.stress.life);
   CHECK(plain.request.stress.need_history());
-  json cycle = document();
-  cycle["fatigue"] = {{"stress_ratio", 0}, {"mean_stress", "gerber"}};
-  const Job job = parse_job(cycle);
+  const Job job =
+      parse_job(document(R"({"fatigue": {"stress_ratio": 0, "mean_stress": "gerber"}})"));
   CHECK(job.request.stress.fatigue_rule.stress_ratio == 0);
   CHECK(job.request.stress.fatigue_rule.mean_stress == MeanStress::gerber);
   CHECK(document_of(job)["fillet"] == Approx(0.25e-3));
   CHECK(document_of(job)["fatigue"]["mean_stress"] == "gerber");
   CHECK(job.design.material.ultimate_strength == Approx(1700e6));
-  json none = document();
-  none.erase("fillet");
+  json none = document(R"({"fillet": null})");
   none["optimise"]["constraints"].erase(2);
   CHECK_FALSE(parse_job(none).request.stress.fillet);
 }
 
-TEST_CASE("an S-N curve, and the cycles that must be survived, reach the evaluation",
-          "[job][stress]") {
-  json with = document();
-  with["design"]["material"]["s_n_curve"] = {
-      {"coefficient", "2100 MPa"}, {"exponent", -0.09}, {"knee", 1e7}, {"survival", 0.9}};
-  with["fatigue"] = {{"cycles", 1e6}, {"mean_stress", "soderberg"}};
-  with["optimise"]["constraints"].push_back(
-      {{"quantity", "fatigue_life"}, {"over_stroke", "min"}, {"min", 6}});
+TEST_CASE("an S-N curve, and the cycles that must be survived, reach the evaluation") {
+  json with = lasting(R"({
+    "fatigue": {"cycles": 1e6, "mean_stress": "soderberg"},
+    "design": {"material": {"s_n_curve":
+      {"coefficient": "2100 MPa", "exponent": -0.09, "knee": 1e7, "survival": 0.9}}}})");
   const Job job = parse_job(with);
   CHECK(job.request.stress.life);
   CHECK(job.request.stress.fatigue);
@@ -75,31 +73,24 @@ TEST_CASE("an S-N curve, and the cycles that must be survived, reach the evaluat
   CHECK(written["survival"] == 0.9);
   // what is written reads as the same
   CHECK(document_of(parse_job(document_of(job))) == document_of(job));
-  with["design"]["material"]["s_n_curve"] = {
-      {"points",
-       {{{"cycles", 1e4}, {"amplitude", "800 MPa"}}, {{"cycles", 1e7}, {"amplitude", "450 MPa"}}}}};
+  with["design"]["material"]["s_n_curve"] = json::parse(R"({"points":
+      [{"cycles": 1e4, "amplitude": "800 MPa"}, {"cycles": 1e7, "amplitude": "450 MPa"}]})");
   const Job table = parse_job(with);
   REQUIRE(table.design.material.s_n_curve->points.size() == 2);
   CHECK(table.design.material.s_n_curve->points[1].amplitude == Approx(450e6));
   CHECK(document_of(parse_job(document_of(table))) == document_of(table));
-  json one = document();
-  one["stroke"] = {{"at", {"5 mm"}}};
+  json one = document(R"({"stroke": {"at": ["5 mm"]}})");
   one["optimise"]["constraints"].erase(1);
   CHECK_FALSE(parse_job(one).request.stress.fatigue);
   one["fatigue"] = {{"stress_ratio", -1}};
   CHECK(parse_job(one).request.stress.fatigue);
 }
 
-TEST_CASE("a life that is short is not one without end", "[job][stress]") {
-  json with = document();
-  with["design"]["material"]["s_n_curve"] = {{"coefficient", "2100 MPa"}, {"exponent", -0.09}};
-  with["optimise"]["constraints"].push_back(
-      {{"quantity", "fatigue_life"}, {"over_stroke", "min"}, {"min", 6}});
-  const Job job = parse_job(with);
+TEST_CASE("a life that is short is not one without end") {
+  const Job job = parse_job(lasting(R"({"design": {"material": {"s_n_curve":
+      {"coefficient": "2100 MPa", "exponent": -0.09}}}})"));
   const Goal life = make_goals(job).back();
-  StrokeResponse response;
-  response.path.resize(2);
-  for (PathPoint& p : response.path) p.status = PointStatus::converged;
+  StrokeResponse response = two_points();
   response.path[1].fatigue_life = FatigueCycle{.value = -0.2};
   const auto reading = read_goal(life, response, job.request);
   REQUIRE(reading);
@@ -110,14 +101,10 @@ TEST_CASE("a life that is short is not one without end", "[job][stress]") {
   CHECK_THAT(refused.error().message, Contains("a mean stress breaks it"));
 }
 
-TEST_CASE(
-    "where there is no stress a safety is beyond every bound, and without a factor it has none",
-    "[job][stress]") {
+TEST_CASE("where there is no stress a safety is beyond every bound, without a factor it has none") {
   const Job job = parse_job(document());
   const std::vector<Goal> goals = make_goals(job);
-  StrokeResponse response;
-  response.path.resize(2);
-  for (PathPoint& p : response.path) p.status = PointStatus::converged;
+  StrokeResponse response = two_points();
   response.path[1].yield_safety = StressSafety{2.5, {}};
   const auto reading = read_goal(goals[1], response, job.request);
   REQUIRE(reading);

@@ -1,13 +1,6 @@
 // Strokes of drives with names, as a job writes them.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -27,7 +20,7 @@ StrokeRequest read(const char* text, const DriveList& drives = two()) {
 
 }  // namespace
 
-TEST_CASE("strokes by the names of the drives, point by point", "[job][drive]") {
+TEST_CASE("strokes by the names of the drives, point by point") {
   const StrokeRequest r =
       read(R"({"at": [{"x": "1 mm", "turn": 0}, {"turn": "10 deg"}, {"x": -2e-3}]})");
   REQUIRE(r.strokes.size() == 3);
@@ -37,7 +30,7 @@ TEST_CASE("strokes by the names of the drives, point by point", "[job][drive]") 
   CHECK(r.points == std::vector{1e-3, 0.0, -2e-3});
 }
 
-TEST_CASE("a grid of strokes, the last drive fastest", "[job][drive]") {
+TEST_CASE("a grid of strokes, the last drive fastest") {
   const StrokeRequest r = read(R"({"grid": {"x": {"from": 0, "to": "4 mm", "points": 3},
                                             "turn": {"from": -0.1, "to": 0.1, "points": 2}}})");
   REQUIRE(r.strokes.size() == 6);
@@ -50,7 +43,7 @@ TEST_CASE("a grid of strokes, the last drive fastest", "[job][drive]") {
   CHECK(line.strokes[10] == Eigen::Vector2d(0, 0.2));
 }
 
-TEST_CASE("strokes that cannot be are refused", "[job][drive]") {
+TEST_CASE("strokes that cannot be are refused") {
   const auto refuses = [](const char* text, const char* rule) {
     INFO(text);
     CHECK_THROWS_WITH(read(text), Contains(rule));
@@ -67,7 +60,7 @@ TEST_CASE("strokes that cannot be are refused", "[job][drive]") {
   CHECK_THROWS_WITH(read_stroke(written, written, DriveList(), request), Contains("no drive"));
 }
 
-TEST_CASE("quantities of drives with names have their names", "[job][drive]") {
+TEST_CASE("quantities of drives with names have their names") {
   PathPoint point;
   point.status = PointStatus::converged;
   point.drive_names = {"x", "turn"};

@@ -1,20 +1,13 @@
 // An interrupted run goes on where it stopped, and ends as if it had never been interrupted.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
-namespace fs = std::filesystem;
 
 namespace {
 
-nlohmann::json small_job(const std::string& algorithm) {
-  nlohmann::json document = stiff_guide(algorithm);
+json small_job(const std::string& algorithm) {
+  json document = stiff_guide(algorithm);
   document["optimise"]["starts"] = 2;
   document["optimise"]["max_evaluations"] = 40;
   return document;
@@ -26,8 +19,7 @@ struct Run {
   std::string log;
 };
 
-Run run(const nlohmann::json& document, const fs::path& log, int threads = 1,
-        OptimiseOptions options = {}) {
+Run run(const json& document, const fs::path& log, int threads = 1, OptimiseOptions options = {}) {
   Calls calls;
   Run r;
   options.log = log;
@@ -59,11 +51,11 @@ void check_same(const Optimum& a, const Optimum& b) {
 
 }  // namespace
 
-TEST_CASE("a run cut off anywhere resumes to the same end", "[optim][slow]") {
+TEST_CASE("a run cut off anywhere resumes to the same end", "[slow]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
   const test::TemporaryFolder folder;
-  const nlohmann::json document = small_job(name);
+  const json document = small_job(name);
   const auto logged = [&] { return run(document, folder / "log"); };
   const Run whole = logged();
   CHECK(whole.replayed == 0);
@@ -86,20 +78,11 @@ TEST_CASE("a run cut off anywhere resumes to the same end", "[optim][slow]") {
   }
 }
 
-TEST_CASE("a run that went to its end is replayed without an evaluation", "[optim]") {
-  const test::TemporaryFolder folder;
-  const Run first = run(small_job("LN_COBYLA"), folder / "log");
-  const Run second = run(small_job("LN_COBYLA"), folder / "log");
-  CHECK(second.replayed == first.optimum.evaluations);
-  CHECK(second.calls == 1);  // the response at the optimum
-  check_same(second.optimum, first.optimum);
-}
-
-TEST_CASE("the threads change neither the result nor a byte of the log", "[optim]") {
+TEST_CASE("the threads change neither the result nor a byte of the log") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt", "GN_ISRES");
   CAPTURE(name);
   const test::TemporaryFolder folder;
-  nlohmann::json document = small_job(name);
+  json document = small_job(name);
   document["optimise"]["starts"] = 5;
   const Run one = run(document, folder / "1.jsonl", 1);
   for (const int threads : {2, 3, 8}) {
@@ -109,11 +92,11 @@ TEST_CASE("the threads change neither the result nor a byte of the log", "[optim
   }
 }
 
-TEST_CASE("the log of another job is refused, unless it is overwritten", "[optim]") {
+TEST_CASE("the log of another job is refused, unless it is overwritten") {
   const test::TemporaryFolder folder;
   run(small_job("LN_COBYLA"), folder / "log");
   const std::string before = test::content_of(folder / "log");
-  nlohmann::json other = small_job("LN_COBYLA");
+  json other = small_job("LN_COBYLA");
   other["design"]["parameters"]["width"] = "31 mm";
   CHECK_THROWS_AS(run(other, folder / "log"), SpecError);
   CHECK_THROWS_WITH(run(other, folder / "log"), Contains("another job") &&
@@ -130,9 +113,9 @@ TEST_CASE("the log of another job is refused, unless it is overwritten", "[optim
   CHECK(run(other, folder / "log").replayed == r.optimum.evaluations);
 }
 
-TEST_CASE("name, more starts and more evaluations keep the log of use", "[optim]") {
+TEST_CASE("name, more starts and more evaluations keep the log of use") {
   const test::TemporaryFolder folder;
-  nlohmann::json document = small_job("LN_COBYLA");
+  json document = small_job("LN_COBYLA");
   document["optimise"]["max_evaluations"] = 15;
   const Run first = run(document, folder / "log");
   document["name"] = "the same, longer";
@@ -144,7 +127,7 @@ TEST_CASE("name, more starts and more evaluations keep the log of use", "[optim]
   CHECK(std::count(second.log.begin(), second.log.end(), '\n') > second.optimum.evaluations);
 }
 
-TEST_CASE("what is no log is left alone", "[optim]") {
+TEST_CASE("what is no log is left alone") {
   const test::TemporaryFolder folder;
   for (const char* text : {"hello\n", "hello", "{\"a\": 1}\n", "[]\n"}) {
     test::put(folder / "log", text);
@@ -160,18 +143,17 @@ TEST_CASE("what is no log is left alone", "[optim]") {
                     Contains("not writable"));
 }
 
-TEST_CASE("the log holds one self-contained line for each evaluation", "[optim]") {
+TEST_CASE("the log holds one self-contained line for each evaluation") {
   const test::TemporaryFolder folder;
   const Run r = run(small_job("LD_SLSQP"), folder / "log");
   std::istringstream lines(r.log);
   std::string line;
   std::getline(lines, line);
-  CHECK(nlohmann::json::parse(line)["flexopt_evaluations"]["job"]["design"]["family"] ==
-        "parallel_guide");
+  CHECK(json::parse(line)["flexopt_evaluations"]["job"]["design"]["family"] == "parallel_guide");
   std::size_t i = 0;
   bool any_difference = false;
   for (; std::getline(lines, line); ++i) {
-    const auto j = nlohmann::json::parse(line);
+    const auto j = json::parse(line);
     REQUIRE(i < r.optimum.history.size());
     const EvaluationRecord& e = r.optimum.history[i];
     CHECK(j["variables"]["length"].get<double>() == e.variables.at("length"));  // to the bit

@@ -1,10 +1,6 @@
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "designs/family.hpp"
 #include "optim/problem/gradient_checker.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -20,7 +16,7 @@ std::vector<Quantity> some_quantities() {
 
 }  // namespace
 
-TEST_CASE("frequencies that may meet within a step are a group, others are alone", "[optim]") {
+TEST_CASE("frequencies that may meet within a step are a group, others are alone") {
   const std::vector<Quantity> names = some_quantities();
   REQUIRE(names.size() == 5);
   REQUIRE(names.front().name == "drive_load");
@@ -36,7 +32,7 @@ TEST_CASE("frequencies that may meet within a step are a group, others are alone
   CHECK(groups_of(names, here, without, 5, 0.01).empty());
 }
 
-TEST_CASE("the mean of a group has the slope of its derivative, whatever the ranks", "[optim]") {
+TEST_CASE("the mean of a group has the slope of its derivative, whatever the ranks") {
   const std::vector<FrequencyGroup> groups{{1, 2}};
   // two frequencies that cross at x = 0
   const auto at = [&](double x) {

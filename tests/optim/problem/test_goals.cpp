@@ -1,13 +1,7 @@
 #include "optim/problem/goals.hpp"
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -15,7 +9,7 @@ Goal goal(OverStroke over, int branches = 1) { return {"", "drive_load", {}, ove
 
 }  // namespace
 
-TEST_CASE("the one number over the stroke is what its name says", "[optim]") {
+TEST_CASE("the one number over the stroke is what its name says") {
   const GoalValues v{1, -5, 3, 2};
   CHECK(aggregate(goal(OverStroke::min), v) == -5);
   CHECK(aggregate(goal(OverStroke::max), v) == 3);
@@ -25,16 +19,15 @@ TEST_CASE("the one number over the stroke is what its name says", "[optim]") {
   CHECK(aggregate(goal(OverStroke::last), v) == 2);
 }
 
-TEST_CASE("only the lowest branch of each point counts in the one number", "[optim]") {
+TEST_CASE("only the lowest branch of each point counts in the one number") {
   const GoalValues v{10, 90, 7, 70};  // two points, two branches
   CHECK(aggregate(goal(OverStroke::min, 2), v) == 7);
   CHECK(extreme(goal(OverStroke::min, 2), v).entry == 2);
   CHECK(aggregate(goal(OverStroke::last, 2), v) == 7);
 }
 
-TEST_CASE("the parasitic frequency brings its next modes, without those that do not count",
-          "[optim]") {
-  nlohmann::json document = guide::crossing_modes();
+TEST_CASE("the parasitic frequency brings its next modes, without those that do not count") {
+  json document = guide::crossing_modes();
   document["stroke"] = {{"at", {0}}};
   Job job = parse_job(document);
   job.request.parasitic.skipped = {ModeKind::leaf};
@@ -54,7 +47,7 @@ TEST_CASE("the parasitic frequency brings its next modes, without those that do 
   CHECK(read_goal(g, response, job.request).value().values == GoalValues{60, 99, 120});
 }
 
-TEST_CASE("goals ask for the frequencies that tell them", "[optim]") {
+TEST_CASE("goals ask for the frequencies that tell them") {
   Job job = parse_job(guide::crossing_modes());
   job.request.frequencies = 8;
   const auto needed = [&](const std::string& quantity) {
@@ -74,7 +67,7 @@ TEST_CASE("goals ask for the frequencies that tell them", "[optim]") {
   CHECK(needed("max_stress") == 8);
 }
 
-TEST_CASE("a point without equilibrium or value is a reading with a reason", "[optim]") {
+TEST_CASE("a point without equilibrium or value is a reading with a reason") {
   const Job job = parse_job(guide::stiff_guide());
   const std::vector<Goal> goals = make_goals(job);
   StrokeResponse response;
@@ -93,10 +86,8 @@ TEST_CASE("a point without equilibrium or value is a reading with a reason", "[o
 }
 
 TEST_CASE(
-    "a point that no multiple of the load makes unstable is beyond every bound, an unstable "
-    "one has no value",
-    "[optim]") {
-  nlohmann::json document = guide::stiff_guide();
+    "a point that no load makes unstable is beyond every bound, an unstable one has no value") {
+  json document = guide::stiff_guide();
   document["stroke"] = {{"at", {0}}};
   const Job job = parse_job(document);
   const Goal g{"", "buckling_load_factor", {}, OverStroke::min, 1};
@@ -120,7 +111,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a capacity without a limit counts as the load that is borne at least") {
-  nlohmann::json document = guide::stiff_guide();
+  json document = guide::stiff_guide();
   document["stroke"] = {{"at", {0}}};
   const Job job = parse_job(document);
   const Goal g{"", "load_capacity.-uz", {}, OverStroke::min, 1};

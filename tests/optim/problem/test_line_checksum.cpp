@@ -1,14 +1,7 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::test;
-using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
 
@@ -32,7 +25,7 @@ std::string without_checksums() {
 
 }  // namespace
 
-TEST_CASE("a checksum is the CRC-32 of the line, which stays JSON", "[log]") {
+TEST_CASE("a checksum is the CRC-32 of the line, which stays JSON") {
   // sums by Python's zlib.crc32
   CHECK(with_checksum("[123456789]") == R"([123456789,"crc32:c68c30fa"])");
   CHECK(with_checksum(R"({"a":1})") == R"({"a":1,"crc32":"561bacaf"})");
@@ -42,7 +35,7 @@ TEST_CASE("a checksum is the CRC-32 of the line, which stays JSON", "[log]") {
   }
 }
 
-TEST_CASE("a log with a bit changed anywhere is refused, or read up to where it is torn", "[log]") {
+TEST_CASE("a log with a bit changed anywhere is refused, or read up to where it is torn") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "log.jsonl";
   const std::string whole = log_text(identity, lines);
@@ -70,7 +63,7 @@ TEST_CASE("a log with a bit changed anywhere is refused, or read up to where it 
   CHECK(refused == 8 * static_cast<int>(whole.size() - 1));
 }
 
-TEST_CASE("what is nothing but a checksum is no line", "[log]") {
+TEST_CASE("what is nothing but a checksum is no line") {
   for (const char* line : {R"(,"crc32":"00000000"})", R"({,"crc32":"00000000"})",
                            R"({"crc32":"00000000"})", R"([,"crc32:00000000"])", "}", ""}) {
     CAPTURE(line);
@@ -82,7 +75,7 @@ TEST_CASE("what is nothing but a checksum is no line", "[log]") {
   }
 }
 
-TEST_CASE("a refused line is named with its file", "[log]") {
+TEST_CASE("a refused line is named with its file") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "log.jsonl";
   std::string text = log_text(identity, lines);
@@ -98,7 +91,7 @@ TEST_CASE("a refused line is named with its file", "[log]") {
   CHECK(opened(file) == std::vector(lines.begin() + 1, lines.end()));
 }
 
-TEST_CASE("a log from before there were checksums is read, and then has them", "[log]") {
+TEST_CASE("a log from before there were checksums is read, and then has them") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "log.jsonl";
   put(file, without_checksums());
@@ -119,7 +112,7 @@ TEST_CASE("a log from before there were checksums is read, and then has them", "
   CHECK(content_of(file) == log_text(identity, more));
 }
 
-TEST_CASE("a line without checksum in a log that has them is refused", "[log]") {
+TEST_CASE("a line without checksum in a log that has them is refused") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "log.jsonl";
   put(file, log_text(identity, lines) + "[8,9]\n");

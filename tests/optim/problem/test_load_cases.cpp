@@ -1,38 +1,26 @@
 // Goals over several load cases, against the goals of each case alone.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "optim/problem/check_gradients.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/goals.hpp"
 #include "optim/search/optimise.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/guide_job.hpp"
 
 namespace {
 
 json document() {
-  return json::parse(R"({
-    "job": "optimise",
-    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
-               "thickness": "0.4 mm", "spacing": "60 mm"}, "material": "stavax"},
-    "end_effector": {"mass": "0.5 kg"},
-    "model": {"mesh": [4, 2]},
-    "stroke": {"to": "5 mm", "points": 3}, "frequencies": 2,
+  return test::guide_job(R"({
+    "design": {"parameters": {"thickness": "0.4 mm"}}, "model": {"mesh": [4, 2]},
+    "stroke": {"to": "5 mm", "points": 3},
     "cases": {
       "hanging": {"loads": [{"force": ["40 N", 0, 0]}]},
       "standing": {"loads": [{"force": ["-40 N", 0, 0]}], "stroke": {"to": "8 mm", "points": 2}}},
     "optimise": {
       "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"},
                     {"parameter": "length", "min": "60 mm", "max": "120 mm"}],
-      "objective": {"maximise": "parasitic_frequency"},
       "constraints": [{"quantity": "max_stress", "max": "400 MPa"},
                       {"quantity": "drive_load", "over_stroke": "max_abs", "max": "6 N",
                        "case": "hanging"},
-                      {"quantity": "drive_load", "over_stroke": "last", "min": "1 N"}],
-      "algorithm": {"library": "ipopt"}}})");
+                      {"quantity": "drive_load", "over_stroke": "last", "min": "1 N"}]}})");
 }
 
 /// The job under one load case alone.
@@ -47,7 +35,7 @@ Job alone(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("the number of a goal over load cases is the worst of theirs", "[optim]") {
+TEST_CASE("the number of a goal over load cases is the worst of theirs") {
   Goal goal{"", "drive_load", {}, OverStroke::last, 1, {{0, 2}, {1, 3}}, false};
   const GoalValues v{1, 4, 7, 8, 3};
   CHECK(aggregate(goal, v) == 4);
@@ -63,7 +51,7 @@ TEST_CASE("the number of a goal over load cases is the worst of theirs", "[optim
   CHECK(aggregate(goal, v) == 8);
 }
 
-TEST_CASE("goals over load cases have the values and exact derivatives of each case", "[optim]") {
+TEST_CASE("goals over load cases have the values and exact derivatives of each case") {
   const DesignProblem both(parse_job(document())), hanging(alone("hanging")),
       standing(alone("standing"));
   const Variables at{0.45e-3, 0.09};
@@ -94,8 +82,7 @@ TEST_CASE("goals over load cases have the values and exact derivatives of each c
   CHECK(both.constraints(all)[1] == hanging.constraints(h)[1]);
 }
 
-TEST_CASE("an optimum over load cases keeps all, and is no better than that of any one",
-          "[optim][slow]") {
+TEST_CASE("an optimum over load cases keeps all, and is no better than that of any one", "[slow]") {
   const Job job = parse_job(document());
   const Optimum both = optimise(job, {}), hanging = optimise(alone("hanging"), {});
   REQUIRE(both.status == OptimumStatus::optimal);
@@ -113,7 +100,7 @@ TEST_CASE("an optimum over load cases keeps all, and is no better than that of a
   CHECK(*decisive.parasitic_frequency == Approx(both.objective).epsilon(1e-3));
 }
 
-TEST_CASE("derivatives are checked in every load case", "[optim][slow]") {
+TEST_CASE("derivatives are checked in every load case", "[slow]") {
   json small = document();
   small["stroke"] = {{"at", {"2 mm"}}};
   small["cases"]["standing"].erase("stroke");
@@ -123,20 +110,11 @@ TEST_CASE("derivatives are checked in every load case", "[optim][slow]") {
     CHECK(std::ranges::count(report.checks, name, &GradientCheck::load_case) > 20);
 }
 
-TEST_CASE("derivatives by an end-effector's mass and inertia are checked where it has none",
-          "[optim][slow]") {
-  const Job job = parse_job(json{
-      {"flexopt", 1},
-      {"name", "bare"},
-      {"job", "evaluate"},
-      {"design",
-       {{"family", "parallel_guide"},
-        {"parameters",
-         {{"length", "100 mm"}, {"width", "30 mm"}, {"thickness", "0.5 mm"}, {"spacing", "80 mm"}}},
-        {"material", "spring_steel_1.4310"}}},
-      {"model", {{"accuracy", "full"}, {"mesh", {4, 2}}}},
-      {"stroke", {{"at", {"1 mm"}}}},
-      {"frequencies", 2}});
+TEST_CASE("derivatives by mass and inertia are checked where an end-effector has none", "[slow]") {
+  const Job job = parse_job(test::guide_job(R"({
+    "job": "evaluate", "end_effector": null, "optimise": null, "stroke": {"at": ["1 mm"]},
+    "design": {"parameters": {"spacing": "80 mm"}, "material": "spring_steel_1.4310"},
+    "model": {"accuracy": "full", "mesh": [4, 2]}})"));
   const GradientReport report = check_gradients(job, 1e-6, 2);
   CHECK(report.ok);
   for (const char* name : {"end_effector.mass", "end_effector.inertia.zz"})

@@ -1,13 +1,8 @@
-#include <catch2/catch.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "support/leaf_job.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::test;
-using nlohmann::json;
 
 namespace {
 
@@ -33,7 +28,7 @@ Ran run(Sharing sharing, const Job& job, const std::filesystem::path& log,
 
 }  // namespace
 
-TEST_CASE("units of shards make the whole, which is worked on once", "[sharing]") {
+TEST_CASE("units of shards make the whole, which is worked on once") {
   const TemporaryFolder folder;
   const Job job = parse_job(json::parse(leaf_job().dump()));
   const auto log = folder.path() / "units.jsonl";
@@ -51,7 +46,7 @@ TEST_CASE("units of shards make the whole, which is worked on once", "[sharing]"
   CHECK(run(Sharing(), job, log, "squares 2").worked == 10);
 }
 
-TEST_CASE("a unit whose yield was changed on the disk is refused", "[sharing]") {
+TEST_CASE("a unit whose yield was changed on the disk is refused") {
   const TemporaryFolder folder;
   const Job job = parse_job(json::parse(leaf_job().dump()));
   const auto log = folder.path() / "units.jsonl";
@@ -61,21 +56,21 @@ TEST_CASE("a unit whose yield was changed on the disk is refused", "[sharing]") 
   REQUIRE(at != std::string::npos);
   text[at + 15] = '3';
   put(log, text);
-  CHECK_THROWS_WITH(run(Sharing(), job, log), Catch::Contains("units.jsonl") &&
-                                                  Catch::Contains("line 7: [\"squares 1\",5,3.5"));
+  CHECK_THROWS_WITH(run(Sharing(), job, log),
+                    Contains("units.jsonl") && Contains("line 7: [\"squares 1\",5,3.5"));
 }
 
-TEST_CASE("units of another job are refused", "[sharing]") {
+TEST_CASE("units of another job are refused") {
   const TemporaryFolder folder;
   OrderedJson document = leaf_job();
   const auto log = folder.path() / "units.jsonl";
   run(Sharing(), parse_job(json::parse(document.dump())), log);
   document["stroke"]["to"] = "5 mm";
   CHECK_THROWS_WITH(run(Sharing(), parse_job(json::parse(document.dump())), log),
-                    Catch::Contains("/job/stroke"));
+                    Contains("/job/stroke"));
 }
 
-TEST_CASE("a loop's name follows from what it depends on", "[sharing]") {
+TEST_CASE("a loop's name follows from what it depends on") {
   CHECK(loop_name("maps", "a") == loop_name("maps", "a"));
   CHECK(loop_name("maps", "a") != loop_name("maps", "b"));
   CHECK(loop_name("maps", "a").starts_with("maps "));

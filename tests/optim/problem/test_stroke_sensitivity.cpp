@@ -1,16 +1,10 @@
 #include "optim/problem/stroke_sensitivity.hpp"
-
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
 Job hinge() {
-  return parse_job(nlohmann::json::parse(R"({
+  return parse_job(json::parse(R"({
     "flexopt": 1, "name": "hinge", "job": "evaluate",
     "design": {"family": "three_flexure_cross_hinge", "material": "stavax", "parameters": {
       "length": "50 mm", "thickness": "0.4 mm", "half_angle": "45 deg", "inner_width": "49 mm",

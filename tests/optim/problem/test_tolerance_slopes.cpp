@@ -1,8 +1,5 @@
-#include <catch2/catch.hpp>
-
 #include "optim/problem/robust_goals.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -13,7 +10,7 @@ const std::vector<Tolerance> entries{
 
 }  // namespace
 
-TEST_CASE("parameters that deviate together add with their factors", "[tolerances]") {
+TEST_CASE("parameters that deviate together add with their factors") {
   const MatrixXd changes = tolerance_changes(entries, {"x", "y"}, {{"x", 5}, {"y", 7}});
   const VectorXd slopes = changes.transpose() * (VectorXd(2) << 2, 5).finished();
   CHECK(slopes[0] == Approx(0.6));
@@ -28,7 +25,7 @@ TEST_CASE("parameters that deviate together add with their factors", "[tolerance
   CHECK(variance_shares(entries, VectorXd::Zero(2)).sum() == 0);
 }
 
-TEST_CASE("a tolerance in percent is one of the size that the parameter has", "[tolerances]") {
+TEST_CASE("a tolerance in percent is one of the size that the parameter has") {
   const std::vector<Tolerance> two{
       {"both", ToleranceSpread::uniform, {{"x", 0.03, true}, {"y", -0.03, true}}}};
   const MatrixXd changes = tolerance_changes(two, {"y", "x", "z"}, {{"x", 5}, {"y", -7}, {"z", 1}});

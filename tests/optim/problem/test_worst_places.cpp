@@ -1,9 +1,7 @@
-#include <catch2/catch.hpp>
 #include <functional>
 
 #include "optim/problem/worst_assembly_goals.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -36,8 +34,7 @@ LookInBox looking(const std::vector<Function>& functions) {
 
 }  // namespace
 
-TEST_CASE("a number that is linear in many errors is worst in the corner of its slopes",
-          "[assembly]") {
+TEST_CASE("a number that is linear in many errors is worst in the corner of its slopes") {
   const VectorXd slopes = VectorXd{{3, -1, 0.5, 2, -4, 1}};
   const auto found =
       worst_places({6, 2, 1, 1}, {0}, looking({[&](const VectorXd& z) { return z.dot(slopes); }}));
@@ -46,8 +43,7 @@ TEST_CASE("a number that is linear in many errors is worst in the corner of its 
   CHECK(found->looks < 10);
 }
 
-TEST_CASE("a place inside the box is found to rounding, and the other sides are at their bounds",
-          "[assembly]") {
+TEST_CASE("a place inside the box is found to rounding, and the other sides are at their bounds") {
   const VectorXd top = VectorXd{{0.3, -0.7}};
   const auto hill = [&](const VectorXd& z) {
     const VectorXd d = z.head(2) - top;
@@ -60,8 +56,7 @@ TEST_CASE("a place inside the box is found to rounding, and the other sides are 
   CHECK(found->places[0][0][2] == 1);
 }
 
-TEST_CASE("a side along which a number is hardly bent is not left where the number is least",
-          "[assembly]") {
+TEST_CASE("a side along which a number is hardly bent is not left where the number is least") {
   const auto saddle = [](const VectorXd& z) {
     const double x = z[0] - 0.02, y = z[1] - 0.15;
     return 2 + 1e-4 * x * x - 0.05 * y * y;
@@ -72,7 +67,7 @@ TEST_CASE("a side along which a number is hardly bent is not left where the numb
   CHECK(found->places[0][0][1] == Approx(0.15).epsilon(1e-8));
 }
 
-TEST_CASE("several numbers share what is looked at, and have their own places", "[assembly]") {
+TEST_CASE("several numbers share what is looked at, and have their own places") {
   int looks = 0;
   const LookInBox both = looking({[](const VectorXd& z) { return z[0] + 0.1 * z[1]; },
                                   [](const VectorXd& z) { return -1e-6 * (z[0] - z[1]); }});
@@ -88,7 +83,7 @@ TEST_CASE("several numbers share what is looked at, and have their own places", 
   CHECK(found->looks == looks);
 }
 
-TEST_CASE("places that are as bad, or nearly so, come after the worst", "[assembly]") {
+TEST_CASE("places that are as bad, or nearly so, come after the worst") {
   const auto bowl = [](const VectorXd& z) { return z[0] * z[0] + 0.01 * z[0] + 0.2 * z[1]; };
   const auto found = worst_places({2, 2, 1, 3}, {0}, looking({bowl}));
   REQUIRE(found);
@@ -97,7 +92,7 @@ TEST_CASE("places that are as bad, or nearly so, come after the worst", "[assemb
   CHECK(found->places[0][1] == VectorXd{{-1, 1}});
 }
 
-TEST_CASE("a box with a place that has no numbers says so", "[assembly]") {
+TEST_CASE("a box with a place that has no numbers says so") {
   const LookInBox look = looking({[](const VectorXd& z) { return z[0]; }});
   const auto broken = [&](const VectorXd& z) -> Answer<BoxLook, Why> {
     if (z[0] < 1) return look(z);

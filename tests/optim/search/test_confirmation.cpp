@@ -1,14 +1,10 @@
 // What is called optimal: the best design of all that were evaluated, wherever the search began.
-#include <catch2/catch.hpp>
-
 #include "optim/search/stages.hpp"
 #include "support/guide.hpp"
 #include "support/random_searches.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
 
@@ -37,7 +33,7 @@ int searched(const Optimum& o) {
 }  // namespace
 
 // Twenty random boxes, constraints, scales and failing parts; the benchmark random_optima has more.
-TEST_CASE("what is called optimal is what a dense search finds", "[optim][slow]") {
+TEST_CASE("what is called optimal is what a dense search finds", "[slow]") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LD_MMA", "LN_COBYLA");
   int optimal = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
@@ -53,7 +49,7 @@ TEST_CASE("what is called optimal is what a dense search finds", "[optim][slow]"
   CHECK(optimal >= 17);
 }
 
-TEST_CASE("the optimum does not depend on the unit of the objective", "[optim]") {
+TEST_CASE("the optimum does not depend on the unit of the objective") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LD_MMA", "LN_COBYLA");
   const double factor = GENERATE(1e-9, 1.0, 1e9);
   CAPTURE(name, factor);
@@ -72,7 +68,7 @@ TEST_CASE("the optimum does not depend on the unit of the objective", "[optim]")
          value == Approx(0.05 * 0.9e-3).epsilon(1e-3)));
 }
 
-TEST_CASE("a start a million times off ends where a near one does", "[optim]") {
+TEST_CASE("a start a million times off ends where a near one does") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LD_MMA", "LN_COBYLA");
   CAPTURE(name);
   json document = stiff_guide(name);
@@ -92,8 +88,7 @@ TEST_CASE("a start a million times off ends where a near one does", "[optim]") {
   CHECK(far.objective == Approx(near.objective).epsilon(1e-3));
 }
 
-TEST_CASE("a start far from any design that has a value finds one elsewhere in the box",
-          "[optim]") {
+TEST_CASE("a start far from any design that has a value finds one elsewhere in the box") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
   CAPTURE(name);
   json document = stiff_guide(name);
@@ -104,7 +99,7 @@ TEST_CASE("a start far from any design that has a value finds one elsewhere in t
   CHECK(o.objective == Approx(support(200e9, 0.03, 0.5e-3, 0.1, 5e-3)).epsilon(1e-3));
 }
 
-TEST_CASE("a design where the slope vanishes by symmetry is left", "[optim]") {
+TEST_CASE("a design where the slope vanishes by symmetry is left") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LD_MMA");
   CAPTURE(name);
   json document =
@@ -117,8 +112,7 @@ TEST_CASE("a design where the slope vanishes by symmetry is left", "[optim]") {
   CHECK(std::abs(o.parameters.at("length") - 0.1) == Approx(0.05).epsilon(1e-3));
 }
 
-TEST_CASE("starts that end at worse optima make the best one a local one, with the figures",
-          "[optim]") {
+TEST_CASE("starts that end at worse optima make the best one a local one, with the figures") {
   json document = formulas(
       {{"maximise", "2.0 + sin(200.0*(length - 0.05)) + 5.0*length - 1e6*(thickness - 5e-4)^2"}},
       0.055, 8);
@@ -130,7 +124,7 @@ TEST_CASE("starts that end at worse optima make the best one a local one, with t
   CHECK_THAT(o.stop_reason, Contains("of 8 starts agree") && Contains("end elsewhere"));
 }
 
-TEST_CASE("a design that any start met is not beaten by the answer", "[optim]") {
+TEST_CASE("a design that any start met is not beaten by the answer") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
   for (unsigned seed = 0; seed < 6; ++seed) {
     const RandomSearch search = random_search(seed, name);
@@ -142,7 +136,7 @@ TEST_CASE("a design that any start met is not beaten by the answer", "[optim]") 
   }
 }
 
-TEST_CASE("a fresh search is paid from the evaluations of its start", "[optim]") {
+TEST_CASE("a fresh search is paid from the evaluations of its start") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
   for (const int most : {3, 8, 20, 60}) {
     json document =

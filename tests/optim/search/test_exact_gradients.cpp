@@ -1,20 +1,18 @@
 // Exact derivatives on their way from the mechanics through goals and formulas to the optimiser.
-#include <catch2/catch.hpp>
 #include <limits>
 
 #include "optim/problem/posing.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "support/guide.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
 
 namespace {
 
 /// Width and spacing follow from the variables by formulas, one of them of two variables.
-nlohmann::json linked_guide() {
-  nlohmann::json job = stiff_guide();
+json linked_guide() {
+  json job = stiff_guide();
   job["design"]["parameters"]["width"] = {{"expression", "0.3*length + 2*thickness"}};
   job["design"]["parameters"]["spacing"] = {{"expression", "sqrt(length*0.036)"}};
   job["optimise"]["constraints"].push_back(
@@ -43,7 +41,7 @@ struct Setting {
 
 }  // namespace
 
-TEST_CASE("goals are differentiated through parameters that are formulas", "[optim]") {
+TEST_CASE("goals are differentiated through parameters that are formulas") {
   const Job job = parse_job(linked_guide());
   Setting exact(job, true), differences(job, false);
   for (const double at : {0.2, 0.55, 0.9}) {
@@ -71,7 +69,7 @@ TEST_CASE("goals are differentiated through parameters that are formulas", "[opt
   CHECK(differences.book.used_differences());
 }
 
-TEST_CASE("the posed programme has exact gradients, slack and branches included", "[optim]") {
+TEST_CASE("the posed programme has exact gradients, slack and branches included") {
   const auto make = GENERATE(linked_guide, crossing_modes);
   Setting s(parse_job(make()), true);
   const Pose pose = job_pose(s.problem);
@@ -95,8 +93,8 @@ TEST_CASE("the posed programme has exact gradients, slack and branches included"
     }
 }
 
-TEST_CASE("a row keeps its mode when two modes cross from one design to the next", "[optim]") {
-  nlohmann::json document = crossing_modes();
+TEST_CASE("a row keeps its mode when two modes cross from one design to the next") {
+  json document = crossing_modes();
   set_algorithm(document, "LD_SLSQP");
   Setting s(parse_job(document), true);
   const Pose pose = job_pose(s.problem);
@@ -122,8 +120,8 @@ TEST_CASE("a row keeps its mode when two modes cross from one design to the next
   CHECK(falling == 3);
 }
 
-TEST_CASE("the modulus of the material is a variable as any other", "[optim]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+TEST_CASE("the modulus of the material is a variable as any other") {
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"].push_back(
       {{"parameter", "material.youngs_modulus"}, {"min", "100 GPa"}, {"max", "210 GPa"}});
   document["optimise"]["constraints"].push_back(
@@ -150,10 +148,10 @@ TEST_CASE("the modulus of the material is a variable as any other", "[optim]") {
   CHECK(found);
 }
 
-TEST_CASE("exact gradients take a fraction of the evaluations to the same optimum", "[optim]") {
+TEST_CASE("exact gradients take a fraction of the evaluations to the same optimum") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   Calls calls, calls_of_differences;
   const Optimum exact = run(document, calls, true);
   const Optimum differences = run(document, calls_of_differences, false);
@@ -172,8 +170,8 @@ TEST_CASE("exact gradients take a fraction of the evaluations to the same optimu
         Approx(*differences.constraints[1].multiplier).epsilon(5e-3));
 }
 
-TEST_CASE("a model without derivatives is differentiated by differences", "[optim]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+TEST_CASE("a model without derivatives is differentiated by differences") {
+  json document = stiff_guide("LD_SLSQP");
   Calls calls;
   const Optimum o = run(document, calls, true, {}, 1e99, false);
   CHECK(o.gradients == "central differences");
@@ -184,9 +182,9 @@ TEST_CASE("a model without derivatives is differentiated by differences", "[opti
   CHECK(differences > 10);
 }
 
-TEST_CASE("a derivative that is not finite is named, and replaced by differences", "[optim]") {
+TEST_CASE("a derivative that is not finite is named, and replaced by differences") {
   const test::TemporaryFolder folder;
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+  json document = stiff_guide("LD_SLSQP");
   Calls calls;
   OptimiseOptions options;
   options.log = folder / "log.jsonl";
@@ -208,8 +206,7 @@ TEST_CASE("a derivative that is not finite is named, and replaced by differences
   CHECK_THAT(
       o.gradients_message,
       Catch::StartsWith("the derivative of drive_load max_abs over stroke along thickness") &&
-          Catch::Contains(" is not finite, first at length = ") &&
-          Catch::Contains(", thickness = 0.0004"));
+          Contains(" is not finite, first at length = ") && Contains(", thickness = 0.0004"));
   CHECK(o.status == OptimumStatus::optimal);
   CHECK(o.objective == Approx(run(document, calls, true).objective).epsilon(1e-4));
   // the log knows it too
@@ -218,7 +215,7 @@ TEST_CASE("a derivative that is not finite is named, and replaced by differences
   CHECK(calls.gradients == before);
 }
 
-TEST_CASE("a goal without exact derivatives is named", "[optim]") {
+TEST_CASE("a goal without exact derivatives is named") {
   Setting s(parse_job(stiff_guide()), true);
   const Variables design = s.problem.variables(VectorXd::Constant(2, 0.4));
   const DesignValues whole = s.problem.evaluate(design, true);
@@ -238,8 +235,8 @@ TEST_CASE("a goal without exact derivatives is named", "[optim]") {
   CHECK(values.no_gradient == "objective (support_stiffness.ux) has no exact derivatives");
 }
 
-TEST_CASE("a method without gradients asks for them at its end alone", "[optim]") {
-  nlohmann::json document = stiff_guide("LN_COBYLA");
+TEST_CASE("a method without gradients asks for them at its end alone") {
+  json document = stiff_guide("LN_COBYLA");
   Calls calls;
   const Optimum o = run(document, calls, true);
   CHECK(o.gradients == "none");
@@ -247,11 +244,11 @@ TEST_CASE("a method without gradients asks for them at its end alone", "[optim]"
   CHECK(o.sensitivities.size() == 6);
 }
 
-TEST_CASE("a run with exact gradients resumes from its log to the same bytes", "[optim]") {
+TEST_CASE("a run with exact gradients resumes from its log to the same bytes") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "ipopt", "LN_COBYLA");
   CAPTURE(name);
   const test::TemporaryFolder folder;
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["optimise"]["starts"] = 2;
   document["optimise"]["max_evaluations"] = 60;
   OptimiseOptions options;
@@ -275,8 +272,8 @@ TEST_CASE("a run with exact gradients resumes from its log to the same bytes", "
   }
 }
 
-TEST_CASE("places of large stress, material and end-effector have exact gradients", "[optim]") {
-  nlohmann::json document = nlohmann::json::parse(R"({
+TEST_CASE("places of large stress, material and end-effector have exact gradients") {
+  json document = json::parse(R"({
     "flexopt": 1, "name": "hinge", "job": "optimise",
     "design": {
       "family": "cross_hinge",
@@ -341,8 +338,8 @@ TEST_CASE("places of large stress, material and end-effector have exact gradient
   CHECK(here.gradient.col(4).tail(7).norm() == 0);
 }
 
-TEST_CASE("nothing said, the library differentiates the mechanics exactly", "[optim][gradients]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+TEST_CASE("nothing said, the library differentiates the mechanics exactly") {
+  json document = stiff_guide("LD_SLSQP");
   const Job job = parse_job(document);
   const DesignProblem plain(job), told(job, {evaluate_stroke, by_differences});
   CHECK(plain.differentiable());
@@ -352,7 +349,7 @@ TEST_CASE("nothing said, the library differentiates the mechanics exactly", "[op
   CHECK(told.request().values == PathValues::as_modelled);
 }
 
-TEST_CASE("a design asks for what its goals are made of and nothing else", "[optim][gradients]") {
+TEST_CASE("a design asks for what its goals are made of and nothing else") {
   Job job = parse_job(stiff_guide());
   const auto outputs_of = [&](const std::string& quantity) {
     job.optimise->objective.quantity = quantity;

@@ -1,13 +1,7 @@
 // Jobs whose search begins far from the optimum, with the mechanics: each ends at the optimum that
 // is known from other algorithms, starts and a grid, and says what it found.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/search/optimise.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -64,7 +58,7 @@ Optimum run(const json& job) { return optimise(parse_job(job)); }
 
 }  // namespace
 
-TEST_CASE("a start a million times too stiff ends at the optimum", "[optim][slow]") {
+TEST_CASE("a start a million times too stiff ends at the optimum", "[slow]") {
   const Optimum o = run(least_load(14, 4));
   INFO(o.stop_reason);
   CHECK(o.status == OptimumStatus::optimal);
@@ -76,8 +70,7 @@ TEST_CASE("a start a million times too stiff ends at the optimum", "[optim][slow
   CHECK(*o.kkt < 1e-5);
 }
 
-TEST_CASE("a start without value takes its scale from the first design that has one",
-          "[optim][slow]") {
+TEST_CASE("a start without value takes its scale from the first design that has one", "[slow]") {
   json job = guide(10, 0.2, far_stroke, {6, 60}, {0.05, 0.5});
   job["optimise"]["objective"] = {{"minimise", "2*length*width*thickness"}};
   job["optimise"]["constraints"] = json::parse(
@@ -89,7 +82,7 @@ TEST_CASE("a start without value takes its scale from the first design that has 
   CHECK(o.objective == Approx(7.337e-8).epsilon(1e-3));
 }
 
-TEST_CASE("an optimum far softer than the start is one, with its price", "[optim][slow]") {
+TEST_CASE("an optimum far softer than the start is one, with its price", "[slow]") {
   json job = guide(18, 0.2, far_stroke, {6, 60}, {0.05, 0.5});
   job["optimise"]["objective"] = {{"maximise", "support_stiffness.uz"}, {"over_stroke", "min"}};
   job["optimise"]["constraints"] =
@@ -108,7 +101,7 @@ TEST_CASE("an optimum far softer than the start is one, with its price", "[optim
   }
 }
 
-TEST_CASE("two active constraints have their prices from a far start", "[optim][slow]") {
+TEST_CASE("two active constraints have their prices from a far start", "[slow]") {
   const Optimum o = run(stiffest(12, 5, {10, 140}, {0.15, 5}));
   INFO(o.stop_reason);
   CHECK(o.status == OptimumStatus::optimal);
@@ -119,7 +112,7 @@ TEST_CASE("two active constraints have their prices from a far start", "[optim][
   CHECK(*o.constraints[1].multiplier == Approx(14916).epsilon(1e-2));
 }
 
-TEST_CASE("the best of all steps is found and what was tried is said", "[optim][slow]") {
+TEST_CASE("the best of all steps is found and what was tried is said", "[slow]") {
   const Optimum o = run(stiffest(80, 0.4, {40, 140, 10}, {0.15, 0.9, 0.05}));
   INFO(o.stop_reason);
   CHECK(o.status == OptimumStatus::optimal);
@@ -129,7 +122,7 @@ TEST_CASE("the best of all steps is found and what was tried is said", "[optim][
   CHECK_THAT(o.stop_reason, Contains("combinations of sizes tried"));
 }
 
-TEST_CASE("constraints that conflict are all named", "[optim][slow]") {
+TEST_CASE("constraints that conflict are all named", "[slow]") {
   json job = stiffest(80, 0.4, {40, 140}, {0.15, 0.9});
   job["optimise"]["constraints"] = json::parse(
       R"([{"quantity": "max_stress", "max": "20 MPa"}, {"quantity": "support_stiffness.uz", "over_stroke": "min", "min": "2 N/um"}])");

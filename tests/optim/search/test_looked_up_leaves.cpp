@@ -1,12 +1,7 @@
 // A search on leaves that are looked up, with their own derivatives, against one on full leaves.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/search/optimise.hpp"
 #include "support/small_atlas.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -52,7 +47,7 @@ Job guide(const std::string& algorithm, bool dynamic, bool tables = true) {
 
 }  // namespace
 
-TEST_CASE("a search on looked-up leaves ends at the optimum of full ones", "[optim][slow]") {
+TEST_CASE("a search on looked-up leaves ends at the optimum of full ones", "[slow]") {
   const bool dynamic = GENERATE(false, true);
   Job full = guide("LD_SLSQP", dynamic);
   full.model.accuracy = Accuracy::full;
@@ -82,7 +77,7 @@ TEST_CASE("a search on looked-up leaves ends at the optimum of full ones", "[opt
   CHECK(*o.constraints[0].multiplier == Approx(*truth.constraints[0].multiplier).epsilon(1e-3));
 }
 
-TEST_CASE("goals that looked-up leaves do not cover are searched on full ones", "[optim]") {
+TEST_CASE("goals that looked-up leaves do not cover are searched on full ones") {
   const Optimum o = optimise(guide("LD_SLSQP", true, false), {});
   CHECK(o.status == OptimumStatus::optimal);
   CHECK(o.gradients == "exact");
@@ -90,7 +85,7 @@ TEST_CASE("goals that looked-up leaves do not cover are searched on full ones", 
   CHECK_FALSE(o.verified->loop);
 }
 
-TEST_CASE("a search without gradients is that of the job's model", "[optim][slow]") {
+TEST_CASE("a search without gradients is that of the job's model", "[slow]") {
   const Optimum o = optimise(guide("LN_COBYLA", false), {});
   CHECK(o.gradients == "none");
   CHECK_FALSE(o.of_reduced_leaves);

@@ -1,18 +1,14 @@
 // Whole optimisations of a guide in closed form: the optimum on paper, however it is looked for.
-#include <catch2/catch.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
 
-TEST_CASE("every local algorithm finds the guide's optimum on two active constraints", "[optim]") {
+TEST_CASE("every local algorithm finds the guide's optimum on two active constraints") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   Calls calls;
   const Optimum o = run(document, calls);
   INFO(o.stop_reason);
@@ -63,11 +59,11 @@ TEST_CASE("every local algorithm finds the guide's optimum on two active constra
   CHECK(o.response.path[2].max_stress);
 }
 
-TEST_CASE("modes that cross at the optimum stall no algorithm", "[optim]") {
+TEST_CASE("modes that cross at the optimum stall no algorithm") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = crossing_modes();
+  json document = crossing_modes();
   set_algorithm(document, name);
   Calls calls;
   const Optimum o = run(document, calls);
@@ -79,29 +75,12 @@ TEST_CASE("modes that cross at the optimum stall no algorithm", "[optim]") {
   CHECK(o.parameters.at("thickness") == Approx(0.5e-3).margin(0.02e-3));
 }
 
-TEST_CASE("only what the goals need is asked of the mechanics", "[optim]") {
-  Calls calls;
-  nlohmann::json document = stiff_guide();
-  document["frequencies"] = 3;
-  document["optimise"]["constraints"].erase(0);  // the stress
-  document["optimise"]["max_evaluations"] = 5;
-  const Job job = parse_job(document);
-  const DesignProblem problem(job, {evaluator(calls), by_differences});
-  const DesignValues v = problem.evaluate({0.1, 0.5e-3});
-  REQUIRE(v.ok);
-  CHECK_FALSE(calls.last_request.outputs.has(Output::stress));
-  CHECK_FALSE(calls.last_request.outputs.need_frequencies());
-  const DesignProblem crossing(parse_job(crossing_modes()), {evaluator(calls), by_differences});
-  REQUIRE(crossing.evaluate({0.03, 0.5e-3}).ok);
-  CHECK(calls.last_request.frequencies_of(DriveState::locked) == 3);
-}
-
-TEST_CASE("failed evaluations are recorded and stepped back from", "[optim]") {
+TEST_CASE("failed evaluations are recorded and stepped back from") {
   // No equilibrium beyond 180 MPa: the optimum at 150 MPa can be evaluated, much round it cannot.
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LD_SLSQP", "LD_MMA", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["design"]["parameters"]["length"] = "130 mm";
   document["optimise"]["starts"] = 3;
   Calls calls;
@@ -119,9 +98,9 @@ TEST_CASE("failed evaluations are recorded and stepped back from", "[optim]") {
   CHECK(failed == o.failed_evaluations);
 }
 
-TEST_CASE("a start where nothing works is a failed start, not the end", "[optim]") {
+TEST_CASE("a start where nothing works is a failed start, not the end") {
   Calls calls;
-  nlohmann::json document = stiff_guide();
+  json document = stiff_guide();
   const Optimum o = run(document, calls, false, {}, 1e3);
   CHECK(o.status == OptimumStatus::failed);
   CHECK_THAT(o.stop_reason, Contains("could be evaluated") && Contains("no equilibrium"));
@@ -129,7 +108,7 @@ TEST_CASE("a start where nothing works is a failed start, not the end", "[optim]
   CHECK_FALSE(o.verified);
 }
 
-TEST_CASE("geometry that contradicts itself is a failed evaluation", "[optim]") {
+TEST_CASE("geometry that contradicts itself is a failed evaluation") {
   Calls calls;
   const Job job = parse_job(stiff_guide());
   const auto broken = [](const Mechanism&, const ModelOptions&,
@@ -141,10 +120,10 @@ TEST_CASE("geometry that contradicts itself is a failed evaluation", "[optim]") 
   CHECK_THAT(v.message, Contains("the leaves would meet"));
 }
 
-TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
+TEST_CASE("a job without a feasible design says what stops it") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["optimise"]["constraints"][1]["max"] = "0.01 N";  // least is 0.142 N
   document["optimise"]["max_evaluations"] = 300;
   Calls calls;
@@ -160,11 +139,11 @@ TEST_CASE("a job without a feasible design says what stops it", "[optim]") {
   CHECK(o.constraints[1].value == Approx(60e6 * std::pow(0.2 / 150, 3)).epsilon(1e-2));
 }
 
-TEST_CASE("a formula alone needs no mechanics but for the final look", "[optim]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+TEST_CASE("a formula alone needs no mechanics but for the final look") {
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["objective"] = {{"minimise", "length*thickness"}};
   document["optimise"]["constraints"] =
-      nlohmann::json::parse(R"([{"expression": "length + 100*thickness", "min": "100 mm"}])");
+      json::parse(R"([{"expression": "length + 100*thickness", "min": "100 mm"}])");
   Calls calls;
   const Optimum o = run(document, calls);
   CHECK(o.status == OptimumStatus::optimal);
@@ -174,8 +153,8 @@ TEST_CASE("a formula alone needs no mechanics but for the final look", "[optim]"
   CHECK(o.objective == Approx(0.2e-3 * 0.08).epsilon(1e-3));
 }
 
-TEST_CASE("starts that miss a formula begin at the nearest point that keeps it", "[optim]") {
-  nlohmann::json document = stiff_guide();
+TEST_CASE("starts that miss a formula begin at the nearest point that keeps it") {
+  json document = stiff_guide();
   document["design"]["parameters"]["length"] = "150 mm";
   document["design"]["parameters"]["thickness"] = "1 mm";
   document["optimise"]["starts"] = 6;
@@ -186,8 +165,8 @@ TEST_CASE("starts that miss a formula begin at the nearest point that keeps it",
     CHECK(s.from.at("length") + 40 * s.from.at("thickness") <= 0.12 * (1 + 1e-6));
 }
 
-TEST_CASE("several starts: the best feasible end wins, each is told", "[optim]") {
-  nlohmann::json document = stiff_guide("LD_SLSQP");
+TEST_CASE("several starts: the best feasible end wins, each is told") {
+  json document = stiff_guide("LD_SLSQP");
   document["optimise"]["starts"] = 4;
   document["optimise"]["seed"] = 7;
   Calls calls;
@@ -209,15 +188,14 @@ TEST_CASE("several starts: the best feasible end wins, each is told", "[optim]")
 }
 
 // Waves of 10 mm: a step crosses several, and may end in a lower one than it crossed.
-TEST_CASE("no start ends at a design that it passed by on the way to a worse optimum",
-          "[optim][slow]") {
+TEST_CASE("no start ends at a design that it passed by on the way to a worse optimum", "[slow]") {
   const auto name = GENERATE(as<std::string>(), "ipopt", "LD_SLSQP");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["optimise"]["objective"] = {
       {"maximise", "sin(60*length/0.1)*thickness*cos(5000*thickness/0.1)"}};
   document["optimise"]["constraints"] =
-      nlohmann::json::parse(R"([{"expression": "100*length*thickness", "max": 0.005}])");
+      json::parse(R"([{"expression": "100*length*thickness", "max": 0.005}])");
   document["optimise"]["starts"] = 60;
   Calls calls;
   const Optimum o = run(document, calls);
@@ -229,11 +207,11 @@ TEST_CASE("no start ends at a design that it passed by on the way to a worse opt
   }
 }
 
-TEST_CASE("the budget of each start is kept and said", "[optim]") {
+TEST_CASE("the budget of each start is kept and said") {
   const auto name =
       GENERATE(as<std::string>(), "LN_COBYLA", "LN_NELDERMEAD", "LD_SLSQP", "GN_ISRES", "ipopt");
   CAPTURE(name);
-  nlohmann::json document = stiff_guide(name);
+  json document = stiff_guide(name);
   document["optimise"]["max_evaluations"] = 12;
   Calls calls;
   const Optimum o = run(document, calls);

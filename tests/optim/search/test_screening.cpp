@@ -1,20 +1,10 @@
 // A box with a wide hill and a narrow, higher one: what a screening sees that a few starts do not.
-#include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
 #include "optim/search/optimise.hpp"
 #include "support/guide.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
-namespace fs = std::filesystem;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -87,7 +77,7 @@ Run run(const json& document, Counted& counted, const fs::path& log = {}, int th
 
 }  // namespace
 
-TEST_CASE("a global search finds the narrow hill that starts pass by", "[optim]") {
+TEST_CASE("a global search finds the narrow hill that starts pass by") {
   Counted counted;
   json document = global_job();
   const Optimum found = run(document, counted).optimum;
@@ -113,7 +103,7 @@ TEST_CASE("a global search finds the narrow hill that starts pass by", "[optim]"
   CHECK(plain.optima.empty());
 }
 
-TEST_CASE("failures are counted by reason, and constraints that are missed", "[optim]") {
+TEST_CASE("failures are counted by reason, and constraints that are missed") {
   Counted counted;
   json document = global_job();
   json& o = document["optimise"];
@@ -139,7 +129,7 @@ TEST_CASE("failures are counted by reason, and constraints that are missed", "[o
   CHECK(found.parameters.at("length") <= 0.08 * (1 + 1e-4));
 }
 
-TEST_CASE("screening is on reduced leaves, and asks for no derivatives", "[optim]") {
+TEST_CASE("screening is on reduced leaves, and asks for no derivatives") {
   Counted counted;
   json document = global_job();
   document["model"]["accuracy"] = "full";
@@ -151,7 +141,7 @@ TEST_CASE("screening is on reduced leaves, and asks for no derivatives", "[optim
   CHECK(counted.differentiable == 0);
 }
 
-TEST_CASE("goals that bear tolerances are screened without them", "[optim]") {
+TEST_CASE("goals that bear tolerances are screened without them") {
   Counted counted;
   json document = global_job();
   document["tolerances"] = {{"length", "1 mm"}};
@@ -164,7 +154,7 @@ TEST_CASE("goals that bear tolerances are screened without them", "[optim]") {
   CHECK(with.starts == without.starts);
 }
 
-TEST_CASE("a screening has the same bytes for any number of threads, cut off or not", "[optim]") {
+TEST_CASE("a screening has the same bytes for any number of threads, cut off or not") {
   Counted counted;
   const json document = global_job();
   const test::TemporaryFolder folder;
@@ -210,7 +200,7 @@ TEST_CASE("a screening has the same bytes for any number of threads, cut off or 
   }
 }
 
-TEST_CASE("a box in which nothing can be evaluated is said", "[optim]") {
+TEST_CASE("a box in which nothing can be evaluated is said") {
   Counted counted;
   json document = global_job();
   document["optimise"]["variables"][1]["max"] = "0.22 mm";

@@ -1,13 +1,9 @@
 // What follows the starts: stock sizes, the front of two objectives, the optimum of full accuracy.
 // On the guide in closed form: load 60e6 N (t/L)³, envelope L + 40 t ≤ 120 mm.
-#include <catch2/catch.hpp>
-
 #include "support/guide.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
 
@@ -24,7 +20,7 @@ double load(double t, double L) { return 60e6 * std::pow(t / L, 3); }
 
 }  // namespace
 
-TEST_CASE("the best neighbouring stock design is optimised in the other variables", "[optim]") {
+TEST_CASE("the best neighbouring stock design is optimised in the other variables") {
   const auto name = GENERATE(as<std::string>(), "LD_SLSQP", "LN_COBYLA", "ipopt");
   CAPTURE(name);
   json document = stiff_guide(name);
@@ -51,7 +47,7 @@ TEST_CASE("the best neighbouring stock design is optimised in the other variable
   CHECK(o.verified->objective == Approx(1.01 * o.objective));
 }
 
-TEST_CASE("a step makes the sizes, and a size that is hit has no neighbour", "[optim]") {
+TEST_CASE("a step makes the sizes, and a size that is hit has no neighbour") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][1]["step"] = "0.09 mm";
   const Optimum o = run(document);
@@ -65,7 +61,7 @@ TEST_CASE("a step makes the sizes, and a size that is hit has no neighbour", "[o
   CHECK(hit.parameters.at("thickness") == 0.36e-3);
 }
 
-TEST_CASE("all variables may be stock, and threads do not change the choice", "[optim]") {
+TEST_CASE("all variables may be stock, and threads do not change the choice") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][0]["stock"] = {"85 mm", "95 mm", "110 mm"};
   document["optimise"]["variables"][1]["stock"] = {"0.46 mm", "0.6 mm"};
@@ -82,7 +78,7 @@ TEST_CASE("all variables may be stock, and threads do not change the choice", "[
     CHECK(again.history[i].variables == o.history[i].variables);
 }
 
-TEST_CASE("no combination of sizes is better than the chosen one", "[optim]") {
+TEST_CASE("no combination of sizes is better than the chosen one") {
   const auto [name, steps] =
       GENERATE(table<std::string, std::pair<double, double>>({{"LD_SLSQP", {0.01, 0.05e-3}},
                                                               {"LD_SLSQP", {0.003, 0.07e-3}},
@@ -109,7 +105,7 @@ TEST_CASE("no combination of sizes is better than the chosen one", "[optim]") {
   CHECK_THAT(o.stop_reason, Contains("combinations of sizes tried") && Contains("is better"));
 }
 
-TEST_CASE("no feasible stock design is said, with the optimum of any size", "[optim]") {
+TEST_CASE("no feasible stock design is said, with the optimum of any size") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][1]["stock"] = {"0.6 mm", "0.8 mm"};
   const Optimum o = run(document);
@@ -120,7 +116,7 @@ TEST_CASE("no feasible stock design is said, with the optimum of any size", "[op
   CHECK(o.parameters.at("thickness") == Approx(0.5e-3).epsilon(1e-3));
 }
 
-TEST_CASE("the front of stiffness and drive load is the one on paper", "[optim]") {
+TEST_CASE("the front of stiffness and drive load is the one on paper") {
   const auto [name, exact] = GENERATE(table<std::string, bool>(
       {{"LD_SLSQP", false}, {"LD_SLSQP", true}, {"ipopt", true}, {"LN_COBYLA", false}}));
   CAPTURE(name, exact);
@@ -163,7 +159,7 @@ TEST_CASE("the front of stiffness and drive load is the one on paper", "[optim]"
   CHECK(o.constraints.size() == 3);
 }
 
-TEST_CASE("a second objective may be a formula that is to grow", "[optim]") {
+TEST_CASE("a second objective may be a formula that is to grow") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["pareto"] = {{"expression", "length"}, {"sense", "maximise"}, {"points", 4}};
   const Optimum o = run(document);
@@ -178,7 +174,7 @@ TEST_CASE("a second objective may be a formula that is to grow", "[optim]") {
   }
 }
 
-TEST_CASE("objectives that do not conflict have a front of one design", "[optim]") {
+TEST_CASE("objectives that do not conflict have a front of one design") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["pareto"] = {{"expression", "thickness"}, {"sense", "maximise"}};
   const Optimum o = run(document);  // 0.5 mm is both stiffest and thickest
@@ -251,7 +247,7 @@ StrokeGradientEvaluator two_gradients(Calls& calls) {
 
 }  // namespace
 
-TEST_CASE("the verification loop ends at the optimum of full accuracy", "[optim]") {
+TEST_CASE("the verification loop ends at the optimum of full accuracy") {
   const auto [name, exact] = GENERATE(table<std::string, bool>(
       {{"LD_SLSQP", false}, {"LD_SLSQP", true}, {"ipopt", true}, {"LN_COBYLA", false}}));
   CAPTURE(name, exact);
@@ -302,7 +298,7 @@ TEST_CASE("the verification loop ends at the optimum of full accuracy", "[optim]
   CHECK(full == static_cast<int>(loop.steps.size()));
 }
 
-TEST_CASE("a model that is right is verified by one evaluation", "[optim]") {
+TEST_CASE("a model that is right is verified by one evaluation") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["constraints"][1]["max"] = "8 N";
   document["optimise"]["verify"] = json::object();
@@ -315,7 +311,7 @@ TEST_CASE("a model that is right is verified by one evaluation", "[optim]") {
   CHECK(o.verified->loop->difference == 0);
 }
 
-TEST_CASE("the budget of full evaluations is kept, and said", "[optim]") {
+TEST_CASE("the budget of full evaluations is kept, and said") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["verify"] = {{"tolerance", 1e-9}, {"max_full_evaluations", 2}};
   Calls calls;
@@ -327,7 +323,7 @@ TEST_CASE("the budget of full evaluations is kept, and said", "[optim]") {
   CHECK(o.status != OptimumStatus::optimal);
 }
 
-TEST_CASE("full accuracy without equilibrium at the optimum is said", "[optim]") {
+TEST_CASE("full accuracy without equilibrium at the optimum is said") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["verify"] = json::object();
   Calls calls;
@@ -340,7 +336,7 @@ TEST_CASE("full accuracy without equilibrium at the optimum is said", "[optim]")
   CHECK_FALSE(o.verified->loop->steps.front().ok);
 }
 
-TEST_CASE("stock sizes stay while full accuracy is approached", "[optim]") {
+TEST_CASE("stock sizes stay while full accuracy is approached") {
   json document = stiff_guide("LD_SLSQP");
   document["optimise"]["variables"][1]["stock"] = {"0.46 mm"};
   document["optimise"]["verify"] = json::object();
@@ -353,7 +349,7 @@ TEST_CASE("stock sizes stay while full accuracy is approached", "[optim]") {
         Approx(0.46e-3 * std::cbrt(60e6 * Truth::of_load(0.46e-3) / 7.5)).epsilon(1e-3));
 }
 
-TEST_CASE("infeasible starts are brought to feasibility first", "[optim]") {
+TEST_CASE("infeasible starts are brought to feasibility first") {
   json document = stiff_guide("LD_SLSQP");
   document["design"]["parameters"]["thickness"] = "0.9 mm";  // 65 times the load
   document["design"]["parameters"]["length"] = "52 mm";

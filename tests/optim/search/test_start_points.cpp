@@ -1,12 +1,9 @@
-#include <catch2/catch.hpp>
-
 #include "optim/search/stages.hpp"
 #include "optim/solvers/unit_points.hpp"
 #include "support/guide.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
-
-TEST_CASE("scaled variables come back to the same bits", "[optim]") {
+TEST_CASE("scaled variables come back to the same bits") {
   guide::Calls calls;
   const DesignProblem problem(parse_job(guide::stiff_guide()),
                               {guide::evaluator(calls), by_differences});
@@ -18,9 +15,9 @@ TEST_CASE("scaled variables come back to the same bits", "[optim]") {
   CHECK(problem.variables(VectorXd::Zero(2)) == Variables{0.05, 0.2e-3});
 }
 
-TEST_CASE("the first start is the job's own design, moved into the box", "[optim]") {
+TEST_CASE("the first start is the job's own design, moved into the box") {
   guide::Calls calls;
-  nlohmann::json document = guide::stiff_guide();
+  json document = guide::stiff_guide();
   document["optimise"]["starts"] = 3;
   const DesignProblem problem(parse_job(document), {guide::evaluator(calls), by_differences});
   const auto points = start_points(problem, problem.scales(nullptr));
@@ -30,14 +27,14 @@ TEST_CASE("the first start is the job's own design, moved into the box", "[optim
   CHECK(calls.reduced == 0);
 }
 
-TEST_CASE("the other starts are the points of the job's spread", "[optim]") {
+TEST_CASE("the other starts are the points of the job's spread") {
   const auto spread = GENERATE(as<std::string>(), "sobol", "latin_hypercube");
   guide::Calls calls;
-  nlohmann::json document = guide::stiff_guide();
+  json document = guide::stiff_guide();
   document["optimise"]["starts"] = 9;
   document["optimise"]["seed"] = 5;
   document["optimise"]["spread"] = spread;
-  document["optimise"]["constraints"] = nlohmann::json::array();
+  document["optimise"]["constraints"] = json::array();
   const DesignProblem problem(parse_job(document), {guide::evaluator(calls), by_differences});
   const auto points = start_points(problem, problem.scales(nullptr));
   const auto expected = spread == "sobol" ? sobol_points(2, 8, 5) : latin_hypercube_points(2, 8, 5);

@@ -1,9 +1,5 @@
 #include "optim/solvers/central_differences.hpp"
-
-#include <catch2/catch.hpp>
-#include <cmath>
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -38,7 +34,7 @@ VectorXd at(double a, double b) {
 
 }  // namespace
 
-TEST_CASE("differences are of second order inside the box and at its bounds", "[optim]") {
+TEST_CASE("differences are of second order inside the box and at its bounds") {
   for (const VectorXd& x : {at(0.4, 0.6), at(0, 1), at(1, 0), at(1 - 1e-5, 1e-5)}) {
     CAPTURE(x);
     double error[2];
@@ -56,7 +52,7 @@ TEST_CASE("differences are of second order inside the box and at its bounds", "[
   }
 }
 
-TEST_CASE("no neighbour is asked for outside the box", "[optim]") {
+TEST_CASE("no neighbour is asked for outside the box") {
   const auto f = [](const VectorXd& x) {
     REQUIRE(x.minCoeff() >= 0);
     REQUIRE(x.maxCoeff() <= 1);
@@ -66,7 +62,7 @@ TEST_CASE("no neighbour is asked for outside the box", "[optim]") {
     CHECK(central_differences(many(f), x, *smooth(x)));
 }
 
-TEST_CASE("a failed neighbour is replaced from the other side", "[optim]") {
+TEST_CASE("a failed neighbour is replaced from the other side") {
   const VectorXd x = at(0.4, 0.6);
   const auto edge = [](const VectorXd& y) { return y[0] > 0.4 ? std::nullopt : smooth(y); };
   const auto d = central_differences(many(edge), x, *smooth(x));
@@ -82,7 +78,7 @@ TEST_CASE("a failed neighbour is replaced from the other side", "[optim]") {
   CHECK_FALSE(central_differences(many(alone), x, *smooth(x)));
 }
 
-TEST_CASE("sorted branches are differentiated as the curves that cross", "[optim]") {
+TEST_CASE("sorted branches are differentiated as the curves that cross") {
   // a rises, b falls, c lies above; they cross near x = 0.5, within the step.
   const auto sorted = [](const VectorXd& x) -> std::optional<VectorXd> {
     std::vector<double> f{100 * (1 + x[0]), 100 * (2 - x[0] + 0.1 * x[0] * x[0]) - 2.5, 180};

@@ -1,9 +1,5 @@
 #include "optim/solvers/correction.hpp"
-
-#include <catch2/catch.hpp>
-#include <cmath>
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -40,7 +36,7 @@ double error(const Correction& c, const VectorXd& x, Eigen::Index row) {
 
 }  // namespace
 
-TEST_CASE("a correction with derivatives is consistent to first order", "[optim]") {
+TEST_CASE("a correction with derivatives is consistent to first order") {
   const VectorXd x = point(0.3, 0.4);
   const Correction c = make_correction(x, model(x, false, true), model(x, true, true));
   const ModelValues truth = model(x, true, true);
@@ -69,7 +65,7 @@ TEST_CASE("a correction with derivatives is consistent to first order", "[optim]
   }
 }
 
-TEST_CASE("without derivatives a correction holds at this design and at the last ones", "[optim]") {
+TEST_CASE("without derivatives a correction holds at this design and at the last ones") {
   const VectorXd x0 = point(0.3, 0.4), x1 = point(0.4, 0.35), x2 = point(0.42, 0.5);
   const auto at = [](const VectorXd& x, const std::optional<Correction>& last = {}) {
     return make_correction(x, model(x, false, false), model(x, true, false), last);

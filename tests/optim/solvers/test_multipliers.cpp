@@ -1,11 +1,7 @@
 #include "optim/solvers/multipliers.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
-using namespace flexopt;
-
-TEST_CASE("the residual of the first-order conditions counts slack constraints", "[optim]") {
+TEST_CASE("the residual of the first-order conditions counts slack constraints") {
   // min x², x ≥ 1 + c at x: multiplier 2 x, complementarity 2 x c where the constraint is not tight
   const VectorXd x = VectorXd{{1.0}}, lower = VectorXd{{-5}}, upper = VectorXd{{5}},
                  df = VectorXd{{2.0}};
@@ -23,7 +19,7 @@ TEST_CASE("the residual of the first-order conditions counts slack constraints",
   CHECK(least_squares_multipliers(x, lower, x, VectorXd{{-0.5}}, df, dc).residual == Approx(2));
 }
 
-TEST_CASE("least squares with y >= 0 meets its optimality conditions", "[optim]") {
+TEST_CASE("least squares with y >= 0 meets its optimality conditions") {
   srand(3);
   for (int trial = 0; trial < 50; ++trial) {
     const MatrixXd A = MatrixXd::Random(5, 7);
@@ -36,8 +32,7 @@ TEST_CASE("least squares with y >= 0 meets its optimality conditions", "[optim]"
   }
 }
 
-TEST_CASE("multipliers at an optimum make the gradients cancel, those of bounds included",
-          "[optim]") {
+TEST_CASE("multipliers at an optimum make the gradients cancel, those of bounds included") {
   // min (x − 2)² + (y + 1)² + z²  with  x + y ≤ 0.5,  y ≥ 0:  the optimum is (0.5, 0, 0)
   const VectorXd x = VectorXd{{0.5, 0, 0}}, lower = VectorXd{{-9, 0, -9}},
                  upper = VectorXd{{9, 9, 9}};
@@ -51,8 +46,7 @@ TEST_CASE("multipliers at an optimum make the gradients cancel, those of bounds 
   CHECK(m.lambda[1] == Approx(0).margin(1e-12));
 }
 
-TEST_CASE("no convex function falls by more than the gap, which vanishes at the optimum",
-          "[optim]") {
+TEST_CASE("no convex function falls by more than the gap, which vanishes at the optimum") {
   // min (x − 0.3)² + 2 (y − 0.8)² with x + y ≤ 1 in the unit square: y = 1 − x, 6 x = 1.4
   const VectorXd lower = VectorXd{{0, 0}}, upper = VectorXd{{1, 1}};
   const auto value = [](double x, double y) {

@@ -1,12 +1,8 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "optim/solvers/unit_points.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -24,7 +20,7 @@ std::vector<PointCluster> clusters(const std::vector<VectorXd>& points) {
 
 }  // namespace
 
-TEST_CASE("each point knows its nearest better one", "[optim]") {
+TEST_CASE("each point knows its nearest better one") {
   std::vector<VectorXd> points;
   for (const double x : {0.5, 0.9, 0.6, 0.1}) points.push_back(VectorXd::Constant(1, x));
   const NearestBetter better = nearest_better(points);
@@ -40,7 +36,7 @@ TEST_CASE("each point knows its nearest better one", "[optim]") {
   CHECK(alone[0].size == 1);
 }
 
-TEST_CASE("one bowl is one cluster, whatever its shape", "[optim]") {
+TEST_CASE("one bowl is one cluster, whatever its shape") {
   const double stretch = GENERATE(1.0, 4.0);
   const auto points = sorted(sobol_points(2, 1024, 1), [&](const VectorXd& x) {
     return std::pow(x[0] - 0.4, 2) + stretch * std::pow(x[1] - 0.7, 2);
@@ -51,7 +47,7 @@ TEST_CASE("one bowl is one cluster, whatever its shape", "[optim]") {
   CHECK(found.front().size >= 700);
 }
 
-TEST_CASE("each basin of a wavy function is a cluster", "[optim]") {
+TEST_CASE("each basin of a wavy function is a cluster") {
   // minima near 1/6, 3/6, 5/6 of each coordinate, the deepest where the slope says
   const auto f = [](const VectorXd& x) {
     return std::cos(6 * std::numbers::pi * x[0]) + std::cos(6 * std::numbers::pi * x[1]) +

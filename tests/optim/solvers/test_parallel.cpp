@@ -1,11 +1,9 @@
 #include "optim/solvers/parallel.hpp"
+#include "tests/optim/optim_tests.hpp"
 
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <stdexcept>
 #include <string>
-
-using namespace flexopt;
 
 TEST_CASE("all work is done, and the first error by index comes out") {
   for (const int threads : {1, 3}) {

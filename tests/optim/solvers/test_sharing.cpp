@@ -1,13 +1,10 @@
 #include "optim/solvers/sharing.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-#include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <map>
 #include <mutex>
 #include <set>
-
-using namespace flexopt;
 
 namespace {
 
@@ -48,7 +45,7 @@ std::string text_of(int unit) { return std::string(static_cast<std::size_t>(unit
 
 }  // namespace
 
-TEST_CASE("every unit is in one shard, and shards differ by one unit at most", "[sharing]") {
+TEST_CASE("every unit is in one shard, and shards differ by one unit at most") {
   for (const int of : {1, 2, 3, 7, 16, 100})
     for (const int count : {0, 1, 15, 64, 257}) {
       std::vector<int> sizes;
@@ -67,7 +64,7 @@ TEST_CASE("every unit is in one shard, and shards differ by one unit at most", "
     }
 }
 
-TEST_CASE("what repeats along the units does not fall to one shard", "[sharing]") {
+TEST_CASE("what repeats along the units does not fall to one shard") {
   // designs with four models each, the first of which is the slow one, over eight shards
   for (int number = 1; number <= 8; ++number) {
     const Shard shard{number, 8};
@@ -77,7 +74,7 @@ TEST_CASE("what repeats along the units does not fall to one shard", "[sharing]"
   }
 }
 
-TEST_CASE("workers do each unit once, and its texts come back as they are", "[sharing]") {
+TEST_CASE("workers do each unit once, and its texts come back as they are") {
   Pair workers;
   const Sharing sharing(workers);
   std::vector<int> units;
@@ -95,7 +92,7 @@ TEST_CASE("workers do each unit once, and its texts come back as they are", "[sh
   CHECK(workers.questions.size() >= 8);
 }
 
-TEST_CASE("a worker that is lost ends the loop", "[sharing]") {
+TEST_CASE("a worker that is lost ends the loop") {
   Pair workers;
   workers.broken_at = 3;
   std::vector<int> units(1000);
@@ -106,7 +103,7 @@ TEST_CASE("a worker that is lost ends the loop", "[sharing]") {
   CHECK(workers.stages == 0);
 }
 
-TEST_CASE("a process that follows works and keeps nothing", "[sharing]") {
+TEST_CASE("a process that follows works and keeps nothing") {
   Asked workers;
   const Sharing sharing(workers);
   CHECK(sharing.follows());
@@ -115,7 +112,7 @@ TEST_CASE("a process that follows works and keeps nothing", "[sharing]") {
   CHECK(workers.said == "3\n\n\n\n1\n\n");
 }
 
-TEST_CASE("threads keep workers busy", "[sharing]") {
+TEST_CASE("threads keep workers busy") {
   Pair workers;
   CHECK(Sharing(workers).threads(1) == 2);
   CHECK(Sharing(workers).threads(6) == 6);

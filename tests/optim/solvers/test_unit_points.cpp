@@ -1,10 +1,7 @@
 #include "optim/solvers/unit_points.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <set>
-
-using namespace flexopt;
 
 namespace {
 
@@ -25,8 +22,7 @@ void check_in_box(const std::vector<VectorXd>& points) {
 
 }  // namespace
 
-TEST_CASE("64 Sobol points have one in every 64th of each coordinate, whatever the seed",
-          "[optim]") {
+TEST_CASE("64 Sobol points have one in every 64th of each coordinate, whatever the seed") {
   for (const unsigned seed : {0u, 1u, 7u}) {
     const std::vector<VectorXd> points = sobol_points(6, 64, seed);
     check_in_box(points);
@@ -36,7 +32,7 @@ TEST_CASE("64 Sobol points have one in every 64th of each coordinate, whatever t
   }
 }
 
-TEST_CASE("more Sobol points begin with the same ones, and another seed gives others", "[optim]") {
+TEST_CASE("more Sobol points begin with the same ones, and another seed gives others") {
   const std::vector<VectorXd> many = sobol_points(3, 100, 5), few = sobol_points(3, 10, 5);
   for (std::size_t i = 0; i < few.size(); ++i) CHECK(few[i] == many[i]);
   CHECK(sobol_points(3, 1, 6)[0] != few[0]);
@@ -44,7 +40,7 @@ TEST_CASE("more Sobol points begin with the same ones, and another seed gives ot
   CHECK(((many[1] - many[0]).cwiseAbs().array() == 0.5).all());
 }
 
-TEST_CASE("a Latin hypercube has one point in every 1/n-th of each coordinate", "[optim]") {
+TEST_CASE("a Latin hypercube has one point in every 1/n-th of each coordinate") {
   for (const int count : {1, 10, 37}) {
     const std::vector<VectorXd> points = latin_hypercube_points(4, count, 3);
     REQUIRE(points.size() == static_cast<std::size_t>(count));
@@ -60,7 +56,7 @@ TEST_CASE("a Latin hypercube has one point in every 1/n-th of each coordinate", 
   CHECK(latin_hypercube_points(2, 20, 2)[0] != a[0]);
 }
 
-TEST_CASE("a grid has all combinations, ends included", "[optim]") {
+TEST_CASE("a grid has all combinations, ends included") {
   const std::vector<VectorXd> points = grid_points({3, 1, 2});
   REQUIRE(points.size() == 6);
   CHECK(points.front() == Vector3d(0, 0.5, 0));

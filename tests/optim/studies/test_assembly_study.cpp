@@ -1,20 +1,14 @@
 #include "optim/studies/assembly_study.hpp"
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "core/response/quantities.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/guide_job.hpp"
 
 namespace {
 
 json guide() {
-  return json::parse(R"({
-    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
-               "thickness": "0.5 mm", "spacing": "60 mm"},
-               "material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
+  return test::guide_job(R"({
+    "job": null, "end_effector": null, "optimise": null,
+    "design": {"material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
                             "density": "7800 kg/m^3"}},
     "model": {"flexure": "beam", "mesh": [6, 2], "accuracy": "full"},
     "stroke": {"at": ["0.1 mm", "4 mm"]}, "frequencies": 0,
@@ -37,6 +31,12 @@ StrokeResponse with(const Job& job, const std::vector<AssemblyError>& errors) {
   return evaluate_stroke(make_mechanism(job, job.design.parameters), job.model, request);
 }
 
+/// With errors at (x, y, z) of the box.
+StrokeResponse placed(const Job& job, double x, double y, double z) {
+  return with(job, {{0, 0, Vector3d::Zero(), {1e-3 * x, 2e-3 * y, 0}},
+                    {1, 1, {0, 0, 1e-4 * z}, Vector3d::Zero()}});
+}
+
 double worst_in(const StrokeResponse& response, const Constraint& of) {
   std::optional<double> worst;
   for (const PathPoint& p : response.path) {
@@ -51,7 +51,7 @@ double worst_in(const StrokeResponse& response, const Constraint& of) {
 
 }  // namespace
 
-TEST_CASE("the worst errors of assembly are as bad as any of a grid", "[assembly]") {
+TEST_CASE("the worst errors of assembly are as bad as any of a grid") {
   const Job job = parse_job(guide());
   const AssemblyReport report = study(guide());
   INFO(report.message);
@@ -70,15 +70,14 @@ TEST_CASE("the worst errors of assembly are as bad as any of a grid", "[assembly
     for (const double x : {-1.0, 0.0, 1.0})
       for (const double y : {-1.0, -0.5, 0.0, 0.5, 1.0})
         for (const double z : {-1.0, 0.0, 1.0}) {
-          const StrokeResponse there = with(job, {{0, 0, Vector3d::Zero(), {1e-3 * x, 2e-3 * y, 0}},
-                                                  {1, 1, {0, 0, 1e-4 * z}, Vector3d::Zero()}});
           CAPTURE(x, y, z);
-          CHECK(side * worst_in(there, found.of) <= side * *found.worst * (1 + 1e-6 * side));
+          CHECK(side * worst_in(placed(job, x, y, z), found.of) <=
+                side * *found.worst * (1 + 1e-6 * side));
         }
   }
 }
 
-TEST_CASE("at the critical scale something is critical, and nothing short of it", "[assembly]") {
+TEST_CASE("at the critical scale something is critical, and nothing short of it") {
   json document = guide();
   json& box = document["assembly_tolerances"];
   box.erase("quantities");
@@ -104,8 +103,7 @@ TEST_CASE("at the critical scale something is critical, and nothing short of it"
   for (const double x : {-1.0, 0.0, 1.0})
     for (const double y : {-1.0, 0.0, 1.0})
       for (const double z : {-1.0, 0.0, 1.0})
-        CHECK(least_share(with(job, {{0, 0, Vector3d::Zero(), {1e-3 * s * x, 2e-3 * s * y, 0}},
-                                     {1, 1, {0, 0, 1e-4 * s * z}, Vector3d::Zero()}})) > 0.8);
+        CHECK(least_share(placed(job, s * x, s * y, s * z)) > 0.8);
   box["largest_scale"] = 0.01;
   const AssemblyReport none = study(document);
   REQUIRE(none.critical);
@@ -113,7 +111,7 @@ TEST_CASE("at the critical scale something is critical, and nothing short of it"
   CHECK(none.critical->scale == 0.01);
 }
 
-TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "[assembly][slow]") {
+TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "[slow]") {
   json document = guide();
   document["model"] = json::object();
   document["stroke"] = {{"at", {"0.1 mm"}}};
@@ -130,8 +128,7 @@ TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "
   CHECK(report.critical->scale == Approx(2).epsilon(0.01));
 }
 
-TEST_CASE("over load cases the worst of them counts, at its own worst errors",
-          "[assembly][cases][slow]") {
+TEST_CASE("over load cases the worst of them counts, at its own worst errors", "[slow]") {
   json all = guide();
   all["assembly_tolerances"]["edges"].erase(1);
   all["assembly_tolerances"]["quantities"].push_back(

@@ -1,18 +1,10 @@
 // Errors against full accuracy by their definition, and batches that are killed and go on.
 #include "optim/studies/compare.hpp"
 
-#include <catch2/catch.hpp>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "core/spec/spec_error.hpp"
 #include "support/guide.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
-namespace fs = std::filesystem;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -76,8 +68,7 @@ std::vector<PointError> errors_between(const ComparedPath& model, const Compared
 
 }  // namespace
 
-TEST_CASE("errors are relative to full accuracy, with a floor where it vanishes",
-          "[optim][compare]") {
+TEST_CASE("errors are relative to full accuracy, with a floor where it vanishes") {
   const ComparedPath full = path_of({0, 1, 2});
   CHECK(errors_between(full, full).size() == 2 + 3 + 2 + 6);  // loads and motion not at rest
   for (const PointError& e : errors_between(full, full)) CHECK(e.value == 0);
@@ -100,14 +91,14 @@ TEST_CASE("errors are relative to full accuracy, with a floor where it vanishes"
   CHECK(error_figures(errors_between(model, full), frequencies)->count == 4);
 }
 
-TEST_CASE("what is rounding at rest has no error", "[optim][compare]") {
+TEST_CASE("what is rounding at rest has no error") {
   const auto errors = errors_between(path_of({-3e-16}), path_of({1e-16}));
   CHECK_FALSE(error_figures(errors, drive_load));
   CHECK_FALSE(error_figures(errors, displacement));
   CHECK(error_figures(errors, support_stiffness));
 }
 
-TEST_CASE("of several drives the load of each has its own floor", "[optim][compare]") {
+TEST_CASE("of several drives the load of each has its own floor") {
   json document = job_document();
   document["design"] = json::parse(R"({"family": "tip_tilt_stage", "material": "stavax"})");
   document["stroke"] =
@@ -131,7 +122,7 @@ TEST_CASE("of several drives the load of each has its own floor", "[optim][compa
   CHECK(error_figures(errors, drive_load, 1)->worst == Approx(0.03));
 }
 
-TEST_CASE("a number that only one of both has is missing, with its reason", "[optim][compare]") {
+TEST_CASE("a number that only one of both has is missing, with its reason") {
   const ComparedPath full = path_of({0, 1, 2});
   ComparedPath model = full;
   model.points[1].numbers[support_stiffness][0].reset();
@@ -149,7 +140,7 @@ TEST_CASE("a number that only one of both has is missing, with its reason", "[op
   CHECK(error_figures(found.errors, support_stiffness)->count == 2);
 }
 
-TEST_CASE("what is compared is what the job asks for", "[optim][compare]") {
+TEST_CASE("what is compared is what the job asks for") {
   const auto names = [](const json& document) {
     std::vector<std::string> list;
     for (const ComparedQuantity& q : compared_quantities(parse_job(document)))
@@ -182,7 +173,7 @@ TEST_CASE("what is compared is what the job asks for", "[optim][compare]") {
   CHECK(outputs(more) == Outputs{Output::equilibrium, Output::clearance});
 }
 
-TEST_CASE("percentiles are linear between the sorted errors", "[optim][compare]") {
+TEST_CASE("percentiles are linear between the sorted errors") {
   std::vector<PointError> errors;
   for (int i = 100; i >= 0; --i) errors.push_back({drive_load, -1, i, 0, i * 1e-3});
   const auto figures = error_figures(errors, drive_load);
@@ -196,7 +187,7 @@ TEST_CASE("percentiles are linear between the sorted errors", "[optim][compare]"
   CHECK(error_figures(errors, drive_load)->p99 == Approx(0.09999));
 }
 
-TEST_CASE("a model 1 % below full accuracy has that error everywhere", "[optim][compare]") {
+TEST_CASE("a model 1 % below full accuracy has that error everywhere") {
   const CompareRun r = run(job_document());
   const Comparison& c = r.comparison;
   CHECK(c.designs.size() == 6);
@@ -221,7 +212,7 @@ TEST_CASE("a model 1 % below full accuracy has that error everywhere", "[optim][
         Approx(leaf.width * leaf.width / (leaf.length * leaf.thickness)));
 }
 
-TEST_CASE("failures are accounted for one by one and spoil no figure", "[optim][compare]") {
+TEST_CASE("failures are accounted for one by one and spoil no figure") {
   // 3 E t x / L² at 5 mm beyond 100 MPa: the short guides do not reach the end
   const double limit = 100e6, short_below = std::sqrt(3 * 200e9 * 0.25e-3 * 5e-3 / limit);
   const CompareRun r = run(job_document(16), {}, 1, limit);
@@ -248,7 +239,7 @@ TEST_CASE("failures are accounted for one by one and spoil no figure", "[optim][
     if (d.failed) CHECK_THAT(d.message, Contains("no finite value"));
 }
 
-TEST_CASE("a batch cut off anywhere goes on to the same bytes", "[optim][compare]") {
+TEST_CASE("a batch cut off anywhere goes on to the same bytes") {
   const test::TemporaryFolder folder;
   const fs::path log = folder / "evaluations.jsonl";
   const CompareRun whole = run(job_document(), log);
@@ -272,7 +263,7 @@ TEST_CASE("a batch cut off anywhere goes on to the same bytes", "[optim][compare
   CHECK(test::content_of(log) == bytes.substr(0, line_ends[9] + 5));  // a reader leaves it alone
 }
 
-TEST_CASE("the threads change no byte of a batch", "[optim][compare]") {
+TEST_CASE("the threads change no byte of a batch") {
   const test::TemporaryFolder folder;
   run(job_document(), folder / "1.jsonl", 1);
   const std::string bytes = test::content_of(folder / "1.jsonl");
@@ -283,7 +274,7 @@ TEST_CASE("the threads change no byte of a batch", "[optim][compare]") {
   }
 }
 
-TEST_CASE("the log of another batch is refused", "[optim][compare]") {
+TEST_CASE("the log of another batch is refused") {
   const test::TemporaryFolder folder;
   const fs::path log = folder / "evaluations.jsonl";
   run(job_document(), log);
@@ -297,7 +288,7 @@ TEST_CASE("the log of another batch is refused", "[optim][compare]") {
   CHECK(test::content_of(log).starts_with(bytes));
 }
 
-TEST_CASE("a digit of a comparison's logs that was changed is refused", "[optim][compare]") {
+TEST_CASE("a digit of a comparison's logs that was changed is refused") {
   const test::TemporaryFolder folder;
   const fs::path log = folder / "evaluations.jsonl";
   run(job_document(), log);

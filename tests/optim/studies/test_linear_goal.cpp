@@ -1,8 +1,5 @@
-#include <catch2/catch.hpp>
-
 #include "optim/studies/tolerance_study.hpp"
-
-using namespace flexopt;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -10,7 +7,7 @@ Goal goal(OverStroke over) { return {"", "max_stress", {}, over, 1}; }
 
 }  // namespace
 
-TEST_CASE("the worst of a maximum is that of the point that gets farthest", "[tolerances]") {
+TEST_CASE("the worst of a maximum is that of the point that gets farthest") {
   const GoalValues values{10, 9};
   const MatrixXd slopes = (MatrixXd(2, 1) << 1, -3).finished();
   const LinearGoal linear = linear_goal(goal(OverStroke::max), values, slopes);
@@ -20,7 +17,7 @@ TEST_CASE("the worst of a maximum is that of the point that gets farthest", "[to
   CHECK(linear.slopes[0] == 1);
 }
 
-TEST_CASE("the room is the scale at which the first point meets its bound", "[tolerances]") {
+TEST_CASE("the room is the scale at which the first point meets its bound") {
   const GoalValues values{10, 9};
   const MatrixXd slopes = (MatrixXd(2, 1) << 1, -3).finished();
   CHECK(*room_of(goal(OverStroke::max), values, slopes, {}, 15.0) == Approx(2));

@@ -1,16 +1,10 @@
 // A map is the design's own numbers at each of its points, in closed form.
 #include "optim/studies/response_map.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "support/guide.hpp"
+#include "tests/optim/optim_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::guide;
-using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
 
@@ -32,7 +26,7 @@ constexpr double E = 200e9, w = 0.03, x = 5e-3;
 
 }  // namespace
 
-TEST_CASE("a map has the goals of the job over the ranges of its variables", "[optim]") {
+TEST_CASE("a map has the goals of the job over the ranges of its variables") {
   Calls calls;
   const ResponseMap map = evaluated(map_job(), calls);
   CHECK(calls.reduced == 20);
@@ -61,7 +55,7 @@ TEST_CASE("a map has the goals of the job over the ranges of its variables", "[o
     }
 }
 
-TEST_CASE("a map asks for what it names, over the range that it names", "[optim]") {
+TEST_CASE("a map asks for what it names, over the range that it names") {
   Calls calls;
   json document = map_job();
   document["job"] = "evaluate";
@@ -88,7 +82,7 @@ TEST_CASE("a map asks for what it names, over the range that it names", "[optim]
     }
 }
 
-TEST_CASE("a design without equilibrium is a hole in the map, and said", "[optim]") {
+TEST_CASE("a design without equilibrium is a hole in the map, and said") {
   Calls calls;
   // 3 E t x / L² > 500 MPa
   const ResponseMap map = evaluated(map_job(), calls, 1, 500e6);
@@ -107,7 +101,7 @@ TEST_CASE("a design without equilibrium is a hole in the map, and said", "[optim
              Contains("length = 0.05, thickness = ") && Contains("no equilibrium"));
 }
 
-TEST_CASE("of several load cases a map has the worst, or the one that is named", "[optim]") {
+TEST_CASE("of several load cases a map has the worst, or the one that is named") {
   Calls calls;
   json document = map_job();
   document["cases"] = {{"far", {{"stroke", {{"to", "5 mm"}, {"points", 2}}}}},
@@ -130,7 +124,7 @@ TEST_CASE("of several load cases a map has the worst, or the one that is named",
     }
 }
 
-TEST_CASE("a map does not depend on the number of threads", "[optim]") {
+TEST_CASE("a map does not depend on the number of threads") {
   Calls calls;
   const ResponseMap one = evaluated(map_job(), calls), three = evaluated(map_job(), calls, 3);
   CHECK(one.quantities == three.quantities);

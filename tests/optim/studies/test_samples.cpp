@@ -1,12 +1,6 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/studies/comparison.hpp"
 #include "support/guide.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/optim/optim_tests.hpp"
 
 namespace {
 
@@ -31,7 +25,7 @@ json by_ratios() {
 
 }  // namespace
 
-TEST_CASE("samples keep to their ranges and follow their formulas", "[optim][compare]") {
+TEST_CASE("samples keep to their ranges and follow their formulas") {
   const std::vector<Sample> samples = make_samples(parse_job(by_ratios()));
   REQUIRE(samples.size() == 32);
   int wide = 0;
@@ -53,7 +47,7 @@ TEST_CASE("samples keep to their ranges and follow their formulas", "[optim][com
   CHECK(wide == 16);  // even in the logarithm: half of them below the geometric mean
 }
 
-TEST_CASE("a grid and a list give the designs they say", "[optim][compare]") {
+TEST_CASE("a grid and a list give the designs they say") {
   json grid = by_ratios();
   grid["samples"] = json::parse(R"({"method": "grid", "points": 2, "vary": [
       {"parameter": "length", "min": "50 mm", "max": "150 mm", "points": 3},
@@ -73,7 +67,7 @@ TEST_CASE("a grid and a list give the designs they say", "[optim][compare]") {
   CHECK(listed[1].parameters.at("width") == Approx(0.04));
 }
 
-TEST_CASE("material and end-effector may differ from design to design", "[optim][compare]") {
+TEST_CASE("material and end-effector may differ from design to design") {
   json document = by_ratios();
   document["samples"] = json::parse(R"J({"method": "grid", "points": 2, "vary": [
       {"parameter": "material.youngs_modulus", "min": "100 GPa", "max": "200 GPa"},
@@ -92,8 +86,7 @@ TEST_CASE("material and end-effector may differ from design to design", "[optim]
   }
 }
 
-TEST_CASE("a design whose formula leaves its range is refused in words, not left out",
-          "[optim][compare]") {
+TEST_CASE("a design whose formula leaves its range is refused in words, not left out") {
   json job = by_ratios();
   job["samples"]["vary"][3]["expression"] = "sqrt(aspect - 2)*10";  // nothing, or up to 24 m
   const std::vector<Sample> samples = make_samples(parse_job(job));
@@ -112,7 +105,7 @@ TEST_CASE("a design whose formula leaves its range is refused in words, not left
   CHECK(too_wide > 0);
 }
 
-TEST_CASE("a compare job as read is read again to the same", "[optim][compare]") {
+TEST_CASE("a compare job as read is read again to the same") {
   json document = by_ratios();
   document["models"] =
       json::parse(R"([{"name": "a"}, {"name": "b", "mesh": [6, 2], "degree": 7}])");

@@ -1,28 +1,17 @@
 #include "optim/studies/tolerance_study.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "optim/problem/stroke_sensitivity.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/optim/guide_job.hpp"
 
 namespace {
 
 json guide() {
-  return json::parse(R"({
-    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
-               "thickness": "0.5 mm", "spacing": "60 mm"}, "material": "stavax"},
-    "end_effector": {"mass": "0.5 kg"}, "model": {"mesh": [4, 2]},
-    "stroke": {"at": ["5 mm"]}, "frequencies": 2,
+  return test::guide_job(R"({
+    "job": null, "model": {"mesh": [4, 2]}, "stroke": {"at": ["5 mm"]},
     "tolerances": {"thickness": "10 um", "length": "0.5 mm",
                    "material.youngs_modulus": {"plus_minus": "3 %", "distribution": "normal"}},
     "tolerance_samples": {"count": 0},
-    "optimise": {
-      "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"}],
-      "objective": {"maximise": "parasitic_frequency"},
+    "optimise": {"algorithm": null,
       "constraints": [{"quantity": "max_stress", "max": "300 MPa"},
                       {"quantity": "drive_load", "over_stroke": "max_abs", "max": "9 N"},
                       {"expression": "2*length + 10*thickness", "max": "0.206 m"}]}})");
@@ -41,7 +30,7 @@ const ToleratedNumber& number(const ToleranceReport& report, const std::string& 
 
 }  // namespace
 
-TEST_CASE("slopes are derivatives times the limits, of material numbers, too", "[tolerances]") {
+TEST_CASE("slopes are derivatives times the limits, of material numbers, too") {
   const ToleranceReport report = study(guide());
   const Job job = parse_job(guide());
   StrokeRequest request = job.request;
@@ -64,8 +53,7 @@ TEST_CASE("slopes are derivatives times the limits, of material numbers, too", "
   CHECK_FALSE(report.yield);
 }
 
-TEST_CASE("the room of a linear constraint is exact, and the least of all is that of the job",
-          "[tolerances]") {
+TEST_CASE("the room of a linear constraint is exact, and the least of all is that of the job") {
   const ToleranceReport report = study(guide());
   REQUIRE(report.goals.size() == 4);
   // 0.206 m − 0.205 m over 2 · 0.5 mm + 10 · 10 µm
@@ -78,7 +66,7 @@ TEST_CASE("the room of a linear constraint is exact, and the least of all is tha
   CHECK(*report.room == least);
 }
 
-TEST_CASE("designs at the room's scale keep the constraints, and just", "[tolerances][slow]") {
+TEST_CASE("designs at the room's scale keep the constraints, and just", "[slow]") {
   json document = guide();
   document["optimise"]["constraints"].erase(2);
   const ToleranceReport report = study(document);
@@ -99,8 +87,7 @@ TEST_CASE("designs at the room's scale keep the constraints, and just", "[tolera
   CHECK(load == Approx(9).epsilon(0.02));
 }
 
-TEST_CASE("standard deviations by gradients are those of 2000 samples within 5 %",
-          "[tolerances][slow]") {
+TEST_CASE("standard deviations by gradients are those of 2000 samples within 5 %", "[slow]") {
   json document = guide();
   document["tolerance_samples"] = {{"count", 2000}, {"seed", 3}};
   const ToleranceReport report = study(document);
@@ -130,8 +117,7 @@ TEST_CASE("standard deviations by gradients are those of 2000 samples within 5 %
   CHECK(*report.yield < 1);
 }
 
-TEST_CASE("a cutting offset of several parameters is one tolerance with one sample for all",
-          "[tolerances]") {
+TEST_CASE("a cutting offset of several parameters is one tolerance with one sample for all") {
   json document = guide();
   document["tolerances"] = {
       {"offset", {{"plus_minus", "10 um"}, {"parameters", {{"thickness", 1}, {"length", -2}}}}}};
@@ -146,8 +132,7 @@ TEST_CASE("a cutting offset of several parameters is one tolerance with one samp
                         *number(report, "drive_stiffness").slopes)[0] == 1);
 }
 
-TEST_CASE("a deviation moves its own parameter, not those that are formulas of it",
-          "[tolerances]") {
+TEST_CASE("a deviation moves its own parameter, not those that are formulas of it") {
   json document = guide();
   document["design"]["parameters"]["width"] = {{"expression", "0.3*length"}};
   document["optimise"]["constraints"] = {{{"expression", "length + width"}, {"max", 1}}};
@@ -158,7 +143,7 @@ TEST_CASE("a deviation moves its own parameter, not those that are formulas of i
   CHECK(report.goals[1].number.sampled->high <= 0.131 * (1 + 1e-12));
 }
 
-TEST_CASE("sampled designs are the same for any number of threads", "[tolerances]") {
+TEST_CASE("sampled designs are the same for any number of threads") {
   json document = guide();
   document["tolerance_samples"] = {{"count", 12}};
   const ToleranceReport one = study(document, 1), two = study(document, 2);
@@ -172,8 +157,7 @@ TEST_CASE("sampled designs are the same for any number of threads", "[tolerances
   }
 }
 
-TEST_CASE("samples that are no mechanism are counted, with the reason, and keep no constraint",
-          "[tolerances]") {
+TEST_CASE("samples that are no mechanism are counted, with the reason, and keep no constraint") {
   json document = guide();
   document["frequencies"] = 0;
   document["stroke"] = {{"at", {0}}};

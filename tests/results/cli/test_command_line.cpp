@@ -1,17 +1,10 @@
 // The program as a user starts it: exit codes, what it prints where, and what it leaves behind.
-#include <catch2/catch.hpp>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <regex>
 
 #include "results/files/json_text.hpp"
-#include "support/leaf_job.hpp"
-#include "support/program.hpp"
 #include "support/wrong_designs.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -25,8 +18,7 @@ OrderedJson optimise_job() {
 
 }  // namespace
 
-TEST_CASE("Help, version, schema, designs and quantities go to stdout and exit 0",
-          "[results][command]") {
+TEST_CASE("Help, version, schema, designs and quantities go to stdout and exit 0") {
   const test::Workplace folder;
   for (const char* arguments : {"--help", "--version", "schema", "designs", "designs leaf_spring",
                                 "designs cross_hinge", "quantities", "quantities cross_hinge"}) {
@@ -50,7 +42,7 @@ TEST_CASE("Help, version, schema, designs and quantities go to stdout and exit 0
   CHECK(of_guide != of_hinge);  // a drive that moves, a drive that turns
 }
 
-TEST_CASE("check-gradients compares every derivative that a job has", "[results][command][slow]") {
+TEST_CASE("check-gradients compares every derivative that a job has", "[slow]") {
   const test::Workplace folder;
   const auto cases = OrderedJson::parse(R"([
     {"name": "a leaf", "job": {"frequencies": 2, "model": {"mesh": [6, 2]}},
@@ -97,7 +89,7 @@ TEST_CASE("check-gradients compares every derivative that a job has", "[results]
   }
 }
 
-TEST_CASE("An atlas that cannot be written is refused before it is made", "[results][command]") {
+TEST_CASE("An atlas that cannot be written is refused before it is made") {
   const test::Workplace folder;
   const test::Outcome refused = folder.run("atlas --out /proc/no/such/folder/one.atlas");
   CHECK(refused.code == 2);
@@ -108,7 +100,7 @@ TEST_CASE("An atlas that cannot be written is refused before it is made", "[resu
   CHECK_THAT(none.err, Contains("none.atlas"));
 }
 
-TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
+TEST_CASE("A wrong command line exits 2 and says why") {
   const test::Workplace folder;
   folder.put("leaf.json", test::leaf_job());
   const auto wrong = OrderedJson::parse(R"(["", "fly", "run", "run leaf.json --threads 0",
@@ -139,7 +131,7 @@ TEST_CASE("A wrong command line exits 2 and says why", "[results][command]") {
   CHECK_THAT(folder.run("run stage.json").err, Contains("it is a design file"));
 }
 
-TEST_CASE("A stream that takes no text ends no run", "[results][command]") {
+TEST_CASE("A stream that takes no text ends no run") {
   const test::Workplace folder;
   folder.put("leaf.json", test::leaf_job());
   const auto code = [&](const std::string& arguments) {
@@ -155,7 +147,7 @@ TEST_CASE("A stream that takes no text ends no run", "[results][command]") {
   CHECK(code("schema") == 2);
 }
 
-TEST_CASE("A job comes by a pipe as well", "[results][command]") {
+TEST_CASE("A job comes by a pipe as well") {
   const test::Workplace folder;
   folder.put("leaf.json", test::leaf_job());
   for (const char* arguments : {"validate /dev/stdin", "run /dev/stdin --out piped"}) {
@@ -167,7 +159,7 @@ TEST_CASE("A job comes by a pipe as well", "[results][command]") {
   CHECK(folder.has("piped/result.json"));
 }
 
-TEST_CASE("A run takes nothing away that is not its own", "[results][command]") {
+TEST_CASE("A run takes nothing away that is not its own") {
   const test::Workplace folder;
   folder.put("job.json", test::leaf_job());
   const std::string before = folder.content("job.json");
@@ -185,7 +177,7 @@ TEST_CASE("A run takes nothing away that is not its own", "[results][command]") 
   CHECK_FALSE(folder.has("out/history.csv"));
 }
 
-TEST_CASE("An unstable mechanism is called so where it is told of", "[results][command]") {
+TEST_CASE("An unstable mechanism is called so where it is told of") {
   const test::Workplace folder;
   OrderedJson job = test::leaf_job();
   job["loads"] = {{{"force", {"-1 kN", 0, 0}}}};
@@ -196,7 +188,7 @@ TEST_CASE("An unstable mechanism is called so where it is told of", "[results][c
   CHECK_THAT(outcome.out, Contains("With the drive held it is unstable at 2 of 2 points."));
 }
 
-TEST_CASE("A run writes its folder, a summary and progress lines", "[results][command]") {
+TEST_CASE("A run writes its folder, a summary and progress lines") {
   const test::Workplace folder;
   folder.put("leaf.json", test::leaf_job());
   const test::Outcome outcome = folder.run("run leaf.json");
@@ -228,7 +220,7 @@ TEST_CASE("A run writes its folder, a summary and progress lines", "[results][co
   CHECK((test::content_of(out / "report.html") == folder.content("a/b/report.html")));
 }
 
-TEST_CASE("A wrong expectation exits 1, on stderr and in the result", "[results][command]") {
+TEST_CASE("A wrong expectation exits 1, on stderr and in the result") {
   const test::Workplace folder;
   OrderedJson job = test::leaf_job();
   job["expect"] = {{{"pointer", "/path/2/drive_load"},
@@ -250,7 +242,7 @@ TEST_CASE("A wrong expectation exits 1, on stderr and in the result", "[results]
   CHECK(folder.run("run leaf.json --set /expect/0/tolerance=2").code == 1);
 }
 
-TEST_CASE("A stroke beyond reach exits 1 with the points that converged", "[results][command]") {
+TEST_CASE("A stroke beyond reach exits 1 with the points that converged") {
   const test::Workplace folder;
   folder.put("leaf.json", test::leaf_job());
   const test::Outcome outcome = folder.run("run leaf.json --quiet --set '/stroke/to=\"160 mm\"'");
@@ -262,8 +254,7 @@ TEST_CASE("A stroke beyond reach exits 1 with the points that converged", "[resu
   CHECK(result["path"][2]["status"] != "converged");
 }
 
-TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
-          "[results][command]") {
+TEST_CASE("An optimisation resumes from its log and ends with the same bytes") {
   const test::Workplace folder;
   folder.put("stiff.json", optimise_job());
   const test::Outcome whole = folder.run("run stiff.json --quiet --out whole");
@@ -306,8 +297,7 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes",
   CHECK((test::content_of(out / "evaluations.jsonl") == log));
 }
 
-TEST_CASE("Every wrong design file is refused by place and rule before anything is written",
-          "[results][command][slow]") {
+TEST_CASE("Every wrong design file is refused before anything is written", "[slow]") {
   const test::Workplace folder;
   OrderedJson job = test::leaf_job();
   job["design"] = {{"file", "stage.json"}, {"material", job["design"]["material"]}};

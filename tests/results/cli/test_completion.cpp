@@ -1,16 +1,10 @@
 // The scripts that complete command lines, run by the shells themselves.
-#include <algorithm>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "designs/describe.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/printed.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -41,7 +35,7 @@ using Words = std::set<std::string>;
 
 }  // namespace
 
-TEST_CASE("bash completes commands, options, families, files and values", "[results][terminal]") {
+TEST_CASE("bash completes commands, options, families, files and values") {
   const test::Workplace folder;
   for (const char* name : {"guide.json", "a hinge.json", "notes.txt"})
     std::ofstream(folder.path() / name) << "{}";
@@ -69,16 +63,16 @@ TEST_CASE("bash completes commands, options, families, files and values", "[resu
   CHECK(offered({"completion", ""}) == Words{"bash", "zsh"});
 }
 
-TEST_CASE("The program prints its scripts, and refuses other shells", "[results][terminal]") {
+TEST_CASE("The program prints its scripts, and refuses other shells") {
   const test::Workplace folder;
   CHECK(folder.run("completion bash").out == bash_completion());
   CHECK(folder.run("completion zsh").out == zsh_completion());
   const test::Outcome other = folder.run("completion fish");
   CHECK(other.code == 2);
-  CHECK_THAT(other.err, Catch::Contains("fish"));
+  CHECK_THAT(other.err, Contains("fish"));
 }
 
-TEST_CASE("The script for zsh names every command and option once", "[results][terminal]") {
+TEST_CASE("The script for zsh names every command and option once") {
   const std::string script = zsh_completion();
   for (const CommandShape& command : command_shapes()) {
     CAPTURE(command.name);
@@ -87,7 +81,7 @@ TEST_CASE("The script for zsh names every command and option once", "[results][t
     REQUIRE(begin != std::string::npos);
     const std::string own = script.substr(begin, script.find(";;", begin) - begin);
     for (const CommandArgument& argument : command.arguments)
-      for (const std::string& name : argument.names) CHECK_THAT(own, Catch::Contains(name + "["));
+      for (const std::string& name : argument.names) CHECK_THAT(own, Contains(name + "["));
   }
   const test::Workplace folder;
   if (std::system("command -v zsh >/dev/null") != 0) {

@@ -1,20 +1,12 @@
 // Jobs to start from, of every family and of design files: they are right, and worth running.
 #include "results/cli/new_job.hpp"
 
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "optim/job/job_sections.hpp"
 #include "results/cli/start_design.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-using nlohmann::json;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -31,8 +23,7 @@ double largest_stress(const StrokeResponse& response) {
 
 }  // namespace
 
-TEST_CASE("the new job of every family runs to the end of its stroke, within its stress",
-          "[results][new][slow]") {
+TEST_CASE("the new job of every family runs to its stroke's end, within its stress", "[slow]") {
   for (const Family& family : families()) {
     CAPTURE(family.name);
     json written = job_of(family.name, false);
@@ -60,8 +51,7 @@ TEST_CASE("the new job of every family runs to the end of its stroke, within its
   }
 }
 
-TEST_CASE("every family has its numbers at their defaults and examples, as they are read back",
-          "[results][new][slow]") {
+TEST_CASE("every family has its numbers at their defaults, as they are read back", "[slow]") {
   for (const Family& family : families()) {
     CAPTURE(family.name);
     const Job job = parse_job(job_of(family.name, false));
@@ -74,8 +64,7 @@ TEST_CASE("every family has its numbers at their defaults and examples, as they 
   }
 }
 
-TEST_CASE("the new optimisation of every family begins within its bounds, sound at all corners",
-          "[results][new][slow]") {
+TEST_CASE("every family's new optimisation begins within bounds, sound at all corners", "[slow]") {
   for (const Family& family : families()) {
     CAPTURE(family.name);
     const Job job = parse_job(job_of(family.name, true));
@@ -104,7 +93,7 @@ TEST_CASE("the new optimisation of every family begins within its bounds, sound 
   }
 }
 
-TEST_CASE("a new optimisation improves on its start within stress and room", "[results][new]") {
+TEST_CASE("a new optimisation improves on its start within stress and room") {
   json written = job_of("parallel_guide", true);
   written["model"] = {{"mesh", {6, 3}}};
   written["stroke"]["points"] = 2;
@@ -122,7 +111,7 @@ TEST_CASE("a new optimisation improves on its start within stress and room", "[r
   CHECK(found.optimum->objective > 1.5 * *start.response.path.back().parasitic_frequency);
 }
 
-TEST_CASE("round numbers and readable ones", "[results][new]") {
+TEST_CASE("round numbers and readable ones") {
   CHECK(round_below(1) == 1);
   CHECK(round_below(9.99) == 5);
   CHECK(round_below(0.02) == Approx(0.02));
@@ -136,7 +125,7 @@ TEST_CASE("round numbers and readable ones", "[results][new]") {
   CHECK(readable(0.5, "1") == 0.5);
 }
 
-TEST_CASE("flexopt new prints a job or writes it, and replaces none unasked", "[results][new]") {
+TEST_CASE("flexopt new prints a job or writes it, and replaces none unasked") {
   const test::Workplace folder;
   const test::Outcome printed = folder.run("new parallel_guide");
   CHECK(printed.code == 0);
@@ -156,7 +145,7 @@ TEST_CASE("flexopt new prints a job or writes it, and replaces none unasked", "[
   CHECK_THAT(folder.run("new hinge").err, Contains("cross_hinge"));
 }
 
-TEST_CASE("a new job of a design file names it from where the job stands", "[results][new]") {
+TEST_CASE("a new job of a design file names it from where the job stands") {
   const test::Workplace folder;
   fs::create_directories(folder / "designs");
   fs::create_directories(folder / "jobs");

@@ -1,17 +1,9 @@
 // Every number that `flexopt quantities` lists, everywhere: goals, their derivatives, result.json,
 // path.csv. The table of quantities drives these tests: a new row is in them by itself.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "optim/problem/design_problem.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/csv.hpp"
-#include "results/files/result_json.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-using nlohmann::json;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -68,8 +60,7 @@ json::json_pointer pointer_of(const Quantity& q) {
 
 }  // namespace
 
-TEST_CASE("every row of the table is listed with unit, meaning and what it costs",
-          "[results][quantities]") {
+TEST_CASE("every row of the table is listed with unit, meaning and what it costs") {
   const Job job = parse_job(document());
   const std::string list =
       describe_quantities(DriveList(make_mechanism(job, job.design.parameters)));
@@ -84,7 +75,7 @@ TEST_CASE("every row of the table is listed with unit, meaning and what it costs
   }
 }
 
-TEST_CASE("every quantity may be an objective and a constraint", "[results][quantities]") {
+TEST_CASE("every quantity may be an objective and a constraint") {
   const std::vector<Quantity> all = all_quantities();
   CHECK(all.size() > 60);
   for (const Quantity& q : all) {
@@ -99,8 +90,7 @@ TEST_CASE("every quantity may be an objective and a constraint", "[results][quan
   }
 }
 
-TEST_CASE("every quantity has a value and an exact derivative as a goal",
-          "[results][quantities][gradients][slow]") {
+TEST_CASE("every quantity has a value and an exact derivative as a goal", "[slow]") {
   const std::vector<Quantity> all = all_quantities();
   const DesignProblem problem(parse_job(with_goals(all)));
   const DesignValues values = problem.evaluate({5e-4}, true);
@@ -117,7 +107,7 @@ TEST_CASE("every quantity has a value and an exact derivative as a goal",
   }
 }
 
-TEST_CASE("every quantity stands in result.json and in path.csv", "[results][quantities]") {
+TEST_CASE("every quantity stands in result.json and in path.csv") {
   RunRecord record;
   record.job = parse_job(document());
   record.mechanism = make_mechanism(record.job, record.job.design.parameters);

@@ -1,15 +1,8 @@
 // flexopt show: the page of a mechanism of which nothing was computed.
-#include <fstream>
-#include <nlohmann/json.hpp>
-
 #include "optim/job/job.hpp"
 #include "results/files/scene.hpp"
 #include "results/run/run.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -19,7 +12,7 @@ std::string job_file(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("show writes the page alone, named after the job, and prints where", "[results][show]") {
+TEST_CASE("show writes the page alone, named after the job, and prints where") {
   const test::Workplace folder;
   const test::Outcome shown = folder.run("show '" + job_file("parallel_guide") + "'");
   CHECK(shown.code == 0);
@@ -33,7 +26,7 @@ TEST_CASE("show writes the page alone, named after the job, and prints where", "
   CHECK(folder.has("a/b/report.html"));
 }
 
-TEST_CASE("The scene of show has every part at its undeflected place", "[results][show]") {
+TEST_CASE("The scene of show has every part at its undeflected place") {
   const RunRecord record = undeflected(read_job(job_file("xy_stage")));
   const OrderedJson scene = make_scene(record);
   REQUIRE(scene["designs"].size() == 1);
@@ -61,7 +54,7 @@ TEST_CASE("The scene of show has every part at its undeflected place", "[results
   CHECK(result["path"].empty());
 }
 
-TEST_CASE("Loads of every case are shown, each case a drawing of its own", "[results][show]") {
+TEST_CASE("Loads of every case are shown, each case a drawing of its own") {
   const RunRecord record = undeflected(read_job(job_file("load_cases")));
   const OrderedJson scene = make_scene(record);
   REQUIRE(scene["designs"].size() == record.job.cases.size());
@@ -71,7 +64,7 @@ TEST_CASE("Loads of every case are shown, each case a drawing of its own", "[res
   CHECK_FALSE(undeflected_result(record).contains("cases"));
 }
 
-TEST_CASE("A mechanism without equilibrium is shown, wrong input is not", "[results][show]") {
+TEST_CASE("A mechanism without equilibrium is shown, wrong input is not") {
   const test::Workplace folder;
   // a load far beyond buckling: run finds nothing, show does not look
   const std::string guide = "'" + job_file("parallel_guide") + "'",
@@ -85,8 +78,7 @@ TEST_CASE("A mechanism without equilibrium is shown, wrong input is not", "[resu
   CHECK_FALSE(folder.has("new"));
 }
 
-TEST_CASE("show --open starts xdg-open with the page, and says so where that fails",
-          "[results][show]") {
+TEST_CASE("show --open starts xdg-open with the page, and says so where that fails") {
   const test::Workplace folder;
   fs::create_directory(folder / "bin");
   const auto install = [&](const char* last) {

@@ -1,13 +1,7 @@
-#include <catch2/catch.hpp>
-
 #include "results/cli/printed.hpp"
-#include "support/fixture.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
-using Catch::Contains;
-
-TEST_CASE("The summary of an evaluation shows the ends of the stroke in a designer's units",
-          "[results][summary]") {
+TEST_CASE("The summary of an evaluation shows the ends of the stroke in a designer's units") {
   const std::string text = summary_of(test::evaluated_hinge());
   CHECK_THAT(text, Contains("-20 deg") && Contains("20 deg") && Contains("0 deg"));
   CHECK_THAT(text, Contains("214 Hz"));
@@ -15,8 +9,7 @@ TEST_CASE("The summary of an evaluation shows the ends of the stroke in a design
   CHECK_THAT(text, Contains("320.7 MPa"));  // E t θ / L
 }
 
-TEST_CASE("The summary of an optimisation shows optimum, bounds and full accuracy",
-          "[results][summary]") {
+TEST_CASE("The summary of an optimisation shows optimum, bounds and full accuracy") {
   const std::string text = summary_of(test::optimised_hinge());
   CHECK_THAT(text, Contains("0.35 mm") && Contains("45 deg"));
   CHECK_THAT(text, Contains("169.2 Hz") && Contains("168.9 Hz") && Contains("+0.178 %"));

@@ -1,14 +1,8 @@
 // What a run says while it goes on, on a terminal and in a file, and run --json.
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <regex>
 
-#include "support/leaf_job.hpp"
-#include "support/program.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -37,8 +31,7 @@ std::vector<std::string> frames_of(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("On a terminal an optimisation has one line, wiped before the summary",
-          "[results][terminal]") {
+TEST_CASE("On a terminal an optimisation has one line, wiped before the summary") {
   const test::Workplace folder;
   folder.put("stiff.json", optimise_job());
   const auto begin = std::chrono::steady_clock::now();
@@ -63,7 +56,7 @@ TEST_CASE("On a terminal an optimisation has one line, wiped before the summary"
   CHECK_FALSE(std::regex_search(outcome.out, std::regex("\x1b\\[[^K]")));
 }
 
-TEST_CASE("The line fits a narrow terminal", "[results][terminal]") {
+TEST_CASE("The line fits a narrow terminal") {
   const test::Workplace folder;
   folder.put("stiff.json", optimise_job());
   const std::vector<std::string> frames =
@@ -73,8 +66,7 @@ TEST_CASE("The line fits a narrow terminal", "[results][terminal]") {
   CHECK_THAT(frames.back(), Contains(" evaluations"));
 }
 
-TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is no line of it",
-          "[results][terminal]") {
+TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is no line of it") {
   const test::Workplace folder;
   OrderedJson job = leaf_job();
   job["maps"] = OrderedJson::parse(R"([{"points": [3, 2], "parameters": [
@@ -94,16 +86,14 @@ TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is
                            !Contains("\x1b") && !Contains("/8") && !Contains("/6"));
 }
 
-TEST_CASE("run --json prints the summary's numbers in SI", "[results][terminal]") {
+TEST_CASE("run --json prints the summary's numbers in SI") {
   const test::Workplace folder;
   folder.put("leaf.json", leaf_job());
   const test::Outcome outcome = folder.run("run leaf.json --json --out here");
   REQUIRE(outcome.code == 0);
   const auto printed = OrderedJson::parse(outcome.out);
   const auto result = folder.json("here/result.json");
-  CHECK(printed["status"] == "ok");
-  CHECK(printed["usable"] == true);
-  CHECK(printed["folder"] == "here");
+  CHECK(unlike_text(printed, R"({"status": "ok", "usable": true, "folder": "here"})") == "");
   CHECK_FALSE(printed.contains("error"));
   bool load = false, support = false;
   for (const auto& row : printed["table"]) {
@@ -122,8 +112,7 @@ TEST_CASE("run --json prints the summary's numbers in SI", "[results][terminal]"
   CHECK((load && support));
 }
 
-TEST_CASE("run --json of an optimisation has the optimum with its constraints and differences",
-          "[results][terminal]") {
+TEST_CASE("run --json of an optimisation has the optimum with its constraints and differences") {
   const test::Workplace folder;
   OrderedJson job = optimise_job();
   job["model"]["accuracy"] = "reduced";
@@ -133,17 +122,17 @@ TEST_CASE("run --json of an optimisation has the optimum with its constraints an
   REQUIRE(outcome.code == 0);
   const auto optimum = OrderedJson::parse(outcome.out)["optimum"],
              whole = folder.json("stiff.out/result.json")["optimum"];
-  CHECK(optimum["objective"] == whole["objective"]);
+  CHECK(unlike(optimum,
+               {{"objective", whole["objective"]},
+                {"parameters", whole["parameters"]},
+                {"verified",
+                 {{"objective_difference", whole["verified"]["objective_difference"]}}}}) == "");
   CHECK(optimum["parameters"]["thickness"].get<double>() > 2e-4);
-  CHECK(optimum["parameters"] == whole["parameters"]);
-  REQUIRE(optimum["constraints"].size() == 1);
-  CHECK(optimum["constraints"][0]["active"] == true);
-  CHECK(optimum["constraints"][0]["max"] == 1.0);
-  CHECK(optimum["verified"]["objective_difference"] == whole["verified"]["objective_difference"]);
+  CHECK(unlike_text(optimum["constraints"], R"([{"active": true, "max": 1}])") == "");
   CHECK(optimum["verified"]["constraints"].size() == 1);
 }
 
-TEST_CASE("run --json of a comparison has its worst errors", "[results][terminal]") {
+TEST_CASE("run --json of a comparison has its worst errors") {
   const test::Workplace folder;
   OrderedJson job = leaf_job();
   job["job"] = "compare";
@@ -163,8 +152,7 @@ TEST_CASE("run --json of a comparison has its worst errors", "[results][terminal
   CHECK(model["errors"]["drive_load"]["worst"].get<double>() > 0);
 }
 
-TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code",
-          "[results][terminal]") {
+TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code") {
   const test::Workplace folder;
   folder.put("leaf.json", leaf_job());
   const auto printed = [&](const std::string& arguments, int code) {
@@ -179,8 +167,7 @@ TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code",
   CHECK(wrong["errors"].size() == 2);
   CHECK(wrong["error"] == wrong["errors"][0]);
   const auto& error = wrong["errors"][wrong["errors"][0]["pointer"] == "/stroke/to" ? 0 : 1];
-  CHECK(error["pointer"] == "/stroke/to");
-  CHECK(error["value"] == "\"5 N\"");
+  CHECK(unlike_text(error, R"({"pointer": "/stroke/to", "value": "\"5 N\""})") == "");
   CHECK_THAT(error["rule"].get<std::string>(), Contains("expected a length"));
   CHECK_THAT(error["message"].get<std::string>(), Contains("/stroke/to") && Contains("5 N"));
   CHECK(printed("none.json --json", 2)["error"]["value"] == "none.json");
@@ -188,6 +175,5 @@ TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code",
              Contains("--threads"));
   CHECK(printed("--json", 2)["status"] == "wrong_input");
   const auto lost = printed("leaf.json --json --quiet --set '/stroke/to=\"160 mm\"'", 1);
-  CHECK(lost["status"] == "no_equilibrium");
-  CHECK(lost["usable"] == false);
+  CHECK(unlike_text(lost, R"({"status": "no_equilibrium", "usable": false})") == "");
 }

@@ -1,11 +1,15 @@
 #pragma once
 // Jobs of the gallery as they are exported.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "results/export/exported.hpp"
+#include "support/refusals.hpp"
 
 namespace flexopt::test {
 
@@ -21,6 +25,20 @@ inline Exported folded_leaf(const std::vector<std::string>& at = {}) {
 
 inline Exported gallery(const std::string& name, const std::vector<std::string>& at = {}) {
   return make_exported(gallery_job(name), {.at = at, .result = {}, .load_case = ""});
+}
+
+/// Looks at each of these jobs where it stands at its stroke, and at a folded leaf.
+template <class Look>
+void each_bent(const std::vector<std::pair<const char*, const char*>>& jobs, const Look& look) {
+  const auto bent = [&](const Exported& exported) {
+    const PathPoint point = exported.equilibria({exported.strokes}).front();
+    look(exported, &point);
+  };
+  for (const auto& [name, at] : jobs) {
+    CAPTURE(name);
+    bent(gallery(name, {at}));
+  }
+  bent(folded_leaf({"1 mm"}));
 }
 
 /// Whether every edge of the triangles, each of three corners, is there once each way.

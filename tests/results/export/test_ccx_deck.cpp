@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
@@ -8,7 +7,6 @@
 #include "core/math/rotation.hpp"
 #include "results/export/ccx_model.hpp"
 #include "results/export/writers.hpp"
-#include "support/refusals.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;
@@ -27,8 +25,7 @@ std::string refused(const Exported& exported) {
 }  // namespace
 
 // Longer ones are cut off, their exponents with them.
-TEST_CASE("No number of a deck has more than the 20 characters that CalculiX reads",
-          "[results][export]") {
+TEST_CASE("No number of a deck has more than the 20 characters that CalculiX reads") {
   for (const char* name : {"parallel_guide", "crooked_guide", "curved_hinge"}) {
     std::istringstream lines(deck_of(test::gallery(name)));
     std::size_t longest = 0;
@@ -44,7 +41,7 @@ TEST_CASE("No number of a deck has more than the 20 characters that CalculiX rea
   }
 }
 
-TEST_CASE("A deck has the mass and the inertia of the bodies", "[results][export]") {
+TEST_CASE("A deck has the mass and the inertia of the bodies") {
   const Exported exported = test::gallery("double_parallelogram");
   const CcxModel model(exported, {.along = 1, .across = 1});
   for (std::size_t b = 0; b < exported.mechanism.bodies.size(); ++b) {
@@ -68,7 +65,7 @@ TEST_CASE("A deck has the mass and the inertia of the bodies", "[results][export
   }
 }
 
-TEST_CASE("What a deck cannot carry is refused by name", "[results][export]") {
+TEST_CASE("What a deck cannot carry is refused by name") {
   CHECK_THAT(refused(test::gallery("clamped_plate")), Contains("material point of leaf plate"));
   Exported guide = test::gallery("parallel_guide");
   guide.request.loads.body_expansion = {1e-3, 0};
@@ -90,8 +87,7 @@ TEST_CASE("What a deck cannot carry is refused by name", "[results][export]") {
 }
 
 // Axes of a deck stay where they are.
-TEST_CASE("What turns with bodies is refused where it turns far, and carried where it does not",
-          "[results][export]") {
+TEST_CASE("What turns with bodies is refused where it turns far, and carried where it does not") {
   CHECK_THAT(refused(test::gallery("bridge_amplifier")),
              Contains("the drive is not carried") && Contains("load times distance"));
   CHECK(refused(test::gallery("xy_stage")) == "accepted");
@@ -117,8 +113,7 @@ TEST_CASE("What turns with bodies is refused where it turns far, and carried whe
   CHECK(refused(hinge) == "accepted");
 }
 
-TEST_CASE("A moment at the end-effector does its work on the rotation vector of the deck",
-          "[results][export]") {
+TEST_CASE("A moment at the end-effector does its work on the rotation vector of the deck") {
   Exported hinge = test::gallery("cross_hinge");
   const Vector3d moment(0.1, -0.05, 0.02);
   hinge.request.loads.constant.push_back({.moment = moment, .body = std::nullopt, .name = ""});
@@ -146,8 +141,7 @@ TEST_CASE("A moment at the end-effector does its work on the rotation vector of 
   CHECK_THAT(deck, Contains("less 0.1 -0.05 0.02"));
 }
 
-TEST_CASE("A deck has what acts: gravity, warmth, edges placed elsewhere, springs",
-          "[results][export]") {
+TEST_CASE("A deck has what acts: gravity, warmth, edges placed elsewhere, springs") {
   Exported guide = test::gallery("parallel_guide");
   LoadCase& loads = guide.request.loads;
   loads.gravity = Vector3d(0, 0, -9.81);

@@ -1,6 +1,4 @@
 // Springs of a deck have the energy of what they stand for.
-#include <catch2/catch.hpp>
-#include <map>
 #include <regex>
 #include <sstream>
 
@@ -43,8 +41,7 @@ std::string ties_of(const CcxModel& model) {
 
 }  // namespace
 
-TEST_CASE("The springs of a bushing are its matrix, between bodies and on the ground",
-          "[results][export]") {
+TEST_CASE("The springs of a bushing are its matrix, between bodies and on the ground") {
   for (const auto& [body, other] : {std::pair{0, ground}, std::pair{ground, 0}, std::pair{0, 1}}) {
     Exported stages = test::gallery("double_parallelogram");
     Spring bushing;
@@ -79,8 +76,7 @@ TEST_CASE("The springs of a bushing are its matrix, between bodies and on the gr
   }
 }
 
-TEST_CASE("A ball is one pin, a hinge two on its axis, a slide holds all but its axis",
-          "[results][export]") {
+TEST_CASE("A ball is one pin, a hinge two on its axis, a slide holds all but its axis") {
   Exported stages = test::gallery("double_parallelogram");
   Joint joint;
   joint.name = "tie";
@@ -125,7 +121,7 @@ TEST_CASE("A ball is one pin, a hinge two on its axis, a slide holds all but its
   CHECK_THAT(text, Contains(fmt::format("*EQUATION\n1\n{}, 2, 1\n", own.reference)));
 }
 
-TEST_CASE("An equation begins with its largest component", "[results][export]") {
+TEST_CASE("An equation begins with its largest component") {
   CcxLines lines;
   write_equation(terms_along(7, Vector3d(0.6, 0, -0.8)), lines);
   CHECK(std::move(lines).text() == "*EQUATION\n2\n7, 3, -0.8,\n7, 1, 0.6\n");

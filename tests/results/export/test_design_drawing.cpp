@@ -55,8 +55,7 @@ void check_dimensions(const Family& family, const ParameterValues& values,
 
 }  // namespace
 
-TEST_CASE("Every length and angle that moves a family's geometry has a dimension of true size",
-          "[results][drawing]") {
+TEST_CASE("Every length and angle that moves a family's geometry has a dimension of true size") {
   for (const Family& family : families()) {
     INFO(family.name);
     const ParameterValues usual = usual_values(family);
@@ -66,8 +65,7 @@ TEST_CASE("Every length and angle that moves a family's geometry has a dimension
   }
 }
 
-TEST_CASE("Drawings of other sizes and choices have no overlapping words either",
-          "[results][drawing]") {
+TEST_CASE("Drawings of other sizes and choices have no overlapping words either") {
   for (const Family& family : families()) {
     for (const double factor : {0.9, 1.1}) {
       ParameterValues values = usual_values(family);
@@ -88,8 +86,7 @@ TEST_CASE("Drawings of other sizes and choices have no overlapping words either"
   }
 }
 
-TEST_CASE("A length that is no distance in the design is told beside what it moves",
-          "[results][drawing]") {
+TEST_CASE("A length that is no distance in the design is told beside what it moves") {
   FaultList faults;
   const auto family = read_family(nlohmann::json::parse(R"({
     "flexopt_design": 1, "name": "odd",
@@ -109,8 +106,7 @@ TEST_CASE("A length that is no distance in the design is told beside what it mov
   CHECK(overlaps(drawing.picture) == 0);
 }
 
-TEST_CASE("A drawing shows every leaf, the ground that holds it, the drive and O",
-          "[results][drawing]") {
+TEST_CASE("A drawing shows every leaf, the ground that holds it, the drive and O") {
   const Family& family = find_family("parallel_guide", "FAMILY");
   const Picture picture =
       draw_design(family, usual_values(family), default_choices(family)).picture;
@@ -126,8 +122,7 @@ TEST_CASE("A drawing shows every leaf, the ground that holds it, the drive and O
   CHECK(std::ranges::count(picture.labels, "uy", &DrawnLabel::text) == 2);
 }
 
-TEST_CASE("The same drawing has the same bytes, with words that cannot break the file",
-          "[results][drawing]") {
+TEST_CASE("The same drawing has the same bytes, with words that cannot break the file") {
   const Family& family = find_family("infinity_hinge", "FAMILY");
   const auto draw = [&] {
     return svg_of_design(family, usual_values(family), default_choices(family));

@@ -1,11 +1,7 @@
-#include "results/export/exported.hpp"
-
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "results/export/formats.hpp"
 #include "results/files/folder.hpp"
-#include "support/refusals.hpp"
 #include "support/temporary_folder.hpp"
 #include "tests/results/export/gallery.hpp"
 
@@ -20,7 +16,7 @@ std::string refused(const std::string& job, const ExportPlace& place) {
 
 }  // namespace
 
-TEST_CASE("A stroke is a quantity in the drive's unit", "[results][export]") {
+TEST_CASE("A stroke is a quantity in the drive's unit") {
   CHECK(test::gallery("cross_hinge", {"10deg"}).strokes[0] == Approx(0.17453292519943295));
   CHECK(test::gallery("cross_hinge", {"10 deg"}).strokes[0] == Approx(0.17453292519943295));
   CHECK(test::gallery("cross_hinge", {"0.1"}).strokes[0] == Approx(0.1));
@@ -35,7 +31,7 @@ TEST_CASE("A stroke is a quantity in the drive's unit", "[results][export]") {
   CHECK_THAT(tilted.stroke_text(tilted.strokes), Contains(first + " = 0.001 rad"));
 }
 
-TEST_CASE("Strokes that the job does not have are refused", "[results][export]") {
+TEST_CASE("Strokes that the job does not have are refused") {
   const auto at = [](const std::vector<std::string>& texts) {
     return ExportPlace{.at = texts, .result = {}, .load_case = ""};
   };
@@ -50,14 +46,14 @@ TEST_CASE("Strokes that the job does not have are refused", "[results][export]")
              Contains("one load case"));
 }
 
-TEST_CASE("The place on a load path is a factor", "[results][export]") {
+TEST_CASE("The place on a load path is a factor") {
   CHECK(test::gallery("cantilever", {"0.5"}).strokes[0] == 0.5);
   const std::string message = refused("cantilever", {.at = {"1.5"}, .result = {}, .load_case = ""});
   CHECK_THAT(message, Contains("expected load factor") && Contains("from 0 to 1"));
   CHECK_THAT(message, !Contains("1 1"));
 }
 
-TEST_CASE("A load case is exported by its name", "[results][export]") {
+TEST_CASE("A load case is exported by its name") {
   const Job job = test::gallery_job("load_cases");
   REQUIRE(job.cases.size() > 1);
   const std::string last = job.cases.back().name;
@@ -66,7 +62,7 @@ TEST_CASE("A load case is exported by its name", "[results][export]") {
   CHECK_THAT(refused("load_cases", {.at = {}, .result = {}, .load_case = "no"}), Contains(last));
 }
 
-TEST_CASE("The optimum of a folder takes the place of the job's design", "[results][export]") {
+TEST_CASE("The optimum of a folder takes the place of the job's design") {
   const test::TemporaryFolder folder;
   const std::string job = "three_flexure_cross_hinge";
   const auto place = [&] {
@@ -87,7 +83,7 @@ TEST_CASE("The optimum of a folder takes the place of the job's design", "[resul
   CHECK(exported.mechanism.leaves.front().length == Approx(0.0432));
 }
 
-TEST_CASE("Formats are read from a list", "[results][export]") {
+TEST_CASE("Formats are read from a list") {
   CHECK(read_formats("stl,ccx") == std::vector<std::string>{"stl", "ccx"});
   CHECK_THROWS_WITH(read_formats("stl,obj"), Contains("obj") && Contains("ccx, "));
   CHECK_THROWS_WITH(read_formats(""), Contains("expected one of"));

@@ -45,8 +45,7 @@ double shown(const Found& found) {
 
 }  // namespace
 
-TEST_CASE("The angle of an arc stands between its end tangents, of a long arc at its centre",
-          "[results][drawing]") {
+TEST_CASE("The angle of an arc stands between its end tangents, of a long arc at its centre") {
   const double degree = std::numbers::pi / 180;
   for (const double angle : {-175.0, -60.0, 5.0, 60.0, 99.0, 101.0, 180.0 - 1}) {
     const PlacedDesign design = placed("curved_leaf", {{"angle", angle * degree}});
@@ -67,11 +66,11 @@ TEST_CASE("The angle of an arc stands between its end tangents, of a long arc at
   }
 }
 
-TEST_CASE("A leaf that is straight has no angle to draw", "[results][drawing]") {
+TEST_CASE("A leaf that is straight has no angle to draw") {
   CHECK_FALSE(angle_of(placed("curved_leaf", {{"angle", 0.0}}), "angle").measure);
 }
 
-TEST_CASE("An arc's angle is not taken for another that has the same value", "[results][drawing]") {
+TEST_CASE("An arc's angle is not taken for another that has the same value") {
   const PlacedDesign design = placed("curved_hinge", {{"angle", 0.5}, {"half_angle", 0.5}});
   const Found arc = angle_of(design, "angle"), chord = angle_of(design, "half_angle");
   REQUIRE(arc.measure);
@@ -80,8 +79,7 @@ TEST_CASE("An arc's angle is not taken for another that has the same value", "[r
   CHECK(chord.measure->guide.empty());
 }
 
-TEST_CASE("The angle of a fold is drawn where its leaves are seen on edge, of one leaf or of two",
-          "[results][drawing]") {
+TEST_CASE("The angle of a fold is drawn where its leaves are seen on edge, of one leaf or of two") {
   for (const auto& [fold, leaves] : {std::pair{"rigid", 2u}, std::pair{"elastic", 1u}}) {
     const PlacedDesign design = placed("spherical_joint", {{"opening", 1.2}}, {{"fold", fold}});
     const Found found = angle_of(design, "opening");
@@ -90,29 +88,5 @@ TEST_CASE("The angle of a fold is drawn where its leaves are seen on edge, of on
     CHECK(found.view->view.leaves.size() == leaves);
     CHECK(shown(found) == Approx(1.2).epsilon(1e-9));
     CHECK(found.measure->guide.empty());
-  }
-}
-
-TEST_CASE("Rates of the directions of all legs are those of rebuilt mechanisms",
-          "[results][drawing]") {
-  for (const Family& family : families()) {
-    const ParameterValues values = sample_values(family);
-    const PlacedDesign design = placed_design(family, values, default_choices(family));
-    for (std::size_t k = 0; k < design.parameters.size(); ++k) {
-      const double step = 1e-6 * std::max(std::abs(design.values[k]), 1e-2);
-      if (design.values[k] - step < design.parameters[k].min) continue;  // masses of zero
-      const auto at = [&](double by) {
-        ParameterValues other = values;
-        other.at(design.parameters[k].name) += by;
-        return placed_design(family, other, default_choices(family));
-      };
-      const PlacedDesign more = at(step), less = at(-step);
-      for (std::size_t i = 0; i < design.legs.size(); ++i) {
-        const Vector3d rate = (more.legs[i].along - less.legs[i].along) / (2 * step);
-        INFO(family.name << " " << design.parameters[k].name << " leg " << i);
-        // rounding over the step; third derivatives are far below
-        CHECK((design.legs[i].rates[k] - rate).norm() < 2e-7 + 1e-7 * rate.norm());
-      }
-    }
   }
 }

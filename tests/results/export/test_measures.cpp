@@ -27,8 +27,7 @@ const ShownMeasure* measure_of(const MeasuredDesign& measured, const PlacedDesig
 
 }  // namespace
 
-TEST_CASE("Rates of all places of all families are those of rebuilt mechanisms",
-          "[results][drawing]") {
+TEST_CASE("Rates of all places and of all legs' directions are those of rebuilt mechanisms") {
   for (const Family& family : families())
     for (const FamilyChoices& choices : all_choices(family)) {
       const ParameterValues values = sample_values(family);
@@ -50,13 +49,19 @@ TEST_CASE("Rates of all places of all families are those of rebuilt mechanisms",
           CHECK((design.points[i].rates[k] - rate).norm() < 1e-7 + 1e-7 * rate.norm());
           moved = std::max(moved, rate.norm());
         }
+        if (choices != default_choices(family)) continue;
+        for (std::size_t i = 0; i < design.legs.size(); ++i) {
+          const Vector3d rate = (more.legs[i].along - less.legs[i].along) / (2 * step);
+          INFO(family.name << " " << design.parameters[k].name << " leg " << i);
+          // rounding over the step; third derivatives are far below
+          CHECK((design.legs[i].rates[k] - rate).norm() < 2e-7 + 1e-7 * rate.norm());
+        }
       }
       CHECK(moved >= 0.5);
     }
 }
 
-TEST_CASE("A guide as long as its leaves are apart has each dimension in its own place",
-          "[results][drawing]") {
+TEST_CASE("A guide as long as its leaves are apart has each dimension in its own place") {
   const PlacedDesign design = placed("parallel_guide", {{"length", 0.05}, {"spacing", 0.05}});
   const MeasuredDesign measured = measured_design(design);
   CHECK(measured.without.empty());
@@ -70,8 +75,7 @@ TEST_CASE("A guide as long as its leaves are apart has each dimension in its own
   CHECK(std::abs((spacing->to - spacing->from).y()) == Approx(0.05));
 }
 
-TEST_CASE("A length that no plan view shows in true size is measured on a leaf of its own",
-          "[results][drawing]") {
+TEST_CASE("A length that no plan view shows in true size is measured on a leaf of its own") {
   const PlacedDesign design = placed("spherical_joint");
   const MeasuredDesign measured = measured_design(design);
   CHECK(std::ranges::any_of(measured.views,
@@ -82,7 +86,7 @@ TEST_CASE("A length that no plan view shows in true size is measured on a leaf o
   CHECK(measured.views.front().view.caption == "front");
 }
 
-TEST_CASE("An angle is measured from an axis of its view", "[results][drawing]") {
+TEST_CASE("An angle is measured from an axis of its view") {
   const PlacedDesign design = placed("cross_hinge", {{"half_angle", 0.5}});
   const MeasuredDesign measured = measured_design(design);
   const ShownMeasure* angle = measure_of(measured, design, "half_angle");
@@ -93,7 +97,7 @@ TEST_CASE("An angle is measured from an axis of its view", "[results][drawing]")
   CHECK_FALSE(measure_of(measured, design, "crossing_fraction"));
 }
 
-TEST_CASE("Masses move nothing, and a length that is no distance is told", "[results][drawing]") {
+TEST_CASE("Masses move nothing, and a length that is no distance is told") {
   const PlacedDesign hinge = placed("cartwheel_hinge");
   const auto parameter = [](const PlacedDesign& design, const char* name) {
     const auto found = std::ranges::find(design.parameters, name, &Parameter::name);

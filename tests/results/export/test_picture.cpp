@@ -5,7 +5,7 @@
 
 using namespace flexopt;
 
-TEST_CASE("A line meets a box where any of it is inside", "[results][drawing]") {
+TEST_CASE("A line meets a box where any of it is inside") {
   const Box2 box{{0, 0}, {10, 4}};
   CHECK(box.meets({-5, 2}, {20, 2}));
   CHECK(box.meets({4, 1}, {5, 2}));
@@ -18,8 +18,7 @@ TEST_CASE("A line meets a box where any of it is inside", "[results][drawing]") 
   CHECK(box.overlaps({{11, 0}, {12, 4}}, 2));
 }
 
-TEST_CASE("Words on words weigh more than words on lines, and these more than crossing lines",
-          "[results][drawing]") {
+TEST_CASE("Words on words weigh more than words on lines, and these more than crossing lines") {
   Picture there, words, beside, line, along;
   there.labels.push_back(label_at("there", {0, 0}));
   there.dimensions.push_back({"length", "m", 1, 100, {{0, 40}, {100, 40}}, Point2::Zero()});
@@ -36,7 +35,7 @@ TEST_CASE("Words on words weigh more than words on lines, and these more than cr
   CHECK(conflict(words, there) == 0);
 }
 
-TEST_CASE("Text is broken at blanks and loses nothing", "[results][drawing]") {
+TEST_CASE("Text is broken at blanks and loses nothing") {
   const std::string text = "one Two three fourteen characters °°° end";
   for (const double width : {1.0, 60.0, 120.0, 1000.0}) {
     std::string joined;

@@ -1,6 +1,4 @@
 #include <Eigen/LU>
-#include <catch2/catch.hpp>
-#include <cmath>
 
 #include "results/export/solid_mesh.hpp"
 #include "support/leaf_volume.hpp"
@@ -49,7 +47,7 @@ std::pair<double, double> volume_of(const SolidMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("Bricks of a leaf are not inside out and fill its volume", "[results][export]") {
+TEST_CASE("Bricks of a leaf are not inside out and fill its volume") {
   std::vector<LeafSpring> all = test::folded_leaf().mechanism.leaves;
   REQUIRE(all.front().fold);
   for (const char* name : {"parallel_guide", "curved_leaf", "tapered_leaf", "wire_flexure",
@@ -63,7 +61,7 @@ TEST_CASE("Bricks of a leaf are not inside out and fill its volume", "[results][
   }
 }
 
-TEST_CASE("The faces at both ends of a mesh are the leaf's edges", "[results][export]") {
+TEST_CASE("The faces at both ends of a mesh are the leaf's edges") {
   const LeafSpring leaf = test::gallery("curved_leaf").mechanism.leaves.front();
   const SolidMesh mesh = solid_mesh(leaf, {.along = 4, .across = 3, .through = 2});
   for (int end = 0; end < 2; ++end) {

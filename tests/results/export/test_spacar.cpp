@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -174,7 +171,7 @@ Script script_of(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("Scripts for SPACAR Light have its syntax and what it checks", "[results][export]") {
+TEST_CASE("Scripts for SPACAR Light have its syntax and what it checks") {
   for (const char* name : {"parallel_guide", "cross_hinge", "double_parallelogram", "curved_leaf",
                            "tapered_leaf", "folded_leaf", "folded_guide", "wire_flexure",
                            "cartwheel_hinge", "payload_on_guide", "spherical_joint", "xy_stage"}) {
@@ -187,7 +184,7 @@ TEST_CASE("Scripts for SPACAR Light have its syntax and what it checks", "[resul
   }
 }
 
-TEST_CASE("The guide in a script: two leaves, a body, its mass, the stroke", "[results][export]") {
+TEST_CASE("The guide in a script: two leaves, a body, its mass, the stroke") {
   const Script script = script_of("parallel_guide");
   int driven = 0, fixed = 0, massive = 0;
   for (const auto& [node, fields] : script.structures.at("nprops")) {
@@ -220,7 +217,7 @@ TEST_CASE("The guide in a script: two leaves, a body, its mass, the stroke", "[r
   CHECK(links == 2);
 }
 
-TEST_CASE("What a script says to look at is what SPACAR Light answers", "[results][export]") {
+TEST_CASE("What a script says to look at is what SPACAR Light answers") {
   for (const char* name : {"parallel_guide", "cross_hinge"}) {
     const Exported exported = test::gallery(name);
     const std::string text = spacar_script(exported, exported.largest_strokes());
@@ -233,7 +230,7 @@ TEST_CASE("What a script says to look at is what SPACAR Light answers", "[result
   }
 }
 
-TEST_CASE("What SPACAR Light cannot carry is refused by name", "[results][export]") {
+TEST_CASE("What SPACAR Light cannot carry is refused by name") {
   CHECK_THROWS_WITH(script_of("hinged_leaf"), Contains("joint hinge"));
   CHECK_THROWS_WITH(script_of("crooked_guide"), Contains("assembly"));
   CHECK_THROWS_WITH(script_of("clamped_plate"), Contains("material point of leaf plate"));

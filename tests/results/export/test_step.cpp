@@ -26,7 +26,7 @@ using Catch::Matchers::Contains;
 
 #ifndef FLEXOPT_WITH_OCCT
 
-TEST_CASE("Without Open CASCADE the package is named", "[results][export]") {
+TEST_CASE("Without Open CASCADE the package is named") {
   CHECK_THROWS_WITH(step_file(test::gallery("parallel_guide"), nullptr),
                     Contains("libocct-data-exchange-dev"));
 }
@@ -68,7 +68,7 @@ void check_volumes(const Exported& exported, const PathPoint* point) {
 
 }  // namespace
 
-TEST_CASE("Solids that are read back have the volumes of leaves and bodies", "[results][export]") {
+TEST_CASE("Solids that are read back have the volumes of leaves and bodies") {
   for (const char* name : {"parallel_guide", "cross_hinge", "curved_leaf", "tapered_leaf",
                            "notch_hinge", "wire_flexure", "reinforced_guide"}) {
     CAPTURE(name);
@@ -77,24 +77,16 @@ TEST_CASE("Solids that are read back have the volumes of leaves and bodies", "[r
   check_volumes(test::folded_leaf(), nullptr);
 }
 
-TEST_CASE("So have those of a bent mechanism", "[results][export]") {
-  const std::vector<std::pair<const char*, const char*> > jobs{{"parallel_guide", "20 mm"},
-                                                               {"cross_hinge", "20 deg"},
-                                                               {"curved_leaf", "10 deg"},
-                                                               {"wire_flexure", "10 mm"},
-                                                               {"notch_hinge", "2 deg"}};
-  for (const auto& [name, at] : jobs) {
-    CAPTURE(name);
-    const Exported exported = test::gallery(name, {at});
-    const PathPoint point = exported.equilibria({exported.strokes}).front();
-    check_volumes(exported, &point);
-  }
-  const Exported folded = test::folded_leaf({"1 mm"});
-  const PathPoint point = folded.equilibria({folded.strokes}).front();
-  check_volumes(folded, &point);
+TEST_CASE("So have those of a bent mechanism") {
+  test::each_bent({{"parallel_guide", "20 mm"},
+                   {"cross_hinge", "20 deg"},
+                   {"curved_leaf", "10 deg"},
+                   {"wire_flexure", "10 mm"},
+                   {"notch_hinge", "2 deg"}},
+                  check_volumes);
 }
 
-TEST_CASE("Flat leaves have their fillets, others a note", "[results][export]") {
+TEST_CASE("Flat leaves have their fillets, others a note") {
   Exported guide = test::gallery("guide_with_fillets");
   const double radius = guide.request.stress.fillet.value();
   const StepFile flat = step_file(guide, nullptr);
@@ -114,7 +106,7 @@ TEST_CASE("Flat leaves have their fillets, others a note", "[results][export]") 
   CHECK_THAT(bent.notes.front(), Contains("leaf +y") && Contains("no fillets"));
 }
 
-TEST_CASE("The same job makes the same file, with the names of its parts", "[results][export]") {
+TEST_CASE("The same job makes the same file, with the names of its parts") {
   const test::TemporaryFolder folder;
   std::vector<std::string> files;
   for (const char* run : {"first", "second"}) {  // of the program: parts are counted in a process

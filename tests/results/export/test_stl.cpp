@@ -1,5 +1,4 @@
 #include <array>
-#include <catch2/catch.hpp>
 #include <sstream>
 
 #include "results/export/parts.hpp"
@@ -65,7 +64,7 @@ void check_solids(const Exported& exported, const PathPoint* point) {
 
 }  // namespace
 
-TEST_CASE("Every part of an STL file is closed and has its volume", "[results][export]") {
+TEST_CASE("Every part of an STL file is closed and has its volume") {
   for (const char* name :
        {"parallel_guide", "cross_hinge", "curved_leaf", "tapered_leaf", "folded_leaf_stage",
         "folded_guide", "wire_flexure", "reinforced_guide", "notch_hinge", "bridge_amplifier"}) {
@@ -75,22 +74,17 @@ TEST_CASE("Every part of an STL file is closed and has its volume", "[results][e
   check_solids(test::folded_leaf(), nullptr);
 }
 
-TEST_CASE("So has every part of a bent mechanism", "[results][export]") {
-  const std::vector<std::pair<const char*, const char*>> jobs{
-      {"parallel_guide", "20 mm"}, {"cross_hinge", "20 deg"}, {"curved_leaf", "10 deg"},
-      {"folded_guide", "0.002"},   {"wire_flexure", "10 mm"}, {"notch_hinge", "2 deg"}};
-  for (const auto& [name, at] : jobs) {
-    CAPTURE(name);
-    const Exported exported = test::gallery(name, {at});
-    const PathPoint point = exported.equilibria({exported.strokes}).front();
-    check_solids(exported, &point);
-  }
-  const Exported folded = test::folded_leaf({"1 mm"});
-  const PathPoint point = folded.equilibria({folded.strokes}).front();
-  check_solids(folded, &point);
+TEST_CASE("So has every part of a bent mechanism") {
+  test::each_bent({{"parallel_guide", "20 mm"},
+                   {"cross_hinge", "20 deg"},
+                   {"curved_leaf", "10 deg"},
+                   {"folded_guide", "0.002"},
+                   {"wire_flexure", "10 mm"},
+                   {"notch_hinge", "2 deg"}},
+                  check_solids);
 }
 
-TEST_CASE("Bodies are their boxes, and move with the equilibrium", "[results][export]") {
+TEST_CASE("Bodies are their boxes, and move with the equilibrium") {
   const Exported exported = test::gallery("parallel_guide", {"20 mm"});
   const PathPoint point = exported.equilibria({exported.strokes}).front();
   const auto rest = drawn_parts(exported.mechanism, nullptr),
@@ -104,7 +98,7 @@ TEST_CASE("Bodies are their boxes, and move with the equilibrium", "[results][ex
   CHECK(moved.front().points.back()[1] > 0.02);
 }
 
-TEST_CASE("Names of solids are one word", "[results][export]") {
+TEST_CASE("Names of solids are one word") {
   TriangleMesh box = closed_box({Vector3d::Zero(), Matrix3d::Identity()});
   box.name = "leaf +y";
   CHECK(read_stl(stl_text({box})).front().name == "leaf_+y");

@@ -1,6 +1,3 @@
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "results/export/writers.hpp"
 #include "support/vtu.hpp"
 #include "tests/results/export/gallery.hpp"
@@ -8,7 +5,7 @@
 using namespace flexopt;
 using test::data_array;
 
-TEST_CASE("A VTU file has displacement, stress and every mode of its point", "[results][export]") {
+TEST_CASE("A VTU file has displacement, stress and every mode of its point") {
   const Exported exported = test::gallery("parallel_guide", {"20 mm"});
   const PathPoint point = exported.standing({Output::frequencies_locked});
   const std::string xml = point_vtu(exported.mechanism, point);
@@ -29,7 +26,7 @@ TEST_CASE("A VTU file has displacement, stress and every mode of its point", "[r
   }
 }
 
-TEST_CASE("Undeflected there is neither load nor displacement", "[results][export]") {
+TEST_CASE("Undeflected there is neither load nor displacement") {
   Exported exported = test::gallery("payload_on_guide");
   const PathPoint point = exported.standing();
   CHECK(point.displacement.norm() < 1e-12);

@@ -1,27 +1,17 @@
 // A comparison's files: result.json as the contract names it, comparison.csv, summary, report.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "optim/studies/compare.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/csv.hpp"
-#include "results/files/result_json.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "results/run/run_files.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
 Job batch() {
-  return parse_job(nlohmann::json::parse(R"({
+  return parse_job(json::parse(R"({
     "name": "batch", "job": "compare",
     "design": {"family": "parallel_guide", "material": "stavax",
       "parameters": {"length": 0.1, "width": 0.03, "thickness": 5e-4, "spacing": 0.06}},
@@ -40,7 +30,7 @@ RunRecord run(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("A comparison is written as the contract names it", "[results][compare]") {
+TEST_CASE("A comparison is written as the contract names it") {
   const test::TemporaryFolder folder;
   const RunRecord record = run(folder.path());
   const WrittenRun written = write_run(folder.path(), record);
@@ -90,23 +80,22 @@ TEST_CASE("A comparison is written as the contract names it", "[results][compare
   CHECK_THAT(make_report(result, nullptr), Contains("against full accuracy"));
 }
 
-TEST_CASE("Every quantity of the table can be compared, and stands in all files",
-          "[results][compare][slow]") {
-  nlohmann::json document = *batch().as_read;
-  document["design"]["material"] = nlohmann::json::parse(R"({"name": "strong",
+TEST_CASE("Every quantity of the table can be compared, and stands in all files", "[slow]") {
+  json document = *batch().as_read;
+  document["design"]["material"] = json::parse(R"({"name": "strong",
     "youngs_modulus": 2e11, "poissons_ratio": 0.3, "density": 7800, "yield_strength": 1.4e9,
     "ultimate_strength": 1.7e9, "endurance_limit": 5e8,
     "s_n_curve": {"coefficient": 1.758e9, "exponent": -0.0977, "knee": 1e6}})");
-  document["loads"] = nlohmann::json::parse(R"([{"name": "payload", "force": [-5, 0, 0]}])");
+  document["loads"] = json::parse(R"([{"name": "payload", "force": [-5, 0, 0]}])");
   document["buckling"] = {{"load", "payload"}};
   document["load_capacity"] = {{"directions", {"-ux", "uz"}}};
   document["dynamics"] =
-      nlohmann::json::parse(R"({"transmissibility": {"direction": "uz", "from": 10, "to": 400}})");
+      json::parse(R"({"transmissibility": {"direction": "uz", "from": 10, "to": 400}})");
   document["fillet"] = 3e-4;
   document["stroke"] = {{"to", 4e-3}, {"points", 3}};
   document["end_effector"]["center_of_mass"] = {0.02, 0.005, 0};  // the drive's mass line ends
-  document["samples"]["designs"] = nlohmann::json::parse(R"([{}, {"width": 0.02}])");
-  document["models"] = nlohmann::json::parse(R"([{"name": "beam", "flexure": "beam"}])");
+  document["samples"]["designs"] = json::parse(R"([{}, {"width": 0.02}])");
+  document["models"] = json::parse(R"([{"name": "beam", "flexure": "beam"}])");
   document["quantities"] = comparable_quantities();
   const test::TemporaryFolder folder;
   RunRecord record;
@@ -135,8 +124,7 @@ TEST_CASE("Every quantity of the table can be compared, and stands in all files"
              Contains("error: load_capacity.-ux [1]") && !Contains("error: load_capacity.rx [1]"));
 }
 
-TEST_CASE("Numbers that a model lacks are counted, and named with the reason",
-          "[results][compare]") {
+TEST_CASE("Numbers that a model lacks are counted, and named with the reason") {
   RunRecord record;
   record.job = batch();
   record.mechanism = make_mechanism(record.job, record.job.design.parameters);
@@ -165,7 +153,7 @@ TEST_CASE("Numbers that a model lacks are counted, and named with the reason",
   CHECK_THAT(summary_of(record), Contains("numbers that only one has"));
 }
 
-TEST_CASE("An interrupted comparison's report tells what its log holds", "[results][compare]") {
+TEST_CASE("An interrupted comparison's report tells what its log holds") {
   const test::TemporaryFolder folder;
   run(folder.path());
   const fs::path log = folder.path() / "evaluations.jsonl";
@@ -180,9 +168,9 @@ TEST_CASE("An interrupted comparison's report tells what its log holds", "[resul
   CHECK(result["comparison"]["models"][1]["errors"]["drive_load"]["count"] == 2);
 }
 
-TEST_CASE("A comparison without one design to compare is not usable", "[results][compare]") {
-  nlohmann::json document = *batch().as_read;
-  document["samples"]["designs"] = nlohmann::json::parse(R"([{"length": 0.006}])");
+TEST_CASE("A comparison without one design to compare is not usable") {
+  json document = *batch().as_read;
+  document["samples"]["designs"] = json::parse(R"([{"length": 0.006}])");
   document["stroke"] = {{"at", {0.011}}};
   RunRecord record;
   record.job = parse_job(document);

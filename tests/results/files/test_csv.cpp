@@ -1,14 +1,11 @@
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <limits>
 #include <map>
 
 #include "core/response/quantities.hpp"
 #include "results/files/csv.hpp"
-#include "support/fixture.hpp"
 #include "support/models.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -50,8 +47,7 @@ double number(const std::string& text) { return std::strtod(text.c_str(), nullpt
 
 }  // namespace
 
-TEST_CASE("path.csv has a row a stroke point and numbers that read back exactly",
-          "[results][csv]") {
+TEST_CASE("path.csv has a row a stroke point and numbers that read back exactly") {
   const RunRecord record = test::evaluated_hinge();
   const auto columns =
       columns_of(path_csv(record.response, drive_direction(record.mechanism), record.job.request));
@@ -75,7 +71,7 @@ TEST_CASE("path.csv has a row a stroke point and numbers that read back exactly"
   }
 }
 
-TEST_CASE("path.csv has a column for each drive with a name", "[results][csv][drive]") {
+TEST_CASE("path.csv has a column for each drive with a name") {
   RunRecord record = test::evaluated_hinge();
   record.mechanism.drives = {{.name = "x", .direction = Direction::ux},
                              {.name = "turn", .direction = Direction::rz}};
@@ -99,8 +95,7 @@ TEST_CASE("path.csv has a column for each drive with a name", "[results][csv][dr
   }
 }
 
-TEST_CASE("path.csv has the measures of the dynamics where the job asks for them",
-          "[results][csv]") {
+TEST_CASE("path.csv has the measures of the dynamics where the job asks for them") {
   RunRecord record = test::evaluated_hinge();
   const Direction drive = drive_direction(record.mechanism);
   const auto plain = columns_of(path_csv(record.response, drive, record.job.request));
@@ -115,7 +110,7 @@ TEST_CASE("path.csv has the measures of the dynamics where the job asks for them
   CHECK(number(columns.at("transmissibility [1]")[1]) == 7.5);
 }
 
-TEST_CASE("A point without equilibrium has empty cells, never NaN", "[results][csv]") {
+TEST_CASE("A point without equilibrium has empty cells, never NaN") {
   RunRecord record = test::evaluated_hinge();
   record.response.path[1].status = PointStatus::not_reached;
   record.response.path[2].drive_load = std::numeric_limits<double>::quiet_NaN();
@@ -130,7 +125,7 @@ TEST_CASE("A point without equilibrium has empty cells, never NaN", "[results][c
   CHECK(text.find("inf") == std::string::npos);
 }
 
-TEST_CASE("history.csv has a row an evaluation, failed ones with their reason", "[results][csv]") {
+TEST_CASE("history.csv has a row an evaluation, failed ones with their reason") {
   const RunRecord record = test::optimised_hinge();
   const Optimum& optimum = *record.optimum;
   const auto columns =

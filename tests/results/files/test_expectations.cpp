@@ -1,9 +1,4 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "results/files/result_json.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -13,7 +8,7 @@ OrderedJson small_result() {
 
 }  // namespace
 
-TEST_CASE("An expected number within its tolerance is reported as such", "[results][expect]") {
+TEST_CASE("An expected number within its tolerance is reported as such") {
   OrderedJson result = small_result();
   CHECK(check_expectations({{"/path/0/drive_load", 33.4, 0.05, "hand"}}, result).empty());
   CHECK(result["status"] == "ok");
@@ -21,8 +16,7 @@ TEST_CASE("An expected number within its tolerance is reported as such", "[resul
   CHECK(result["expectations"][0]["value"] == 33.44);
 }
 
-TEST_CASE("A number that differs makes the run unusable and says by how much",
-          "[results][expect]") {
+TEST_CASE("A number that differs makes the run unusable and says by how much") {
   OrderedJson result = small_result();
   const auto failed = check_expectations({{"/path/0/drive_load", 33.44, 1e-9, "hand"},
                                           {"/path/0/drive_load", 33.3, 0.05, "hand"},
@@ -39,7 +33,7 @@ TEST_CASE("A number that differs makes the run unusable and says by how much",
   CHECK(result["expectations"][2]["value"].is_null());
 }
 
-TEST_CASE("A run that failed anyway keeps its own status", "[results][expect]") {
+TEST_CASE("A run that failed anyway keeps its own status") {
   OrderedJson result = small_result();
   result["status"] = "infeasible";
   check_expectations({{"/path/0/drive_load", 0, 0, ""}}, result);

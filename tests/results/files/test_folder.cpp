@@ -1,20 +1,13 @@
 #include <sys/resource.h>
 
-#include <catch2/catch.hpp>
 #include <csignal>
-#include <fstream>
 #include <string>
 
-#include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
 #include "support/left_draft.hpp"
-#include "support/refusals.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
-namespace fs = std::filesystem;
-
-TEST_CASE("A file appears whole and leaves no temporary file", "[results][folder]") {
+TEST_CASE("A file appears whole and leaves no temporary file") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "a.txt", "one");
   write_file(folder.path() / "a.txt", "two");
@@ -22,7 +15,7 @@ TEST_CASE("A file appears whole and leaves no temporary file", "[results][folder
   CHECK(test::names_in(folder.path()).size() == 1);
 }
 
-TEST_CASE("A failed write leaves the old file and nothing else", "[results][folder]") {
+TEST_CASE("A failed write leaves the old file and nothing else") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "a.txt";
   write_file(file, "old");
@@ -45,14 +38,14 @@ TEST_CASE("A failed write leaves the old file and nothing else", "[results][fold
   CHECK(test::names_in(folder.path()).size() == 1);
 }
 
-TEST_CASE("A folder that can be made is writable and checking makes nothing", "[results][folder]") {
+TEST_CASE("A folder that can be made is writable and checking makes nothing") {
   const test::TemporaryFolder folder;
   CHECK_NOTHROW(check_writable(folder.path()));
   CHECK_NOTHROW(check_writable(folder.path() / "a" / "b/"));
   CHECK(test::names_in(folder.path()).size() == 0);
 }
 
-TEST_CASE("A file in the way of the output folder is wrong input", "[results][folder]") {
+TEST_CASE("A file in the way of the output folder is wrong input") {
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "file") << "x";
   for (const fs::path& path : {folder.path() / "file", folder.path() / "file" / "below"}) {
@@ -60,13 +53,13 @@ TEST_CASE("A file in the way of the output folder is wrong input", "[results][fo
     const SpecError error = test::refusal_of([&] { OutputFolder made(path); });
     CHECK(error.pointer() == "--out");
     CHECK(error.value() == path.string());
-    CHECK_THAT(error.rule(), Catch::Contains("is a file"));
+    CHECK_THAT(error.rule(), Contains("is a file"));
   }
   CHECK_THROWS_AS(check_writable(""), SpecError);
   CHECK_THROWS_AS(check_writable("/proc/nothing/here"), SpecError);
 }
 
-TEST_CASE("A folder made for a run goes away unless it is kept", "[results][folder]") {
+TEST_CASE("A folder made for a run goes away unless it is kept") {
   const test::TemporaryFolder folder;
   const fs::path deep = folder.path() / "a" / "b";
   {
@@ -83,8 +76,7 @@ TEST_CASE("A folder made for a run goes away unless it is kept", "[results][fold
   CHECK(fs::is_directory(deep));
 }
 
-TEST_CASE("Drafts of killed processes go from the output folder, and probes from its parent",
-          "[results][folder]") {
+TEST_CASE("Drafts of killed processes go from the output folder, and probes from its parent") {
   const test::TemporaryFolder folder;
   const fs::path out = folder.path() / "out", deeper = out / "deeper";
   const std::string result = test::left_draft("result.json"), probe = test::left_draft("flexopt");
@@ -102,7 +94,7 @@ TEST_CASE("Drafts of killed processes go from the output folder, and probes from
   CHECK(test::names_in(deeper).size() == 2);
 }
 
-TEST_CASE("A file in a folder that has gone is wrong input", "[results][folder]") {
+TEST_CASE("A file in a folder that has gone is wrong input") {
   const test::TemporaryFolder folder;
   fs::create_directory(folder.path() / "out");
   OutputFolder out(folder.path() / "out");

@@ -1,11 +1,5 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
-#include "support/fixture.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -34,31 +28,24 @@ RunRecord mapped() {
 
 }  // namespace
 
-TEST_CASE("a map is rows of the first parameter, null where a design has no value",
-          "[results][json]") {
+TEST_CASE("a map is rows of the first parameter, null where a design has no value") {
   const RunRecord record = mapped();
   const OrderedJson map = make_result(record)["maps"][0];
-  REQUIRE(map["parameters"].size() == 2);
-  CHECK(map["parameters"][0]["parameter"] == record.job.optimise->variables[0].parameter);
-  CHECK(map["parameters"][0]["values"] == OrderedJson({1, 2, 3}));
-  CHECK(map["parameters"][1]["held"] == 12.5);
-  CHECK(map["parameters"][0]["start"] == record.job.optimise->variables[0].start.value_or(1.5));
-  REQUIRE(map["quantities"].size() == 2);
-  CHECK(map["quantities"][0]["quantity"] == "max_stress");
-  CHECK(map["quantities"][0]["over_stroke"] == "max");
-  CHECK(map["quantities"][0]["unit"] == "Pa");
-  CHECK(map["quantities"][0]["values"] ==
-        OrderedJson::parse("[[1e8, 2e8], [3e8, 4e8], [5e8, null]]"));
-  CHECK(map["quantities"][1]["expression"] == "2*length");
-  CHECK(map["quantities"][1]["unit"] == "SI");
-  CHECK(map["margin"] == OrderedJson::parse("[[0.1, 0.2], [0.3, -0.4], [-0.5, null]]"));
-  CHECK(map["failed"] == 1);
-  CHECK(map["first_failure"] == "length = 3: no equilibrium");
+  const Variable& first = record.job.optimise->variables[0];
+  CHECK(unlike(map["parameters"], {{{"parameter", first.parameter},
+                                    {"values", {1, 2, 3}},
+                                    {"start", first.start.value_or(1.5)}},
+                                   {{"held", 12.5}}}) == "");
+  CHECK(unlike_text(map, R"({
+    "quantities": [{"quantity": "max_stress", "over_stroke": "max", "unit": "Pa",
+                    "values": [[1e8, 2e8], [3e8, 4e8], [5e8, null]]},
+                   {"expression": "2*length", "unit": "SI"}],
+    "margin": [[0.1, 0.2], [0.3, -0.4], [-0.5, null]], "failed": 1,
+    "first_failure": "length = 3: no equilibrium"})") == "");
   CHECK_FALSE(make_result(test::optimised_hinge()).contains("maps"));
 }
 
-TEST_CASE("maps.csv has a row for each design and quantity, and goes when there are no maps",
-          "[results][csv]") {
+TEST_CASE("maps.csv has a row for each design and quantity, and goes when there are no maps") {
   const test::TemporaryFolder folder;
   const RunRecord record = mapped();
   write_maps_csv(folder.path(), record);

@@ -1,9 +1,5 @@
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "results/files/scene.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -30,7 +26,7 @@ std::vector<PathPoint> crossing() {
 
 }  // namespace
 
-TEST_CASE("Branches follow the motion of a mode, not its place in the list", "[results][scene]") {
+TEST_CASE("Branches follow the motion of a mode, not its place in the list") {
   const auto branches = mode_branches(crossing(), DriveState::free);
   CHECK(branches ==
         std::vector<std::vector<int>>{{0, 1, 2}, {0, 1, 2}, {1, 0}, {1, 0, 3}, {1, 0, 3}});
@@ -38,7 +34,7 @@ TEST_CASE("Branches follow the motion of a mode, not its place in the list", "[r
     CHECK(of_point.empty());
 }
 
-TEST_CASE("A point without modes interrupts no branch", "[results][scene]") {
+TEST_CASE("A point without modes interrupts no branch") {
   std::vector<PathPoint> path = crossing();
   path[1].modes_free.clear();
   const auto branches = mode_branches(path, DriveState::free);

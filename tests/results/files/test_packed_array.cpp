@@ -1,11 +1,7 @@
 #include <zlib.h>
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "results/files/scene.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -39,7 +35,7 @@ std::string bytes_of(const OrderedJson& array) {
 
 }  // namespace
 
-TEST_CASE("base64 is that of RFC 4648", "[results][scene]") {
+TEST_CASE("base64 is that of RFC 4648") {
   CHECK(base64("") == "");
   CHECK(base64("f") == "Zg==");
   CHECK(base64("fo") == "Zm8=");
@@ -47,7 +43,7 @@ TEST_CASE("base64 is that of RFC 4648", "[results][scene]") {
   CHECK(base64(std::string("\xff\xfe\x00", 3)) == "//4A");
 }
 
-TEST_CASE("Packed numbers come back bit by bit", "[results][scene]") {
+TEST_CASE("Packed numbers come back bit by bit") {
   std::vector<float> values;
   for (int k = 0; k < 1000; ++k) values.push_back(0.37f * static_cast<float>(k * k) - 5e-4f);
   const OrderedJson array = packed_floats(values, {250, 4});
@@ -65,7 +61,7 @@ TEST_CASE("Packed numbers come back bit by bit", "[results][scene]") {
   }
 }
 
-TEST_CASE("Packed rows are differences of rows, also where those overflow", "[results][scene]") {
+TEST_CASE("Packed rows are differences of rows, also where those overflow") {
   const std::vector<std::int16_t> values{1, -2, 32767, 7, -32768, -32768};
   const OrderedJson array = packed_rows(values, {3, 2});
   CHECK(array["type"] == "int16");

@@ -1,12 +1,5 @@
 #include "results/files/program_part.hpp"
-
-#include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 TEST_CASE("a part that is not there is named") {
   const PartFunction none = part_function("flexopt_no_such_part.so", "anything");

@@ -1,18 +1,11 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "core/math/rotation.hpp"
 #include "results/files/csv.hpp"
-#include "results/files/result_json.hpp"
-#include "support/fixture.hpp"
 #include "support/models.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
-
-TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these",
-          "[results][json][drive]") {
+TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these") {
   RunRecord record = test::evaluated_hinge();
   record.mechanism.drives = {{.name = "x", .direction = Direction::ux},
                              {.name = "turn", .direction = Direction::rz}};
@@ -28,18 +21,13 @@ TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these
   record.response.path[1].status = PointStatus::not_reached;
   const OrderedJson result = make_result(record);
   const PathPoint& point = record.response.path[0];
-  const OrderedJson& written = result["path"][0];
-  CHECK(written["stroke"]["x"] == 1e-3);
-  CHECK(written["stroke"]["turn"] == point.stroke);
-  CHECK(written["drive_load"]["x"] == point.drive_load);
-  CHECK(written["drive_load"]["turn"] == 7);
-  CHECK(written["drive_stiffness"]["turn"] == 9);
-  CHECK(result["path"][1]["stroke"]["x"] == 1e-3);
-  CHECK(result["path"][1]["drive_load"].is_null());
-  CHECK(result["units"]["stroke"]["x"] == "m");
-  CHECK(result["units"]["stroke"]["turn"] == "rad");
-  CHECK(result["units"]["drive_load"]["turn"] == "N m");
-  CHECK(result["conventions"]["drive"]["turn"] == "rz");
+  CHECK(unlike(result["path"][0], {{"stroke", {{"x", 1e-3}, {"turn", point.stroke}}},
+                                   {"drive_load", {{"x", point.drive_load}, {"turn", 7}}},
+                                   {"drive_stiffness", {{"turn", 9}}}}) == "");
+  CHECK(unlike_text(result["path"][1], R"({"stroke": {"x": 1e-3}, "drive_load": null})") == "");
+  CHECK(unlike_text(result, R"({
+    "units": {"stroke": {"x": "m", "turn": "rad"}, "drive_load": {"turn": "N m"}},
+    "conventions": {"drive": {"turn": "rz"}}})") == "");
   CHECK(result["frequency_derivatives"][1]["stroke"] == "turn");
   // one drive that is not along an axis of the end-effector
   record.mechanism.drives = {{.direction = Direction::uy, .axes = rotation_exp({0.1, 0, 0})}};
@@ -49,8 +37,7 @@ TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these
   CHECK(one["conventions"]["drive"] == "uy of shuttle in axes of its own");
 }
 
-TEST_CASE("Every number of a stroke point is in the result, under the contract's name",
-          "[results][json]") {
+TEST_CASE("Every number of a stroke point is in the result, under the contract's name") {
   const RunRecord record = test::evaluated_hinge();
   const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
   CHECK(result["status"] == "ok");
@@ -62,20 +49,20 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
   for (std::size_t i = 0; i < 5; ++i) {
     const auto& json = result["path"][i];
     const PathPoint& point = record.response.path[i];
-    CHECK(json["stroke"] == point.stroke);  // bit for bit
-    CHECK(json["status"] == "converged");
-    CHECK(json["newton_iterations"] == 4);
-    CHECK(json["drive_load"] == point.drive_load);
-    CHECK(json["drive_stiffness"] == point.drive_stiffness);
-    CHECK(json["parasitic_frequency"] == *point.parasitic_frequency);
-    CHECK(json["max_stress"] == point.max_stress->value);
-    CHECK(json["max_stress_place"]["leaf"] == "leaf 2");
-    CHECK(json["buckling_load_factor"].is_null());
-    CHECK(json["stable"] == true);
-    for (std::size_t k = 0; k < 3; ++k) {
-      CHECK(json["displacement"][k] == point.displacement[static_cast<int>(k)]);
-      CHECK(json["rotation"][k] == point.rotation[static_cast<int>(k)]);
-    }
+    CHECK(unlike(json, {{"stroke", point.stroke},  // bit for bit
+                        {"drive_load", point.drive_load},
+                        {"drive_stiffness", point.drive_stiffness},
+                        {"parasitic_frequency", *point.parasitic_frequency},
+                        {"max_stress", point.max_stress->value},
+                        {"displacement",
+                         std::vector(point.displacement.begin(), point.displacement.end())},
+                        {"rotation", std::vector(point.rotation.begin(), point.rotation.end())},
+                        {"support_stiffness", {{"uz", *point.support_stiffness[2]}}},
+                        {"frequencies",
+                         {{"drive_free", point.frequencies_free},
+                          {"drive_locked", point.frequencies_locked}}}}) == "");
+    CHECK(unlike_text(json, R"({"status": "converged", "newton_iterations": 4, "stable": true,
+        "max_stress_place": {"leaf": "leaf 2"}, "buckling_load_factor": null})") == "");
     for (int a = 0; a < 6; ++a)
       for (int b = 0; b < 6; ++b) {
         CHECK(json["compliance"]["drive_free"][a][b] == point.compliance_free(a, b));
@@ -83,7 +70,6 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
       }
     CHECK(json["support_stiffness"].size() == 5);
     CHECK_FALSE(json["support_stiffness"].contains("rz"));
-    CHECK(json["support_stiffness"]["uz"] == *point.support_stiffness[2]);
     const OrderedJson& softest = json["principal_stiffness"];
     CHECK(softest["value"].get<double>() ==
           Approx(std::min({*point.support_stiffness[0], *point.support_stiffness[1],
@@ -93,19 +79,15 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
     CHECK(softest["direction"][0].get<double>() + softest["direction"][1].get<double>() +
               softest["direction"][2].get<double>() ==
           Approx(1));
-    CHECK(json["frequencies"]["drive_free"] == OrderedJson(point.frequencies_free));
-    CHECK(json["frequencies"]["drive_locked"] == OrderedJson(point.frequencies_locked));
-    CHECK(json["modes"][0]["frequency"] == *point.parasitic_frequency);
-    CHECK(json["modes"][0]["kind"] == "end_effector");
-    CHECK(json["modes"][3]["kind"] == "drive");
-    CHECK(json["modes"][3]["participation"]["drive"] == 0.99);
+    CHECK(unlike(json["modes"][0],
+                 {{"frequency", *point.parasitic_frequency}, {"kind", "end_effector"}}) == "");
+    CHECK(unlike_text(json["modes"][3], R"({"kind": "drive", "participation": {"drive": 0.99}})") ==
+          "");
     CHECK(json["leaves"][1]["model"] == "full");
-    CHECK_THAT(json["leaves"][1]["reason"].get<std::string>(), Catch::Contains("off-ray"));
+    CHECK_THAT(json["leaves"][1]["reason"].get<std::string>(), Contains("off-ray"));
   }
-  CHECK(result["units"]["drive_load"] == "N m");
-  CHECK(result["units"]["support_stiffness"]["ux"] == "N/m");
-  CHECK(result["units"]["parameters"]["half_angle"] == "rad");
-  CHECK(result["units"]["principal_stiffness"] == "N/m");
+  CHECK(unlike_text(result["units"], R"({"drive_load": "N m", "principal_stiffness": "N/m",
+      "support_stiffness": {"ux": "N/m"}, "parameters": {"half_angle": "rad"}})") == "");
   // where the report finds what its tables show
   REQUIRE(result["quantities"].size() > 8);
   for (const OrderedJson& q : result["quantities"]) {
@@ -116,16 +98,11 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
   }
 }
 
-TEST_CASE("Frequency derivatives are in the result, under the contract's names",
-          "[results][json]") {
+TEST_CASE("Frequency derivatives are in the result, under the contract's names") {
   RunRecord record = test::evaluated_hinge();
-  FrequencyDerivatives d;
-  d.index = 1;
+  FrequencyDerivatives d{.index = 1, .omega2 = 1.29e6, .d_omega2 = -3, .d2_omega2 = -9.1e8};
   d.mode.frequency = 180.8;
   d.mode.kind = ModeKind::end_effector;
-  d.omega2 = 1.29e6;
-  d.d_omega2 = -3;
-  d.d2_omega2 = -9.1e8;
   d.compliance = 1 / d.omega2;
   d.d_compliance = 2e-12;
   d.d2_compliance = 5.4e-4;
@@ -134,24 +111,17 @@ TEST_CASE("Frequency derivatives are in the result, under the contract's names",
   record.job.request.frequencies = 4;
   const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
   REQUIRE(result["frequency_derivatives"].size() == 1);
-  const auto& json = result["frequency_derivatives"][0];
-  CHECK(json["mode"] == 1);
-  CHECK(json["kind"] == "end_effector");
-  CHECK(json["drive"] == "free");
-  CHECK(json["frequency"] == 180.8);
-  CHECK(json["d_omega2"] == -3.0);
-  CHECK(json["d2_omega2"] == -9.1e8);
-  CHECK(json["d_compliance"] == 2e-12);
-  CHECK(json["d2_compliance"] == 5.4e-4);
-  CHECK(json["valid_to"]["omega2"].is_null());
-  CHECK(json["valid_to"]["compliance"] == 0.21);
+  CHECK(unlike_text(result["frequency_derivatives"][0], R"({
+    "mode": 1, "kind": "end_effector", "drive": "free", "frequency": 180.8, "d_omega2": -3,
+    "d2_omega2": -9.1e8, "d_compliance": 2e-12, "d2_compliance": 5.4e-4,
+    "valid_to": {"omega2": null, "compliance": 0.21}})") == "");
   CHECK_THAT(result["units"]["frequency_derivatives"].get<std::string>(),
-             Catch::Contains("per stroke in rad"));
+             Contains("per stroke in rad"));
   record.job.request.loads.growing = {load_at_O(Vector6d::Zero())};  // nothing is driven
   CHECK_FALSE(make_result(record).contains("frequency_derivatives"));
 }
 
-TEST_CASE("Every body has its motion at every point of the result", "[results][json]") {
+TEST_CASE("Every body has its motion at every point of the result") {
   RunRecord record = test::evaluated_hinge();
   RigidBody second = record.mechanism.bodies[0];
   second.name = "second";
@@ -164,27 +134,22 @@ TEST_CASE("Every body has its motion at every point of the result", "[results][j
     REQUIRE(json["bodies"].size() == 2);
     CHECK(json["bodies"]["shuttle"]["displacement"] == json["displacement"]);
     CHECK(json["bodies"]["shuttle"]["rotation"] == json["rotation"]);
-    CHECK(json["bodies"]["second"]["displacement"] == OrderedJson::array({1e-3, 0.0, 2e-3}));
-    CHECK(json["bodies"]["second"]["rotation"] == OrderedJson::array({0.0, 0.1, -0.2}));
+    CHECK(unlike_text(json["bodies"]["second"],
+                      R"({"displacement": [1e-3, 0, 2e-3], "rotation": [0, 0.1, -0.2]})") == "");
   }
 }
 
-TEST_CASE("What holds a mechanism twice is in the result, in words", "[results][json]") {
+TEST_CASE("What holds a mechanism twice is in the result, in words") {
   const OrderedJson constraints = make_result(test::evaluated_hinge())["constraints"];
-  CHECK(constraints["degrees_of_freedom"] == 1);
-  CHECK(constraints["end_effector_degrees_of_freedom"] == 1);
-  CHECK(constraints["overconstraints"] == 1);
-  CHECK(constraints["tolerance"] == 1e-8);
-  REQUIRE(constraints["redundant"].size() == 1);
-  const OrderedJson& redundant = constraints["redundant"][0];
-  CHECK(redundant["body"] == "shuttle");
-  CHECK(redundant["direction"] == "uz");
-  CHECK(redundant["shared_by"] == OrderedJson::array({"leaf 1", "leaf 2"}));
-  CHECK(redundant["text"] ==
-        "displacement of `shuttle` along z is held twice, by `leaf 1` and `leaf 2`");
+  CHECK(unlike_text(constraints, R"({
+    "degrees_of_freedom": 1, "end_effector_degrees_of_freedom": 1, "overconstraints": 1,
+    "tolerance": 1e-8,
+    "redundant": [{"body": "shuttle", "direction": "uz", "shared_by": ["leaf 1", "leaf 2"],
+      "text": "displacement of `shuttle` along z is held twice, by `leaf 1` and `leaf 2`"}]})") ==
+        "");
 }
 
-TEST_CASE("Keys stand in the contract's order and a matrix row on one line", "[results][json]") {
+TEST_CASE("Keys stand in the contract's order and a matrix row on one line") {
   const std::string text = json_text(make_result(test::evaluated_hinge()));
   const auto at = [&](const char* key) { return text.find(std::string("\n  \"") + key + "\":"); };
   CHECK(at("flexopt") < at("job"));
@@ -197,7 +162,7 @@ TEST_CASE("Keys stand in the contract's order and a matrix row on one line", "[r
   CHECK(text.find(tail) != std::string::npos);
 }
 
-TEST_CASE("A point without equilibrium has nulls and the run is not usable", "[results][json]") {
+TEST_CASE("A point without equilibrium has nulls and the run is not usable") {
   RunRecord record = test::evaluated_hinge();
   record.response.status = Status::no_equilibrium;
   record.response.message = "Newton stopped at 0.2 rad";
@@ -223,8 +188,7 @@ TEST_CASE("A point without equilibrium has nulls and the run is not usable", "[r
   CHECK(json["compliance"].is_null());
 }
 
-TEST_CASE("A number that is not finite is null, is named, and makes the run unusable",
-          "[results][json]") {
+TEST_CASE("A number that is not finite is null, is named, and makes the run unusable") {
   RunRecord record = test::evaluated_hinge();
   record.response.path[1].drive_load = std::numeric_limits<double>::quiet_NaN();
   record.response.path[2].compliance_free(0, 1) = std::numeric_limits<double>::infinity();
@@ -232,55 +196,41 @@ TEST_CASE("A number that is not finite is null, is named, and makes the run unus
   CHECK(result["path"][1]["drive_load"].is_null());
   CHECK(result["status"] == "not_finite");
   CHECK_THAT(result["message"].get<std::string>(),
-             Catch::Contains("2 numbers are not finite, first at /path/1/drive_load"));
+             Contains("2 numbers are not finite, first at /path/1/drive_load"));
   CHECK_FALSE(usable(result));
 }
 
-TEST_CASE("The optimum keeps the names of the contract", "[results][json]") {
+TEST_CASE("The optimum keeps the names of the contract") {
   const RunRecord record = test::optimised_hinge();
   const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
   const auto& optimum = result["optimum"];
   CHECK(result["status"] == "ok");
   CHECK(result["path"].size() == 5);
-  CHECK(optimum["status"] == "optimal");
-  CHECK(optimum["parameters"]["thickness"] == 0.35e-3);
-  CHECK(optimum["objective"] == 169.2);
-  CHECK(optimum["goal"]["sense"] == "maximise");
-  CHECK(optimum["goal"]["unit"] == "Hz");
-  CHECK(optimum["evaluations"] == 32);
-  const auto& stress = optimum["constraints"][0];
-  CHECK(stress["quantity"] == "max_stress");
-  CHECK(stress["value"] == 449.99e6);
-  CHECK(stress["bound"] == 450e6);
-  CHECK(stress["margin"] == 1e4);
-  CHECK(stress["active"] == true);
-  CHECK(stress["multiplier"] == 3.1e-7);
-  const auto& load = optimum["constraints"][1];
-  CHECK(load["bound"] == 1.0);  // the nearer one of ±1
-  CHECK(load["multiplier"].is_null());
+  CHECK(unlike_text(optimum, R"({
+    "status": "optimal", "parameters": {"thickness": 0.35e-3}, "objective": 169.2,
+    "goal": {"sense": "maximise", "unit": "Hz"}, "evaluations": 32,
+    "verified": {"objective": 168.9}})") == "");
+  CHECK(unlike_text(optimum["constraints"][0], R"({"quantity": "max_stress", "value": 449.99e6,
+      "bound": 450e6, "margin": 1e4, "active": true, "multiplier": 3.1e-7})") == "");
+  CHECK(unlike_text(optimum["constraints"][1], R"({"bound": 1, "multiplier": null})") ==
+        "");  // the nearer one of ±1
   CHECK(optimum["starts"].size() == 2);
-  CHECK(optimum["variables"][0]["initial"] == 0.35e-3);
-  CHECK(optimum["variables"][0]["at_bound"].is_null());
-  CHECK(optimum["verified"]["objective"] == 168.9);
+  CHECK(unlike_text(optimum["variables"][0], R"({"initial": 0.35e-3, "at_bound": null})") == "");
   CHECK(optimum["verified"]["constraints"][1]["difference"] == -2e-4);
   CHECK(optimum["verified"]["path"].size() == 5);
   CHECK(optimum["sensitivities"][0]["unit"] == "Hz");
-  CHECK(optimum["sensitivities"][1]["unit"] == "Pa");
-  CHECK(optimum["sensitivities"][1]["per"] == "m");
+  CHECK(unlike_text(optimum["sensitivities"][1], R"({"unit": "Pa", "per": "m"})") == "");
   CHECK(optimum["history"]["objective"].size() == 32);
   CHECK(optimum["history"]["objective"][2].is_null());  // a failed evaluation
 }
 
-TEST_CASE("Stock sizes, front and verification stand in the result as their README says",
-          "[results][json]") {
+TEST_CASE("Stock sizes, front and verification stand in the result as their README says") {
   RunRecord record = test::optimised_hinge();
   Optimum& o = *record.optimum;
   OptimiseSpec& spec = *record.job.optimise;
   const auto plain = OrderedJson::parse(json_text(make_result(record)))["optimum"];
-  CHECK(plain["stock"].is_null());
-  CHECK(plain["pareto"].is_null());
-  CHECK(plain["verified"]["loop"].is_null());
-  CHECK(plain["accuracy"] == "reduced");
+  CHECK(unlike_text(plain, R"({"stock": null, "pareto": null, "verified": {"loop": null},
+      "accuracy": "reduced"})") == "");
 
   o.starts[0].agrees = true;
   o.starts[0].kkt = 3e-7;
@@ -310,43 +260,29 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
   o.history.push_back(full);
 
   const auto optimum = OrderedJson::parse(json_text(make_result(record)))["optimum"];
-  CHECK(optimum["accuracy"] == "full");
-  CHECK(optimum["agreeing_starts"] == 1);
-  CHECK(optimum["gradients_message"] == "drive_load has no exact derivatives");
-  CHECK(optimum["starts"][0]["agrees"] == true);
-  CHECK(optimum["starts"][0]["kkt_residual"] == 3e-7);
+  CHECK(unlike_text(optimum, R"({
+    "accuracy": "full", "agreeing_starts": 1, "gradients_of": null,
+    "gradients_message": "drive_load has no exact derivatives",
+    "stock": {"continuous": {"objective": 169.2}, "chosen": 0, "neighbours": 2,
+              "designs": [{"sizes": {"thickness": 3.5e-4}}, {"objective": null}]},
+    "pareto": {"second": {"unit": "N m", "sense": "minimise"},
+               "points": [{"bound": null}, {"bound": 0.2, "trade_off": 85}]},
+    "verified": {"loop": {"kkt_residual": 3e-6, "converged": true, "full_evaluations": 2,
+                          "steps": [{"difference": 0.03}, {"objective": null}]}}})") == "");
+  CHECK(unlike_text(optimum["starts"][0], R"({"agrees": true, "kkt_residual": 3e-7})") == "");
   CHECK(optimum["starts"][1]["kkt_residual"].is_null());
-  const auto& stock = optimum["stock"];
-  CHECK(stock["continuous"]["objective"] == 169.2);
-  CHECK(stock["chosen"] == 0);
-  CHECK(stock["neighbours"] == 2);
-  CHECK(stock["designs"][0]["sizes"]["thickness"] == 3.5e-4);
-  CHECK(stock["designs"][1]["objective"].is_null());
-  const auto& pareto = optimum["pareto"];
-  CHECK(pareto["second"]["unit"] == "N m");
-  CHECK(pareto["second"]["sense"] == "minimise");
-  CHECK(pareto["points"][0]["bound"].is_null());
-  CHECK(pareto["points"][1]["bound"] == 0.2);
-  CHECK(pareto["points"][1]["trade_off"] == 85.0);
-  CHECK(optimum["gradients_of"].is_null());
-  const auto& loop = optimum["verified"]["loop"];
-  CHECK(loop["kkt_residual"] == 3e-6);
-  CHECK(loop["converged"] == true);
-  CHECK(loop["full_evaluations"] == 2);
-  CHECK(loop["steps"][0]["difference"] == 0.03);
-  CHECK(loop["steps"][1]["objective"].is_null());
   CHECK(optimum["history"]["objective"].size() == 32);  // of the starts alone
 
   const std::string csv = pareto_csv(record.job, *o.pareto, drive_direction(record.mechanism));
   CHECK_THAT(csv, Catch::StartsWith("point,bound [N m],objective: parasitic_frequency min [Hz],"
                                     "second: drive_load [N m],d objective / d bound [SI],length"));
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 3);
-  CHECK_THAT(csv, Catch::Contains("\n1,0.2,120.5,0.2,85,"));
+  CHECK_THAT(csv, Contains("\n1,0.2,120.5,0.2,85,"));
   const std::string history = history_csv(record.job, o, drive_direction(record.mechanism));
   CHECK_THAT(history, Catch::EndsWith(",verification,full\n"));
 }
 
-TEST_CASE("Each end of an optimisation has its status", "[results][json]") {
+TEST_CASE("Each end of an optimisation has its status") {
   RunRecord record = test::optimised_hinge();
   const auto status = [&](OptimumStatus end) {
     record.optimum->status = end;
@@ -360,8 +296,7 @@ TEST_CASE("Each end of an optimisation has its status", "[results][json]") {
   CHECK(status(OptimumStatus::failed) == "failed");
 }
 
-TEST_CASE("Critical factors have both drive states, estimate, kind, mode and reason",
-          "[results][json]") {
+TEST_CASE("Critical factors have both drive states, estimate, kind, mode and reason") {
   RunRecord record = test::evaluated_hinge();
   const std::size_t bodies = record.mechanism.bodies.size();
   Buckling& buckling = record.response.path[1].buckling.emplace();
@@ -371,15 +306,13 @@ TEST_CASE("Critical factors have both drive states, estimate, kind, mode and rea
   buckling.drive_free.none = true;
   buckling.drive_free.reason = "no singular tangent";
   const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
-  CHECK(result["path"][0]["buckling"].is_null());
-  CHECK(result["path"][0]["buckling_load_factor"].is_null());
-  const OrderedJson& point = result["path"][1];
-  CHECK(point["buckling_load_factor"] == 4.5);
-  CHECK(point["buckling"]["drive_locked"] == 4.5);
-  CHECK(point["buckling"]["drive_free"].is_null());
-  CHECK(point["buckling"]["linearised"]["drive_locked"] == 4.0);
-  CHECK(point["buckling"]["kind"]["drive_locked"] == "bifurcation");
-  CHECK(point["buckling"]["reason"]["drive_free"] == "no singular tangent");
-  CHECK(point["buckling"]["mode"]["drive_locked"][record.mechanism.bodies[0].name]["displacement"]
-             [1] == 0.5);
+  CHECK(unlike_text(result["path"][0], R"({"buckling": null, "buckling_load_factor": null})") ==
+        "");
+  CHECK(unlike_text(result["path"][1], R"({
+    "buckling_load_factor": 4.5,
+    "buckling": {"drive_locked": 4.5, "drive_free": null, "linearised": {"drive_locked": 4},
+                 "kind": {"drive_locked": "bifurcation"},
+                 "reason": {"drive_free": "no singular tangent"}}})") == "");
+  CHECK(result["path"][1]["buckling"]["mode"]["drive_locked"][record.mechanism.bodies[0].name]
+              ["displacement"][1] == 0.5);
 }

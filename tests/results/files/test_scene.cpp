@@ -1,12 +1,7 @@
 #include "results/files/scene.hpp"
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "support/fixture.hpp"
 #include "support/models.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -44,7 +39,7 @@ double lost_edges(const Mechanism& mechanism, const PathPoint& point, const Mode
 
 }  // namespace
 
-TEST_CASE("In every mode the clamped edges go with their bodies", "[results][scene]") {
+TEST_CASE("In every mode the clamped edges go with their bodies") {
   const Mechanism mechanism = models::guide(0.1, 0.03, 5e-4);
   ModelOptions plate, beam, chained, constant;
   plate.mesh = {6, 4};
@@ -74,7 +69,7 @@ TEST_CASE("In every mode the clamped edges go with their bodies", "[results][sce
   }
 }
 
-TEST_CASE("The drive's mode bends leaves as cubics", "[results][scene]") {
+TEST_CASE("The drive's mode bends leaves as cubics") {
   // Of two leaves whose mass is a thousandth of the body's: static shapes of guided beams.
   const Mechanism mechanism = models::guide(0.1, 0.006, 5e-4, 0.06, 10);
   ModelOptions beam;
@@ -88,27 +83,24 @@ TEST_CASE("The drive's mode bends leaves as cubics", "[results][scene]") {
   CHECK((drive.leaf_motion[0] - cubic).cwiseAbs().maxCoeff() < 2e-3 * cubic.cwiseAbs().maxCoeff());
 }
 
-TEST_CASE("A scene has every equilibrium once", "[results][scene]") {
+TEST_CASE("A scene has every equilibrium once") {
   RunRecord record = test::evaluated_hinge();
   const OrderedJson scene = make_scene(record);
   REQUIRE(scene["designs"].size() == 1);
   const OrderedJson& design = scene["designs"][0];
-  CHECK(design["frames"] == OrderedJson({0, 1, 2, 3, 4}));
   CHECK(design["leaves"].size() == 2);
   CHECK(design["leaves"][0]["half_thickness"].size() == 9);
   CHECK(design["leaves"][0]["half_thickness"][4].get<double>() ==
         Approx(0.5 * record.mechanism.leaves[0].thickness));
-  const std::size_t points = 2 * 9 * 4;
-  CHECK(design["rest"]["shape"] == OrderedJson({points, 3}));
-  CHECK(design["displacement"]["shape"] == OrderedJson({5, points, 3}));
-  CHECK(design["von_mises"]["shape"] == OrderedJson({5, points}));
-  CHECK(design["motion"]["shape"] == OrderedJson({5, 1, 6}));
-  CHECK(design["drives"][0]["direction"] == "rz");
+  CHECK(unlike_text(design, R"({"frames": [0, 1, 2, 3, 4], "rest": {"shape": [72, 3]},
+      "displacement": {"shape": [5, 72, 3]}, "von_mises": {"shape": [5, 72]},
+      "motion": {"shape": [5, 1, 6]}, "drives": [{"direction": "rz"}]})") ==
+        "");  // two leaves of 9 x 4 points
   for (PathPoint& point : record.response.path) point.shapes.clear();
   CHECK(make_scene(record)["designs"].empty());
 }
 
-TEST_CASE("A long path is drawn at fewer points, its ends among them", "[results][scene]") {
+TEST_CASE("A long path is drawn at fewer points, its ends among them") {
   RunRecord record = test::evaluated_hinge();
   const PathPoint last = record.response.path.back();
   for (int k = 0; k < 9000; ++k) record.response.path.push_back(last);
@@ -120,20 +112,16 @@ TEST_CASE("A long path is drawn at fewer points, its ends among them", "[results
   CHECK(std::ranges::find(frames, OrderedJson(2)) != frames.end());
 }
 
-TEST_CASE("A scene of several designs leaves out what would not fit, and says so",
-          "[results][scene]") {
+TEST_CASE("A scene of several designs leaves out what would not fit, and says so") {
   const OrderedJson one = make_scene(test::evaluated_hinge());
   OrderedJson huge = one;
   huge["designs"][0]["rest"]["data"] = std::string(8'000'000, 'A');
   const OrderedJson all = merged_scene({huge, one, one}, {"huge", "b", "c"}, {2, 0, 1});
-  REQUIRE(all["designs"].size() == 2);
-  CHECK(all["designs"][0]["label"] == "c");
-  CHECK(all["designs"][1]["label"] == "b");
-  CHECK(all["designs"][1]["kind"] == "listed");
-  CHECK(all["left_out"] == OrderedJson({"huge"}));
+  CHECK(unlike_text(all, R"({"designs": [{"label": "c"}, {"label": "b", "kind": "listed"}],
+                             "left_out": ["huge"]})") == "");
 }
 
-TEST_CASE("An optimisation's scene has its start and all evaluated designs", "[results][scene]") {
+TEST_CASE("An optimisation's scene has its start and all evaluated designs") {
   RunRecord record = test::optimised_hinge();
   record.others = {
       {"start", "start", record.optimum->parameters, record.mechanism, record.optimum->response}};
@@ -141,10 +129,9 @@ TEST_CASE("An optimisation's scene has its start and all evaluated designs", "[r
   REQUIRE(scene["designs"].size() == 2);
   CHECK(scene["designs"][1]["kind"] == "start");
   CHECK(scene["designs"][1]["path"].size() == 5);
-  const OrderedJson& evaluations = scene["evaluations"];
-  CHECK(evaluations["variables"] == OrderedJson({"thickness", "half_angle"}));
-  CHECK(evaluations["values"]["shape"] == OrderedJson({32, 6}));
-  CHECK(evaluations["start"].size() == 32);
+  CHECK(unlike_text(scene["evaluations"], R"({"variables": ["thickness", "half_angle"],
+                                              "values": {"shape": [32, 6]}})") == "");
+  CHECK(scene["evaluations"]["start"].size() == 32);
   const test::TemporaryFolder folder;
   write_scene(folder.path(), scene);
   CHECK(read_scene(folder.path()) == scene);

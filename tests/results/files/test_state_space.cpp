@@ -1,13 +1,6 @@
 // Linear models in files: JSON that has them whole, and a script that reads back to the same bits.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "results/files/result_parts.hpp"
-#include "support/temporary_folder.hpp"
-
-using namespace flexopt;
-using Catch::Matchers::Contains;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -47,7 +40,7 @@ std::vector<double> numbers_of(const std::string& script, const std::string& nam
 
 }  // namespace
 
-TEST_CASE("the script has the numbers of the models to the last bit", "[results]") {
+TEST_CASE("the script has the numbers of the models to the last bit") {
   const StrokeResponse response = modelled();
   const std::string script = state_space_script(response, "two\nlines");
   CHECK_THAT(script, Contains("% two lines: linear models"));
@@ -68,7 +61,7 @@ TEST_CASE("the script has the numbers of the models to the last bit", "[results]
   }
 }
 
-TEST_CASE("JSON has the models by rows, and a run without models leaves no script", "[results]") {
+TEST_CASE("JSON has the models by rows, and a run without models leaves no script") {
   const StrokeResponse response = modelled();
   const OrderedJson json = state_space_json(*response.path[1].state_space);
   CHECK(json["forces"][0][1] == -2.5e-300);

@@ -1,32 +1,27 @@
 #include "results/files/units.hpp"
+#include "tests/results/results_tests.hpp"
 
-#include <catch2/catch.hpp>
-
-using namespace flexopt;
-
-TEST_CASE("units of loads and stiffness follow the direction", "[results]") {
-  CHECK(load_unit(Direction::uy) == "N");
-  CHECK(load_unit(Direction::rz) == "N m");
-  CHECK(stiffness_unit(Direction::ux) == "N/m");
-  CHECK(stiffness_unit(Direction::rx) == "N m/rad");
-}
-
-TEST_CASE("the unit of the stroke is that of the drive", "[results]") {
+TEST_CASE("units follow the direction of the drive, unknown quantities have none") {
   StrokeRequest request;
-  CHECK(stroke_unit(Direction::uy, request) == "m");
-  CHECK(stroke_unit(Direction::rz, request) == "rad");
+  struct Row {
+    Direction along;
+    const char *load, *stiffness, *stroke;
+  };
+  for (const Row& row : {Row{Direction::uy, "N", "N/m", "m"},
+                         {Direction::ux, "N", "N/m", "m"},
+                         {Direction::rz, "N m", "N m/rad", "rad"},
+                         {Direction::rx, "N m", "N m/rad", "rad"}}) {
+    CHECK(load_unit(row.along) == row.load);
+    CHECK(stiffness_unit(row.along) == row.stiffness);
+    CHECK(stroke_unit(row.along, request) == row.stroke);
+    CHECK(quantity_unit("drive_load", row.along) == row.load);
+    CHECK(quantity_unit("max_stress", row.along) == "Pa");
+    CHECK(quantity_unit("parasitic_frequency", row.along) == "Hz");
+    CHECK(quantity_unit("no such quantity", row.along).empty());
+  }
 }
 
-TEST_CASE("the unit of a drive's quantities follows the drive, unknown ones have none",
-          "[results]") {
-  CHECK(quantity_unit("drive_load", Direction::uy) == "N");
-  CHECK(quantity_unit("drive_load", Direction::rz) == "N m");
-  CHECK(quantity_unit("max_stress", Direction::uy) == "Pa");
-  CHECK(quantity_unit("parasitic_frequency", Direction::rz) == "Hz");
-  CHECK(quantity_unit("no such quantity", Direction::uy).empty());
-}
-
-TEST_CASE("a family's parameters have their units, unknown ones none", "[results]") {
+TEST_CASE("a family's parameters have their units, unknown ones none") {
   const Family& hinge = find_family("cross_hinge", "");
   CHECK(parameter_unit(hinge, "length") == "m");
   CHECK(parameter_unit(hinge, "half_angle") == "rad");

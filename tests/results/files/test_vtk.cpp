@@ -1,15 +1,11 @@
-#include <catch2/catch.hpp>
-#include <fstream>
 #include <regex>
 #include <stack>
 
 #include "results/files/vtk.hpp"
-#include "support/fixture.hpp"
 #include "support/vtu.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using test::data_array;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -39,13 +35,13 @@ bool well_formed(const std::string& xml) {
 
 }  // namespace
 
-TEST_CASE("The check of well-formedness finds what is not", "[results][vtk]") {
+TEST_CASE("The check of well-formedness finds what is not") {
   CHECK(well_formed("<?xml version=\"1.0\"?>\n<a b=\"c\"><d/></a>\n"));
   CHECK_FALSE(well_formed("<?xml version=\"1.0\"?>\n<a><b></a></b>\n"));
   CHECK_FALSE(well_formed("<?xml version=\"1.0\"?>\n<a> < </a>\n"));
 }
 
-TEST_CASE("A shape file holds all leaves' points, displacements and stresses", "[results][vtk]") {
+TEST_CASE("A shape file holds all leaves' points, displacements and stresses") {
   const RunRecord record = test::evaluated_hinge();
   const auto& shapes = record.response.path.back().shapes;
   const std::string xml = shape_vtu(shapes);
@@ -80,7 +76,7 @@ TEST_CASE("A shape file holds all leaves' points, displacements and stresses", "
   CHECK(area == Approx(0.08 * 0.03).epsilon(1e-12));
 }
 
-TEST_CASE("The collection names every shape file that is written", "[results][vtk]") {
+TEST_CASE("The collection names every shape file that is written") {
   RunRecord record = test::evaluated_hinge();
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "shape_005.vtu") << "of an earlier, longer path";

@@ -208,7 +208,7 @@ TEST_CASE("a design without equilibrium is a status, with what was reached") {
   CHECK_FALSE(result.path().values("drive_load")[2].has_value());
 }
 
-TEST_CASE("an optimisation finds the hinge of the README, tells how far it is, and can be stopped",
+TEST_CASE("an optimisation finds the README's hinge, tells how far it is, can be stopped",
           "[slow]") {
   std::atomic<int> told = 0;
   flexopt::Options options;

@@ -1,16 +1,10 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <cctype>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
-#include "support/fixture.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -41,7 +35,7 @@ OrderedJson data_of(const std::string& page, const std::string& id) {
 
 }  // namespace
 
-TEST_CASE("The report loads nothing from outside the file", "[results][report]") {
+TEST_CASE("The report loads nothing from outside the file") {
   const std::string page = page_of(test::optimised_hinge());
   for (const std::string& tag : tags(page))
     for (const std::string attribute : {" src=", " srcset=", " action=", " href="})
@@ -51,21 +45,21 @@ TEST_CASE("The report loads nothing from outside the file", "[results][report]")
   CHECK(count(page, "@import") == 0);
   CHECK(count(page, "url(http") == 0);
   // And the page itself forbids it, whatever a library might try.
-  CHECK_THAT(page, Catch::Contains("Content-Security-Policy\" content=\"default-src 'none';"));
+  CHECK_THAT(page, Contains("Content-Security-Policy\" content=\"default-src 'none';"));
 }
 
-TEST_CASE("No text of a job can end the page's data", "[results][report]") {
+TEST_CASE("No text of a job can end the page's data") {
   const std::string page = page_of(test::evaluated_hinge());
   CHECK(count(page, "<script") == 3);
   CHECK(count(page, "</script") == 3);
-  CHECK_THAT(page, Catch::Contains("<title>hinge &lt;/script&gt; &amp; &lt;b&gt;bold&lt;/b&gt;<"));
+  CHECK_THAT(page, Contains("<title>hinge &lt;/script&gt; &amp; &lt;b&gt;bold&lt;/b&gt;<"));
   const OrderedJson result = data_of(page, "result");
   CHECK(result["job"]["name"] == test::evaluated_hinge().job.name);
   CHECK(result == OrderedJson::parse(json_text(make_result(test::evaluated_hinge()))));
   CHECK(data_of(page, "scene") == make_scene(test::evaluated_hinge()));
 }
 
-TEST_CASE("The plotting libraries and their licences are inside", "[results][report]") {
+TEST_CASE("The plotting libraries and their licences are inside") {
   const std::string page = page_of(test::evaluated_hinge());
   for (const char* file : {"bundle.js", "report.css"}) {
     CAPTURE(file);
@@ -86,16 +80,16 @@ TEST_CASE("The plotting libraries and their licences are inside", "[results][rep
   }
   for (const char* library : {"three ====", "fflate ====", "d3 ===="}) {
     CAPTURE(library);
-    CHECK_THAT(page, Catch::Contains(std::string("==== ") + library));
+    CHECK_THAT(page, Contains(std::string("==== ") + library));
   }
-  CHECK_THAT(page, Catch::Contains("@observablehq/plot ===="));
-  CHECK_THAT(page, Catch::Contains("Permission to use, copy, modify, and/or distribute"));
+  CHECK_THAT(page, Contains("@observablehq/plot ===="));
+  CHECK_THAT(page, Contains("Permission to use, copy, modify, and/or distribute"));
   CHECK(embedded_file("no such file").empty());
 }
 
-TEST_CASE("Even an odd result gives a page", "[results][report]") {
+TEST_CASE("Even an odd result gives a page") {
   CHECK_THAT(make_report(OrderedJson::object(), nullptr),
-             Catch::Contains("<title>flexopt report</title>"));
+             Contains("<title>flexopt report</title>"));
   const OrderedJson odd = {{"job", {{"name", 7}}}};
-  CHECK_THAT(make_report(odd, nullptr), Catch::Contains("<title>flexopt report</title>"));
+  CHECK_THAT(make_report(odd, nullptr), Contains("<title>flexopt report</title>"));
 }

@@ -1,19 +1,13 @@
 // Folders and clocks as they are on shared machines: read-only, removed, shared, going back.
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 
-#include "support/leaf_job.hpp"
-#include "support/program.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::test;
-using Catch::Matchers::Contains;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -75,7 +69,7 @@ class Running {
 
 }  // namespace
 
-TEST_CASE("a folder that is read-only is refused before anything is computed", "[folders]") {
+TEST_CASE("a folder that is read-only is refused before anything is computed") {
   const auto anyone = as_anyone();
   if (!anyone) return;
   const Workplace folder;
@@ -98,7 +92,7 @@ TEST_CASE("a folder that is read-only is refused before anything is computed", "
   }
 }
 
-TEST_CASE("a finished run in a folder that has become read-only stays as it is", "[folders]") {
+TEST_CASE("a finished run in a folder that has become read-only stays as it is") {
   const auto anyone = as_anyone();
   if (!anyone) return;
   const Workplace folder;
@@ -116,7 +110,7 @@ TEST_CASE("a finished run in a folder that has become read-only stays as it is",
   fs::permissions(folder / "out", fs::perms(0755));
 }
 
-TEST_CASE("a folder that is removed while a run goes on ends it in words", "[folders][slow]") {
+TEST_CASE("a folder that is removed while a run goes on ends it in words", "[slow]") {
   const Workplace folder;
   OrderedJson job = leaf_job();  // as many points as fit into some tenths of a second
   job["stroke"]["points"] = 201;
@@ -140,7 +134,7 @@ TEST_CASE("a folder that is removed while a run goes on ends it in words", "[fol
     if (fs::exists(out)) {
       for (const auto& [name, text] : files_of(out)) {
         CAPTURE(name);
-        if (name.ends_with(".json")) CHECK(nlohmann::json::accept(text));
+        if (name.ends_with(".json")) CHECK(json::accept(text));
         CHECK_FALSE(name.ends_with(".new"));
       }
     }
@@ -150,7 +144,7 @@ TEST_CASE("a folder that is removed while a run goes on ends it in words", "[fol
   }
 }
 
-TEST_CASE("two runs of one job in one folder leave the bytes of one", "[folders]") {
+TEST_CASE("two runs of one job in one folder leave the bytes of one") {
   for (const auto& [kind, job] : jobs_of_all_kinds()) {
     if (kind == "compare") continue;  // its result has times
     CAPTURE(kind);
@@ -172,7 +166,7 @@ TEST_CASE("two runs of one job in one folder leave the bytes of one", "[folders]
   }
 }
 
-TEST_CASE("a clock that goes back changes no byte", "[folders]") {
+TEST_CASE("a clock that goes back changes no byte") {
   const Workplace folder;
   // sanitized programs want to be told that their library is not the first one
   const std::string preload =

@@ -1,14 +1,11 @@
 #include "results/run/progress.hpp"
+#include "tests/results/results_tests.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <thread>
-
-using namespace flexopt;
 
 namespace {
 
@@ -44,12 +41,12 @@ std::string printed(ProgressStyle style) {
 
 }  // namespace
 
-TEST_CASE("Progress is plain lines in a file and silent when quiet", "[results][progress]") {
+TEST_CASE("Progress is plain lines in a file and silent when quiet") {
   CHECK(printed(ProgressStyle::silent).empty());
   const std::string lines = printed(ProgressStyle::lines);
   CHECK(lines.find('\r') == std::string::npos);
   CHECK(std::count(lines.begin(), lines.end(), '\n') == 1 + 2);  // the message, both ends
-  CHECK_THAT(lines, Catch::Contains("\n100/100 best 1 Hz\n"));
+  CHECK_THAT(lines, Contains("\n100/100 best 1 Hz\n"));
   std::FILE* file = std::tmpfile();
   REQUIRE(file);
   CHECK(progress_style(file, false) == ProgressStyle::lines);
@@ -57,8 +54,7 @@ TEST_CASE("Progress is plain lines in a file and silent when quiet", "[results][
   std::fclose(file);
 }
 
-TEST_CASE("The live line is rewritten in place at most ten times a second, and wiped",
-          "[results][progress]") {
+TEST_CASE("The live line is rewritten in place at most ten times a second, and wiped") {
   const std::string live = printed(ProgressStyle::live);  // in far less than a tenth of a second
   CHECK(live == "hello\n\r\x1b[K[            ] 0/100 evaluations, best frequency 1 Hz\r\x1b[K");
 
@@ -83,7 +79,7 @@ TEST_CASE("The live line is rewritten in place at most ten times a second, and w
   CHECK_THAT(text, Catch::EndsWith("\r\x1b[K"));
 }
 
-TEST_CASE("Rate and time left follow from what this run has done", "[results][progress]") {
+TEST_CASE("Rate and time left follow from what this run has done") {
   RunStep step = step_of(60, 100);
   CHECK(live_text(step, 60, 0.5) == "60/100 evaluations, best frequency 1 Hz");
   CHECK(live_text(step, 60, 30) == "60/100 evaluations, 2/s, 0:20 left, best frequency 1 Hz");
@@ -96,7 +92,7 @@ TEST_CASE("Rate and time left follow from what this run has done", "[results][pr
   CHECK(live_text(step, 0, 30) == "120 evaluations");
 }
 
-TEST_CASE("A terminal that cannot wipe a line gets plain ones", "[results][progress]") {
+TEST_CASE("A terminal that cannot wipe a line gets plain ones") {
   std::FILE* terminal = std::fopen("/dev/ptmx", "r+");
   REQUIRE(terminal);
   const char* before = std::getenv("TERM");

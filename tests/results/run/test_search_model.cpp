@@ -1,16 +1,10 @@
 // Optimisations whose accuracy is chosen search on looked-up leaves of the job's own mesh, and end
 // at the optimum of the mesh that was chosen.
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "core/reduction/atlas/atlas_file.hpp"
-#include "results/files/result_json.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "support/small_atlas.hpp"
-
-using namespace flexopt;
-using nlohmann::json;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -34,37 +28,28 @@ struct SmallAtlas {
 };
 
 json guide(const std::string& atlas) {
-  return {
-      {"flexopt", 1},
-      {"name", "guide"},
-      {"job", "optimise"},
-      {"design",
-       {{"family", "parallel_guide"},
-        {"parameters",
-         {{"length", "100 mm"}, {"width", "25 mm"}, {"thickness", "0.6 mm"}, {"spacing", "80 mm"}}},
-        {"material",
-         {{"youngs_modulus", "210 GPa"}, {"poissons_ratio", 0.3}, {"density", "7800 kg/m^3"}}}}},
-      {"end_effector",
-       {{"mass", "0.5 kg"}, {"inertia", {"3e-4 kg m^2", "3e-4 kg m^2", "3e-4 kg m^2"}}}},
-      {"stroke", {{"from", 0}, {"to", "8 mm"}, {"points", 3}}},
-      {"frequencies", 6},
-      {"model", {{"mesh", {6, 2}}, {"accuracy", "auto"}, {"tolerance", 0.015}, {"atlas", atlas}}},
-      {"optimise",
-       {{"variables",
-         {{{"parameter", "width"}, {"min", "22 mm"}, {"max", "45 mm"}},
-          {{"parameter", "thickness"}, {"min", "0.45 mm"}, {"max", "0.65 mm"}}}},
-        {"objective", {{"maximise", "parasitic_frequency"}, {"over_stroke", "min"}}},
-        {"constraints",
-         {{{"quantity", "max_stress"}, {"over_stroke", "max"}, {"max", "320 MPa"}},
-          {{"quantity", "drive_load"}, {"over_stroke", "max_abs"}, {"max", "30 N"}}}},
-        {"algorithm", {{"library", "nlopt"}, {"name", "LD_SLSQP"}}},
-        {"starts", 1}}}};
+  json job = json::parse(R"({
+    "flexopt": 1, "name": "guide", "job": "optimise",
+    "design": {"family": "parallel_guide",
+      "parameters": {"length": "100 mm", "width": "25 mm", "thickness": "0.6 mm", "spacing": "80 mm"},
+      "material": {"youngs_modulus": "210 GPa", "poissons_ratio": 0.3, "density": "7800 kg/m^3"}},
+    "end_effector": {"mass": "0.5 kg", "inertia": ["3e-4 kg m^2", "3e-4 kg m^2", "3e-4 kg m^2"]},
+    "stroke": {"from": 0, "to": "8 mm", "points": 3}, "frequencies": 6,
+    "model": {"mesh": [6, 2], "accuracy": "auto", "tolerance": 0.015},
+    "optimise": {
+      "variables": [{"parameter": "width", "min": "22 mm", "max": "45 mm"},
+                    {"parameter": "thickness", "min": "0.45 mm", "max": "0.65 mm"}],
+      "objective": {"maximise": "parasitic_frequency", "over_stroke": "min"},
+      "constraints": [{"quantity": "max_stress", "over_stroke": "max", "max": "320 MPa"},
+                      {"quantity": "drive_load", "over_stroke": "max_abs", "max": "30 N"}],
+      "algorithm": {"library": "nlopt", "name": "LD_SLSQP"}, "starts": 1}})");
+  job["model"]["atlas"] = atlas;
+  return job;
 }
 
 }  // namespace
 
-TEST_CASE("a search on looked-up leaves ends at the optimum of the mesh that was chosen",
-          "[results][run][slow]") {
+TEST_CASE("a search on looked-up leaves ends at the optimum of the chosen mesh", "[slow]") {
   const SmallAtlas atlas;
   Silent listener;
   const RunRecord found = run_optimisation(parse_job(guide("auto")), {}, 1, listener),
@@ -96,8 +81,7 @@ TEST_CASE("a search on looked-up leaves ends at the optimum of the mesh that was
   CHECK(make_result(built)["optimum"]["searched_on"].is_null());
 }
 
-TEST_CASE("designs in stock sizes are searched on the mesh that was chosen",
-          "[results][run][slow]") {
+TEST_CASE("designs in stock sizes are searched on the mesh that was chosen", "[slow]") {
   const SmallAtlas atlas;
   json job = guide("auto");
   job["optimise"]["variables"][1]["step"] = "0.05 mm";

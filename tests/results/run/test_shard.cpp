@@ -1,17 +1,11 @@
 // Shards of a run and their merging, as a user does it.
 #include "results/run/shard.hpp"
 
-#include <catch2/catch.hpp>
-
-#include "core/spec/spec_error.hpp"
 #include "optim/problem/line_log.hpp"
 #include "results/files/json_text.hpp"
-#include "support/leaf_job.hpp"
-#include "support/program.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using namespace flexopt::test;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -43,23 +37,23 @@ struct Runs : Workplace {
 
 }  // namespace
 
-TEST_CASE("a shard is one of so many", "[shard]") {
+TEST_CASE("a shard is one of so many") {
   const Shard shard = read_shard("3/16");
   CHECK(shard.number == 3);
   CHECK(shard.of == 16);
   for (const char* text : {"", "3", "3/", "/16", "0/16", "17/16", "3/16/2", "a/b", "3/0", "-1/4"}) {
     CAPTURE(text);
-    CHECK_THROWS_WITH(read_shard(text), Catch::Contains("expected NUMBER/OF"));
+    CHECK_THROWS_WITH(read_shard(text), Contains("expected NUMBER/OF"));
   }
 }
 
-TEST_CASE("numbers as an array of Slurm", "[shard]") {
+TEST_CASE("numbers as an array of Slurm") {
   CHECK(array_text({}).empty());
   CHECK(array_text({4}) == "4");
   CHECK(array_text({1, 2, 3, 7, 9, 10}) == "1-3,7,9-10");
 }
 
-TEST_CASE("merged shards are the bytes of one run, in any order and again", "[shard]") {
+TEST_CASE("merged shards are the bytes of one run, in any order and again") {
   struct Kind {
     const char* name;
     OrderedJson job;
@@ -90,7 +84,7 @@ TEST_CASE("merged shards are the bytes of one run, in any order and again", "[sh
   }
 }
 
-TEST_CASE("a shard says how much of the work it is, and goes on where it stopped", "[shard]") {
+TEST_CASE("a shard says how much of the work it is, and goes on where it stopped") {
   Runs runs(compared_leaf());
   const Outcome first = runs.run("run leaf.json --quiet --shard 2/4");
   CHECK(first.out == "3 of 12 evaluations\nshard 2 of 4: leaf.2-of-4.out\n");
@@ -108,30 +102,29 @@ TEST_CASE("a shard says how much of the work it is, and goes on where it stopped
   CHECK(runs.content("leaf.2-of-4.out/evaluations.jsonl") == log);
 }
 
-TEST_CASE("what is missing is told, or computed", "[shard]") {
+TEST_CASE("what is missing is told, or computed") {
   Runs runs(compared_leaf());
   REQUIRE(runs.run("run leaf.json --quiet --out alone").code == 0);
   runs.shards(4);
   fs::remove_all(runs.path() / "shard.2");
   const Outcome told = runs.run("merge shard.1 shard.3 shard.4 --out merged");
   CHECK(told.code == 2);
-  CHECK_THAT(told.err, Catch::Contains("shards 2 of 4") && Catch::Contains("--array=2"));
+  CHECK_THAT(told.err, Contains("shards 2 of 4") && Contains("--array=2"));
   CHECK_FALSE(runs.has("merged"));
   const Outcome computed = runs.run("merge shard.1 shard.3 shard.4 shard.3 --compute --out merged");
   CHECK(computed.code == 0);
-  CHECK_THAT(computed.err,
-             Catch::Contains("shard 3 is there twice") && Catch::Contains("9 from the log"));
+  CHECK_THAT(computed.err, Contains("shard 3 is there twice") && Contains("9 from the log"));
   CHECK(runs.content("merged/evaluations.jsonl") == runs.content("alone/evaluations.jsonl"));
 }
 
-TEST_CASE("what does not belong together is refused", "[shard]") {
+TEST_CASE("what does not belong together is refused") {
   Runs runs(compared_leaf());
   runs.shards(2);
   const auto refused = [&](const std::string& arguments, const std::string& why) {
     const Outcome outcome = runs.run(arguments);
     CAPTURE(arguments, outcome.err);
     CHECK(outcome.code == 2);
-    CHECK_THAT(outcome.err, Catch::Contains(why));
+    CHECK_THAT(outcome.err, Contains(why));
   };
   refused("merge shard.1 nowhere --out merged", "no shard.json in it");
   refused("merge shard.1 shard.2 --out shard.1", "a shard is in this folder");
@@ -151,7 +144,7 @@ TEST_CASE("what does not belong together is refused", "[shard]") {
   CHECK_FALSE(runs.has("merged"));
 }
 
-TEST_CASE("two values of one evaluation are refused", "[shard]") {
+TEST_CASE("two values of one evaluation are refused") {
   Runs runs(compared_leaf());
   runs.shards(2);
   fs::copy(runs.path() / "shard.1", runs.path() / "again");
@@ -165,17 +158,17 @@ TEST_CASE("two values of one evaluation are refused", "[shard]") {
   put(file, log_text(log_identity_of(file), lines));
   const Outcome outcome = runs.run("merge shard.1 shard.2 again --out merged");
   CHECK(outcome.code == 2);
-  CHECK_THAT(outcome.err, Catch::Contains("expected the same values as in"));
+  CHECK_THAT(outcome.err, Contains("expected the same values as in"));
   // what does not fit its checksum is no value
   std::string spoilt = runs.content("again/evaluations.jsonl");
   spoilt.erase(spoilt.find(before) + before.size(), 1);
   put(file, spoilt);
   const Outcome refused = runs.run("merge shard.1 shard.2 again --out merged");
   CHECK(refused.code == 2);
-  CHECK_THAT(refused.err, Catch::Contains("line 2: {") && Catch::Contains("checksum"));
+  CHECK_THAT(refused.err, Contains("line 2: {") && Contains("checksum"));
 }
 
-TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
+TEST_CASE("a design file is found from wherever shards are merged") {
   OrderedJson job = compared_leaf();
   job["design"].erase("family");
   job["design"]["file"] = "leaf.design.json";
@@ -192,10 +185,10 @@ TEST_CASE("a design file is found from wherever shards are merged", "[shard]") {
   CHECK(runs.content("merged/evaluations.jsonl") == runs.content("alone/evaluations.jsonl"));
 }
 
-TEST_CASE("a job without independent work has no shards", "[shard]") {
+TEST_CASE("a job without independent work has no shards") {
   Runs runs(leaf_job());
   const Outcome outcome = runs.run("run leaf.json --shard 1/2");
   CHECK(outcome.code == 2);
-  CHECK_THAT(outcome.err, Catch::Contains("no independent work to share"));
+  CHECK_THAT(outcome.err, Contains("no independent work to share"));
   CHECK_FALSE(runs.has("leaf.1-of-2.out"));
 }

@@ -1,16 +1,14 @@
 #include <sys/eventfd.h>
 
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
 #include <vector>
 
 #include "results/server/local_server.hpp"
 #include "support/loopback.hpp"
-#include "support/refusals.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using namespace std::chrono_literals;
 
 namespace {
@@ -48,7 +46,7 @@ class Echo {
 
 }  // namespace
 
-TEST_CASE("Hundreds of silent clients keep nobody from being answered", "[results][server]") {
+TEST_CASE("Hundreds of silent clients keep nobody from being answered") {
   Echo echo([](const std::string& request) { return request; });
   std::vector<test::Client> silent;
   for (int i = 0; i < 400; ++i) {
@@ -63,7 +61,7 @@ TEST_CASE("Hundreds of silent clients keep nobody from being answered", "[result
   CHECK(echo.stop());
 }
 
-TEST_CASE("Clients that do not read their answers keep no thread", "[results][server]") {
+TEST_CASE("Clients that do not read their answers keep no thread") {
   const std::string large(8 << 20, 'x');
   Echo echo([&](const std::string&) { return large; });
   std::vector<test::Client> deaf;
@@ -76,7 +74,7 @@ TEST_CASE("Clients that do not read their answers keep no thread", "[results][se
   CHECK(std::chrono::steady_clock::now() - begin < 4s);  // and these after 10 s
 }
 
-TEST_CASE("A request that comes letter by letter is answered", "[results][server]") {
+TEST_CASE("A request that comes letter by letter is answered") {
   Echo echo([](const std::string& request) { return request; });
   test::Client client(echo.port());
   for (const char letter : get) {
@@ -86,7 +84,7 @@ TEST_CASE("A request that comes letter by letter is answered", "[results][server
   CHECK(client.receive() == "GET / HTTP/1.1\r\nhost: here\r\n\r\n");
 }
 
-TEST_CASE("What is being answered at the end is waited for", "[results][server]") {
+TEST_CASE("What is being answered at the end is waited for") {
   std::atomic<bool> begun = false, ended = false;
   Echo echo([&](const std::string& request) {
     begun = true;
@@ -101,7 +99,7 @@ TEST_CASE("What is being answered at the end is waited for", "[results][server]"
   CHECK(ended);
 }
 
-TEST_CASE("A port that is taken is wrong input", "[results][server]") {
+TEST_CASE("A port that is taken is wrong input") {
   const Listener listener = listen_on_loopback(0);
   CHECK(listener.port > 0);
   const SpecError error = test::refusal_of([&] { (void)listen_on_loopback(listener.port); });

@@ -1,15 +1,6 @@
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include "core/spec/spec_error.hpp"
-#include "results/files/result_json.hpp"
 #include "results/run/run.hpp"
 #include "results/server/explorer.hpp"
-#include "support/leaf_job.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-using nlohmann::json;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -28,8 +19,7 @@ json optimised() {
 
 }  // namespace
 
-TEST_CASE("A moved design has the numbers of a run of the job with these values",
-          "[results][server]") {
+TEST_CASE("A moved design has the numbers of a run of the job with these values") {
   const Explorer explorer(parse_job(leaf()));
   const OrderedJson answer = explorer.evaluate({{"thickness", 0.5e-3}, {"length", 0.07}});
   REQUIRE(answer["ok"] == true);
@@ -47,14 +37,13 @@ TEST_CASE("A moved design has the numbers of a run of the job with these values"
   CHECK(answer["result"]["path"] != explorer.evaluate({})["result"]["path"]);
 }
 
-TEST_CASE("Goals of an optimisation are judged at the moved design", "[results][server]") {
+TEST_CASE("Goals of an optimisation are judged at the moved design") {
   const Explorer explorer(parse_job(optimised()));
   const OrderedJson thin = explorer.evaluate({{"thickness", 0.2e-3}}),
                     thick = explorer.evaluate({{"thickness", 0.6e-3}});
-  REQUIRE(thin["goals"].size() == 3);
-  CHECK(thin["goals"][0]["label"] == "support_stiffness.uz min over stroke");
-  CHECK(thin["goals"][0]["role"] == "objective");
-  CHECK(thin["goals"][0]["unit"] == "N/m");
+  CHECK(unlike_text(thin["goals"], R"([
+    {"label": "support_stiffness.uz min over stroke", "role": "objective", "unit": "N/m"}, {},
+    {"value": 4, "met": true}])") == "");
   double least = 1e300, load = 0;
   for (const auto& point : thick["result"]["path"]) {
     least = std::min(least, point["support_stiffness"]["uz"].get<double>());
@@ -62,16 +51,13 @@ TEST_CASE("Goals of an optimisation are judged at the moved design", "[results][
   }
   CHECK(thick["goals"][0]["value"].get<double>() == Approx(least).epsilon(1e-12));
   CHECK(thick["goals"][1]["value"].get<double>() == Approx(load).epsilon(1e-12));
-  CHECK(thick["goals"][1]["max"] == 1.0);
-  CHECK(thick["goals"][1]["min"].is_null());
+  CHECK(unlike_text(thick["goals"][1], R"({"max": 1, "min": null})") == "");
   CHECK(thin["goals"][1]["met"] == (thin["goals"][1]["value"].get<double>() <= 1));
   CHECK(thick["goals"][1]["met"] == (load <= 1));
   CHECK(thin["goals"][1]["met"] != thick["goals"][1]["met"]);  // 0.1 N and 2.7 N
-  CHECK(thin["goals"][2]["value"] == 4.0);
-  CHECK(thin["goals"][2]["met"] == true);
 }
 
-TEST_CASE("A broken rule is told, and so is a stroke that is not reached", "[results][server]") {
+TEST_CASE("A broken rule is told, and so is a stroke that is not reached") {
   const Explorer explorer(parse_job(leaf()));
   const OrderedJson wrong = explorer.evaluate({{"width", 0.01}, {"thickness", 0.6e-3}});
   CHECK(wrong["ok"] == true);
@@ -89,7 +75,7 @@ TEST_CASE("A broken rule is told, and so is a stroke that is not reached", "[res
   CHECK_THAT(broken["message"].get<std::string>(), Contains("/design/parameters/thickness"));
 }
 
-TEST_CASE("The job that is written is one that a run takes", "[results][server]") {
+TEST_CASE("The job that is written is one that a run takes") {
   const Explorer explorer(parse_job(optimised()));
   const std::string text = explorer.job_text({{"thickness", 0.45e-3}});
   const Job job = parse_job(json::parse(text));

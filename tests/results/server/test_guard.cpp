@@ -1,9 +1,7 @@
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "results/server/guard.hpp"
-
-using namespace flexopt;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -17,7 +15,7 @@ int status_of(const RequestOrigin& asked) {
 
 }  // namespace
 
-TEST_CASE("Tokens are 128 bits that do not come again", "[results][server]") {
+TEST_CASE("Tokens are 128 bits that do not come again") {
   std::set<std::string> seen;
   for (int i = 0; i < 100; ++i) {
     const std::string one = random_token();
@@ -28,7 +26,7 @@ TEST_CASE("Tokens are 128 bits that do not come again", "[results][server]") {
   CHECK(seen.size() == 100);
 }
 
-TEST_CASE("A secret is the same in every letter, or another one", "[results][server]") {
+TEST_CASE("A secret is the same in every letter, or another one") {
   CHECK(is_same_secret(token, token));
   CHECK(is_same_secret("", ""));
   for (std::size_t i = 0; i < token.size(); ++i) {
@@ -41,7 +39,7 @@ TEST_CASE("A secret is the same in every letter, or another one", "[results][ser
   CHECK_FALSE(is_same_secret(token, ""));
 }
 
-TEST_CASE("Only the page that the server gave out may ask", "[results][server]") {
+TEST_CASE("Only the page that the server gave out may ask") {
   CHECK(status_of({"127.0.0.1:4242", "", token}) == 200);
   CHECK(status_of({"localhost:4242", "http://localhost:4242", token}) == 200);
   CHECK(status_of({"127.0.0.1:4242", "http://127.0.0.1:4242", token}) == 200);

@@ -1,15 +1,14 @@
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
 #include <vector>
 
 #include "results/server/newest_move.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
 using namespace std::chrono_literals;
 
-TEST_CASE("Of those who wait the newest alone has its turn", "[results][server]") {
+TEST_CASE("Of those who wait the newest alone has its turn") {
   NewestMove newest;
   std::atomic<bool> started = false, go_on = false;
   std::atomic<int> at_once = 0, most = 0;
@@ -52,7 +51,7 @@ TEST_CASE("Of those who wait the newest alone has its turn", "[results][server]"
   CHECK(most == 1);
 }
 
-TEST_CASE("Work that throws leaves the turn to the next", "[results][server]") {
+TEST_CASE("Work that throws leaves the turn to the next") {
   NewestMove newest;
   CHECK_THROWS_AS(newest.run([]() -> int { throw std::runtime_error("no"); }), std::runtime_error);
   CHECK(newest.run([] { return 3; }) == 3);

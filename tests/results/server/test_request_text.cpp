@@ -1,9 +1,6 @@
-#include <catch2/catch.hpp>
-
 #include "results/server/guard.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
-using Catch::Contains;
 using State = RequestText::State;
 
 namespace {
@@ -22,7 +19,7 @@ std::string with_headers(const std::string& headers) {
 
 }  // namespace
 
-TEST_CASE("A request is whole at its last byte, not before", "[results][server]") {
+TEST_CASE("A request is whole at its last byte, not before") {
   const std::string bytes = "POST /job HTTP/1.1\r\nHost: here\r\nContent-Length: 4\r\n\r\n{\"\"}";
   for (std::size_t n = 0; n < bytes.size(); ++n) {
     CAPTURE(n);
@@ -35,7 +32,7 @@ TEST_CASE("A request is whole at its last byte, not before", "[results][server]"
   CHECK(read_request("GET / HTTP/1.0\r\n\r\n").state == State::whole);
 }
 
-TEST_CASE("Headers that the server does not look at go no further", "[results][server]") {
+TEST_CASE("Headers that the server does not look at go no further") {
   const RequestText whole = read_request(
       "GET /?token=1 HTTP/1.1\r\nHost: here\r\nRange: bytes=0-,0-\r\nAccept-Encoding: gzip\r\n"
       "Expect: 100-continue\r\nCookie: a\r\nORIGIN:  http://x \r\nX-Flexopt-Token:\tabc\r\n\r\n");
@@ -44,7 +41,7 @@ TEST_CASE("Headers that the server does not look at go no further", "[results][s
         "GET /?token=1 HTTP/1.1\r\nhost: here\r\norigin: http://x\r\nx-flexopt-token: abc\r\n\r\n");
 }
 
-TEST_CASE("A body too large is refused before it comes", "[results][server]") {
+TEST_CASE("A body too large is refused before it comes") {
   CHECK(status_of(with_headers("Content-Length: 1000000000\r\n")) == 413);
   CHECK(status_of(with_headers("Content-Length: " + std::to_string(largest_body + 1) + "\r\n")) ==
         413);
@@ -62,7 +59,7 @@ TEST_CASE("A body too large is refused before it comes", "[results][server]") {
   CHECK(status_of("GET / HTTP/1.1\r\nContent-Length: 5\r\n\r\n") == 400);
 }
 
-TEST_CASE("What is no plain request is refused as soon as that is seen", "[results][server]") {
+TEST_CASE("What is no plain request is refused as soon as that is seen") {
   CHECK(status_of("PUT / HTTP/1.1\r\n") == 405);
   CHECK(status_of("get / HTTP/1.1\r\n") == 405);
   CHECK(status_of("GET / HTTP/2.0\r\n") == 505);

@@ -4,17 +4,12 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "results/files/folder.hpp"
 #include "results/files/json_text.hpp"
 #include "support/binary.hpp"
 #include "support/loopback.hpp"
-#include "support/temporary_folder.hpp"
+#include "tests/results/results_tests.hpp"
 
-using namespace flexopt;
-using Catch::Contains;
 using Catch::StartsWith;
 
 namespace {
@@ -82,8 +77,7 @@ const char* leaf = R"({
 
 }  // namespace
 
-TEST_CASE("explore serves a page, evaluates moves, writes the job, and leaves nothing",
-          "[results][server]") {
+TEST_CASE("explore serves a page, evaluates moves, writes the job, and leaves nothing") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "leaf.json", leaf);
   Program program("explore", (folder.path() / "leaf.json").string());
@@ -111,7 +105,7 @@ TEST_CASE("explore serves a page, evaluates moves, writes the job, and leaves no
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
-TEST_CASE("watch serves a finished run and nothing else", "[results][server]") {
+TEST_CASE("watch serves a finished run and nothing else") {
   const test::TemporaryFolder folder;
   write_file(folder.path() / "result.json", R"({"status": "ok", "message": "fine"})");
   write_file(folder.path() / "scene.json", "null");

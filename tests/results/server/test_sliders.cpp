@@ -1,13 +1,5 @@
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
 #include "results/server/explorer.hpp"
-#include "support/refusals.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-using nlohmann::json;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
@@ -46,8 +38,7 @@ const Slider& named(const std::vector<Slider>& sliders, const std::string& name)
 
 }  // namespace
 
-TEST_CASE("Sliders go from half to twice a value, as far as the design allows",
-          "[results][server]") {
+TEST_CASE("Sliders go from half to twice a value, as far as the design allows") {
   const Job job = parse_job(hinge());
   const auto sliders = sliders_of(job);
   CHECK(sliders.size() == 6);  // none for the formula
@@ -65,8 +56,7 @@ TEST_CASE("Sliders go from half to twice a value, as far as the design allows",
   CHECK(named(sliders, "half_angle").max < 1.5707963);  // not twice 60°
 }
 
-TEST_CASE("A parameter that is zero can be moved, and so can a number of things",
-          "[results][server]") {
+TEST_CASE("A parameter that is zero can be moved, and so can a number of things") {
   json document = hinge();
   document["design"]["parameters"]["gap"] = 0;
   const auto sliders = sliders_of(parse_job(document));
@@ -90,7 +80,7 @@ TEST_CASE("A parameter that is zero can be moved, and so can a number of things"
                     Contains("whole number from 2 to 8"));
 }
 
-TEST_CASE("An optimisation has its variables with their bounds", "[results][server]") {
+TEST_CASE("An optimisation has its variables with their bounds") {
   const auto sliders = sliders_of(parse_job(optimised()));
   REQUIRE(sliders.size() == 5);
   CHECK(sliders[0].name == "length");
@@ -101,14 +91,13 @@ TEST_CASE("An optimisation has its variables with their bounds", "[results][serv
   CHECK(sliders[2].unit == "kg");
 }
 
-TEST_CASE("Jobs without one design to look at have no sliders", "[results][server]") {
+TEST_CASE("Jobs without one design to look at have no sliders") {
   Job job = parse_job(hinge());
   job.kind = JobKind::compare;
   CHECK(test::refusal_of([&] { (void)sliders_of(job); }).pointer() == "/job");
 }
 
-TEST_CASE("A move is numbers of sliders inside their ranges, and nothing else",
-          "[results][server]") {
+TEST_CASE("A move is numbers of sliders inside their ranges, and nothing else") {
   const auto sliders = sliders_of(parse_job(hinge()));
   const auto read = [&](const std::string& body) { return read_move(body, sliders); };
   CHECK(read(R"({"parameters": {}})").empty());
@@ -131,8 +120,7 @@ TEST_CASE("A move is numbers of sliders inside their ranges, and nothing else",
   CHECK_THROWS_WITH(read(R"({"parameters": {"lenght": 0.05}})"), Contains("did you mean 'length'"));
 }
 
-TEST_CASE("A job that was moved is a job with these numbers, all else as it was",
-          "[results][server]") {
+TEST_CASE("A job that was moved is a job with these numbers, all else as it was") {
   const Job job = parse_job(hinge());
   const json moved = moved_job(job, {{"length", 0.06}, {"inner_width", 0.04}});
   CHECK_FALSE(moved.contains("expect"));
@@ -144,7 +132,7 @@ TEST_CASE("A job that was moved is a job with these numbers, all else as it was"
   CHECK(moved_job(job, {}) == moved_job(parse_job(moved_job(job, {})), {}));
 }
 
-TEST_CASE("Numbers of material and end-effector, and starts, are moved too", "[results][server]") {
+TEST_CASE("Numbers of material and end-effector, and starts, are moved too") {
   const Job job = parse_job(optimised());
   const Job moved = parse_job(moved_job(job, {{"length", 0.06},
                                               {"material.density", 2700},

@@ -1,34 +1,22 @@
-#include <catch2/catch.hpp>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <thread>
 
-#include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
 #include "results/run/run_files.hpp"
 #include "results/server/watched_run.hpp"
-#include "support/fixture.hpp"
-
-using namespace flexopt;
-using Catch::Contains;
-namespace fs = std::filesystem;
+#include "tests/results/results_tests.hpp"
 
 namespace {
 
 std::string record_line(int number, double objective, double violation) {
-  return OrderedJson{{"stage", "search"},
-                     {"start", 0},
-                     {"number", number},
-                     {"full", false},
-                     {"variables", {{"length", 0.05 + 1e-3 * number}, {"thickness", 4e-4}}},
-                     {"ok", true},
-                     {"message", ""},
-                     {"objective", objective},
-                     {"constraints", {450e6 * (1 + violation), 0.5}},
-                     {"violation", violation},
-                     {"difference", false}}
-             .dump() +
-         "\n";
+  OrderedJson line =
+      OrderedJson::parse(R"({"stage": "search", "start": 0, "full": false, "ok": true,
+      "message": "", "difference": false})");
+  line.update({{"number", number},
+               {"variables", {{"length", 0.05 + 1e-3 * number}, {"thickness", 4e-4}}},
+               {"objective", objective},
+               {"constraints", {450e6 * (1 + violation), 0.5}},
+               {"violation", violation}});
+  return line.dump() + "\n";
 }
 
 /// The folder of an optimisation that has begun.
@@ -65,7 +53,7 @@ OrderedJson next_state(WatchedRun& run, const std::string& since = "") {
 
 }  // namespace
 
-TEST_CASE("A run is shown as far as its log goes, half a record left out", "[results][server]") {
+TEST_CASE("A run is shown as far as its log goes, half a record left out") {
   const Begun begun;
   WatchedRun run(begun.folder.path());
   begun.append(record_line(1, 140, 0.2) + record_line(2, 120, 0) + record_line(3, 130, 0));
@@ -74,14 +62,10 @@ TEST_CASE("A run is shown as far as its log goes, half a record left out", "[res
   const OrderedJson state = next_state(run);
   CHECK(state["finished"] == false);
   CHECK(state["age"] < 60);
-  const OrderedJson& result = state["result"];
-  CHECK(result["status"] == "running");
-  CHECK_THAT(result["message"].get<std::string>(), Contains("3 evaluations so far"));
-  CHECK(result["optimum"]["objective"] == 130.0);  // the best feasible one
-  REQUIRE(result["optimum"]["constraints"].size() == 2);
-  CHECK(result["optimum"]["constraints"][0]["value"] == 450e6);
-  CHECK(result["optimum"]["constraints"][0]["active"] == true);
-  CHECK(result["optimum"]["constraints"][1]["margin"] == 0.5);
+  CHECK_THAT(state["result"]["message"].get<std::string>(), Contains("3 evaluations so far"));
+  CHECK(unlike_text(state["result"], R"({"status": "running", "optimum": {
+      "objective": 130, "constraints": [{"value": 450e6, "active": true}, {"margin": 0.5}]}})") ==
+        "");  // the best feasible one
   CHECK(state["scene"]["evaluations"]["values"]["shape"] == OrderedJson{3, 6});
 
   const std::string version = state["version"];
@@ -89,11 +73,10 @@ TEST_CASE("A run is shown as far as its log goes, half a record left out", "[res
   begun.append(fourth.substr(40));
   const OrderedJson more = next_state(run, version);
   CHECK(more["version"] != version);
-  CHECK(more["result"]["optimum"]["evaluations"] == 4);
-  CHECK(more["result"]["optimum"]["objective"] == 150.0);
+  CHECK(unlike_text(more["result"]["optimum"], R"({"evaluations": 4, "objective": 150})") == "");
 }
 
-TEST_CASE("A finished run is shown whole", "[results][server]") {
+TEST_CASE("A finished run is shown whole") {
   const test::TemporaryFolder folder;
   const RunRecord record = test::optimised_hinge();
   write_job(folder.path(), record.job);
@@ -107,9 +90,7 @@ TEST_CASE("A finished run is shown whole", "[results][server]") {
   CHECK_FALSE(state["scene"]["designs"].empty());
 }
 
-TEST_CASE(
-    "Where there is nothing yet, that is said, and where there is no folder, it is wrong input",
-    "[results][server]") {
+TEST_CASE("Where there is nothing yet, that is said, and a folder that is missing is wrong input") {
   const test::TemporaryFolder folder;
   CHECK_THROWS_AS(WatchedRun(folder.path() / "missing"), SpecError);
   WatchedRun run(folder.path());
@@ -119,13 +100,13 @@ TEST_CASE(
   CHECK(fs::is_empty(folder.path()));
 }
 
-TEST_CASE("A question about a run is one version", "[results][server]") {
+TEST_CASE("A question about a run is one version") {
   CHECK(read_since(R"({"since": "12ab"})") == "12ab");
   for (const char* body : {"", "[]", "{}", R"({"since": 1})", R"({"since": "", "path": "/etc"})"})
     CHECK_THROWS_AS(read_since(body), SpecError);
 }
 
-TEST_CASE("A log that another one replaces is read anew", "[results][server]") {
+TEST_CASE("A log that another one replaces is read anew") {
   const Begun begun;
   GrowingLog log;
   CHECK(log.read(begun.log).empty());

@@ -20,8 +20,15 @@ async function changes(page, act) {
   return false;
 }
 
-{  // an evaluation
-  const {page, faults} = await show("evaluate");
+/// Does something with a page, which makes no error.
+async function on(name, without_error, act) {
+  const {page, faults} = await show(name);
+  await act(page);
+  check(faults.length === 0, without_error, faults);
+  await page.close();
+}
+
+await on("evaluate", "all of it without an error", async (page) => {  // an evaluation
   const slide = (value) => page.$eval("#stroke", (e, v) => { e.value = v; e.dispatchEvent(new Event("input")); }, value);
   check(await changes(page, () => slide(0)), "the slider moves the mechanism");
   check(await text_of(page, "#stroke-text") === "−15 mm", "and shows its stroke", await text_of(page, "#stroke-text"));
@@ -136,12 +143,9 @@ async function changes(page, act) {
   check(JSON.stringify(csv) === JSON.stringify(matrix), "the CSV is the matrix of the point shown");
   check(JSON.stringify(JSON.parse(copied[1].replace(/^#.*\n/, "").replace(/^C = np\.array\(/, "").replace(/\)\n$/, ""))) === JSON.stringify(matrix), "and so is the NumPy array", copied[1].slice(0, 200));
   check(JSON.stringify(copied[2].split("\n").slice(1).join("").replace(/^C = \[|\];$|\.\.\./g, "").split(";").map((r) => r.trim().split(/\s+/).map(Number))) === JSON.stringify(matrix), "and the Matlab one", copied[2].slice(0, 200));
-  check(faults.length === 0, "all of it without an error", faults);
-  await page.close();
-}
+});
 
-{  // the keyboard alone
-  const {page, faults} = await show("evaluate");
+await on("evaluate", "the keyboard makes no error", async (page) => {  // the keyboard alone
   const reached = new Set();
   for (let k = 0; k < 90; ++k) {
     await page.keyboard.press("Tab");
@@ -159,9 +163,7 @@ async function changes(page, act) {
   await page.focus("tr.pick");
   await page.keyboard.press("Enter");
   check(Math.abs((await state(page)).stroke + 0.015) < 1e-12, "enter on a row of the table goes there", (await state(page)).stroke);
-  check(faults.length === 0, "the keyboard makes no error", faults);
-  await page.close();
-}
+});
 
 {  // light and dark
   const {page} = await show("evaluate");
@@ -174,8 +176,7 @@ async function changes(page, act) {
   await page.close();
 }
 
-{  // an optimisation: side by side, brush, front
-  const {page, faults} = await show("front");
+await on("front", "an optimisation makes no error", async (page) => {  // an optimisation: side by side, brush, front
   check((await page.evaluate(() => window.flexopt_report.view.figures.length)) === 2, "start and optimum stand side by side");
   check(await changes(page, () => page.select("#beside", "")), "or the optimum alone");
   const all = await page.$$eval(".parallel g[aria-label=line] path", (list) => list.filter((l) => l.getAttribute("display") !== "none").length);
@@ -200,9 +201,7 @@ async function changes(page, act) {
   check((await page.$eval(`#beside option[value="${beside}"]`, (o) => o.textContent)).startsWith("front, point"), "beside the optimum", beside);
   const bars = await page.$$eval(".bars", (all) => all.map((f) => f.textContent));
   check(bars.some((t) => /\+0\.01 mm thickness/.test(t)), "sensitivities are in handy steps", bars);
-  check(faults.length === 0, "an optimisation makes no error", faults);
-  await page.close();
-}
+});
 
 {  // an optimum's first screen
   const {page} = await show("three_flexure_cross_hinge");
@@ -221,8 +220,7 @@ async function changes(page, act) {
   await page.close();
 }
 
-{  // two drives have two sliders
-  const {page, faults} = await show("two_drives");
+await on("two_drives", "two drives make no error", async (page) => {  // two drives have two sliders
   check((await page.$$("input[id^=stroke-]")).length === 2, "two drives, two sliders");
   check(await changes(page, () => page.$eval("#stroke-1", (e) => { e.value = 1; e.dispatchEvent(new Event("input")); })), "the second one moves the mechanism");
   const strokes = await page.$$eval("input[id^=stroke-] + output", (all) => all.map((o) => o.textContent));
@@ -240,12 +238,9 @@ async function changes(page, act) {
   const told = await text_of(page, ".map output"), point = await page.evaluate(() => JSON.parse(document.getElementById("result").textContent).path[window.flexopt_report.state.stroke]);
   check((await state(page)).stroke !== before && told.startsWith(`x ${Math.round(1e3 * point.stroke.x)} mm`.replace("-", "−")), "to the place that it tells", [told, point.stroke]);
   check(Math.abs(Number(/: ([−\d.]+) N/.exec(told)[1].replace("−", "-")) / point.drive_load.x - 1) < 1e-3, "with the number of the result", [told, point.drive_load]);
-  check(faults.length === 0, "two drives make no error", faults);
-  await page.close();
-}
+});
 
-{  // designs ranked
-  const {page, faults} = await show("listed");
+await on("listed", "ranked designs make no error", async (page) => {  // designs ranked
   check(await changes(page, () => page.$eval("#beside", (e) => { e.value = e.options[e.options.length - 1].value; e.dispatchEvent(new Event("change")); })), "another design stands beside the best");
   const ranked = await page.evaluate(() => {
     const table = document.querySelector("main > .scroll table"), result = JSON.parse(document.getElementById("result").textContent);
@@ -253,12 +248,9 @@ async function changes(page, act) {
       [...table?.querySelectorAll("tbody tr") ?? []].map((row) => row.children[1].textContent), result.ranking.map((e) => e.name)];
   });
   check(ranked[0] && ranked[1].join() === ranked[2].join(), "the ranking stands above the picture", ranked);
-  check(faults.length === 0, "ranked designs make no error", faults);
-  await page.close();
-}
+});
 
-{  // a comparison: errors against any parameter
-  const {page, faults} = await show("compare");
+await on("compare", "a comparison makes no error", async (page) => {  // a comparison: errors against any parameter
   const chart = () => page.$eval("select[aria-label=Parameter]", (e) => e.closest("div").innerHTML);
   const before = await chart();
   await page.$eval("select[aria-label=Parameter]", (e) => { e.value = "width"; e.dispatchEvent(new Event("change")); });
@@ -268,11 +260,8 @@ async function changes(page, act) {
   check(/buckling drive locked/.test(text) && /load capacity -ux/.test(text) && /fatigue safety/.test(text), "with what the job's sections ask for");
   const titles = await page.$$eval("figure", (all) => all.map((f) => f.dataset.title));
   check(titles.includes("Error against stroke, 1 of 2") && titles.includes("Error against stroke, 2 of 2"), "a chart has as many quantities as colours", titles);
-  check(faults.length === 0, "a comparison makes no error", faults);
-  await page.close();
-}
-{  // maps and the global search
-  const {page, faults} = await show("front");
+});
+await on("front", "maps make no error", async (page) => {  // maps and the global search
   const map = ".map > svg[role=application]", told = () => page.$$eval(".map output", (all) => all.map((e) => e.textContent));
   check((await page.$$(map)).length === 2, "a map for each goal", (await page.$$(map)).length);
   const chart = await page.$(map);
@@ -298,11 +287,8 @@ async function changes(page, act) {
   check(drawn.every(([, texts]) => texts.includes("optimum") && texts.includes("start")), "start and optimum are marked", drawn);
   const text = await page.evaluate(() => document.querySelector("main").innerText);
   check(/60 designs of the whole box on reduced leaves/.test(text) && /Different optima/.test(text), "the global search is told");
-  check(faults.length === 0, "maps make no error", faults);
-  await page.close();
-}
-{  // frequency responses
-  const {page, faults} = await show("linear_models");
+});
+await on("linear_models", "frequency responses make no error", async (page) => {  // frequency responses
   const told = () => page.$eval("#frequency-responses figure .soft", (e) => e.textContent);
   const [frequencies, compliance] = await page.evaluate(() => {
     const {path} = JSON.parse(document.getElementById("result").textContent);
@@ -322,11 +308,8 @@ async function changes(page, act) {
     check(await drawn() !== before, "they follow the stroke");
     before = await drawn();
   }
-  check(faults.length === 0, "frequency responses make no error", faults);
-  await page.close();
-}
-{  // fatigue
-  const {page, faults} = await show("fatigue");
+});
+await on("fatigue", "the fatigue section makes no error", async (page) => {  // fatigue
   const {path} = await page.evaluate(() => JSON.parse(document.getElementById("result").textContent));
   const worst = path.reduce((a, p) => p.fatigue_safety < a.fatigue_safety ? p : a), {amplitude, mean, line} = worst.fatigue_safety_place;
   const figure = '#fatigue figure[data-title="Haigh diagram"]';
@@ -362,9 +345,7 @@ async function changes(page, act) {
   const {other_point} = worst.fatigue_safety_place, [from, to] = [worst, path[other_point]].map((p) => p.fatigue_stress);
   const half = (part) => (from[part] - to[part]) / 2, [s1, s2, s3] = ["along", "across", "shear"].map(half);
   check(Math.abs(Math.sqrt(s1 * s1 - s1 * s2 + s2 * s2 + 3 * s3 * s3) / amplitude - 1) < 1e-9, "its ends make the amplitude", [from, to, amplitude]);
-  check(faults.length === 0, "the fatigue section makes no error", faults);
-  await page.close();
-}
+});
 {  // load cases
   const {page} = await show("cases");
   const strokes = () => page.evaluate(() => [...document.querySelectorAll("table")].filter((t) => /^(Stroke|Load factor)/.test(t.querySelector("th").textContent))
