@@ -1,11 +1,25 @@
 #pragma once
 // Tables for spreadsheets and scripts: comma separated, one header line with units, SI.
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/response/quantities.hpp"
 #include "results/files/run_record.hpp"
 
 namespace flexopt {
+
+namespace csv {
+
+/// RFC 4180: quoted where a comma, a quote or a line break would be misread.
+std::string text_cell(const std::string& text);
+
+/// Shortest text that reads back to the same double; empty where there is no finite number.
+std::string number_cell(const std::optional<double>& value);
+
+std::string row(const std::vector<std::string>& cells);
+
+}  // namespace csv
 
 /// One row for each stroke point; a cell without value is empty. `errors`: those of the response,
 /// or null.

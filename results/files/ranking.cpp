@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "results/files/csv_text.hpp"
+#include "results/files/csv.hpp"
 #include "results/files/result_json.hpp"
 
 namespace flexopt {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "results/files/csv_text.hpp"
+#include "results/files/csv.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_parts.hpp"
 

@@ -5,7 +5,6 @@
 #include "results/report/report.hpp"
 #include "results/server/explorer.hpp"
 #include "results/server/local_server.hpp"
-#include "results/server/newest_move.hpp"
 #include "results/server/watched_run.hpp"
 
 namespace flexopt {

@@ -6,7 +6,6 @@
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "optim/job/job_sections.hpp"
-#include "results/cli/start_design.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "support/program.hpp"
