@@ -16,7 +16,7 @@
 #include "results/cli/new_job.hpp"
 #include "results/cli/printed.hpp"
 #include "results/export/design_drawing.hpp"
-#include "results/export/formats.hpp"
+#include "results/export/exported.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"

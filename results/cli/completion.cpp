@@ -5,7 +5,7 @@
 #include "results/cli/command_line.hpp"
 #include "results/cli/commands.hpp"
 #include "results/cli/printed.hpp"
-#include "results/export/formats.hpp"
+#include "results/export/exported.hpp"
 
 namespace flexopt {
 

@@ -10,6 +10,10 @@
 #include "core/response/quantities.hpp"
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
+#include "results/export/parts.hpp"
+#include "results/export/writers.hpp"
+#include "results/files/folder.hpp"
+#include "results/report/report.hpp"
 #include "results/run/run_files.hpp"
 
 namespace flexopt {
@@ -124,6 +128,99 @@ StrokeRequest request_of(const Job& job, const std::string& name) {
                                 : fmt::format("expected one of {}", fmt::join(names, ", ")));
 }
 
+/// A file before it is written.
+struct ExportedFile {
+  std::string name, content;
+};
+using Files = std::vector<ExportedFile>;
+
+/// What the files of a format are made of.
+struct Making {
+  const Exported& of;
+  const ExportOptions& options;
+  std::vector<std::string>& notes;            ///< receives what was left out of the files
+  std::optional<PathPoint> equilibrium = {};  ///< at the strokes, once it was asked for
+
+  /// The equilibrium at the strokes; null where the mechanism is undeflected.
+  const PathPoint* point() {
+    if (!of.undeflected && !equilibrium) equilibrium = of.equilibria({of.strokes}).front();
+    return equilibrium ? &*equilibrium : nullptr;
+  }
+  /// Decks go as far as the job does unless a stroke is given.
+  VectorXd strokes_of_deck() const { return of.undeflected ? of.largest_strokes() : of.strokes; }
+  std::string name(const char* ending) const { return options.stem + ending; }
+};
+
+struct Maker {
+  ExportFormat format;
+  Files (*make)(Making&);
+};
+
+/// Points of the path that an animation goes through: all, or some of many.
+std::vector<VectorXd> frames_of(const Exported& exported) {
+  constexpr std::size_t most = 41;
+  const std::vector<VectorXd> all = exported.path();
+  if (all.size() <= most) return all;
+  std::vector<VectorXd> some;
+  for (std::size_t k = 0; k < most; ++k) some.push_back(all[k * (all.size() - 1) / (most - 1)]);
+  return some;
+}
+
+Files dxf_files(Making& making) {
+  Files files;
+  if (auto leaves = dxf_leaves(making.of.mechanism))
+    files.push_back({making.name("_leaves.dxf"), std::move(*leaves)});
+  if (auto contour = dxf_contour(making.of.mechanism, making.point()))
+    files.push_back({making.name("_contour.dxf"), std::move(*contour)});
+  if (files.empty())
+    throw SpecError("--format", "dxf", "wires have no outline: expected a leaf with a width");
+  return files;
+}
+
+Files step_files(Making& making) {
+  StepFile file = step_file(making.of, making.point());
+  making.notes.insert(making.notes.end(), file.notes.begin(), file.notes.end());
+  return {{making.name(".step"), std::move(file.content)}};
+}
+
+Files stl_files(Making& making) {
+  return {{making.name(".stl"), stl_text(drawn_parts(making.of.mechanism, making.point()))}};
+}
+
+Files gltf_files(Making& making) {
+  const PathPoint* point = making.point();
+  return {{making.name(".glb"),
+           glb(making.of.mechanism, point, making.of.equilibria(frames_of(making.of)))}};
+}
+
+Files ccx_files(Making& making) {
+  return {{making.name(".inp"), ccx_deck(making.of, making.strokes_of_deck(), making.options.solid)},
+          {"compare_ccx.py", std::string(embedded_file("compare_ccx.py"))}};
+}
+
+Files spacar_files(Making& making) {
+  return {{making.name("_spacar.m"), spacar_script(making.of, making.strokes_of_deck())}};
+}
+
+Files vtu_files(Making& making) {
+  Outputs modes;
+  if (making.of.request.frequencies > 0)
+    modes.add({Output::frequencies_locked, Output::frequencies_free});
+  return {{making.name(".vtu"), point_vtu(making.of.mechanism, making.of.standing(modes))}};
+}
+
+const std::vector<Maker>& makers() {
+  static const std::vector<Maker> all{
+      {{"step", "solids of leaves and bodies for CAD, in mm"}, step_files},
+      {{"stl", "triangles of leaves and bodies, each a closed solid, in mm"}, stl_files},
+      {{"gltf", "leaves and bodies that move through the stroke, in m"}, gltf_files},
+      {{"dxf", "outlines of the leaves, and of planar mechanisms the contour, in mm"}, dxf_files},
+      {{"ccx", "a deck of CalculiX in solid elements, driven to the stroke"}, ccx_files},
+      {{"spacar", "a script for SPACAR Light with beams, driven to the stroke"}, spacar_files},
+      {{"vtu", "displacement, stress and modes on the leaves, for ParaView"}, vtu_files}};
+  return all;
+}
+
 }  // namespace
 
 std::vector<PathPoint> Exported::equilibria(const std::vector<VectorXd>& at, const ModelOptions& by,
@@ -204,6 +301,49 @@ Exported make_exported(const Job& job, const ExportPlace& place) {
     made.undeflected = false;
   }
   return made;
+}
+
+const std::vector<ExportFormat>& export_formats() {
+  static const std::vector<ExportFormat> formats = [] {
+    std::vector<ExportFormat> list;
+    for (const Maker& maker : makers()) list.push_back(maker.format);
+    return list;
+  }();
+  return formats;
+}
+
+std::vector<std::string> read_formats(const std::string& list) {
+  std::vector<std::string> formats, known;
+  for (const ExportFormat& format : export_formats()) known.push_back(format.name);
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    const std::string name = list.substr(begin, end - begin);
+    begin = end + 1;
+    if (std::ranges::find(known, name) == known.end())
+      throw SpecError("--format", name.empty() ? "nothing" : name,
+                      fmt::format("expected one of {}", fmt::join(known, ", ")));
+    if (std::ranges::find(formats, name) != formats.end())
+      throw SpecError("--format", name, "this format is named twice");
+    formats.push_back(name);
+  }
+  return formats;
+}
+
+WrittenExports write_exports(const Exported& exported, const ExportOptions& options,
+                             const std::filesystem::path& folder) {
+  WrittenExports written;
+  Making making{exported, options, written.notes};
+  Files files;
+  for (const std::string& format : options.formats) {
+    const auto maker =
+        std::ranges::find(makers(), format, [](const Maker& m) { return m.format.name; });
+    for (ExportedFile& file : maker->make(making)) files.push_back(std::move(file));
+  }
+  for (const ExportedFile& file : files) {
+    write_file(folder / file.name, file.content);
+    written.names.push_back(file.name);
+  }
+  return written;
 }
 
 }  // namespace flexopt

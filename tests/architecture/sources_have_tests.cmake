@@ -161,10 +161,8 @@ set(tested_by
   results/export/ccx_limits results/export/test_ccx_deck
   results/export/ccx_model results/export/test_ccx_deck
   results/export/convex_hull results/export/test_triangles
-  results/export/formats results/cli/test_export_command
   results/export/leaf_surface results/export/test_stl
   results/export/parts results/export/test_stl
-  results/export/spacar_model results/export/test_spacar
   results/export/step_writer results/export/test_step
   results/files/comparison_json results/files/test_comparison
   results/files/optimum_json results/run/test_run_files
