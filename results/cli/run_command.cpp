@@ -54,15 +54,15 @@ int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
       put(stderr, fmt::format("flexopt: expected otherwise: {}\n", failure));
     return usable(*written.result) ? exit_usable : exit_not_usable;
   };
+  const RunOptions options{folder.path(), line.threads, {}, sharing};
   if (!job.designs.empty()) {
     std::map<std::string, double> timings;
-    OrderedJson result =
-        run_listed_designs(job, folder.path(), line.threads, progress, timings, sharing);
+    OrderedJson result = run_listed_designs(job, options, progress, timings);
     timings["total"] = seconds_since(begin);
     const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
     return end(written, nullptr);
   }
-  RunRecord record = run_any(job, folder.path(), line.threads, progress, {}, sharing);
+  RunRecord record = run_any(job, options, progress);
   record.timings["total"] = seconds_since(begin);
   return end(write_run(folder.path(), record), &record);
 }
@@ -72,13 +72,12 @@ std::filesystem::path job_folder(const CommandLine& line) {
 }
 
 /// Carries out what a process does of a run that is shared; others have its results.
-void take_part(const Job& job, const std::filesystem::path& folder, int threads,
-               RunListener& listener, Sharing& sharing) {
+void take_part(const Job& job, const RunOptions& options, RunListener& listener) {
   std::map<std::string, double> timings;
   if (job.designs.empty())
-    run_any(job, folder, threads, listener, {}, &sharing);
+    run_any(job, options, listener);
   else
-    run_listed_designs(job, folder, threads, listener, timings, &sharing);
+    run_listed_designs(job, options, listener, timings);
 }
 
 /// A part of a run, which leaves its logs and shard.json.
@@ -88,7 +87,7 @@ int run_shard(const Job& job, const CommandLine& line, const Shard& shard, Outpu
   begin_shard(folder.path(), job_folder(line), shard);
   Sharing sharing(shard);
   try {
-    take_part(job, folder.path(), line.threads, progress, sharing);
+    take_part(job, {folder.path(), line.threads, {}, &sharing}, progress);
   } catch (const ShardEnds&) {
   }
   end_shard(folder.path(), sharing);
@@ -120,7 +119,7 @@ int help_run(const CommandLine& line, Workers& workers) {
     const Job job = hear_job(workers);
     Sharing sharing(workers);
     Silent silent;
-    take_part(job, {}, line.threads, silent, sharing);
+    take_part(job, {{}, line.threads, {}, &sharing}, silent);
   } catch (const WorkersDismissed&) {
   } catch (const std::exception& error) {
     workers.fail(error.what());

@@ -280,6 +280,30 @@ DrawnView own_view(const Mechanism& mechanism, const LegAngle& angle) {
   return {name(a) + " and " + name(b) + ", on edge", right, up, {a, b}};
 }
 
+/// Looks for a parameter among the angles that an arc subtends and those between leaves which meet
+/// at an edge or a fold; false where it is none of them. Its dimension goes into a view of `all`
+/// that shows the angle in true size, else into a new one of these leaves alone. An arc up to 100°
+/// is measured between the tangents at its ends, a longer one at its centre.
+bool measure_between_legs(const PlacedDesign& design, std::size_t parameter, MeasuredDesign& all) {
+  std::vector<LegAngle> found;
+  for (LegAngle& angle : angles_of(design))
+    if (design.parameter_of(angle.value, "rad", [&](std::size_t k) { return rate_of(angle, k); }) ==
+        parameter)
+      found.push_back(std::move(angle));
+  const auto add = [&](const LegAngle& angle, MeasuredView& to) {
+    const Eigen::Vector2d axis = to.view(angle.from).normalized();
+    to.measures.push_back(
+        {parameter, ShownMeasure::Along::angle, angle.vertex, angle.to, axis, angle.guide});
+    return true;
+  };
+  for (MeasuredView& one : all.views)
+    for (const LegAngle& angle : found)
+      if (shows(one.view, angle, design.size)) return add(angle, one);
+  if (found.empty()) return false;
+  all.views.push_back({own_view(design.mechanism, found.front()), {}});
+  return add(found.front(), all.views.back());
+}
+
 }  // namespace
 
 const std::vector<DrawnView>& plan_views() {
@@ -312,26 +336,6 @@ MeasuredDesign measured_design(const PlacedDesign& design) {
       measure_between_legs(design, k, all);
   }
   return all;
-}
-
-bool measure_between_legs(const PlacedDesign& design, std::size_t parameter, MeasuredDesign& all) {
-  std::vector<LegAngle> found;
-  for (LegAngle& angle : angles_of(design))
-    if (design.parameter_of(angle.value, "rad", [&](std::size_t k) { return rate_of(angle, k); }) ==
-        parameter)
-      found.push_back(std::move(angle));
-  const auto add = [&](const LegAngle& angle, MeasuredView& to) {
-    const Eigen::Vector2d axis = to.view(angle.from).normalized();
-    to.measures.push_back(
-        {parameter, ShownMeasure::Along::angle, angle.vertex, angle.to, axis, angle.guide});
-    return true;
-  };
-  for (MeasuredView& one : all.views)
-    for (const LegAngle& angle : found)
-      if (shows(one.view, angle, design.size)) return add(angle, one);
-  if (found.empty()) return false;
-  all.views.push_back({own_view(design.mechanism, found.front()), {}});
-  return add(found.front(), all.views.back());
 }
 
 }  // namespace flexopt

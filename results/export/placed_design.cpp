@@ -1,4 +1,4 @@
-#include "results/export/placed_design.hpp"
+#include "results/export/measures.hpp"
 
 #include <algorithm>
 

@@ -79,9 +79,9 @@ void add_center(const PlacedDesign& design, const Projection& on, DimensionLines
   lines.note("O", o);
 }
 
-DimensionText text_of(const PlacedDesign& design, std::size_t parameter) {
+DrawnDimension text_of(const PlacedDesign& design, std::size_t parameter, double scale) {
   const Parameter& p = design.parameters[parameter];
-  return {p.name, p.unit, design.values[parameter]};
+  return {p.name, p.unit, design.values[parameter], scale};
 }
 
 void add_guide(const ShownMeasure& measure, const Projection& on, Picture& picture) {
@@ -100,7 +100,7 @@ void add_measures(const PlacedDesign& design, const MeasuredView& view, const Pr
   std::ranges::stable_sort(measures, {}, rank);
   for (const ShownMeasure& m : measures) {
     const Point2 a = on(m.from), b = on(m.to);
-    const DimensionText text = text_of(design, m.parameter);
+    const DrawnDimension text = text_of(design, m.parameter, on.scale);
     if (m.along == ShownMeasure::Along::angle) {
       add_guide(m, on, picture);
       lines.angle(text, a, {m.axis[0], -m.axis[1]}, b);
@@ -133,8 +133,14 @@ Vector3d slant(const Mechanism& mechanism) {
 
 constexpr double head_length = 8, head_half = 2.4, tail = 14, lane = 19, gap = 3;  // px
 
-std::string words_of(const DimensionText& text) {
+/// What a dimension says: "length = 80 mm".
+std::string words_of(const DrawnDimension& text) {
   return text.parameter + " = " + with_drawn_unit(text.value, text.unit);
+}
+
+DrawnDimension with_line(DrawnDimension text, std::vector<Point2> line) {
+  text.line = std::move(line);
+  return text;
 }
 
 /// An arrowhead with its tip there, pointing along.
@@ -176,7 +182,7 @@ Picture view_picture(const PlacedDesign& design, const MeasuredView& view, doubl
   const Projection on{view.view, scale};
   Picture picture;
   add_parts(design.mechanism, on, picture);
-  DimensionLines lines(picture, scale);
+  DimensionLines lines(picture);
   if (view.view.leaves.empty()) {
     add_center(design, on, lines, picture);
     add_drives(design, on, lines, picture);
@@ -208,7 +214,7 @@ Picture slanting_picture(const PlacedDesign& design, double largest) {
   const Projection on{view, scale};
   Picture picture;
   add_solid_parts(design.mechanism, on, picture);
-  DimensionLines lines(picture, scale);
+  DimensionLines lines(picture);
   add_center(design, on, lines, picture);
   add_drives(design, on, lines, picture);
   picture.parts.push_back({"slanting", picture.extent()});
@@ -228,12 +234,7 @@ std::string with_drawn_unit(double value, const std::string& unit) {
   return unit == "1" ? fmt::format("{:.4g}", value) : fmt::format("{:.4g} {}", value, unit);
 }
 
-DrawnDimension DimensionLines::dimension(const DimensionText& text,
-                                         std::vector<Point2> line) const {
-  return {text.parameter, text.unit, text.value, scale_, std::move(line)};
-}
-
-void DimensionLines::length(const DimensionText& text, const Point2& a, const Point2& b,
+void DimensionLines::length(const DrawnDimension& text, const Point2& a, const Point2& b,
                             const Point2& along, bool outside) {
   if (std::abs((b - a).dot(along)) < 2 * head_length + 2)
     pinched(text, a, b, along);
@@ -241,7 +242,7 @@ void DimensionLines::length(const DimensionText& text, const Point2& a, const Po
     beside(text, a, b, along, outside);
 }
 
-void DimensionLines::beside(const DimensionText& text, const Point2& a, const Point2& b,
+void DimensionLines::beside(const DrawnDimension& text, const Point2& a, const Point2& b,
                             const Point2& along, bool outside) {
   const Point2 normal(-along[1], along[0]);
   Best best(*picture_);
@@ -256,7 +257,7 @@ void DimensionLines::beside(const DimensionText& text, const Point2& a, const Po
       const Point2 p = a + out * (place - out.dot(a)), q = b + out * (place - out.dot(b));
       const Point2 way = (q - p).normalized();
       Picture one;
-      one.dimensions.push_back(dimension(text, {p, q}));
+      one.dimensions.push_back(with_line(text, {p, q}));
       add_head(one, p, -way);
       add_head(one, q, way);
       for (const auto& [from, to] : {std::pair{a, p}, {b, q}})
@@ -267,7 +268,7 @@ void DimensionLines::beside(const DimensionText& text, const Point2& a, const Po
   picture_->append(best.picture());
 }
 
-void DimensionLines::pinched(const DimensionText& text, const Point2& a, const Point2& b,
+void DimensionLines::pinched(const DrawnDimension& text, const Point2& a, const Point2& b,
                              const Point2& along) {
   const double sign = (b - a).dot(along) < 0 ? -1 : 1;
   const Point2 way = sign * along, across(-way[1], way[0]);
@@ -281,7 +282,7 @@ void DimensionLines::pinched(const DimensionText& text, const Point2& a, const P
         const Point2 out = side * way;
         const Point2 end = near + out * (tail + 7 * k);
         Picture one;
-        one.dimensions.push_back(dimension(text, {a, bent}));
+        one.dimensions.push_back(with_line(text, {a, bent}));
         add_head(one, near, -out);
         add_head(one, far, out);
         one.line("extension", {near + out * head_length, end});
@@ -301,7 +302,7 @@ void DimensionLines::pinched(const DimensionText& text, const Point2& a, const P
   picture_->append(best.picture());
 }
 
-void DimensionLines::angle(const DimensionText& text, const Point2& vertex, const Point2& axis,
+void DimensionLines::angle(const DrawnDimension& text, const Point2& vertex, const Point2& axis,
                            const Point2& to) {
   const Point2 way = to - vertex;
   const double turn = std::atan2(axis[0] * way[1] - axis[1] * way[0], axis.dot(way));
@@ -322,7 +323,7 @@ void DimensionLines::angle(const DimensionText& text, const Point2& vertex, cons
       one.line("extension", {vertex, vertex + (radius + 8) * axis});
       if (way.norm() < radius)
         one.line("extension", {vertex, vertex + (radius + 8) * direction(1)});
-      one.dimensions.push_back(dimension(text, arc));
+      one.dimensions.push_back(with_line(text, arc));
       one.dimensions.back().vertex = vertex;
       const double bend = 0.5 * head_length / radius;
       for (const double end : {0.0, 1.0}) {

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <thread>
 
 #include "optim/problem/goals.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
@@ -52,10 +51,8 @@ class Listener : public RunListener {
 std::shared_ptr<const Result::Impl> finished(const Job& job, JobKind kind, const Options& options,
                                              const std::vector<std::string>& gradients) {
   return translated([&] {
-    const auto hardware = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     Listener listener(options.progress);
-    const RunOptions how{options.folder.string(), options.threads > 0 ? options.threads : hardware,
-                         gradients};
+    const RunOptions how{options.folder, options.threads, gradients};
     try {
       return std::make_shared<const Result::Impl>(
           Result::Impl{run(as_kind(job.impl()->job, kind), how, listener), gradients});

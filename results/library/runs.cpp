@@ -1,14 +1,14 @@
 #include "results/library/runs.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "optim/solvers/parallel.hpp"
 #include "results/files/folder.hpp"
-#include "results/run/run.hpp"
-#include "results/run/run_files.hpp"
 
 namespace flexopt {
 
@@ -23,17 +23,20 @@ Job as_kind(const Job& job, JobKind kind) {
 
 FinishedRun run(const Job& job, const RunOptions& options, RunListener& listener) {
   const auto begin = std::chrono::steady_clock::now();
+  static const int hardware =  // asking takes long
+      static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   FinishedRun finished;
-  std::vector<std::string> along;
+  RunOptions how = options;
+  if (how.threads <= 0) how.threads = hardware;
   if (!options.along.empty()) {
     finished.through = std::make_shared<const ThroughFormulas>(
         through_formulas(job, job.design.parameters, options.along));
-    along = finished.through->names;
+    how.along = finished.through->names;
   }
   std::optional<OutputFolder> folder;
   if (!options.folder.empty()) folder.emplace(options.folder);
   try {
-    RunRecord record = run_any(job, options.folder, options.threads, listener, along);
+    RunRecord record = run_any(job, how, listener);
     record.timings["total"] = seconds_since(begin);
     if (folder)
       finished.failed_expectations = write_run(folder->path(), record).failed_expectations;

@@ -6,7 +6,7 @@
 
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "results/files/run_record.hpp"
-#include "results/run/progress.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 
@@ -17,16 +17,10 @@ struct FinishedRun {
   std::vector<std::string> failed_expectations;    ///< a sentence each, of a run with a folder
 };
 
-struct RunOptions {
-  std::string folder;  ///< empty: nothing is written
-  int threads = 1;
-  std::vector<std::string> along;  ///< parameters of exact derivatives, for an evaluation
-};
-
 /// The job as one of this kind. Throws SpecError where it lacks what the kind needs.
 Job as_kind(const Job& job, JobKind kind);
 
-/// Runs a job of one design by its kind. An interrupted run leaves its evaluations in the folder.
+/// Runs a job of one design by its kind; 0 threads: as many as the machine has. An interrupted run leaves its evaluations in the folder.
 FinishedRun run(const Job& job, const RunOptions& options, RunListener& listener);
 
 }  // namespace flexopt

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "core/spec/spec_error.hpp"
@@ -137,9 +136,7 @@ void add_run(py::module_& m) {
       [](const std::shared_ptr<Job>& job, const std::vector<std::string>& along,
          const std::string& folder, int threads, py::object progress) {
         const Computation computation;
-        static const int hardware =  // asking takes long
-            static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-        const RunOptions options{folder, threads > 0 ? threads : hardware, along};
+        const RunOptions options{folder, threads, along};
         PythonListener listener(std::move(progress));
         std::optional<FinishedRun> finished;
         if (job->kind == JobKind::evaluate && !job->tolerances && job->maps.empty()) {

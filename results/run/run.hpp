@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "optim/solvers/sharing.hpp"
 #include "results/files/json_text.hpp"
@@ -12,28 +13,22 @@
 
 namespace flexopt {
 
-/// All leave job.json in the folder before they start; an empty path: nothing is written at all.
-/// `sharing`: with whom work is shared; null: with nobody. What a process that follows a leader
-/// gets means nothing, nor does what a shard gets; a shard ends with ShardEnds where it would need
-/// the others. `along`: of which parameters exact derivatives are wanted too (ThroughFormulas), of
-/// a path that is then differentiable; none: of none.
-RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
-                         RunListener& listener, const std::vector<std::string>& along = {},
-                         Sharing* sharing = nullptr);
+/// How to run a job.
+struct RunOptions {
+  std::filesystem::path folder;  ///< where its files are; empty: nothing is written at all
+  int threads = 1;
+  /// Parameters by which exact derivatives are wanted too (ThroughFormulas), of the path of an
+  /// evaluation, which is then differentiable.
+  std::vector<std::string> along = {};
+  Sharing* sharing = nullptr;  ///< with whom work is shared; null: with nobody
+};
 
-/// Appends to evaluations.jsonl in the folder, and goes on from the one it finds there. Throws
-/// SpecError where an interrupted run of another job stands in the way.
-RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
-                           RunListener& listener, Sharing* sharing = nullptr);
-
-/// Runs a comparison with full accuracy; arguments and errors as of run_optimisation().
-RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
-                         RunListener& listener, Sharing* sharing = nullptr);
-
-/// The one of these that the job asks for.
-RunRecord run_any(const Job& job, const std::filesystem::path& folder, int threads,
-                  RunListener& listener, const std::vector<std::string>& along = {},
-                  Sharing* sharing = nullptr);
+/// Leaves job.json in the folder before it starts. An optimisation or a comparison appends to
+/// evaluations.jsonl there, and goes on from the one that it finds. What a process that follows a
+/// leader gets means nothing, nor does what a shard gets; a shard ends with ShardEnds where it
+/// would need the others. Throws SpecError where an interrupted run of another job stands in the
+/// way.
+RunRecord run_any(const Job& job, const RunOptions& options, RunListener& listener);
 
 // A mechanism as it was designed, of which nothing has been computed.
 
@@ -51,11 +46,10 @@ OrderedJson undeflected_result(const RunRecord& record);
 
 /// Runs one design after the other as a job of its own; one that fails does not stop the others.
 /// Each leaves all files of a run in its folder, from which an interrupted one goes on. Adds the
-/// total of each to `timings`. Throws as run_optimisation does. `sharing` as there; of a shard and
-/// of a process that follows there is no result.
-OrderedJson run_listed_designs(const Job& job, const std::filesystem::path& folder, int threads,
-                               RunListener& listener, std::map<std::string, double>& timings,
-                               Sharing* sharing = nullptr);
+/// total of each to `timings`. Throws as run_any does. Of a shard and of a process that follows
+/// there is no result.
+OrderedJson run_listed_designs(const Job& job, const RunOptions& options, RunListener& listener,
+                               std::map<std::string, double>& timings);
 
 /// job.json has been written: ranking.csv, timings.json, report.html and, last of all, result.json.
 WrittenRun write_listed_designs(const std::filesystem::path& folder, const Job& job,

@@ -270,9 +270,10 @@ ShownRun interrupted_run(const fs::path& folder, GrowingLog& evaluations) {
   return unfinished(make_result(record), make_scene(record));
 }
 
-OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threads,
-                               RunListener& listener, std::map<std::string, double>& timings,
-                               Sharing* sharing) {
+OrderedJson run_listed_designs(const Job& job, const RunOptions& options, RunListener& listener,
+                               std::map<std::string, double>& timings) {
+  const fs::path& folder = options.folder;
+  const Sharing* const sharing = options.sharing;
   const bool keeps = !sharing || !sharing->follows();
   if (keeps && fs::exists(folder / "evaluations.jsonl") && !holds_finished_run(folder))
     throw SpecError("--out", folder.string(),
@@ -288,7 +289,9 @@ OrderedJson run_listed_designs(const Job& job, const fs::path& folder, int threa
     if (keeps) fs::create_directories(own);
     std::optional<RunRecord> found;
     try {
-      found = run_any(*design.job, own, threads, listener, {}, sharing);
+      RunOptions of_design = options;
+      of_design.folder = own;
+      found = run_any(*design.job, of_design, listener);
     } catch (const ShardEnds&) {
     }
     if (!found || (sharing && !sharing->complete())) continue;

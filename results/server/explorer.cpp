@@ -81,7 +81,7 @@ Job evaluation_of(Job job) {
 
 OrderedJson look_at(const Job& job) {
   Silent nobody;  // one evaluation has no progress to show
-  RunRecord record = run_evaluation(evaluation_of(job), {}, 1, nobody);
+  RunRecord record = run_any(evaluation_of(job), {}, nobody);
   if (record.status == "no_equilibrium" || record.status == "left_branch" ||
       record.status == "limit_reached" || record.status == "failed")
     return {{"ok", false}, {"message", record.message}};
