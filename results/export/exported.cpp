@@ -13,6 +13,7 @@
 #include "results/export/parts.hpp"
 #include "results/export/writers.hpp"
 #include "results/files/folder.hpp"
+#include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
 #include "results/run/run_files.hpp"
 

@@ -22,10 +22,6 @@ std::string stl_text(const std::vector<TriangleMesh>& parts);
 std::string glb(const Mechanism& mechanism, const PathPoint* base,
                 const std::vector<PathPoint>& path);
 
-/// A point of a path for ParaView: displacement, stress, and every mode that it has as a vector
-/// field "mode 1, drive locked, 56.3 Hz", the largest of which is one.
-std::string point_vtu(const Mechanism& mechanism, const PathPoint& point);
-
 // Drawings for cutting, DXF R12 in millimetres.
 
 /// The leaves laid flat, a closed outline of true size for each on a layer of its own, folds on the

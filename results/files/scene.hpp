@@ -3,6 +3,7 @@
 // once, on the meshes of the leaves; the page makes the motion between them.
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,11 +56,14 @@ std::vector<double> places_along(const LeafShape& shape);
 /// Half the thickness of a leaf, or the radius of a wire, at a share s of its length [m].
 double half_thickness(const LeafSpring& leaf, double s);
 
-/// Motion of the points of a leaf whose edges follow their bodies: cubic along the leaf, as a
-/// slender leaf bends. For models that do not tell their own. 3 numbers a point, in the order of
-/// the shape.
-VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const PathPoint& point,
-                           const VectorXd& body_motion);
+struct ModeShape {
+  VectorXd points;  ///< motion of the mesh points of all leaves, the largest of which is one
+  VectorXd bodies;  ///< displacement and spin of each body
+};
+/// A mode with the motion of all so many mesh points; nothing where the model of a leaf does not
+/// tell its own.
+std::optional<ModeShape> mode_shape(const Mechanism& mechanism, const PathPoint& point,
+                                    const Mode& mode, std::size_t points);
 
 // Tracks modes from one point of the path to the next.
 

@@ -9,18 +9,6 @@
 
 namespace flexopt {
 
-namespace {
-
-/// Adds how many steps failed, in these words, and how many came from the log.
-RunStep with_counts(RunStep step, int failed, const char* words) {
-  if (failed > 0) step.goals = fmt::format("{} {}", failed, words);
-  if (failed > 0) step.text += ", " + step.goals;
-  if (step.replayed > 0) step.text += fmt::format(", {} from the log", step.replayed);
-  return step;
-}
-
-}  // namespace
-
 BestSoFar::BestSoFar(const OptimiseSpec& spec, const DriveList& drives) : spec_(spec) {
   if (!spec.objective.quantity.empty()) unit_ = quantity_unit(spec.objective.quantity, drives);
 }
@@ -47,15 +35,16 @@ std::string BestSoFar::text() const {
 }
 
 RunStep step_of(const Progress& progress, int total, const BestSoFar& best) {
-  RunStep step = with_counts({.done = progress.evaluations,
-                              .total = total,
-                              .what = "evaluations",
-                              .text = fmt::format("evaluations at most, {} start{}",
-                                                  progress.starts, progress.starts == 1 ? "" : "s"),
-                              .replayed = progress.replayed,
-                              .at_most = true},
-                             progress.failed, "failed");
-  step.goals = best.text();
+  RunStep step{.done = progress.evaluations,
+               .total = total,
+               .what = "evaluations",
+               .text = fmt::format("evaluations at most, {} start{}", progress.starts,
+                                   progress.starts == 1 ? "" : "s"),
+               .goals = best.text(),
+               .replayed = progress.replayed,
+               .at_most = true};
+  if (progress.failed > 0) step.text += fmt::format(", {} failed", progress.failed);
+  if (progress.replayed > 0) step.text += fmt::format(", {} from the log", progress.replayed);
   if (progress.best)
     step.text += fmt::format(", best {:.6g}{}{}", *progress.best, best.unit().empty() ? "" : " ",
                              best.unit());
@@ -63,24 +52,29 @@ RunStep step_of(const Progress& progress, int total, const BestSoFar& best) {
 }
 
 RunStep step_of(const ScreeningProgress& progress, double seconds) {
-  RunStep step = with_counts({.done = progress.screened,
-                              .total = progress.designs,
-                              .what = "designs screened",
-                              .text = "designs screened",
-                              .replayed = progress.replayed},
-                             progress.failed, "without values");
+  RunStep step{.done = progress.screened,
+               .total = progress.designs,
+               .what = "designs screened",
+               .text = "designs screened",
+               .replayed = progress.replayed};
+  if (progress.failed > 0) step.goals = fmt::format("{} without values", progress.failed);
+  if (progress.failed > 0) step.text += ", " + step.goals;
+  if (progress.replayed > 0) step.text += fmt::format(", {} from the log", progress.replayed);
   const int fresh = progress.screened - progress.replayed;
   if (fresh > 0 && seconds > 1) step.text += fmt::format(", {:.0f} a second", fresh / seconds);
   return step;
 }
 
 RunStep step_of(const CompareProgress& progress) {
-  return with_counts({.done = progress.evaluations,
-                      .total = progress.total,
-                      .what = "evaluations",
-                      .text = "evaluations",
-                      .replayed = progress.replayed},
-                     progress.failed, "failed");
+  RunStep step{.done = progress.evaluations,
+               .total = progress.total,
+               .what = "evaluations",
+               .text = "evaluations",
+               .replayed = progress.replayed};
+  if (progress.failed > 0) step.goals = fmt::format("{} failed", progress.failed);
+  if (progress.failed > 0) step.text += ", " + step.goals;
+  if (progress.replayed > 0) step.text += fmt::format(", {} from the log", progress.replayed);
+  return step;
 }
 
 LoopProgress counted(RunListener& listener, const std::string& what) {

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "results/export/writers.hpp"
+#include "results/files/vtk.hpp"
 #include "support/vtu.hpp"
 #include "tests/results/export/gallery.hpp"
 
