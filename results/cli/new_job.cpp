@@ -213,8 +213,7 @@ StrokeResponse moved(const StartDesign& start, ModelOptions model,
     request.points.push_back(stroke_in_si(drives.front(), number));
     if (drives.size() == 1) continue;
     VectorXd& strokes = request.strokes.emplace_back(static_cast<Eigen::Index>(drives.size()));
-    for (std::size_t k = 0; k < drives.size(); ++k)
-      strokes[static_cast<Eigen::Index>(k)] = stroke_in_si(drives[k], number);
+    for (std::size_t k = 0; k < drives.size(); ++k) strokes[k] = stroke_in_si(drives[k], number);
   }
   return evaluate_stroke(start.mechanism, model, request);
 }

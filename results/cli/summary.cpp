@@ -141,9 +141,7 @@ std::string tolerance_lines(const RunRecord& record, const DriveList& drives) {
       cells[2] = shown(standard_deviation(entries, *n.slopes), unit);
       Eigen::Index most = 0;
       const double share = variance_shares(entries, *n.slopes).maxCoeff(&most);
-      if (share > 0)
-        cells[4] =
-            fmt::format("{} {:.0f} %", entries[static_cast<std::size_t>(most)].name, 100 * share);
+      if (share > 0) cells[4] = fmt::format("{} {:.0f} %", entries[most].name, 100 * share);
     }
     if (n.sampled) cells[3] = shown(n.sampled->standard_deviation, unit);
     text += line(goal.label == "objective" && !goal.quantity.empty() ? goal.quantity : goal.label,
@@ -233,7 +231,7 @@ StrokeCell weakest_of(const QuantityRow& row, const PathPoint& point, int first)
     const auto value = row.value(point, d);
     if (value && (!weakest.value || *value < *weakest.value)) {
       weakest.value = value;
-      weakest.direction = direction_names[static_cast<std::size_t>(d)];
+      weakest.direction = direction_names[d];
     }
   }
   return weakest;
@@ -296,7 +294,7 @@ void add_strokes(const Points& points, const DriveList& drives, const StrokeRequ
     }
     return;
   }
-  const std::string direction(direction_names[static_cast<std::size_t>(index(drives.first()))]);
+  const std::string direction(direction_names[index(drives.first())]);
   StrokeRow& added =
       table.emplace_back(StrokeRow{.label = driven ? "stroke " + direction : "load factor",
                                    .quantity = driven ? "stroke" : "load_factor",

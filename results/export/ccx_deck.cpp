@@ -106,8 +106,7 @@ class Writer {
     if (!model_->fixed.empty()) deck_.line("*BOUNDARY\nGROUND, 1, 3, 0.");
     for (std::size_t b = 0; b < mechanism_->bodies.size(); ++b)
       for (int d = 0; d < 6; ++d)
-        if (mechanism_->bodies[b].held[static_cast<std::size_t>(d)] &&
-            model_->rigid_of(static_cast<int>(b))) {
+        if (mechanism_->bodies[b].held[d] && model_->rigid_of(static_cast<int>(b))) {
           const auto [node, dof] = model_->freedom(static_cast<int>(b), static_cast<Direction>(d));
           deck_.line("*BOUNDARY\n{}, {}, {}, 0.", node, dof, dof);
         }
@@ -181,7 +180,7 @@ class Writer {
   void write_prescribed(const VectorXd& strokes) {
     for (std::size_t k = 0; k < handles_.size(); ++k)
       deck_.line("*BOUNDARY\n{}, {}, {}, {:.12g}", handles_[k].node, handles_[k].dof,
-                 handles_[k].dof, strokes[static_cast<Eigen::Index>(k)]);
+                 handles_[k].dof, strokes[k]);
   }
 
   void write_force(int node, const Vector3d& force) {
@@ -211,7 +210,7 @@ class Writer {
   void write_moments(bool ended) {
     for (const CcxRigid& rigid : model_->rigids)
       if (const Vector3d m = moment_on(rigid, ended); rigid.body != ground && !m.isZero(0))
-        write_moment(rigid, point_->bodies[static_cast<std::size_t>(rigid.body)].rotation, m);
+        write_moment(rigid, point_->bodies[rigid.body].rotation, m);
   }
 
   void write_load_step() {
@@ -232,7 +231,7 @@ class Writer {
     for (std::size_t i = 0; i < all.temperature.size(); ++i)
       deck_.line("*TEMPERATURE\nWARM{}, {:.12g}", i + 1, all.temperature[i]);
     for (std::size_t k = 0; k < all.assembly.size(); ++k) {
-      const CcxRigid& edge = model_->rigids[static_cast<std::size_t>(model_->placed_edges[k])];
+      const CcxRigid& edge = model_->rigids[model_->placed_edges[k]];
       for (int c = 0; c < 3; ++c)
         deck_.line("*BOUNDARY\n{}, {}, {}, {:.12g}\n{}, {}, {}, {:.12g}", edge.reference, c + 1,
                    c + 1, all.assembly[k].move[c], edge.rotation, c + 1, c + 1,
@@ -247,8 +246,7 @@ class Writer {
     write_prescribed(strokes_);
     const LoadCase& all = loads();
     for (std::size_t k = 0; k < all.growing.size(); ++k)
-      write_force(model_->load_nodes[all.constant.size() + k],
-                  strokes_[0] * all.growing[k].force);
+      write_force(model_->load_nodes[all.constant.size() + k], strokes_[0] * all.growing[k].force);
     if (!all.growing.empty()) write_moments(true);
     end_step();
     for (int c = 0; c < 3; ++c)
@@ -285,7 +283,7 @@ class Writer {
     // A moment m about O does the work of Jᵀ m on the rotation vector.
     const Matrix3d J = rotation_left_tangent(point_->rotation);
     for (int d = 0; d < 6; ++d) {
-      const auto stiffness = point_->support_stiffness[static_cast<std::size_t>(d)];
+      const auto stiffness = point_->support_stiffness[d];
       if (!stiffness) continue;
       const double size = *stiffness * (d < 3 ? way : way / length);
       const Vector3d unit = Vector3d::Unit(d % 3);
@@ -306,7 +304,7 @@ class Writer {
         end_step();
       }
       deck_.line("**FLEXOPT support_stiffness {} steps {} {} load {:.12g} value {:.9g} {}",
-                 direction_names[static_cast<std::size_t>(d)], steps_ - 1, steps_, size, *stiffness,
+                 direction_names[d], steps_ - 1, steps_, size, *stiffness,
                  d < 3 ? "N/m" : "N m/rad");
     }
   }

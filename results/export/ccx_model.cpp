@@ -135,30 +135,29 @@ void CcxModel::add_bodies() {
   std::vector<int> shown(m.bodies.size());
   for (std::size_t b = 0; b < shown.size(); ++b) shown[b] = static_cast<int>(b);
   for (const Drive& drive : m.drives)
-    if (const int g = group[static_cast<std::size_t>(drive.body)];
-        g >= 0 && !is_rotation(drive.direction))
-      shown[static_cast<std::size_t>(g)] = drive.body;
+    if (const int g = group[drive.body]; g >= 0 && !is_rotation(drive.direction))
+      shown[g] = drive.body;
   std::vector<int> made(m.bodies.size(), -1);
   rigid_of_.assign(m.bodies.size(), -1);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     const int g = group[b];
     if (g == ground) continue;
-    int& rigid = made[static_cast<std::size_t>(g)];
+    int& rigid = made[g];
     if (rigid < 0) {
-      const int body = shown[static_cast<std::size_t>(g)];
-      const RigidBody& own = m.bodies[static_cast<std::size_t>(body)];
+      const int body = shown[g];
+      const RigidBody& own = m.bodies[body];
       rigid = static_cast<int>(rigids.size());
       rigids.push_back({own.name, body, add(own.reference), add(own.reference), {}});
     }
     rigid_of_[b] = rigid;
   }
-  at_O = add_on(m.end_effector, m.bodies[static_cast<std::size_t>(m.end_effector)].reference);
+  at_O = add_on(m.end_effector, m.bodies[m.end_effector].reference);
   for (std::size_t b = 0; b < m.bodies.size(); ++b) add_masses(static_cast<int>(b));
 }
 
 /// Pairs of point masses on the principal axes, as far out as the inertia wants.
 void CcxModel::add_masses(int body) {
-  const RigidBody& own = mechanism.bodies[static_cast<std::size_t>(body)];
+  const RigidBody& own = mechanism.bodies[body];
   if (own.mass <= 0) return;
   const Vector3d center = own.center_of_mass;
   const SymmetricEigen principal(own.inertia);
@@ -190,7 +189,7 @@ void CcxModel::add_leaves(const SolidMeshSize& size) {
     for (auto& element : elements.back())
       for (int& node : element) node += first;
     for (int end = 0; end < 2; ++end) {
-      std::vector<int> edge = mesh.edges[static_cast<std::size_t>(end)];
+      std::vector<int> edge = mesh.edges[end];
       for (int& node : edge) node += first;
       clamp(i, end, edge);
     }
@@ -257,22 +256,22 @@ void CcxModel::add_ties() {
   for (const Joint& joint : m.joints) add_joint(joint);
   for (const Drive& drive : m.drives) {
     const int turned = drive.other == ground ? 0 : rotation_of(drive.other);
-    const Vector3d& place = m.bodies[static_cast<std::size_t>(drive.body)].reference;
-    drive_nodes.push_back(
-        turned == 0 || is_rotation(drive.direction) ? turned : add_on(drive.other, place));
+    const Vector3d& place = m.bodies[drive.body].reference;
+    drive_nodes.push_back(turned == 0 || is_rotation(drive.direction) ? turned
+                                                                      : add_on(drive.other, place));
   }
   const LoadCase& loads = exported.request.loads;
   for (const auto* list : {&loads.constant, &loads.growing})
     for (const DeadLoad& load : *list) {
       const int body = load.body.value_or(m.end_effector);
-      const Vector3d reference = m.bodies[static_cast<std::size_t>(body)].reference;
+      const Vector3d reference = m.bodies[body].reference;
       load_nodes.push_back(add_on(body, load.place.value_or(reference + load.arm)));
     }
 }
 
 const CcxRigid* CcxModel::rigid_of(int body) const {
-  const int rigid = rigid_of_[static_cast<std::size_t>(body)];
-  return rigid < 0 ? nullptr : &rigids[static_cast<std::size_t>(rigid)];
+  const int rigid = rigid_of_[body];
+  return rigid < 0 ? nullptr : &rigids[rigid];
 }
 
 std::pair<int, int> CcxModel::freedom(int body, Direction direction) const {

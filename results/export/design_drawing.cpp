@@ -77,7 +77,7 @@ Picture arranged(std::vector<Cell> cells) {
       for (std::size_t at = 0; at < static_cast<std::size_t>(place(cell)); ++at)
         start += before[at] + behind[at] + (before[at] + behind[at] > 0 ? between_views : 0);
       Point2 by = Point2::Zero();
-      by[k] = start + before[static_cast<std::size_t>(place(cell))];
+      by[k] = start + before[place(cell)];
       cell.picture.move(by);
     }
   }

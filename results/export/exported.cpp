@@ -52,8 +52,8 @@ double stroke_value(const std::string& text, const std::string& unit) {
 void check_in_path(const Exported& of, std::size_t k, double value, const std::string& text) {
   double low = 0, high = 0;
   for (const VectorXd& strokes : of.path()) {
-    low = std::min(low, strokes[static_cast<Eigen::Index>(k)]);
-    high = std::max(high, strokes[static_cast<Eigen::Index>(k)]);
+    low = std::min(low, strokes[k]);
+    high = std::max(high, strokes[k]);
   }
   const double slack = 1e-9 * (high - low);  // rounding of unit conversions
   if (value < low - slack || value > high + slack)
@@ -87,7 +87,7 @@ VectorXd read_strokes(const Exported& of, const std::vector<std::string>& texts)
     given[k] = true;
     const double value = stroke_value(text.substr(begin), unit_of_stroke(of, k));
     check_in_path(of, k, value, text);
-    strokes[static_cast<Eigen::Index>(k)] = value;
+    strokes[k] = value;
   }
   return strokes;
 }
@@ -195,8 +195,9 @@ Files gltf_files(Making& making) {
 }
 
 Files ccx_files(Making& making) {
-  return {{making.name(".inp"), ccx_deck(making.of, making.strokes_of_deck(), making.options.solid)},
-          {"compare_ccx.py", std::string(embedded_file("compare_ccx.py"))}};
+  return {
+      {making.name(".inp"), ccx_deck(making.of, making.strokes_of_deck(), making.options.solid)},
+      {"compare_ccx.py", std::string(embedded_file("compare_ccx.py"))}};
 }
 
 Files spacar_files(Making& making) {
@@ -275,8 +276,8 @@ VectorXd Exported::largest_strokes() const {
 std::string Exported::stroke_text(const VectorXd& at) const {
   std::vector<std::string> texts;
   for (std::size_t k = 0; k < static_cast<std::size_t>(at.size()); ++k)
-    texts.push_back(fmt::format("{} = {:.9g}{}", name_of_stroke(*this, k),
-                                at[static_cast<Eigen::Index>(k)], shown_unit(*this, k)));
+    texts.push_back(
+        fmt::format("{} = {:.9g}{}", name_of_stroke(*this, k), at[k], shown_unit(*this, k)));
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 

@@ -66,14 +66,12 @@ class Interpolated {
     for (int j = 0; j < shape.points_across; ++j)
       rows_.push_back(static_cast<double>(j) / std::max(shape.points_across - 1, 1));
     const Vector3d across =
-        shape
-            .undeflected[static_cast<std::size_t>((shape.points_across - 1) * shape.points_along)] -
-        shape.undeflected[0];
+        shape.undeflected[(shape.points_across - 1) * shape.points_along] - shape.undeflected[0];
     sign_ = across.dot(leaf.edge_axes(0).col(1)) < 0 ? -1 : 1;
   }
 
   int rows() const { return shape_->points_across; }
-  double row(int j) const { return rows_[static_cast<std::size_t>(j)]; }
+  double row(int j) const { return rows_[j]; }
 
   struct Point {
     Vector3d middle = Vector3d::Zero(), across = Vector3d::Zero(), normal = Vector3d::Zero();
@@ -84,8 +82,7 @@ class Interpolated {
     Vector3d slope = Vector3d::Zero();
     for (int b = 0; b < w.count; ++b)
       for (int a = 0; a < along.count; ++a) {
-        const Vector3d& p = (*points_)[static_cast<std::size_t>(
-            (w.first + b) * shape_->points_along + along.first + a)];
+        const Vector3d& p = (*points_)[(w.first + b) * shape_->points_along + along.first + a];
         point.middle += w.value[b] * along.value[a] * p;
         slope += w.value[b] * along.slope[a] * p;
         point.across += w.slope[b] * along.value[a] * p;

@@ -162,7 +162,7 @@ unsigned chosen_views(const Candidates& found) {
 
 /// A leaf laid flat, and seen along its width.
 std::vector<DrawnView> views_of_leaf(const Mechanism& mechanism, int leaf) {
-  const LeafSpring& own = mechanism.leaves[static_cast<std::size_t>(leaf)];
+  const LeafSpring& own = mechanism.leaves[leaf];
   return {{own.name + ", laid flat", own.axes.col(0), own.axes.col(1), {leaf}},
           {own.name + ", on edge", own.axes.col(0), own.axes.col(2), {leaf}}};
 }
@@ -240,13 +240,12 @@ std::vector<LegAngle> angles_of(const PlacedDesign& design) {
   for (std::size_t i = 0; i < legs.size(); ++i)
     for (std::size_t j = i + 1; j < legs.size(); ++j) {
       const DrawnLeg &a = legs[i], &b = legs[j];
-      const LeafSpring& leaf = design.mechanism.leaves[static_cast<std::size_t>(a.leaf)];
+      const LeafSpring& leaf = design.mechanism.leaves[a.leaf];
       if (a.leaf == b.leaf && leaf.curve) {
         angles.push_back(of_arc(a, b));
       } else if ((a.at - b.at).norm() < in_plane * design.size) {
-        const double reach =
-            b.leaf == a.leaf ? leaf.length * (1 - leaf.fold->place)
-                             : design.mechanism.leaves[static_cast<std::size_t>(b.leaf)].chord();
+        const double reach = b.leaf == a.leaf ? leaf.length * (1 - leaf.fold->place)
+                                              : design.mechanism.leaves[b.leaf].chord();
         angles.push_back({.first = &a,
                           .second = &b,
                           .sign = 1,
@@ -273,7 +272,7 @@ bool shows(const DrawnView& view, const LegAngle& angle, double size) {
 /// View along the width of the leaves that enclose the angle.
 DrawnView own_view(const Mechanism& mechanism, const LegAngle& angle) {
   const int a = angle.first->leaf, b = angle.second->leaf;
-  const auto name = [&](int leaf) { return mechanism.leaves[static_cast<std::size_t>(leaf)].name; };
+  const auto name = [&](int leaf) { return mechanism.leaves[leaf].name; };
   const Vector3d right = -angle.first->along, way = angle.second->along;
   const Vector3d up = (way - right * right.dot(way)).normalized();
   if (a == b) return {name(a) + ", on edge", right, up, {a}};

@@ -31,9 +31,7 @@ std::vector<Vector3d> section_corners(const LeafSpring& leaf, int end) {
   for (const double sign : {-1.0, 1.0}) {
     if (surface.round())
       for (const double other : {-1.0, 1.0})
-        corners.push_back(surface.middle[static_cast<std::size_t>(i)] +
-                          sign * surface.half[static_cast<std::size_t>(i)] +
-                          other * surface.side[static_cast<std::size_t>(i)]);
+        corners.push_back(surface.middle[i] + sign * surface.half[i] + other * surface.side[i]);
     else
       for (const int j : {0, surface.across - 1})
         corners.push_back(surface.middle[surface.at(i, j)] + sign * surface.half[surface.at(i, j)]);
@@ -69,9 +67,7 @@ TriangleMesh closed_sheet(const LeafSurface& surface) {
   TriangleMesh mesh;
   const int nx = surface.along, ny = surface.across, n = nx * ny;
   for (const double sign : {1.0, -1.0})
-    for (int k = 0; k < n; ++k)
-      mesh.points.push_back(surface.middle[static_cast<std::size_t>(k)] +
-                            sign * surface.half[static_cast<std::size_t>(k)]);
+    for (int k = 0; k < n; ++k) mesh.points.push_back(surface.middle[k] + sign * surface.half[k]);
   const auto quad = quads_of(mesh);
   const auto top = [nx](int i, int j) { return j * nx + i; };
   const auto bottom = [nx, n](int i, int j) { return n + j * nx + i; };
@@ -128,7 +124,7 @@ std::string stl_name(std::string name) {
 }  // namespace
 
 TriangleMesh body_solid(const Mechanism& mechanism, int body) {
-  const RigidBody& own = mechanism.bodies[static_cast<std::size_t>(body)];
+  const RigidBody& own = mechanism.bodies[body];
   TriangleMesh mesh;
   if (own.box) {
     mesh = closed_box(*own.box);
@@ -189,7 +185,7 @@ std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoin
 double TriangleMesh::volume() const {
   double six = 0;
   const Vector3d from = points.empty() ? Vector3d(Vector3d::Zero()) : points.front();
-  const auto at = [&](int k) -> Vector3d { return points[static_cast<std::size_t>(k)] - from; };
+  const auto at = [&](int k) -> Vector3d { return points[k] - from; };
   for (const auto& [a, b, c] : triangles) six += at(a).dot(at(b).cross(at(c)));
   return six / 6;
 }
@@ -219,9 +215,8 @@ std::string stl_text(const std::vector<TriangleMesh>& parts) {
   for (const TriangleMesh& part : parts) {
     fmt::format_to(out, "solid {}\n", stl_name(part.name));
     for (const auto& triangle : part.triangles) {
-      const Vector3d &a = part.points[static_cast<std::size_t>(triangle[0])],
-                     &b = part.points[static_cast<std::size_t>(triangle[1])],
-                     &c = part.points[static_cast<std::size_t>(triangle[2])];
+      const Vector3d &a = part.points[triangle[0]], &b = part.points[triangle[1]],
+                     &c = part.points[triangle[2]];
       const Vector3d n = (b - a).cross(c - a).normalized();
       fmt::format_to(out, "facet normal {:.6g} {:.6g} {:.6g}\nouter loop\n", n[0], n[1], n[2]);
       for (const Vector3d* p : {&a, &b, &c})

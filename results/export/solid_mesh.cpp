@@ -133,7 +133,7 @@ struct Disk {
       add({{inner[k], outer[k], outer[(k + 1) % 8], inner[(k + 1) % 8]}});
     corner.resize(places.size());
     for (const auto& cell : cells)
-      for (std::size_t k = 0; k < 4; ++k) corner[static_cast<std::size_t>(cell[k])] = true;
+      for (std::size_t k = 0; k < 4; ++k) corner[cell[k]] = true;
   }
 };
 

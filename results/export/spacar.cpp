@@ -46,7 +46,7 @@ void check_carried_by_spacar(const Exported& exported) {
   };
   for (const LeafSpring& leaf : m.leaves)
     if (leaf.point)
-      refuse("body " + m.bodies[static_cast<std::size_t>(leaf.point->body)].name,
+      refuse("body " + m.bodies[leaf.point->body].name,
              "it is a material point of leaf " + leaf.name);
   for (const Joint& joint : m.joints)
     if (joint.type != JointType::rigid)
@@ -67,7 +67,7 @@ void check_carried_by_spacar(const Exported& exported) {
       refuse(name, "it stands on a body that moves");
     else if (!is_global(drive))
       refuse(name, "it is along no global axis");
-    else if (is_rotation(drive.direction) && ++turned[static_cast<std::size_t>(drive.body)] == 2)
+    else if (is_rotation(drive.direction) && ++turned[drive.body] == 2)
       refuse(name, "SPACAR Light prescribes one rotation of a node");
   }
   if (!loads.assembly.empty()) refuse("assembly", "clamped edges are where they are drawn");
@@ -116,17 +116,15 @@ class SpacarModel {
         const Drive& drive = mechanism_->drives[k];
         properties_[reference_of(drive.body)].push_back(
             fmt::format("{}_{} = {:.12g}", is_rotation(drive.direction) ? "rot" : "displ",
-                        axis_names[static_cast<std::size_t>(index(drive.direction) % 3)],
-                        strokes[static_cast<Eigen::Index>(k)]));
+                        axis_names[index(drive.direction) % 3], strokes[k]));
       }
     // by node, for loads that share one; constant ones come before the first step
     for (const bool growing : {false, true}) {
       std::map<int, std::pair<Vector3d, Vector3d>> sums;
       for (const DeadLoad& load : growing ? loads.growing : loads.constant) {
         const int body = load.body.value_or(mechanism_->end_effector);
-        const Vector3d reference = mechanism_->bodies[static_cast<std::size_t>(body)].reference;
-        const int node = node_on(group_[static_cast<std::size_t>(body)],
-                                 load.place.value_or(reference + load.arm));
+        const Vector3d reference = mechanism_->bodies[body].reference;
+        const int node = node_on(group_[body], load.place.value_or(reference + load.arm));
         auto [sum, fresh] =
             sums.insert({node, {Vector3d(Vector3d::Zero()), Vector3d(Vector3d::Zero())}});
         const double factor = growing ? strokes[0] : 1;
@@ -172,15 +170,14 @@ class SpacarModel {
   int node_on(int group, const Vector3d& place) {
     std::vector<int>& own = of_group_[group];
     for (const int node : own)
-      if ((nodes_[static_cast<std::size_t>(node - 1)] - place).norm() < least_length) return node;
+      if ((nodes_[node - 1] - place).norm() < least_length) return node;
     nodes_.push_back(place);
     const int node = static_cast<int>(nodes_.size());
     if (group == ground) {
       properties_[node].push_back("fix = true");
     } else if (!own.empty()) {  // a rigid link from the first node of the body
       const int link = add_element(own.front(), node);
-      const Vector3d along =
-          (place - nodes_[static_cast<std::size_t>(own.front() - 1)]).normalized();
+      const Vector3d along = (place - nodes_[own.front() - 1]).normalized();
       int least = 0;
       along.cwiseAbs().minCoeff(&least);
       const Vector3d across = Vector3d::Unit(least);
@@ -202,9 +199,7 @@ class SpacarModel {
   }
 
   void add_leaf(const LeafSpring& leaf) {
-    const auto group_of = [&](int body) {
-      return body == ground ? ground : group_[static_cast<std::size_t>(body)];
-    };
+    const auto group_of = [&](int body) { return body == ground ? ground : group_[body]; };
     std::vector<double> places{0};
     const bool cut = leaf.curve || leaf.has_profile();
     if (leaf.fold) places.push_back(leaf.fold->place);
@@ -270,10 +265,10 @@ class SpacarModel {
 
   /// The node of a body's reference point.
   int reference_of(int body) const {
-    const Vector3d& place = mechanism_->bodies[static_cast<std::size_t>(body)].reference;
-    for (const int node : of_group_.at(group_[static_cast<std::size_t>(body)]))
-      if ((nodes_[static_cast<std::size_t>(node - 1)] - place).norm() < least_length) return node;
-    return of_group_.at(group_[static_cast<std::size_t>(body)]).front();
+    const Vector3d& place = mechanism_->bodies[body].reference;
+    for (const int node : of_group_.at(group_[body]))
+      if ((nodes_[node - 1] - place).norm() < least_length) return node;
+    return of_group_.at(group_[body]).front();
   }
 
   void write_sets(std::string& text) const {
@@ -311,9 +306,9 @@ class SpacarModel {
       const Drive& drive = mechanism_->drives[k];
       const bool turn = is_rotation(drive.direction);
       fmt::format_to(out, "% drive load {} = {:.9g} {}: out.step(end).node({}).{}({})\n",
-                     direction_names[static_cast<std::size_t>(index(drive.direction))],
-                     point.drive_loads[k], load_unit(drive.direction), reference_of(drive.body),
-                     turn ? "Mreac" : "Freac", index(drive.direction) % 3 + 1);
+                     direction_names[index(drive.direction)], point.drive_loads[k],
+                     load_unit(drive.direction), reference_of(drive.body), turn ? "Mreac" : "Freac",
+                     index(drive.direction) % 3 + 1);
     }
     for (std::size_t d = 0; d < 6; ++d)
       if (point.support_stiffness[d])

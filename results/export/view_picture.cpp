@@ -43,7 +43,7 @@ void add_drives(const PlacedDesign& design, const Projection& on, DimensionLines
                 Picture& picture) {
   for (const Drive& drive : design.mechanism.drives) {
     if (drive.body < 0) continue;
-    const Vector3d at = design.mechanism.bodies[static_cast<std::size_t>(drive.body)].reference;
+    const Vector3d at = design.mechanism.bodies[drive.body].reference;
     const Vector3d axis = drive.axes.col(index(drive.direction) % 3);
     const Point2 o = on(at);
     std::vector<Point2> path;
@@ -64,17 +64,15 @@ void add_drives(const PlacedDesign& design, const Projection& on, DimensionLines
     picture.line("drive", path);
     picture.area("drivehead",
                  {end + 7 * along, end - 3 * along + 4.5 * side, end - 3 * along - 4.5 * side});
-    lines.note(drive.name.empty()
-                   ? std::string(direction_names[static_cast<std::size_t>(index(drive.direction))])
-                   : drive.name,
-               end + 4 * along);
+    lines.note(
+        drive.name.empty() ? std::string(direction_names[index(drive.direction)]) : drive.name,
+        end + 4 * along);
   }
 }
 
 void add_center(const PlacedDesign& design, const Projection& on, DimensionLines& lines,
                 Picture& picture) {
-  const Point2 o = on(
-      design.mechanism.bodies[static_cast<std::size_t>(design.mechanism.end_effector)].reference);
+  const Point2 o = on(design.mechanism.bodies[design.mechanism.end_effector].reference);
   picture.circle("center", o, 3.5);
   lines.note("O", o);
 }

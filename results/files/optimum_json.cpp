@@ -149,7 +149,7 @@ Json optima_json(const Optimum& optimum) {
   if (!optimum.screening) return nullptr;
   Json list = Json::array();
   for (const FoundOptimum& of : optimum.optima) {
-    const StartSummary& end = optimum.starts[static_cast<std::size_t>(of.start)];
+    const StartSummary& end = optimum.starts[of.start];
     list.push_back({{"start", of.start},
                     {"starts", of.starts},
                     {"variables", end.to},

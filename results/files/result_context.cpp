@@ -56,11 +56,9 @@ void add_quantity_units(const DriveList& drives, Json& units) {
 /// The direction of the drive, in words where it is not one of the end-effector along a global
 /// axis; of drives with names under these.
 Json drive_json(const Mechanism& mechanism) {
-  const auto body = [&](int b) {
-    return b < 0 ? std::string("ground") : mechanism.bodies[static_cast<std::size_t>(b)].name;
-  };
+  const auto body = [&](int b) { return b < 0 ? std::string("ground") : mechanism.bodies[b].name; };
   const auto one = [&](const Drive& drive) -> Json {
-    const std::string direction(direction_names[static_cast<std::size_t>(index(drive.direction))]);
+    const std::string direction(direction_names[index(drive.direction)]);
     const bool own_axes = drive.axes != Matrix3d::Identity();
     if (!own_axes && drive.body == mechanism.end_effector && drive.other == ground)
       return direction;

@@ -83,7 +83,7 @@ Json frequency_derivatives_json(const StrokeResponse& response, const Mechanism&
   const bool named = DriveList(mechanism).named();
   for (const FrequencyDerivatives& d : response.frequency_derivatives) {
     list.push_back(mode_derivatives_json(d));
-    if (named) list.back()["stroke"] = mechanism.drives[static_cast<std::size_t>(d.drive)].name;
+    if (named) list.back()["stroke"] = mechanism.drives[d.drive].name;
   }
   return list;
 }

@@ -102,7 +102,7 @@ Json loads_json(const LoadCase& loads, const Mechanism& mechanism) {
   const auto add = [&](const std::vector<DeadLoad>& some, bool growing) {
     for (const DeadLoad& load : some) {
       const int body = load.body.value_or(mechanism.end_effector);
-      const Vector3d reference = mechanism.bodies[static_cast<std::size_t>(body)].reference;
+      const Vector3d reference = mechanism.bodies[body].reference;
       list.push_back({{"name", load.name},
                       {"body", body},
                       {"place", vector_json(load.place.value_or(reference + load.arm))},

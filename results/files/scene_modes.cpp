@@ -26,8 +26,7 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
   const auto edge = [&](int body) {
     if (body < 0) return Edge{};
     return Edge{body_motion.segment<3>(6 * body), body_motion.segment<3>(6 * body + 3),
-                mechanism.bodies[static_cast<std::size_t>(body)].reference +
-                    point.bodies[static_cast<std::size_t>(body)].displacement};
+                mechanism.bodies[body].reference + point.bodies[body].displacement};
   };
   const Edge base = edge(of.base), tip = edge(of.tip == free_edge ? of.base : of.tip);
   VectorXd motion(3 * along * across);
@@ -39,7 +38,7 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
                    w0 = base.spin.cross(Vector3d(last - first)),
                    w1 = tip.spin.cross(Vector3d(last - first));
     for (int i = 0; i < along; ++i) {
-      const double s = places[static_cast<std::size_t>(i)], r = 1 - s;
+      const double s = places[i], r = 1 - s;
       motion.segment<3>(3 * (j * along + i)) =
           (1 + 2 * s) * r * r * u0 + s * s * (3 - 2 * s) * u1 + s * r * r * w0 - s * s * r * w1;
     }
@@ -52,9 +51,7 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
 std::vector<double> places_along(const LeafShape& shape) {
   std::vector<double> places{0};
   for (int i = 1; i < shape.points_along; ++i)
-    places.push_back(places.back() + (shape.undeflected[static_cast<std::size_t>(i)] -
-                                      shape.undeflected[static_cast<std::size_t>(i - 1)])
-                                         .norm());
+    places.push_back(places.back() + (shape.undeflected[i] - shape.undeflected[i - 1]).norm());
   for (double& s : places) s /= std::max(places.back(), 1e-300);
   return places;
 }

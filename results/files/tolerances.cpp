@@ -59,8 +59,7 @@ Json number_json(const ToleratedNumber& number, const std::vector<Tolerance>& en
     json["standard_deviation"] = standard_deviation(entries, *number.slopes);
     json["shares"] = Json::object();
     const VectorXd shares = variance_shares(entries, *number.slopes);
-    for (std::size_t e = 0; e < entries.size(); ++e)
-      json["shares"][entries[e].name] = shares[static_cast<Eigen::Index>(e)];
+    for (std::size_t e = 0; e < entries.size(); ++e) json["shares"][entries[e].name] = shares[e];
   }
   json["sampled"] = sampled_json(number.sampled);
   return json;
@@ -172,7 +171,7 @@ std::string maps_csv(const RunRecord& record) {
 Json errors_json(const std::vector<AssemblyError>& errors, const Mechanism& mechanism) {
   Json list = Json::array();
   for (const AssemblyError& e : errors)
-    list.push_back({{"leaf", mechanism.leaves[static_cast<std::size_t>(e.leaf)].name},
+    list.push_back({{"leaf", mechanism.leaves[e.leaf].name},
                     {"end", e.end == 0 ? "base" : "tip"},
                     {"move", vector_json(e.move)},
                     {"turn", vector_json(e.turn)}});
@@ -266,7 +265,7 @@ std::string tolerances_csv(const RunRecord& record) {
       cells.push_back(n.sampled ? csv::number_cell((*n.sampled).*member) : "");
     const VectorXd shares = n.slopes ? variance_shares(entries, *n.slopes) : VectorXd();
     for (std::size_t e = 0; e < entries.size(); ++e)
-      cells.push_back(n.slopes ? csv::number_cell(shares[static_cast<Eigen::Index>(e)]) : "");
+      cells.push_back(n.slopes ? csv::number_cell(shares[e]) : "");
     text += csv::row(cells);
   }
   return text;

@@ -39,7 +39,7 @@ PosedGoals::PosedGoals(const Job& job, bool scaled, bool pointwise)
     : problem_(differentiated(job)), scaled_(scaled) {
   VectorXd x(problem_.size());
   for (int j = 0; j < problem_.size(); ++j) {
-    const Variable& v = problem_.spec().variables[static_cast<std::size_t>(j)];
+    const Variable& v = problem_.spec().variables[j];
     x[j] = v.start.value_or(problem_.job().design.parameters.at(v.parameter));
   }
   const auto first = design({x.data(), x.data() + x.size()}, true);
@@ -113,8 +113,7 @@ VectorXd PosedGoals::start() const {
 
 VectorXd PosedGoals::bounds(double Variable::*own, double scaled, double of_slack) const {
   VectorXd x = VectorXd::Constant(problem_.size(), scaled);
-  for (int j = 0; j < problem_.size() && !scaled_; ++j)
-    x[j] = problem_.spec().variables[static_cast<std::size_t>(j)].*own;
+  for (int j = 0; j < problem_.size() && !scaled_; ++j) x[j] = problem_.spec().variables[j].*own;
   return with_slack(x, of_slack);
 }
 
@@ -130,7 +129,7 @@ std::vector<std::string> PosedGoals::constraint_names() const {
 
 VectorXd PosedGoals::of_rows(double Row::*number) const {
   VectorXd all(static_cast<Eigen::Index>(rows_.size()));
-  for (Eigen::Index i = 0; i < all.size(); ++i) all[i] = rows_[static_cast<std::size_t>(i)].*number;
+  for (Eigen::Index i = 0; i < all.size(); ++i) all[i] = rows_[i].*number;
   return all;
 }
 
@@ -148,8 +147,7 @@ Variables PosedGoals::variables(const VectorXd& x) const {
   Variables inside = problem_.variables(x.head(n));
   for (int j = 0; j < n; ++j)
     if (x[j] < 0 || x[j] > 1)
-      inside[static_cast<std::size_t>(j)] =
-          problem_.spec().variables[static_cast<std::size_t>(j)].min + x[j] * problem_.range(j);
+      inside[j] = problem_.spec().variables[j].min + x[j] * problem_.range(j);
   return inside;
 }
 
@@ -206,7 +204,7 @@ PosedValues PosedGoals::posed(const VectorXd& x, const DesignValues& values, boo
   if (gradient) out.df = sense * slopes.row(0).transpose();
   if (gradient && slack_) out.df[n] = sense;
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const Row& row = rows_[static_cast<std::size_t>(i)];
+    const Row& row = rows_[i];
     slopes.setZero();
     out.g[i] = read(row.goal, row.entry, slopes.row(0)) - (slack_ ? row.slack * x[n] : 0);
     if (!gradient) continue;
