@@ -8,7 +8,7 @@
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/solvers/parallel.hpp"
-#include "results/cli/commands.hpp"
+#include "results/cli/command_line.hpp"
 #include "results/run/progress.hpp"
 
 namespace flexopt {

@@ -12,7 +12,6 @@
 #include <variant>
 
 #include "core/spec/names.hpp"
-#include "results/cli/commands.hpp"
 #include "results/cli/printed.hpp"
 #include "results/export/exported.hpp"
 #include "results/files/version.hpp"

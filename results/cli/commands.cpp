@@ -1,4 +1,4 @@
-#include "results/cli/commands.hpp"
+#include "results/cli/command_line.hpp"
 
 #include <fmt/format.h>
 #include <sys/wait.h>

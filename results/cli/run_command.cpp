@@ -8,7 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "results/cli/commands.hpp"
+#include "results/cli/command_line.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"

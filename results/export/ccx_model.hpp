@@ -12,7 +12,7 @@
 
 #include "core/math/types.hpp"
 #include "results/export/exported.hpp"
-#include "results/export/solid_mesh.hpp"
+#include "results/export/parts.hpp"
 
 namespace flexopt {
 

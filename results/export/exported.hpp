@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "optim/job/job.hpp"
-#include "results/export/solid_mesh.hpp"
+#include "results/export/parts.hpp"
 
 namespace flexopt {
 

@@ -41,7 +41,8 @@ class DimensionLines {
   void length(const DrawnDimension& text, const Point2& a, const Point2& b, const Point2& along,
               bool outside);
   /// Dimension of the angle at `vertex` between the direction of an axis and the way to a point.
-  void angle(const DrawnDimension& text, const Point2& vertex, const Point2& axis, const Point2& to);
+  void angle(const DrawnDimension& text, const Point2& vertex, const Point2& axis,
+             const Point2& to);
   /// Words beside a point, with a leader where they stand away from it.
   void note(const std::string& words, const Point2& at);
 

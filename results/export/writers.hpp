@@ -7,7 +7,6 @@
 #include "core/response/response.hpp"
 #include "results/export/exported.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/solid_mesh.hpp"
 
 namespace flexopt {
 

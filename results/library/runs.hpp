@@ -20,7 +20,8 @@ struct FinishedRun {
 /// The job as one of this kind. Throws SpecError where it lacks what the kind needs.
 Job as_kind(const Job& job, JobKind kind);
 
-/// Runs a job of one design by its kind; 0 threads: as many as the machine has. An interrupted run leaves its evaluations in the folder.
+/// Runs a job of one design by its kind; 0 threads: as many as the machine has. An interrupted run
+/// leaves its evaluations in the folder.
 FinishedRun run(const Job& job, const RunOptions& options, RunListener& listener);
 
 }  // namespace flexopt

@@ -18,7 +18,7 @@
 #include "optim/studies/tolerance_study.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/version.hpp"
-#include "results/run/steps.hpp"
+#include "results/run/progress.hpp"
 
 namespace flexopt {
 

@@ -64,8 +64,8 @@ class Explorer {
   std::vector<Slider> sliders_;
 };
 
-/// One evaluation at a time, for the newest who asks: those who wait while another one runs give way
-/// to whoever comes after them.
+/// One evaluation at a time, for the newest who asks: those who wait while another one runs give
+/// way to whoever comes after them.
 class NewestMove {
  public:
   /// Calls `work` when nothing else runs; returns nothing where a newer caller came before that.

@@ -154,7 +154,7 @@ set(tested_by
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
   results/cli/run_command results/run/test_shard
-  results/cli/run_json results/cli/test_terminal
+  results/cli/printed results/cli/test_terminal
   results/export/parts_picture results/export/test_design_drawing
   results/export/placed_design results/export/test_measures
   results/export/view_picture results/export/test_design_drawing
@@ -177,7 +177,6 @@ set(tested_by
   results/library/runs results/python/test_runs
   results/server/local_server results/server/test_serve
   results/run/run results/run/test_run_files
-  results/run/steps results/cli/test_terminal
   results/files/run_record results/run/test_run_files
   results/files/scene_modes results/files/test_scene
 )
