@@ -158,19 +158,13 @@ std::optional<std::string> dxf_contour(const Mechanism& mechanism, const PathPoi
   const std::array<Vector3d, 2> plane = plane_across(*along);
   Drawing drawing;
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
-    const LeafSurface surface = drawn_surface(mechanism, point, i);
     const std::string layer = layer_name(i, mechanism.leaves[i].name);
     drawing.layer(layer, black);
     std::vector<Point> outline;
-    const auto add = [&](int k, double sign) {  // in the middle of the width
-      const std::size_t a = surface.at(k, (surface.across - 1) / 2),
-                        b = surface.at(k, surface.across / 2);
-      const Vector3d place = 0.5e3 * (surface.middle[a] + surface.middle[b] +
-                                      sign * (surface.half[a] + surface.half[b]));
+    for (const Vector3d& p : drawn_surface(mechanism, point, i).contour()) {
+      const Vector3d place = 1e3 * p;
       outline.push_back({place.dot(plane[0]), place.dot(plane[1])});
-    };
-    for (int k = 0; k < surface.along; ++k) add(k, 1);
-    for (int k = surface.along; k-- > 0;) add(k, -1);
+    }
     drawing.outline(layer, outline);
   }
   return drawing.file();

@@ -320,6 +320,17 @@ SolidMesh mesh_wire(const LeafSpring& leaf, const SolidMeshSize& size) {
 
 }  // namespace
 
+std::vector<Vector3d> LeafSurface::contour() const {
+  std::vector<Vector3d> outline;
+  const auto add = [&](int i, double sign) {
+    const std::size_t a = at(i, (across - 1) / 2), b = at(i, across / 2);
+    outline.emplace_back(0.5 * (middle[a] + middle[b] + sign * (half[a] + half[b])));
+  };
+  for (int i = 0; i < along; ++i) add(i, 1);
+  for (int i = along; i-- > 0;) add(i, -1);
+  return outline;
+}
+
 LeafSurface surface_of_shape(const LeafSpring& leaf, const LeafShape& shape,
                              const std::vector<Vector3d>& points, int finer) {
   const std::vector<double> stations = places_along(shape);

@@ -26,6 +26,8 @@ struct LeafSurface {
 
   bool round() const { return !side.empty(); }
   std::size_t at(int i, int j) const { return static_cast<std::size_t>(j * along + i); }
+  /// Outline in the middle of the width: along one face, and back along the other.
+  std::vector<Vector3d> contour() const;
 };
 
 /// Points of a grid on the undeflected leaf: two along a straight piece without profile, else

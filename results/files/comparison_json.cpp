@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"

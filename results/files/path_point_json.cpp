@@ -2,7 +2,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/response/fatigue_law.hpp"

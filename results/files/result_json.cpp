@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/reduction/atlas/tube_atlas.hpp"
@@ -37,12 +36,10 @@ Json shapes_json(const StrokeResponse& response, const Mechanism& mechanism) {
     Json leaves = Json::array();
     for (std::size_t k = 0; k < response.path[i].shapes.size(); ++k) {
       const LeafShape& shape = response.path[i].shapes[k];
-      Json points = Json::array();
-      for (const Vector3d& x : shape.deflected) points.push_back(vector_json(x));
       leaves.push_back({{"name", mechanism.leaves[k].name},
                         {"points_along", shape.points_along},
                         {"points_across", shape.points_across},
-                        {"deflected", std::move(points)},
+                        {"deflected", list_json(shape.deflected, vector_json)},
                         {"von_mises", shape.von_mises}});
     }
     Json shape = {{"path_index", i}, {"stroke", stroke(i)}, {"leaves", std::move(leaves)}};
@@ -89,14 +86,10 @@ Json frequency_derivatives_json(const StrokeResponse& response, const Mechanism&
 }
 
 Json frequency_ways_json(const StrokeResponse& response, const Mechanism& mechanism) {
-  Json list = Json::array();
-  for (const FrequencyWay& way : response.frequency_ways) {
-    Json modes = Json::array();
-    for (const FrequencyDerivatives& d : way.modes) modes.push_back(mode_derivatives_json(d));
-    list.push_back(
-        {{"strokes", strokes_json(way.strokes, mechanism.drives)}, {"modes", std::move(modes)}});
-  }
-  return list;
+  return list_json(response.frequency_ways, [&](const FrequencyWay& way) -> Json {
+    return {{"strokes", strokes_json(way.strokes, mechanism.drives)},
+            {"modes", list_json(way.modes, mode_derivatives_json)}};
+  });
 }
 
 void add_frequency_derivatives(const StrokeResponse& response, const Mechanism& mechanism,

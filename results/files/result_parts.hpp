@@ -1,6 +1,7 @@
 #pragma once
 // The parts of result.json, and the files that show one of them alone.
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,20 @@
 #include "results/files/run_record.hpp"
 
 namespace flexopt {
+
+/// What `of` makes of each item, in a list.
+template <class Items, class Of>
+OrderedJson list_json(const Items& items, const Of& of) {
+  OrderedJson list = OrderedJson::array();
+  for (const auto& item : items) list.push_back(of(item));
+  return list;
+}
+
+/// The value where it is known, else null.
+template <class Value>
+OrderedJson known_json(bool known, const Value& value) {
+  return known ? OrderedJson(value) : OrderedJson();
+}
 
 // A stroke point in result.json.
 

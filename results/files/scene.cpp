@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/mechanism/profile.hpp"
 #include "optim/problem/evaluation_log.hpp"
@@ -52,19 +51,18 @@ Json leaves_json(const Mechanism& mechanism, const std::vector<LeafShape>& shape
     const LeafSpring& leaf = mechanism.leaves[k];
     const int along = shapes[k].points_along;
     const std::vector<double> places = places_along(shapes[k]);
-    Json half = Json::array();
-    for (const double s : places) half.push_back(half_thickness(leaf, s));
-    leaves.push_back({{"name", leaf.name},
-                      {"base", leaf.base},
-                      {"tip", leaf.tip},
-                      {"points_along", along},
-                      {"points_across", shapes[k].points_across},
-                      {"along", places},
-                      {"round", leaf.section == Section::circular},
-                      {"half_thickness", std::move(half)},
-                      {"length", leaf.length},
-                      {"width", leaf.width},
-                      {"thickness", leaf.thickness}});
+    leaves.push_back(
+        {{"name", leaf.name},
+         {"base", leaf.base},
+         {"tip", leaf.tip},
+         {"points_along", along},
+         {"points_across", shapes[k].points_across},
+         {"along", places},
+         {"round", leaf.section == Section::circular},
+         {"half_thickness", list_json(places, [&](double s) { return half_thickness(leaf, s); })},
+         {"length", leaf.length},
+         {"width", leaf.width},
+         {"thickness", leaf.thickness}});
   }
   return leaves;
 }

@@ -3,7 +3,6 @@
 
 #include <cassert>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/response/quantities.hpp"
 #include "results/files/csv.hpp"
@@ -186,9 +185,6 @@ void add_place(const GoalPlace& place, const Job& job, Json& json) {
 }
 
 Json worst_json(const WorstAssembly& worst, const RunRecord& record, const DriveList& drives) {
-  Json as_bad = Json::array();
-  for (const std::vector<AssemblyError>& errors : worst.as_bad)
-    as_bad.push_back(errors_json(errors, record.mechanism));
   Json json = {{"quantity", worst.of.quantity},
                {"over_stroke", name_of(worst.of.over_stroke)},
                {"unit", quantity_unit(worst.of.quantity, drives)},
@@ -197,7 +193,8 @@ Json worst_json(const WorstAssembly& worst, const RunRecord& record, const Drive
                {"worst", optional_json(worst.worst)}};
   add_place(worst.place, record.job, json);
   json["misalignment"] = errors_json(worst.misalignment, record.mechanism);
-  json["as_bad"] = std::move(as_bad);
+  json["as_bad"] = list_json(
+      worst.as_bad, [&](const auto& errors) { return errors_json(errors, record.mechanism); });
   json["evaluations"] = worst.evaluations;
   json["reason"] = worst.reason;
   return json;
@@ -210,8 +207,7 @@ OrderedJson make_tolerances(const RunRecord& record) {
   const ToleranceReport& report = *record.tolerances;
   const TolerancesSpec& spec = *record.job.tolerances;
   const DriveList drives(record.mechanism);
-  Json goals = Json::array();
-  for (const ToleratedGoal& goal : report.goals) goals.push_back(goal_json(record, goal, drives));
+  const auto goal = [&](const ToleratedGoal& of) { return goal_json(record, of, drives); };
   Json json = {
       {"convention",
        "first order in the tolerances, by exact derivatives: worst is how far a number gets within "
@@ -220,7 +216,7 @@ OrderedJson make_tolerances(const RunRecord& record) {
        "deviations"},
       {"message", report.message},
       {"entries", entries_json(report.entries, resolve(record.job.design)->family())},
-      {"goals", std::move(goals)},
+      {"goals", list_json(report.goals, goal)},
       {"room",
        report.room ? Json{{"scale", *report.room}, {"constraint", report.room_of}} : Json()},
       {"samples",
@@ -287,9 +283,7 @@ OrderedJson make_assembly(const RunRecord& record) {
   assert(record.assembly);
   const AssemblyReport& report = *record.assembly;
   const DriveList drives(record.mechanism);
-  Json worst = Json::array();
-  for (const WorstAssembly& one : report.quantities)
-    worst.push_back(worst_json(one, record, drives));
+  const auto worst = [&](const WorstAssembly& of) { return worst_json(of, record, drives); };
   Json json = {
       {"convention",
        "worst: found in the box of errors by local searches from its middle and from "
@@ -297,7 +291,7 @@ OrderedJson make_assembly(const RunRecord& record) {
        "rounding; corner: where the gradients in the middle point to; "
        "critical: the scale of the box up to which nothing critical was found in it"},
       {"message", report.message},
-      {"worst_case", std::move(worst)},
+      {"worst_case", list_json(report.quantities, worst)},
       {"critical", nullptr}};
   if (const auto& critical = report.critical) {
     Json& own = json["critical"] = {
