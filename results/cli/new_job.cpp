@@ -67,21 +67,17 @@ bool wants_beams(const StartDesign& start) {
          });
 }
 
-// Plates that are short for their thickness converge slowly next to their corners.
-bool is_stubby(const LeafSpring& leaf) {
-  return leaf.section != Section::circular && leaf.length < 20 * leaf.thickness;
-}
-
-// Whether a leaf is a flat plate, which may be looked up.
-bool is_flat_plate(const LeafSpring& leaf) {
-  return leaf.section != Section::circular && !leaf.curve && !leaf.fold && !leaf.has_profile();
-}
-
 OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
   OrderedJson model = OrderedJson::object();
   if (beams) model["flexure"] = "beam";
-  const bool stubby = !beams && std::ranges::any_of(start.mechanism.leaves, is_stubby);
-  const double tolerance = stubby ? 0.01 : 0.003;
+  double tolerance = 0.003;
+  bool some_flat = false;  // which may be looked up
+  for (const LeafSpring& leaf : start.mechanism.leaves) {
+    if (beams || leaf.section == Section::circular) continue;
+    // plates that are short for their thickness converge slowly next to their corners
+    if (leaf.length < 20 * leaf.thickness) tolerance = 0.01;
+    some_flat = some_flat || (!leaf.curve && !leaf.fold && !leaf.has_profile());
+  }
   if (!start.family->has_end_effector(start.choices) ||
       profile_error(start.mechanism).translation > tolerance) {
     // the stiffness of a point in the plane of its plate has no limit on ever finer meshes, and
@@ -91,8 +87,7 @@ OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
   }
   model["accuracy"] = "auto";
   model["tolerance"] = tolerance;
-  if (optimise && !beams && std::ranges::any_of(start.mechanism.leaves, is_flat_plate))
-    model["atlas"] = "auto";
+  if (optimise && some_flat) model["atlas"] = "auto";
   return model;
 }
 

@@ -20,12 +20,6 @@ namespace flexopt {
 
 namespace {
 
-/// Expected numbers are those of the job as written, unless --set gives others.
-bool overrides_expect(const CommandLine& line) {
-  return std::ranges::any_of(line.overrides,
-                             [](const std::string& text) { return text.starts_with("/expect"); });
-}
-
 /// Ctrl-C in a run that can be resumed: one sentence, then the usual end. Only calls that a signal
 /// handler may make.
 extern "C" void say_how_to_resume(int signal) {
@@ -139,7 +133,10 @@ int run_job(const CommandLine& line) {
   const std::unique_ptr<Workers> workers = join_workers();
   if (workers && !workers->leads()) return help_run(line, *workers);
   Job job = checked_job(line);
-  const bool changed = !job.expect.empty() && !line.overrides.empty() && !overrides_expect(line);
+  // expected numbers are those of the job as written, unless --set gives others
+  const bool changed =
+      !job.expect.empty() && !line.overrides.empty() &&
+      std::ranges::none_of(line.overrides, [](const auto& s) { return s.starts_with("/expect"); });
   if (changed) job.expect.clear();
   check_own_job(line);
   OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input

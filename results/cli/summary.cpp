@@ -181,8 +181,6 @@ std::string assembly_lines(const RunRecord& record, const DriveList& drives) {
   return text;
 }
 
-std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
-
 std::string comparison_lines(const Comparison& comparison) {
   std::string text;
   for (const ModelComparison& model : comparison.models) {

@@ -32,12 +32,6 @@ void add_axes(const Projection& on, Picture& picture) {
   picture.append(axes);
 }
 
-void add_caption(const std::string& words, Picture& picture) {
-  const Box2 box = picture.extent();
-  picture.labels.push_back(
-      label_at(words, {box.low[0] + 46, box.high[1] - size_of_text(words, 11)[1]}, 11, "quiet"));
-}
-
 /// Adds arrows, straight or round, at the reference points of what is driven.
 void add_drives(const PlacedDesign& design, const Projection& on, DimensionLines& lines,
                 Picture& picture) {
@@ -82,12 +76,6 @@ DrawnDimension text_of(const PlacedDesign& design, std::size_t parameter, double
   return {p.name, p.unit, design.values[parameter], scale};
 }
 
-void add_guide(const ShownMeasure& measure, const Projection& on, Picture& picture) {
-  std::vector<Point2> line;
-  for (const Vector3d& place : measure.guide) line.push_back(on(place));
-  if (!line.empty()) picture.line("extension", std::move(line));
-}
-
 /// Adds the dimensions, short ones first: they stand nearest.
 void add_measures(const PlacedDesign& design, const MeasuredView& view, const Projection& on,
                   DimensionLines& lines, Picture& picture) {
@@ -100,7 +88,9 @@ void add_measures(const PlacedDesign& design, const MeasuredView& view, const Pr
     const Point2 a = on(m.from), b = on(m.to);
     const DrawnDimension text = text_of(design, m.parameter, on.scale);
     if (m.along == ShownMeasure::Along::angle) {
-      add_guide(m, on, picture);
+      std::vector<Point2> guide;
+      for (const Vector3d& place : m.guide) guide.push_back(on(place));
+      if (!guide.empty()) picture.line("extension", std::move(guide));
       lines.angle(text, a, {m.axis[0], -m.axis[1]}, b);
     } else if (m.along == ShownMeasure::Along::way) {
       lines.length(text, a, b, (b - a).normalized(), false);
@@ -195,12 +185,13 @@ Picture view_picture(const PlacedDesign& design, const MeasuredView& view, doubl
   add_measures(design, view, on, lines, picture);
   if (view.view.leaves.empty()) {
     add_axes(on, picture);
-    add_caption(view.view.caption, picture);
-  } else {
-    const Box2 box = picture.extent();
-    picture.labels.push_back(
-        label_at(view.view.caption, {box.low[0], box.high[1] + 10}, 11, "quiet"));
   }
+  const std::string& words = view.view.caption;
+  const Box2 box = picture.extent();
+  const Point2 at = view.view.leaves.empty()
+                        ? Point2(box.low[0] + 46, box.high[1] - size_of_text(words, 11)[1])
+                        : Point2(box.low[0], box.high[1] + 10);
+  picture.labels.push_back(label_at(words, at, 11, "quiet"));
   return picture;
 }
 

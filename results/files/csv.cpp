@@ -58,10 +58,6 @@ struct Column {
 
 bool converged(const PathPoint& point) { return point.status == PointStatus::converged; }
 
-std::string compliance_unit(int i, int j) {
-  return fmt::format("{}/{}", i < 3 ? "m" : "rad", j < 3 ? "N" : "(N m)");
-}
-
 /// C_ij with i ≤ j; the matrices are symmetric.
 void add_compliance(std::vector<Column>& columns, const std::string& name,
                     Matrix6d PathPoint::*matrix) {
@@ -69,7 +65,7 @@ void add_compliance(std::vector<Column>& columns, const std::string& name,
     for (int j = i; j < 6; ++j)
       columns.push_back(
           {headed(fmt::format("{}.{}_{}", name, direction_names[i], direction_names[j]),
-                  compliance_unit(i, j)),
+                  fmt::format("{}/{}", i < 3 ? "m" : "rad", j < 3 ? "N" : "(N m)")),
            [=](const PathPoint& point) {
              if (!converged(point)) return std::string();
              return number_cell((point.*matrix)(i, j));

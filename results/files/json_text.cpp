@@ -19,10 +19,6 @@ namespace {
 
 constexpr std::size_t line_width = 100;
 
-bool all_primitive(const OrderedJson& value) {
-  return std::all_of(value.begin(), value.end(), [](const auto& v) { return v.is_primitive(); });
-}
-
 // Text on one line of values without members of their own. Written at once, since one by one they
 // cost several times as much. Blanks follow the separators outside of strings.
 std::string one_line(const OrderedJson& value) {
@@ -46,7 +42,7 @@ void print(std::string& out, const OrderedJson& value, std::size_t indent) {
     out += compact_text(value);
     return;
   }
-  if (all_primitive(value)) {
+  if (std::ranges::all_of(value, [](const auto& v) { return v.is_primitive(); })) {
     const std::string line = one_line(value);
     if (value.is_array() || indent + line.size() <= line_width) {
       out += line;

@@ -23,10 +23,6 @@ constexpr Budget whole_budget{8'000'000, 4'000'000}, start_budget{2'000'000, 1'0
     front_budget{400'000, 0};
 constexpr std::size_t report_budget = 7'000'000;  ///< compressed, for a job that lists designs
 
-Json columns_json(const Matrix3d& m) {
-  return {vector_json(m.col(0)), vector_json(m.col(1)), vector_json(m.col(2))};
-}
-
 Json bodies_json(const Mechanism& mechanism) {
   Json bodies = Json::array();
   for (const RigidBody& body : mechanism.bodies) {
@@ -38,7 +34,7 @@ Json bodies_json(const Mechanism& mechanism) {
                  {"box", nullptr}};
     if (body.box)
       json["box"] = {{"center", vector_json(body.box->center)},
-                     {"half_edges", columns_json(body.box->half_edges)}};
+                     {"half_edges", rows_json(body.box->half_edges.transpose())}};
     bodies.push_back(std::move(json));
   }
   return bodies;

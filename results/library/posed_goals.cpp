@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 
 #include "core/spec/spec_error.hpp"
 
 namespace flexopt {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t remembered = 32;
 
 /// The job as one that is searched with exact derivatives: its values are then those that these
@@ -22,9 +20,6 @@ Job differentiated(Job job) {
   job.optimise->algorithm = {"nlopt", "LD_SLSQP", {}};
   return job;
 }
-
-/// The scale, or 1 where it is zero, negative or not finite.
-double of_order_one(double scale) { return scale > 0 && std::isfinite(scale) ? scale : 1; }
 
 /// Whether a limit of the goal is one of each of its entries.
 bool holds_everywhere(const Goal& goal, bool upper) {
@@ -88,7 +83,8 @@ void PosedGoals::add_rows(std::size_t goal, bool each, double lower, double uppe
 
 double PosedGoals::scale(std::size_t goal) const {
   if (!scaled_) return 1;
-  return of_order_one(goal == 0 ? scales_.objective : scales_.constraints[goal - 1]);
+  const double scale = goal == 0 ? scales_.objective : scales_.constraints[goal - 1];
+  return scale > 0 && std::isfinite(scale) ? scale : 1;
 }
 
 std::vector<std::string> PosedGoals::names() const {
@@ -117,10 +113,6 @@ VectorXd PosedGoals::bounds(double Variable::*own, double scaled, double of_slac
   return with_slack(x, of_slack);
 }
 
-VectorXd PosedGoals::lower() const { return bounds(&Variable::min, 0, -infinity); }
-
-VectorXd PosedGoals::upper() const { return bounds(&Variable::max, 1, infinity); }
-
 std::vector<std::string> PosedGoals::constraint_names() const {
   std::vector<std::string> all;
   for (const Row& row : rows_) all.push_back(row.name);
@@ -132,10 +124,6 @@ VectorXd PosedGoals::of_rows(double Row::*number) const {
   for (Eigen::Index i = 0; i < all.size(); ++i) all[i] = rows_[i].*number;
   return all;
 }
-
-VectorXd PosedGoals::constraint_lower() const { return of_rows(&Row::lower); }
-
-VectorXd PosedGoals::constraint_upper() const { return of_rows(&Row::upper); }
 
 Variables PosedGoals::variables(const VectorXd& x) const {
   const int n = problem_.size();
@@ -218,10 +206,6 @@ double PosedGoals::objective(const VectorXd& x) const {
   const auto values = design(variables(x), false);
   if (!values->ok) throw NotConverged(values->message, values->reached);
   return problem_.objective(*values);
-}
-
-ParameterValues PosedGoals::parameters(const VectorXd& x) const {
-  return problem_.parameters(variables(x));
 }
 
 }  // namespace flexopt

@@ -3,6 +3,7 @@
 //     min f(x)  subject to  lower ≤ g(x) ≤ upper,  x in its box
 // in SI units, or scaled: x in [0, 1], goals over what makes them of order one.
 #include <deque>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -42,9 +43,12 @@ class PosedGoals {
   PosedGoals(const Job& job, bool scaled, bool pointwise);
 
   std::vector<std::string> names() const;  ///< names of the variables
-  VectorXd start() const, lower() const, upper() const;
+  VectorXd start() const;
+  VectorXd lower() const { return bounds(&Variable::min, 0, -infinity); }
+  VectorXd upper() const { return bounds(&Variable::max, 1, infinity); }
   std::vector<std::string> constraint_names() const;
-  VectorXd constraint_lower() const, constraint_upper() const;
+  VectorXd constraint_lower() const { return of_rows(&Row::lower); }
+  VectorXd constraint_upper() const { return of_rows(&Row::upper); }
   const DesignProblem& problem() const { return problem_; }
 
   /// The last designs are remembered, and once derivatives were asked for, every design is
@@ -53,9 +57,11 @@ class PosedGoals {
   std::shared_ptr<const PosedValues> at(const VectorXd& x, bool gradient) const;
   /// What the job calls objective, at x.
   double objective(const VectorXd& x) const;
-  ParameterValues parameters(const VectorXd& x) const;
+  ParameterValues parameters(const VectorXd& x) const { return problem_.parameters(variables(x)); }
 
  private:
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+
   /// lower ≤ entry of a goal (or its worst one) over its scale − slack t ≤ upper.
   struct Row {
     std::size_t goal = 0;

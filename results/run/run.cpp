@@ -30,13 +30,6 @@ StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism,
   return evaluate_stroke(mechanism, job.model, drawn(request));
 }
 
-/// Responses with shapes for all load cases of a job; none where it has a single case.
-std::vector<StrokeResponse> drawn_cases(const Job& job, const Mechanism& mechanism) {
-  std::vector<StrokeResponse> cases;
-  for (const JobCase& one : job.cases) cases.push_back(drawn_response(job, mechanism, one.request));
-  return cases;
-}
-
 /// Evaluates every path of the job with shapes and with derivatives along these names. Where one
 /// path has no derivatives, none are kept.
 void differentiate(const std::vector<std::string>& along, RunRecord& record) {
@@ -68,19 +61,16 @@ void choose_accuracy(RunListener& listener, RunRecord& record) {
   record.job.model = record.chosen->model;
 }
 
-/// Whether every number that an optimisation tells is one of its optimum: points of a front,
-/// designs in stock sizes and those beside a robust one are not corrected on full leaves.
-bool tells_one_design(const Job& job) {
-  return !job.optimise->pareto && !has_stock(*job.optimise) && !job.tolerances &&
-         !job.assembly_tolerances;
-}
-
 /// Sets the model that the search goes on with, where the chosen model is not that of the job and
-/// leaves of the job's model can be looked up.
+/// leaves of the job's model can be looked up; and where every number that the optimisation tells
+/// is one of its optimum: points of a front, designs in stock sizes and those beside a robust one
+/// are not corrected on full leaves.
 void choose_search_model(const ModelOptions& asked, RunRecord& record) {
-  const ModelOptions& chosen = record.job.model;
-  const bool other = chosen.mesh != asked.mesh || chosen.accuracy != asked.accuracy;
-  if (other && asked.atlas && tells_one_design(record.job)) record.job.search_model = asked;
+  Job& job = record.job;
+  const bool other = job.model.mesh != asked.mesh || job.model.accuracy != asked.accuracy;
+  if (other && asked.atlas && !job.optimise->pareto && !has_stock(*job.optimise) &&
+      !job.tolerances && !job.assembly_tolerances)
+    job.search_model = asked;
 }
 
 /// Adds the estimated errors, by this model, of the paths that the run is about. Full paths of the
@@ -228,10 +218,10 @@ RunRecord run_evaluation(const Job& job, const RunOptions& options, RunListener&
   const std::string cases =
       job.cases.empty() ? "" : fmt::format(" in {} load cases", job.cases.size());
   listener.say(fmt::format("evaluating {} at {} stroke points{}", job.name, points, cases));
-  if (options.along.empty())
-    record.cases = drawn_cases(record.job, record.mechanism);
-  else
-    differentiate(options.along, record);
+  if (!options.along.empty()) differentiate(options.along, record);
+  for (std::size_t k = record.cases.size(); k < job.cases.size(); ++k)
+    record.cases.push_back(
+        drawn_response(record.job, record.mechanism, record.job.cases[k].request));
   if (!job.cases.empty())
     record.response = record.cases.front();
   else if (options.along.empty())
