@@ -182,6 +182,7 @@ std::string assembly_lines(const RunRecord& record, const DriveList& drives) {
 }
 
 std::string comparison_lines(const Comparison& comparison) {
+  const auto percent = [](double share) { return fmt::format("{:.3g} %", 100 * share); };
   std::string text;
   for (const ModelComparison& model : comparison.models) {
     text += line(model.name + ", errors:", {"99th percentile", "worst", "median"});

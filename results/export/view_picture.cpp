@@ -183,9 +183,7 @@ Picture view_picture(const PlacedDesign& design, const MeasuredView& view, doubl
         picture.line("extension", {o - Point2(0, 8), o + Point2(0, 8)});
       }
   add_measures(design, view, on, lines, picture);
-  if (view.view.leaves.empty()) {
-    add_axes(on, picture);
-  }
+  if (view.view.leaves.empty()) add_axes(on, picture);
   const std::string& words = view.view.caption;
   const Box2 box = picture.extent();
   const Point2 at = view.view.leaves.empty()
