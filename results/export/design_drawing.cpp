@@ -69,8 +69,8 @@ Picture arranged(std::vector<Cell> cells) {
     for (const Cell& cell : cells) {
       const auto at = static_cast<std::size_t>(place(cell));
       const Box2 box = cell.picture.extent();
-      before[at] = std::max(before[at], -box.low[k]);
-      behind[at] = std::max(behind[at], box.high[k]);
+      before[at] = std::max(before[at], -box.min()[k]);
+      behind[at] = std::max(behind[at], box.max()[k]);
     }
     for (Cell& cell : cells) {
       double start = 0;
@@ -83,7 +83,7 @@ Picture arranged(std::vector<Cell> cells) {
   }
   Picture all;
   for (const Cell& cell : cells) all.append(cell.picture);
-  all.move(-all.extent().low);
+  all.move(-all.extent().min());
   return all;
 }
 
@@ -148,13 +148,13 @@ DesignDrawing draw_design(const Family& family, const ParameterValues& values,
   }
   Picture& page = drawing.picture;
   page = arranged(std::move(cells));
-  const double width = std::max(narrowest, page.extent().high[0]);
+  const double width = std::max(narrowest, page.extent().max()[0]);
   const std::vector<std::string> summary = wrapped(family.summary, width, 12);
   page.move({0, 34 + row * static_cast<double>(summary.size()) + 14});
   page.labels.push_back(label_at(family.name, {0, 0}, 18, "title"));
   add_lines(summary, {0, 28}, 12, "label", page);
   Picture table = table_of(family, values, choices, width);
-  table.move({0, page.extent().high[1] + 26});
+  table.move({0, page.extent().max()[1] + 26});
   page.append(table);
   return drawing;
 }

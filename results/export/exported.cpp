@@ -19,7 +19,25 @@
 
 namespace flexopt {
 
+struct Making {
+  const Exported& of;
+  const ExportOptions& options;
+  std::vector<std::string>& notes;            ///< receives what was left out of the files
+  std::optional<PathPoint> equilibrium = {};  ///< at the strokes, once it was asked for
+
+  /// The equilibrium at the strokes; null where the mechanism is undeflected.
+  const PathPoint* point() {
+    if (!of.undeflected && !equilibrium) equilibrium = of.equilibria({of.strokes}).front();
+    return equilibrium ? &*equilibrium : nullptr;
+  }
+  /// Decks go as far as the job does unless a stroke is given.
+  VectorXd strokes_of_deck() const { return of.undeflected ? of.largest_strokes() : of.strokes; }
+  std::string name(const char* ending) const { return options.stem + ending; }
+};
+
 namespace {
+
+using Files = std::vector<ExportedFile>;
 
 /// Unit of the k-th number of a stroke.
 std::string unit_of_stroke(const Exported& of, std::size_t k) {
@@ -129,34 +147,6 @@ StrokeRequest request_of(const Job& job, const std::string& name) {
                                 : fmt::format("expected one of {}", fmt::join(names, ", ")));
 }
 
-/// A file before it is written.
-struct ExportedFile {
-  std::string name, content;
-};
-using Files = std::vector<ExportedFile>;
-
-/// What the files of a format are made of.
-struct Making {
-  const Exported& of;
-  const ExportOptions& options;
-  std::vector<std::string>& notes;            ///< receives what was left out of the files
-  std::optional<PathPoint> equilibrium = {};  ///< at the strokes, once it was asked for
-
-  /// The equilibrium at the strokes; null where the mechanism is undeflected.
-  const PathPoint* point() {
-    if (!of.undeflected && !equilibrium) equilibrium = of.equilibria({of.strokes}).front();
-    return equilibrium ? &*equilibrium : nullptr;
-  }
-  /// Decks go as far as the job does unless a stroke is given.
-  VectorXd strokes_of_deck() const { return of.undeflected ? of.largest_strokes() : of.strokes; }
-  std::string name(const char* ending) const { return options.stem + ending; }
-};
-
-struct Maker {
-  ExportFormat format;
-  Files (*make)(Making&);
-};
-
 /// Points of the path that an animation goes through: all, or some of many.
 std::vector<VectorXd> frames_of(const Exported& exported) {
   constexpr std::size_t most = 41;
@@ -209,18 +199,6 @@ Files vtu_files(Making& making) {
   if (making.of.request.frequencies > 0)
     modes.add({Output::frequencies_locked, Output::frequencies_free});
   return {{making.name(".vtu"), point_vtu(making.of.mechanism, making.of.standing(modes))}};
-}
-
-const std::vector<Maker>& makers() {
-  static const std::vector<Maker> all{
-      {{"step", "solids of leaves and bodies for CAD, in mm"}, step_files},
-      {{"stl", "triangles of leaves and bodies, each a closed solid, in mm"}, stl_files},
-      {{"gltf", "leaves and bodies that move through the stroke, in m"}, gltf_files},
-      {{"dxf", "outlines of the leaves, and of planar mechanisms the contour, in mm"}, dxf_files},
-      {{"ccx", "a deck of CalculiX in solid elements, driven to the stroke"}, ccx_files},
-      {{"spacar", "a script for SPACAR Light with beams, driven to the stroke"}, spacar_files},
-      {{"vtu", "displacement, stress and modes on the leaves, for ParaView"}, vtu_files}};
-  return all;
 }
 
 }  // namespace
@@ -306,12 +284,15 @@ Exported make_exported(const Job& job, const ExportPlace& place) {
 }
 
 const std::vector<ExportFormat>& export_formats() {
-  static const std::vector<ExportFormat> formats = [] {
-    std::vector<ExportFormat> list;
-    for (const Maker& maker : makers()) list.push_back(maker.format);
-    return list;
-  }();
-  return formats;
+  static const std::vector<ExportFormat> all{
+      {"step", "solids of leaves and bodies for CAD, in mm", step_files},
+      {"stl", "triangles of leaves and bodies, each a closed solid, in mm", stl_files},
+      {"gltf", "leaves and bodies that move through the stroke, in m", gltf_files},
+      {"dxf", "outlines of the leaves, and of planar mechanisms the contour, in mm", dxf_files},
+      {"ccx", "a deck of CalculiX in solid elements, driven to the stroke", ccx_files},
+      {"spacar", "a script for SPACAR Light with beams, driven to the stroke", spacar_files},
+      {"vtu", "displacement, stress and modes on the leaves, for ParaView", vtu_files}};
+  return all;
 }
 
 std::vector<std::string> read_formats(const std::string& list) {
@@ -337,9 +318,8 @@ WrittenExports write_exports(const Exported& exported, const ExportOptions& opti
   Making making{exported, options, written.notes};
   Files files;
   for (const std::string& format : options.formats) {
-    const auto maker =
-        std::ranges::find(makers(), format, [](const Maker& m) { return m.format.name; });
-    for (ExportedFile& file : maker->make(making)) files.push_back(std::move(file));
+    const auto known = std::ranges::find(export_formats(), format, &ExportFormat::name);
+    for (ExportedFile& file : known->make(making)) files.push_back(std::move(file));
   }
   for (const ExportedFile& file : files) {
     write_file(folder / file.name, file.content);

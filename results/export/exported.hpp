@@ -59,9 +59,16 @@ Exported make_exported(const Job& job, const ExportPlace& place);
 
 // The formats that a mechanism is exported in, and their files.
 
+/// A file before it is written.
+struct ExportedFile {
+  std::string name, content;
+};
+
+struct Making;  ///< what the files of a format are made of
 struct ExportFormat {
   std::string name;     ///< name for --format
   std::string meaning;  ///< for the help
+  std::vector<ExportedFile> (*make)(Making&);
 };
 const std::vector<ExportFormat>& export_formats();
 

@@ -35,10 +35,7 @@ class Search {
   Search(const PlacedDesign& design, const DrawnView& view) : design_(&design), view_(&view) {
     best_.resize(design.parameters.size());
     for (const DrawnPoint& p : design.points)
-      if (p.kind != DrawnPoint::Kind::origin) {
-        low_ = low_.cwiseMin(view(p.at));
-        high_ = high_.cwiseMax(view(p.at));
-      }
+      if (p.kind != DrawnPoint::Kind::origin) room_.extend(view(p.at));
   }
 
   std::vector<Candidate> best() && {
@@ -117,7 +114,8 @@ class Search {
       if (p->kind == Kind::face && !p->inside) cost += 0.1;
       if (p->kind != Kind::face && p->inside) cost += 0.3;
       const Eigen::Vector2d at = (*view_)(p->at);
-      cost += 0.15 * std::min((at - low_).minCoeff(), (high_ - at).minCoeff()) / design_->size;
+      cost += 0.15 * std::min((at - room_.min()).minCoeff(), (room_.max() - at).minCoeff()) /
+              design_->size;
     }
     return cost;
   }
@@ -125,8 +123,7 @@ class Search {
   const PlacedDesign* design_;
   const DrawnView* view_;
   std::vector<Candidate> best_;
-  Eigen::Vector2d low_ = Eigen::Vector2d::Constant(no_measure),
-                  high_ = Eigen::Vector2d::Constant(-no_measure);
+  Eigen::AlignedBox2d room_;  ///< of all points
 };
 
 using Candidates = std::vector<std::vector<Candidate>>;  ///< for each view and parameter

@@ -149,26 +149,26 @@ std::string element(const DrawnLabel& label) {
   return fmt::format(
       "<text class=\"{}\" x=\"{}\" y=\"{}\" font-size=\"{}\" textLength=\"{}\" "
       "lengthAdjust=\"spacingAndGlyphs\">{}</text>\n",
-      label.style, number(label.box.low[0]), number(label.box.high[1] - 0.3 * label.size),
-      number(label.size), number(label.box.size()[0]), escaped(label.text));
+      label.style, number(label.box.min()[0]), number(label.box.max()[1] - 0.3 * label.size),
+      number(label.size), number(label.box.sizes()[0]), escaped(label.text));
 }
 
 }  // namespace
 
-bool Box2::overlaps(const Box2& other, double margin) const {
-  return (low.array() < other.high.array() + margin).all() &&
-         (other.low.array() < high.array() + margin).all();
+bool overlaps(const Box2& one, const Box2& other, double margin) {
+  return (one.min().array() < other.max().array() + margin).all() &&
+         (other.min().array() < one.max().array() + margin).all();
 }
 
-bool Box2::meets(const Point2& a, const Point2& b) const {
+bool meets(const Box2& box, const Point2& a, const Point2& b) {
   double first = 0, last = 1;
   for (int k = 0; k < 2; ++k) {
-    const double way = b[k] - a[k];
+    const double way = b[k] - a[k], low = box.min()[k], high = box.max()[k];
     if (std::abs(way) < 1e-12) {
-      if (a[k] <= low[k] || a[k] >= high[k]) return false;
+      if (a[k] <= low || a[k] >= high) return false;
       continue;
     }
-    const double s = (low[k] - a[k]) / way, t = (high[k] - a[k]) / way;
+    const double s = (low - a[k]) / way, t = (high - a[k]) / way;
     first = std::max(first, std::min(s, t));
     last = std::min(last, std::max(s, t));
   }
@@ -193,29 +193,26 @@ void Picture::append(const Picture& other) {
 }
 
 void Picture::move(const Point2& by) {
-  for (DrawnPart& part : parts) part.box.move(by);
+  for (DrawnPart& part : parts) part.box.translate(by);
   for (DrawnShape& shape : shapes)
     for (Point2& p : shape.points) p += by;
   for (DrawnDimension& dimension : dimensions) {
     for (Point2& p : dimension.line) p += by;
     dimension.vertex += by;
   }
-  for (DrawnLabel& label : labels) label.box.move(by);
+  for (DrawnLabel& label : labels) label.box.translate(by);
 }
 
 Box2 Picture::extent() const {
   Box2 box;
   for (const DrawnShape& shape : shapes)
     for (const Point2& p : shape.points) {
-      box.add(p - Point2::Constant(shape.radius));
-      box.add(p + Point2::Constant(shape.radius));
+      box.extend(p - Point2::Constant(shape.radius));
+      box.extend(p + Point2::Constant(shape.radius));
     }
   for (const DrawnDimension& dimension : dimensions)
-    for (const Point2& p : dimension.line) box.add(p);
-  for (const DrawnLabel& label : labels) {
-    box.add(label.box.low);
-    box.add(label.box.high);
-  }
+    for (const Point2& p : dimension.line) box.extend(p);
+  for (const DrawnLabel& label : labels) box.extend(label.box);
   return box;
 }
 
@@ -233,7 +230,7 @@ Point2 size_of_text(const std::string& text, double size) {
 
 DrawnLabel label_at(const std::string& text, const Point2& corner, double size,
                     const std::string& style) {
-  return {text, {corner, corner + size_of_text(text, size)}, size, style};
+  return {text, Box2(corner, corner + size_of_text(text, size)), size, style};
 }
 
 DrawnLabel label_around(const std::string& text, const Point2& center, double size,
@@ -265,11 +262,11 @@ double conflict(const Picture& added, const Picture& there) {
   double sum = 0;
   for (const DrawnLabel& own : added.labels)
     for (const DrawnLabel& other : there.labels)
-      if (own.box.overlaps(other.box, label_margin)) sum += 1000;
+      if (overlaps(own.box, other.box, label_margin)) sum += 1000;
   const auto words_on_lines = [&](const Picture& words, const Picture& lines, double cost) {
     each_segment(lines, [&](const Segment& s, bool) {
       for (const DrawnLabel& label : words.labels)
-        if (label.box.meets(s.from, s.to)) sum += cost;
+        if (meets(label.box, s.from, s.to)) sum += cost;
     });
   };
   words_on_lines(added, there, 30);
@@ -288,7 +285,7 @@ double conflict(const Picture& added, const Picture& there) {
 
 std::string svg_of(const Picture& picture, const std::string& title) {
   const Box2 box = picture.extent();
-  const Point2 low = box.low - Point2::Constant(border), size = box.size().array() + 2 * border;
+  const Point2 low = box.min() - Point2::Constant(border), size = box.sizes().array() + 2 * border;
   std::string text = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
       "viewBox=\"{2} {3} {0:.0f} {1:.0f}\" role=\"img\">\n<title>{4}</title>\n"
@@ -299,8 +296,8 @@ std::string svg_of(const Picture& picture, const std::string& title) {
   for (const DrawnPart& part : picture.parts) {
     const Box2& at = part.box;
     text += fmt::format("<view id=\"{}\" viewBox=\"{} {} {} {}\"/>\n", part.name,
-                        number(at.low[0] - border), number(at.low[1] - border),
-                        number(at.size()[0] + 2 * border), number(at.size()[1] + 2 * border));
+                        number(at.min()[0] - border), number(at.min()[1] - border),
+                        number(at.sizes()[0] + 2 * border), number(at.sizes()[1] + 2 * border));
   }
   for (const DrawnShape& shape : picture.shapes) text += element(shape);
   for (const DrawnDimension& dimension : picture.dimensions) text += element(dimension);

@@ -28,7 +28,7 @@ void add_axes(const Projection& on, Picture& picture) {
     axes.labels.push_back(label_around(names[k], way + 9 * along));
   }
   const Box2 own = axes.extent();
-  axes.move(Point2(box.low[0] - own.low[0], box.high[1] + 14 - own.low[1]));
+  axes.move(Point2(box.min()[0] - own.min()[0], box.max()[1] + 14 - own.min()[1]));
   picture.append(axes);
 }
 
@@ -187,8 +187,8 @@ Picture view_picture(const PlacedDesign& design, const MeasuredView& view, doubl
   const std::string& words = view.view.caption;
   const Box2 box = picture.extent();
   const Point2 at = view.view.leaves.empty()
-                        ? Point2(box.low[0] + 46, box.high[1] - size_of_text(words, 11)[1])
-                        : Point2(box.low[0], box.high[1] + 10);
+                        ? Point2(box.min()[0] + 46, box.max()[1] - size_of_text(words, 11)[1])
+                        : Point2(box.min()[0], box.max()[1] + 10);
   picture.labels.push_back(label_at(words, at, 11, "quiet"));
   return picture;
 }
@@ -212,7 +212,7 @@ Picture slanting_picture(const PlacedDesign& design, double largest) {
 Point2 room_of(const PlacedDesign& design, const DrawnView& view) {
   Picture picture;
   add_parts(design.mechanism, {view, 1e6}, picture);
-  return picture.extent().size() / 1e6;
+  return picture.extent().sizes() / 1e6;
 }
 
 std::string with_drawn_unit(double value, const std::string& unit) {
@@ -238,8 +238,8 @@ void DimensionLines::beside(const DrawnDimension& text, const Point2& a, const P
       const Point2 out = side * normal;
       double level = std::max(out.dot(a), out.dot(b));
       if (outside)
-        level =
-            std::max(level, out.cwiseMax(0).dot(outline_.high) + out.cwiseMin(0).dot(outline_.low));
+        level = std::max(level,
+                         out.cwiseMax(0).dot(outline_.max()) + out.cwiseMin(0).dot(outline_.min()));
       const double place = level + 14 + lane * k;
       const Point2 p = a + out * (place - out.dot(a)), q = b + out * (place - out.dot(b));
       const Point2 way = (q - p).normalized();
