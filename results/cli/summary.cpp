@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "results/cli/printed.hpp"
-#include "results/files/units.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 

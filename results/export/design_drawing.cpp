@@ -1,4 +1,3 @@
-#include "results/export/design_drawing.hpp"
 
 #include <algorithm>
 #include <utility>

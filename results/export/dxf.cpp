@@ -4,8 +4,8 @@
 #include <iterator>
 
 #include "core/mechanism/profile.hpp"
+#include "results/export/exported.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/writers.hpp"
 
 namespace flexopt {
 

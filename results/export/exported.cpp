@@ -11,11 +11,10 @@
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/writers.hpp"
 #include "results/files/folder.hpp"
-#include "results/files/vtk.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/report/report.hpp"
-#include "results/run/run_files.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 

@@ -3,8 +3,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "results/export/exported.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/writers.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/version.hpp"
 

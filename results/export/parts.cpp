@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/math/rotation.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 
 namespace flexopt {
 

@@ -10,7 +10,7 @@
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
 #include "core/spec/spec_error.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {

@@ -67,4 +67,20 @@ Picture slanting_picture(const PlacedDesign& design, double largest);
 /// Room that a view takes without drives, notes and measures [m].
 Point2 room_of(const PlacedDesign& design, const DrawnView& view);
 
+// A design as a labelled drawing: plan views with dimensions, a slanting view, its parameters.
+
+struct DesignDrawing {
+  Picture picture;
+  /// Lengths that move the geometry but are no distance in it; they have a note instead.
+  std::vector<std::string> without_dimension;
+};
+
+/// Throws SpecError as Family::make.
+DesignDrawing draw_design(const Family& family, const ParameterValues& values,
+                          const FamilyChoices& choices);
+
+/// The drawing as an SVG file.
+std::string svg_of_design(const Family& family, const ParameterValues& values,
+                          const FamilyChoices& choices);
+
 }  // namespace flexopt

@@ -1,4 +1,4 @@
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,7 +12,6 @@
 
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/evaluation_log.hpp"
-#include "results/files/units.hpp"
 
 namespace flexopt {
 

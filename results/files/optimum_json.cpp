@@ -6,7 +6,6 @@
 
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
-#include "results/files/units.hpp"
 
 namespace flexopt {
 

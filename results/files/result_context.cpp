@@ -16,7 +16,6 @@
 #include "designs/family.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/result_parts.hpp"
-#include "results/files/units.hpp"
 
 namespace flexopt {
 
@@ -318,6 +317,26 @@ Json accuracy_json(const RunRecord& record) {
          {"largest", tried.message.empty() ? largest_json(tried.largest, record.job) : Json()},
          {"message", tried.message}});
   return json;
+}
+
+std::string stroke_unit(const DriveList& drives, const StrokeRequest& request) {
+  if (!request.loads.driven()) return "1";
+  return is_rotation(drives.first()) ? "rad" : "m";
+}
+
+std::string quantity_unit(const std::string& quantity, const DriveList& drives) {
+  const auto known = quantities(drives);
+  const auto found = std::ranges::find(known, quantity, &Quantity::name);
+  return found == known.end() ? "" : found->unit;
+}
+
+std::string goal_unit(const std::string& quantity, const DriveList& drives) {
+  return quantity.empty() ? "SI" : quantity_unit(quantity, drives);
+}
+
+std::string parameter_unit(const Family& family, const std::string& parameter) {
+  const Parameter* found = find_parameter(family, parameter);
+  return found ? found->unit : "";
 }
 
 }  // namespace flexopt

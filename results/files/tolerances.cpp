@@ -5,11 +5,9 @@
 #include <cmath>
 
 #include "core/response/quantities.hpp"
-#include "results/files/csv.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
-#include "results/files/units.hpp"
 
 namespace flexopt {
 

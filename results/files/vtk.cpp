@@ -1,4 +1,4 @@
-#include "results/files/vtk.hpp"
+#include "results/files/result_parts.hpp"
 
 #include <fmt/format.h>
 

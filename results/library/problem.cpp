@@ -1,4 +1,4 @@
-#include "results/library/posed_goals.hpp"
+#include "results/library/runs.hpp"
 #include "results/library/translated.hpp"
 
 namespace flexopt::v0 {

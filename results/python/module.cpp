@@ -16,7 +16,6 @@
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/version.hpp"
-#include "results/library/posed_goals.hpp"
 #include "results/library/runs.hpp"
 #include "results/python/interruptible.hpp"
 #include "results/python/path_arrays.hpp"

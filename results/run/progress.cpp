@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "optim/problem/evaluation_book.hpp"
-#include "results/files/units.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 

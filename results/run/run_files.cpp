@@ -1,4 +1,3 @@
-#include "results/run/run_files.hpp"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -16,12 +15,10 @@
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/search/optimise.hpp"
 #include "optim/studies/compare.hpp"
-#include "results/files/csv.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/files/scene.hpp"
-#include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
 #include "results/run/run.hpp"
 

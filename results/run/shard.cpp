@@ -15,7 +15,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/program_part.hpp"
 #include "results/files/version.hpp"
-#include "results/run/run_files.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 

@@ -1,4 +1,4 @@
-#include "results/server/explorer.hpp"
+#include "results/server/serve.hpp"
 
 #include <fmt/format.h>
 
@@ -14,8 +14,8 @@
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/scene.hpp"
-#include "results/files/units.hpp"
 #include "results/run/run.hpp"
 
 namespace flexopt {

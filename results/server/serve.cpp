@@ -10,7 +10,6 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "results/report/report.hpp"
-#include "results/server/explorer.hpp"
 #include "results/server/local_server.hpp"
 
 namespace flexopt {

@@ -7,7 +7,7 @@
 
 #include "core/math/rotation.hpp"
 #include "results/export/ccx_model.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 #include "support/refusals.hpp"
 #include "tests/results/export/gallery.hpp"
 

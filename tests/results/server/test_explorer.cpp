@@ -4,7 +4,7 @@
 #include "core/spec/spec_error.hpp"
 #include "results/files/result_json.hpp"
 #include "results/run/run.hpp"
-#include "results/server/explorer.hpp"
+#include "results/server/serve.hpp"
 #include "support/leaf_job.hpp"
 
 using namespace flexopt;

@@ -5,7 +5,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
-#include "results/run/run_files.hpp"
+#include "results/run/run.hpp"
 #include "results/server/serve.hpp"
 #include "support/fixture.hpp"
 
