@@ -341,20 +341,21 @@ std::string state_space_script(const StrokeResponse& response, const std::string
   for (const PathPoint& point : response.path) {
     if (!point.state_space) continue;
     const StateSpace& model = *point.state_space;
+    const auto add = [&](const char* field, const std::string& value, const char* comment) {
+      text += fmt::format("models({}).{} = {};{}\n", count, field, value, comment);
+    };
     const VectorXd strokes =
         VectorXd::Map(point.strokes.data(), static_cast<Eigen::Index>(point.strokes.size()));
-    text += fmt::format(
-        "\n% point {} of the path\nmodels({}).stroke = {};\n"
-        "models({}).omega2 = {};  % squares of the circular frequencies\n"
-        "models({}).damping = {};  % ratios\n"
-        "models({}).forces = {};  % of the inputs on the modes\n"
-        "models({}).motions = {};  % of the modes at the outputs\n"
-        "models({}).residual = {};  % static answers of the modes that are left out\n",
-        &point - response.path.data(), ++count,
-        strokes.size() > 0 ? matrix_text(strokes.transpose()) : csv::number_cell(point.stroke),
-        count, matrix_text(model.omega2.transpose()), count, matrix_text(model.damping.transpose()),
-        count, matrix_text(model.forces), count, matrix_text(model.motions), count,
-        matrix_text(model.residual));
+    ++count;
+    text += fmt::format("\n% point {} of the path\n", &point - response.path.data());
+    add("stroke",
+        strokes.size() > 0 ? matrix_text(strokes.transpose()) : csv::number_cell(point.stroke), "");
+    add("omega2", matrix_text(model.omega2.transpose()), "  % squares of the circular frequencies");
+    add("damping", matrix_text(model.damping.transpose()), "  % ratios");
+    add("forces", matrix_text(model.forces), "  % of the inputs on the modes");
+    add("motions", matrix_text(model.motions), "  % of the modes at the outputs");
+    add("residual", matrix_text(model.residual),
+        "  % static answers of the modes that are left out");
   }
   text +=
       "\nfor k = 1:numel(models)\n"

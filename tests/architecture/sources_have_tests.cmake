@@ -171,7 +171,6 @@ set(tested_by
   results/files/tolerances jobs/test_load_cases
   results/cli/program results/cli/test_command_line
   results/library/jobs results/library/test_flexopt
-  results/library/problem results/library/test_flexopt
   results/library/results results/library/test_flexopt
   results/library/runs results/python/test_runs
   results/server/local_server results/server/test_serve
