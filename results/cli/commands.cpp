@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
-#include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "designs/family.hpp"
 #include "optim/problem/check_gradients.hpp"
@@ -22,7 +21,6 @@
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
-#include "results/run/run.hpp"
 #include "results/server/serve.hpp"
 
 namespace flexopt {

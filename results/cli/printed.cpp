@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "designs/describe.hpp"
 #include "results/cli/command_line.hpp"

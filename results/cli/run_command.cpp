@@ -13,7 +13,6 @@
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/run/progress.hpp"
-#include "results/run/run.hpp"
 #include "results/run/shard.hpp"
 
 namespace flexopt {

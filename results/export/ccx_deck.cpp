@@ -5,7 +5,6 @@
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
 #include "results/export/ccx_model.hpp"
-#include "results/export/exported.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {

@@ -5,7 +5,6 @@
 
 #include "core/mechanism/profile.hpp"
 #include "results/export/exported.hpp"
-#include "results/export/parts.hpp"
 
 namespace flexopt {
 

@@ -10,7 +10,6 @@
 #include "core/response/quantities.hpp"
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
-#include "results/export/parts.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/report/report.hpp"

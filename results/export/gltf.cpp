@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "results/export/exported.hpp"
-#include "results/export/parts.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/version.hpp"
 

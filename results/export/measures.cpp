@@ -1,6 +1,5 @@
 #include "results/export/measures.hpp"
 
-#include <cmath>
 #include <limits>
 #include <numbers>
 

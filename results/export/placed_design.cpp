@@ -1,7 +1,5 @@
 #include "results/export/measures.hpp"
 
-#include <algorithm>
-
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/mechanism/profile.hpp"

@@ -2,7 +2,6 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/export/exported.hpp"
-#include "results/export/parts.hpp"
 #include "results/export/step_writer.hpp"
 #include "results/files/program_part.hpp"
 #include "results/files/version.hpp"

@@ -7,8 +7,6 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
-#include <optional>
-#include <vector>
 
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/evaluation_log.hpp"

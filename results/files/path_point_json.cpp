@@ -6,7 +6,6 @@
 
 #include "core/response/fatigue_law.hpp"
 #include "core/response/principal_stiffness.hpp"
-#include "core/response/quantities.hpp"
 #include "results/files/result_parts.hpp"
 
 namespace flexopt {

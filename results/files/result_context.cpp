@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -12,8 +11,6 @@
 #include "core/elements/plate/leaf_validity.hpp"
 #include "core/mechanism/mobility.hpp"
 #include "core/response/fatigue_law.hpp"
-#include "core/response/quantities.hpp"
-#include "designs/family.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/result_parts.hpp"
 

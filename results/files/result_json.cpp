@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "core/reduction/atlas/tube_atlas.hpp"
-#include "core/response/quantities.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/files/version.hpp"

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/response/quantities.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"

@@ -1,13 +1,11 @@
 // flexopt._core: the C++ side of the Python package, which gives it a face.
 #include <fmt/format.h>
 #include <pybind11/eigen.h>
-#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
 #include "core/spec/spec_error.hpp"
@@ -16,7 +14,6 @@
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/version.hpp"
-#include "results/library/runs.hpp"
 #include "results/python/interruptible.hpp"
 #include "results/python/path_arrays.hpp"
 #include "results/report/report.hpp"

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "core/elements/leaf/leaf_element.hpp"
@@ -11,14 +10,11 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
-#include "optim/search/optimise.hpp"
 #include "optim/search/stages.hpp"
-#include "optim/studies/compare.hpp"
 #include "optim/studies/response_map.hpp"
 #include "optim/studies/tolerance_study.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/version.hpp"
-#include "results/run/progress.hpp"
 
 namespace flexopt {
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -16,7 +15,6 @@
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/files/scene.hpp"
-#include "results/run/run.hpp"
 
 namespace flexopt {
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <system_error>
-#include <vector>
 
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
