@@ -273,10 +273,6 @@ void write_timings(const std::filesystem::path& folder,
   write_file(folder / "timings.json", json_text({{"unit", "s"}, {"seconds", seconds}}));
 }
 
-void write_result(const std::filesystem::path& folder, const OrderedJson& result) {
-  write_file(folder / "result.json", json_text(result));
-}
-
 bool usable(const OrderedJson& result) { return result.at("status") == "ok"; }
 
 std::vector<std::string> check_expectations(const std::vector<Expectation>& expectations,

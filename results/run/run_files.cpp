@@ -120,7 +120,7 @@ void write_job(const fs::path& folder, const Job& job) {
 void write_shown(const fs::path& folder, const OrderedJson& result, const OrderedJson& scene) {
   write_scene(folder, scene);
   write_report(folder, result, scene);
-  write_result(folder, result);
+  write_file(folder / "result.json", json_text(result));
 }
 
 WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
