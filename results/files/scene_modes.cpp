@@ -81,16 +81,12 @@ std::string shapes_pvd(const std::vector<PathPoint>& path) {
          sets + "</Collection>\n</VTKFile>\n";
 }
 
-}  // namespace
-
-std::vector<double> places_along(const LeafShape& shape) {
-  std::vector<double> places{0};
-  for (int i = 1; i < shape.points_along; ++i)
-    places.push_back(places.back() + (shape.undeflected[i] - shape.undeflected[i - 1]).norm());
-  for (double& s : places) s /= std::max(places.back(), 1e-300);
-  return places;
-}
-
+struct ModeShape {
+  VectorXd points;  ///< motion of the mesh points of all leaves, the largest of which is one
+  VectorXd bodies;  ///< displacement and spin of each body
+};
+/// A mode with the motion of all so many mesh points; nothing where the model of a leaf does not
+/// tell its own.
 std::optional<ModeShape> mode_shape(const Mechanism& mechanism, const PathPoint& point,
                                     const Mode& mode, std::size_t points) {
   if (mode.body_motion.size() != static_cast<Eigen::Index>(6 * mechanism.bodies.size()))
@@ -116,6 +112,16 @@ std::optional<ModeShape> mode_shape(const Mechanism& mechanism, const PathPoint&
     shape.bodies /= largest;
   }
   return shape;
+}
+
+}  // namespace
+
+std::vector<double> places_along(const LeafShape& shape) {
+  std::vector<double> places{0};
+  for (int i = 1; i < shape.points_along; ++i)
+    places.push_back(places.back() + (shape.undeflected[i] - shape.undeflected[i - 1]).norm());
+  for (double& s : places) s /= std::max(places.back(), 1e-300);
+  return places;
 }
 
 OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>& path,
