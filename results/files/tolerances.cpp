@@ -91,7 +91,7 @@ Json goal_json(const RunRecord& record, const ToleratedGoal& goal, const DriveLi
 }
 
 /// A row of values for each value of the first parameter.
-Json rows_json(const MapValues& values, std::size_t columns) {
+Json map_rows_json(const MapValues& values, std::size_t columns) {
   Json rows = Json::array();
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (k % columns == 0) rows.push_back(Json::array());
@@ -130,13 +130,13 @@ Json map_json(const RunRecord& record, const MapSpec& map, const ResponseMap& fo
     else
       json["expression"] = of.expression;
     json["unit"] = goal_unit(of.quantity, drives);
-    json["values"] = rows_json(found.quantities[q], columns);
+    json["values"] = map_rows_json(found.quantities[q], columns);
     quantities.push_back(std::move(json));
   }
   return {{"parameters", parameters_json(record, map, found)},
           {"model", {{"accuracy", "reduced"}, {"atlas", found.looked_up}}},
           {"quantities", std::move(quantities)},
-          {"margin", found.margin.empty() ? Json() : rows_json(found.margin, columns)},
+          {"margin", found.margin.empty() ? Json() : map_rows_json(found.margin, columns)},
           {"failed", found.failed},
           {"first_failure", found.first_failure}};
 }
