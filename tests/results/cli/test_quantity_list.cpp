@@ -6,8 +6,8 @@
 
 #include "optim/problem/design_problem.hpp"
 #include "results/cli/printed.hpp"
-#include "results/files/result_parts.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 
 using namespace flexopt;
 using Catch::Matchers::Contains;

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "designs/describe.hpp"
-#include "results/export/view_picture.hpp"
-#include "results/export/picture.hpp"
 #include "results/export/measures.hpp"
+#include "results/export/picture.hpp"
+#include "results/export/view_picture.hpp"
 #include "support/families.hpp"
 
 using namespace flexopt;

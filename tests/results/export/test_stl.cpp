@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
-#include "results/export/parts.hpp"
 #include "results/export/exported.hpp"
+#include "results/export/parts.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 

@@ -6,8 +6,8 @@
 
 #include "optim/studies/compare.hpp"
 #include "results/cli/printed.hpp"
-#include "results/files/result_parts.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"

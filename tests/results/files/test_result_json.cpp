@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/math/rotation.hpp"
-#include "results/files/result_parts.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/fixture.hpp"
 #include "support/models.hpp"
 
