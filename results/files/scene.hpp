@@ -54,6 +54,12 @@ std::vector<double> places_along(const LeafShape& shape);
 /// Half the thickness of a leaf, or the radius of a wire, at a share s of its length [m].
 double half_thickness(const LeafSpring& leaf, double s);
 
+/// Motion of the points of a leaf whose edges follow their bodies: cubic along the leaf, as a
+/// slender leaf bends. For models that do not tell their own. 3 numbers a point, in the order of
+/// the shape.
+VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const PathPoint& point,
+                           const VectorXd& body_motion);
+
 // Tracks modes from one point of the path to the next.
 
 /// For every point of the path (empty where it has no modes), the branch of each of its modes. The

@@ -17,41 +17,6 @@ namespace {
 
 constexpr double full_scale = 32767;
 
-/// Motion of the points of a leaf whose edges follow their bodies: cubic along the leaf, as a
-/// slender leaf bends. For models that do not tell their own. 3 numbers a point, in the order of
-/// the shape.
-VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const PathPoint& point,
-                           const VectorXd& body_motion) {
-  const LeafShape& shape = point.shapes[leaf];
-  const LeafSpring& of = mechanism.leaves[leaf];
-  const int along = shape.points_along, across = shape.points_across;
-  const auto at = [&](int i, int j) -> const Vector3d& { return shape.deflected[j * along + i]; };
-  struct Edge {
-    Vector3d shift = Vector3d::Zero(), spin = Vector3d::Zero(), reference = Vector3d::Zero();
-  };
-  const auto edge = [&](int body) {
-    if (body < 0) return Edge{};
-    return Edge{body_motion.segment<3>(6 * body), body_motion.segment<3>(6 * body + 3),
-                mechanism.bodies[body].reference + point.bodies[body].displacement};
-  };
-  const Edge base = edge(of.base), tip = edge(of.tip == free_edge ? of.base : of.tip);
-  VectorXd motion(3 * along * across);
-  const std::vector<double> places = places_along(shape);
-  for (int j = 0; j < across; ++j) {
-    const Vector3d &first = at(0, j), &last = at(along - 1, j);
-    const Vector3d u0 = base.shift + base.spin.cross(first - base.reference),
-                   u1 = tip.shift + tip.spin.cross(last - tip.reference),
-                   w0 = base.spin.cross(Vector3d(last - first)),
-                   w1 = tip.spin.cross(Vector3d(last - first));
-    for (int i = 0; i < along; ++i) {
-      const double s = places[i], r = 1 - s;
-      motion.segment<3>(3 * (j * along + i)) =
-          (1 + 2 * s) * r * r * u0 + s * s * (3 - 2 * s) * u1 + s * r * r * w0 - s * s * r * w1;
-    }
-  }
-  return motion;
-}
-
 constexpr int vtk_quad = 9;  // VTK file formats, cell types
 
 std::string file_name(std::size_t i) { return fmt::format("shape_{:03}.vtu", i); }
@@ -122,6 +87,38 @@ std::vector<double> places_along(const LeafShape& shape) {
     places.push_back(places.back() + (shape.undeflected[i] - shape.undeflected[i - 1]).norm());
   for (double& s : places) s /= std::max(places.back(), 1e-300);
   return places;
+}
+
+VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const PathPoint& point,
+                           const VectorXd& body_motion) {
+  const LeafShape& shape = point.shapes[leaf];
+  const LeafSpring& of = mechanism.leaves[leaf];
+  const int along = shape.points_along, across = shape.points_across;
+  const auto at = [&](int i, int j) -> const Vector3d& { return shape.deflected[j * along + i]; };
+  struct Edge {
+    Vector3d shift = Vector3d::Zero(), spin = Vector3d::Zero(), reference = Vector3d::Zero();
+  };
+  const auto edge = [&](int body) {
+    if (body < 0) return Edge{};
+    return Edge{body_motion.segment<3>(6 * body), body_motion.segment<3>(6 * body + 3),
+                mechanism.bodies[body].reference + point.bodies[body].displacement};
+  };
+  const Edge base = edge(of.base), tip = edge(of.tip == free_edge ? of.base : of.tip);
+  VectorXd motion(3 * along * across);
+  const std::vector<double> places = places_along(shape);
+  for (int j = 0; j < across; ++j) {
+    const Vector3d &first = at(0, j), &last = at(along - 1, j);
+    const Vector3d u0 = base.shift + base.spin.cross(first - base.reference),
+                   u1 = tip.shift + tip.spin.cross(last - tip.reference),
+                   w0 = base.spin.cross(Vector3d(last - first)),
+                   w1 = tip.spin.cross(Vector3d(last - first));
+    for (int i = 0; i < along; ++i) {
+      const double s = places[i], r = 1 - s;
+      motion.segment<3>(3 * (j * along + i)) =
+          (1 + 2 * s) * r * r * u0 + s * s * (3 - 2 * s) * u1 + s * r * r * w0 - s * s * r * w1;
+    }
+  }
+  return motion;
 }
 
 OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>& path,
