@@ -55,8 +55,8 @@ Handle(Geom_BSplineCurve) through(const Row& points, const std::vector<double>& 
   Handle(TColgp_HArray1OfPnt) array = new TColgp_HArray1OfPnt(1, n);
   Handle(TColStd_HArray1OfReal) at = new TColStd_HArray1OfReal(1, n);
   for (int k = 0; k < n; ++k) {
-    array->SetValue(k + 1, points[static_cast<std::size_t>(k)]);
-    at->SetValue(k + 1, places[static_cast<std::size_t>(k)]);
+    array->SetValue(k + 1, points[k]);
+    at->SetValue(k + 1, places[k]);
   }
   GeomAPI_Interpolate spline(array, at, Standard_False, 1e-12);
   spline.Perform();
@@ -85,14 +85,13 @@ Handle(Geom_BSplineSurface)
   std::vector<Row> columns;
   for (int i = 0; i < count; ++i) {
     Row column;
-    for (const Row& row : poles) column.push_back(row[static_cast<std::size_t>(i)]);
+    for (const Row& row : poles) column.push_back(row[i]);
     v = through(column, across);
     columns.push_back(poles_of(v));
   }
   TColgp_Array2OfPnt net(1, count, 1, v->NbPoles());
   for (int i = 0; i < count; ++i)
-    for (int j = 0; j < v->NbPoles(); ++j)
-      net.SetValue(i + 1, j + 1, columns[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]);
+    for (int j = 0; j < v->NbPoles(); ++j) net.SetValue(i + 1, j + 1, columns[i][j]);
   return new Geom_BSplineSurface(net, u->Knots(), v->Knots(), u->Multiplicities(),
                                  v->Multiplicities(), u->Degree(), v->Degree());
 }
@@ -123,7 +122,7 @@ TopoDS_Shape made(const Sheet& sheet, const std::string& name) {
       for (int j = 0; j < sheet.across; ++j) {
         rows.emplace_back();
         for (int i = ends[piece]; i <= ends[piece + 1]; ++i)
-          rows.back().push_back(point(grid[static_cast<std::size_t>(j * sheet.along + i)]));
+          rows.back().push_back(point(grid[j * sheet.along + i]));
       }
       return surface_through(
           rows, {sheet.places.begin() + ends[piece], sheet.places.begin() + ends[piece + 1] + 1});
@@ -171,7 +170,7 @@ TopoDS_Shape made(const Prism& prism, const std::string&) {
 TopoDS_Shape made(const Polyhedron& of, const std::string& name) {
   BRepBuilderAPI_Sewing faces(sewing);
   for (const auto& [a, b, c] : of.triangles) {
-    const auto at = [&](int k) { return point(of.points[static_cast<std::size_t>(k)]); };
+    const auto at = [&](int k) { return point(of.points[k]); };
     faces.Add(BRepBuilderAPI_MakeFace(
                   BRepBuilderAPI_MakePolygon(at(a), at(b), at(c), Standard_True).Wire())
                   .Face());
@@ -181,50 +180,31 @@ TopoDS_Shape made(const Polyhedron& of, const std::string& name) {
   return unify.Shape();
 }
 
-class Writer {
- public:
-  Writer() {
-    Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_PrinterOStream));
-    Interface_Static::SetCVal("write.step.schema", "AP214IS");
-    Interface_Static::SetCVal("write.step.unit", "MM");
-  }
-
-  void add(const TopoDS_Shape& shape, const std::string& name) {
-    Interface_Static::SetCVal("write.step.product.name", name.c_str());
-    if (writer_.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone)
-      throw std::runtime_error("Open CASCADE does not write " + name);
-  }
-
-  /// Text of the file without the time of writing, so that equal jobs have equal files.
-  std::string text(const Document& document) {
-    APIHeaderSection_MakeHeader header(writer_.Model());
-    const auto word = [](const std::string& text) {
-      return new TCollection_HAsciiString(text.c_str());
-    };
-    header.SetName(word(document.name));
-    header.SetTimeStamp(word("1970-01-01T00:00:00"));
-    header.SetOriginatingSystem(word(document.origin));
-    StepData_StepWriter writer(writer_.Model());
-    writer.SendModel(Handle(StepData_Protocol)::DownCast(writer_.WS()->Protocol()));
-    std::ostringstream stream;
-    if (!writer.Print(stream)) throw std::runtime_error("Open CASCADE does not write the file");
-    return stream.str();
-  }
-
- private:
-  STEPControl_Writer writer_;
-};
-
 }  // namespace
 }  // namespace flexopt::step
 
 void flexopt_write_step(const flexopt::step::Document& document, std::string& text) try {
-  flexopt::step::Writer writer;
-  for (const flexopt::step::Solid& solid : document.solids)
-    writer.add(std::visit([&](const auto& shape) { return flexopt::step::made(shape, solid.name); },
-                          solid.shape),
-               solid.name);
-  text = writer.text(document);
+  STEPControl_Writer writer;
+  Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_PrinterOStream));
+  Interface_Static::SetCVal("write.step.schema", "AP214IS");
+  Interface_Static::SetCVal("write.step.unit", "MM");
+  for (const flexopt::step::Solid& solid : document.solids) {
+    const TopoDS_Shape shape = std::visit(
+        [&](const auto& of) { return flexopt::step::made(of, solid.name); }, solid.shape);
+    Interface_Static::SetCVal("write.step.product.name", solid.name.c_str());
+    if (writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone)
+      throw std::runtime_error("Open CASCADE does not write " + solid.name);
+  }
+  APIHeaderSection_MakeHeader header(writer.Model());
+  const auto word = [](const std::string& of) { return new TCollection_HAsciiString(of.c_str()); };
+  header.SetName(word(document.name));
+  header.SetTimeStamp(word("1970-01-01T00:00:00"));  // so that equal jobs have equal files
+  header.SetOriginatingSystem(word(document.origin));
+  StepData_StepWriter printed(writer.Model());
+  printed.SendModel(Handle(StepData_Protocol)::DownCast(writer.WS()->Protocol()));
+  std::ostringstream stream;
+  if (!printed.Print(stream)) throw std::runtime_error("Open CASCADE does not write the file");
+  text = stream.str();
 } catch (const Standard_Failure& failure) {
   throw std::runtime_error(std::string("Open CASCADE: ") + failure.GetMessageString());
 }

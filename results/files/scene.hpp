@@ -1,7 +1,6 @@
 #pragma once
 // scene.json: what the report draws in three dimensions. Every equilibrium and every mode is there
 // once, on the meshes of the leaves; the page makes the motion between them.
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -68,19 +67,5 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
 /// most similar, each once: cos² of the angle between the motions (Mode::motion) at least 0.3.
 /// Other modes begin a branch. `drive`: whose list of modes.
 std::vector<std::vector<int>> mode_branches(const std::vector<PathPoint>& path, DriveState drive);
-
-// Arrays of numbers as text inside a JSON document: compressed by zlib, then base64.
-
-/// {"type": "float32", "shape": [...], "data"}: the bytes of little-endian numbers, all first bytes
-/// before all second ones and so on, compressed and in base64. The first index runs slowest; the
-/// product of `shape` is the number of values.
-OrderedJson packed_floats(const std::vector<float>& values, const std::vector<std::size_t>& shape);
-
-/// {"type": "int16", "shape", "data"}: as packed_floats, each row of the first index less the row
-/// before it, which compresses better where rows are alike.
-OrderedJson packed_rows(const std::vector<std::int16_t>& values,
-                        const std::vector<std::size_t>& shape);
-
-std::string base64(const std::string& bytes);
 
 }  // namespace flexopt

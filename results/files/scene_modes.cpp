@@ -1,7 +1,14 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "core/response/path/frequency_derivatives.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/scene.hpp"
 
 namespace flexopt {
@@ -10,21 +17,49 @@ namespace {
 
 constexpr double full_scale = 32767;
 
-/// Motion of all mesh points and of the bodies, the largest of the points one.
-struct Shape {
-  VectorXd points, bodies;
-};
+constexpr int vtk_quad = 9;  // VTK file formats, cell types
 
-/// Whether every leaf's motion is known, or follows from that of its two edges.
-bool tells_all(const Mechanism& mechanism, const Mode& mode) {
-  for (std::size_t k = 0; k < mode.leaf_motion.size(); ++k)
-    if (mode.leaf_motion[k].size() == 0 && mechanism.leaves[k].tip == free_edge) return false;
-  return true;
+std::string file_name(std::size_t i) { return fmt::format("shape_{:03}.vtu", i); }
+
+void add_vector(std::string& out, const Vector3d& v) {
+  fmt::format_to(std::back_inserter(out), "{} {} {}\n", v[0], v[1], v[2]);
 }
 
-Shape shape_of(const Mode& mode, const Mechanism& mechanism, const PathPoint& point,
-               std::size_t points) {
-  Shape shape{VectorXd::Zero(static_cast<Eigen::Index>(3 * points)), mode.body_motion};
+std::string data_array(const std::string& type, const std::string& name, int components,
+                       const std::string& content) {
+  return fmt::format(
+      "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"ascii\">\n"
+      "{}</DataArray>\n",
+      type, name, components, content);
+}
+
+/// The collection; "time" is the stroke. Points without shapes are not in it.
+std::string shapes_pvd(const std::vector<PathPoint>& path) {
+  std::string sets;
+  for (std::size_t i = 0; i < path.size(); ++i)
+    if (!path[i].shapes.empty())
+      sets += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", path[i].stroke,
+                          file_name(i));
+  return "<?xml version=\"1.0\"?>\n"
+         "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
+         "<Collection>\n" +
+         sets + "</Collection>\n</VTKFile>\n";
+}
+
+struct ModeShape {
+  VectorXd points;  ///< motion of the mesh points of all leaves, the largest of which is one
+  VectorXd bodies;  ///< displacement and spin of each body
+};
+/// A mode with the motion of all so many mesh points; nothing where the model of a leaf does not
+/// tell its own.
+std::optional<ModeShape> mode_shape(const Mechanism& mechanism, const PathPoint& point,
+                                    const Mode& mode, std::size_t points) {
+  if (mode.body_motion.size() != static_cast<Eigen::Index>(6 * mechanism.bodies.size()))
+    return std::nullopt;
+  for (std::size_t k = 0; k < mode.leaf_motion.size(); ++k)
+    if (mode.leaf_motion[k].size() == 0 && mechanism.leaves[k].tip == free_edge)
+      return std::nullopt;
+  ModeShape shape{VectorXd::Zero(static_cast<Eigen::Index>(3 * points)), mode.body_motion};
   Eigen::Index begin = 0;
   for (std::size_t k = 0; k < mode.leaf_motion.size(); ++k) {
     const VectorXd own = mode.leaf_motion[k].size() > 0
@@ -44,29 +79,12 @@ Shape shape_of(const Mode& mode, const Mechanism& mechanism, const PathPoint& po
   return shape;
 }
 
-constexpr double least_likeness = 0.3;
-
-double likeness(const VectorXd& a, const VectorXd& b) {
-  const Eigen::Index rows = std::min(a.size(), b.size());
-  const double size = a.head(rows).squaredNorm() * b.head(rows).squaredNorm();
-  if (size <= 0) return 0;
-  const double product = a.head(rows).dot(b.head(rows));
-  return product * product / size;
-}
-
-struct Pair {
-  double likeness;
-  std::size_t before, now;
-};
-
 }  // namespace
 
 std::vector<double> places_along(const LeafShape& shape) {
   std::vector<double> places{0};
   for (int i = 1; i < shape.points_along; ++i)
-    places.push_back(places.back() + (shape.undeflected[static_cast<std::size_t>(i)] -
-                                      shape.undeflected[static_cast<std::size_t>(i - 1)])
-                                         .norm());
+    places.push_back(places.back() + (shape.undeflected[i] - shape.undeflected[i - 1]).norm());
   for (double& s : places) s /= std::max(places.back(), 1e-300);
   return places;
 }
@@ -83,8 +101,7 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
   const auto edge = [&](int body) {
     if (body < 0) return Edge{};
     return Edge{body_motion.segment<3>(6 * body), body_motion.segment<3>(6 * body + 3),
-                mechanism.bodies[static_cast<std::size_t>(body)].reference +
-                    point.bodies[static_cast<std::size_t>(body)].displacement};
+                mechanism.bodies[body].reference + point.bodies[body].displacement};
   };
   const Edge base = edge(of.base), tip = edge(of.tip == free_edge ? of.base : of.tip);
   VectorXd motion(3 * along * across);
@@ -96,7 +113,7 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
                    w0 = base.spin.cross(Vector3d(last - first)),
                    w1 = tip.spin.cross(Vector3d(last - first));
     for (int i = 0; i < along; ++i) {
-      const double s = places[static_cast<std::size_t>(i)], r = 1 - s;
+      const double s = places[i], r = 1 - s;
       motion.segment<3>(3 * (j * along + i)) =
           (1 + 2 * s) * r * r * u0 + s * s * (3 - 2 * s) * u1 + s * r * r * w0 - s * s * r * w1;
     }
@@ -120,13 +137,13 @@ OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>&
     for (std::size_t m = 0; m < modes; ++m) {
       const std::vector<Mode>& list = m < locked ? path[f].modes_locked : path[f].modes_free;
       const std::size_t k = m < locked ? m : m - locked;
-      Shape shape{VectorXd::Zero(static_cast<Eigen::Index>(3 * points)),
-                  VectorXd::Zero(static_cast<Eigen::Index>(6 * bodies))};
-      if (k < list.size() && list[k].body_motion.size() == shape.bodies.size() &&
-          tells_all(mechanism, list[k])) {
-        shape = shape_of(list[k], mechanism, path[f], points);
-        any = true;
-      }
+      ModeShape shape{VectorXd::Zero(static_cast<Eigen::Index>(3 * points)),
+                      VectorXd::Zero(static_cast<Eigen::Index>(6 * bodies))};
+      if (k < list.size())
+        if (auto own = mode_shape(mechanism, path[f], list[k], points)) {
+          shape = std::move(*own);
+          any = true;
+        }
       if (before[m].size() > 0 && before[m].dot(shape.points) < 0) {
         shape.points *= -1;
         shape.bodies *= -1;
@@ -146,8 +163,8 @@ OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>&
 
 std::vector<std::vector<int>> mode_branches(const std::vector<PathPoint>& path, DriveState drive) {
   std::vector<std::vector<int>> branches(path.size());
-  const std::vector<Mode>* before = nullptr;
-  const std::vector<int>* known = nullptr;
+  std::vector<const VectorXd*> before;  // motions of the nearest earlier point with modes
+  std::vector<int> known;               // and their branches
   int count = 0;
   for (std::size_t p = 0; p < path.size(); ++p) {
     const std::vector<Mode>& now =
@@ -155,24 +172,94 @@ std::vector<std::vector<int>> mode_branches(const std::vector<PathPoint>& path, 
     if (now.empty()) continue;
     std::vector<int>& own = branches[p];
     own.assign(now.size(), -1);
-    std::vector<Pair> pairs;
-    for (std::size_t i = 0; before && i < before->size(); ++i)
-      for (std::size_t k = 0; k < now.size(); ++k)
-        if (const double c = likeness((*before)[i].motion, now[k].motion); c > least_likeness)
-          pairs.push_back({c, i, k});
-    std::ranges::stable_sort(pairs, std::greater<>(), &Pair::likeness);
-    std::vector<bool> taken(before ? before->size() : 0, false);
-    for (const Pair& pair : pairs)
-      if (own[pair.now] < 0 && !taken[pair.before]) {
-        own[pair.now] = (*known)[pair.before];
-        taken[pair.before] = true;
-      }
+    const std::vector<int> found = match_modes(before, now);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      if (found[i] >= 0) own[found[i]] = known[i];
     for (int& branch : own)
       if (branch < 0) branch = count++;
-    before = &now;
-    known = &own;
+    before.clear();
+    for (const Mode& mode : now) before.push_back(&mode.motion);
+    known = own;
   }
   return branches;
+}
+
+std::string shape_vtu(const std::vector<LeafShape>& leaves, const std::vector<VtkField>& fields) {
+  std::string points, displacement, von_mises, connectivity, offsets, types, leaf_index;
+  int count = 0, cells = 0;
+  for (std::size_t k = 0; k < leaves.size(); ++k) {
+    const LeafShape& leaf = leaves[k];
+    const int along = leaf.points_along, across = leaf.points_across;
+    assert(leaf.undeflected.size() == static_cast<std::size_t>(along * across));
+    assert(leaf.deflected.size() == leaf.undeflected.size());
+    assert(leaf.von_mises.size() == leaf.undeflected.size());
+    for (std::size_t i = 0; i < leaf.undeflected.size(); ++i) {
+      add_vector(points, leaf.undeflected[i]);
+      add_vector(displacement, leaf.deflected[i] - leaf.undeflected[i]);
+      von_mises += fmt::format("{}\n", leaf.von_mises[i]);
+    }
+    for (int j = 0; j + 1 < across; ++j)
+      for (int i = 0; i + 1 < along; ++i) {
+        const int a = count + j * along + i;
+        connectivity += fmt::format("{} {} {} {}\n", a, a + 1, a + 1 + along, a + along);
+        offsets += fmt::format("{}\n", 4 * ++cells);
+        types += fmt::format("{}\n", vtk_quad);
+        leaf_index += fmt::format("{}\n", k);
+      }
+    count += along * across;
+  }
+  std::string further;
+  for (const VtkField& field : fields) {
+    assert(field.values.size() == static_cast<std::size_t>(count));
+    std::string values;
+    for (const Vector3d& v : field.values) add_vector(values, v);
+    further += data_array("Float64", field.name, 3, values);
+  }
+  return fmt::format(
+             "<?xml version=\"1.0\"?>\n"
+             "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
+             "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
+             count, cells) +
+         "<PointData Vectors=\"displacement\" Scalars=\"von_mises\">\n" +
+         data_array("Float64", "displacement", 3, displacement) +
+         data_array("Float64", "von_mises", 1, von_mises) + further + "</PointData>\n" +
+         "<CellData Scalars=\"leaf\">\n" + data_array("Int32", "leaf", 1, leaf_index) +
+         "</CellData>\n<Points>\n" + data_array("Float64", "Points", 3, points) +
+         "</Points>\n<Cells>\n" + data_array("Int32", "connectivity", 1, connectivity) +
+         data_array("Int32", "offsets", 1, offsets) + data_array("UInt8", "types", 1, types) +
+         "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+}
+
+std::string point_vtu(const Mechanism& mechanism, const PathPoint& point) {
+  std::size_t points = 0;
+  for (const LeafShape& leaf : point.shapes) points += leaf.undeflected.size();
+  std::vector<VtkField> fields;
+  const auto add = [&](const std::vector<Mode>& modes, const char* drive) {
+    for (std::size_t k = 0; k < modes.size(); ++k) {
+      const auto shape = mode_shape(mechanism, point, modes[k], points);
+      if (!shape) continue;
+      VtkField& field = fields.emplace_back();
+      field.name = fmt::format("mode {}, drive {}, {:.6g} Hz", k + 1, drive, modes[k].frequency);
+      for (Eigen::Index i = 0; i < shape->points.size(); i += 3)
+        field.values.emplace_back(shape->points.segment<3>(i));
+    }
+  };
+  add(point.modes_locked, "locked");
+  add(point.modes_free, "free");
+  return shape_vtu(point.shapes, fields);
+}
+
+void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoint>& path) {
+  namespace fs = std::filesystem;
+  bool any = false;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const bool drawn = !path[i].shapes.empty();
+    write_or_remove(folder / file_name(i), drawn ? shape_vtu(path[i].shapes) : "");
+    any = any || drawn;
+  }
+  for (std::size_t i = path.size(); fs::remove(folder / file_name(i)); ++i) {
+  }
+  write_or_remove(folder / "shapes.pvd", any ? shapes_pvd(path) : "");
 }
 
 }  // namespace flexopt

@@ -118,4 +118,9 @@ std::optional<ModesToPoint> modes_to_point(const StrokeResponse& response,
                                            const StrokeGradients* gradients,
                                            const PathPoint& point);
 
+/// For each motion (Mode::motion, or null), the candidate that is most like it, each candidate
+/// once, best pairs first, cos² of the angle between both at least 0.3; −1 where there is none.
+std::vector<int> match_modes(const std::vector<const VectorXd*>& motions,
+                             const std::vector<Mode>& candidates);
+
 }  // namespace flexopt

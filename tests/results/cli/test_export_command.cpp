@@ -1,7 +1,7 @@
 // flexopt export as a user starts it: exit codes, messages, files.
 #include <cstdlib>
 
-#include "results/export/formats.hpp"
+#include "results/export/exported.hpp"
 #include "tests/results/results_tests.hpp"
 
 namespace {

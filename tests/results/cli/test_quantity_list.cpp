@@ -2,7 +2,7 @@
 // path.csv. The table of quantities drives these tests: a new row is in them by itself.
 #include "optim/problem/design_problem.hpp"
 #include "results/cli/printed.hpp"
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 #include "tests/results/results_tests.hpp"
 
 namespace {

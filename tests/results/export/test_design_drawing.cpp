@@ -7,9 +7,9 @@
 #include <set>
 
 #include "designs/describe.hpp"
-#include "results/export/design_drawing.hpp"
+#include "results/export/measures.hpp"
 #include "results/export/picture.hpp"
-#include "results/export/placed_design.hpp"
+#include "results/export/view_picture.hpp"
 #include "support/families.hpp"
 
 using namespace flexopt;
@@ -20,7 +20,7 @@ std::size_t overlaps(const Picture& picture) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < picture.labels.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (picture.labels[i].box.overlaps(picture.labels[j].box)) {
+      if (flexopt::overlaps(picture.labels[i].box, picture.labels[j].box)) {
         WARN(picture.labels[i].text << " lies on " << picture.labels[j].text);
         ++count;
       }

@@ -1,6 +1,5 @@
 #include <nlohmann/json.hpp>
 
-#include "results/export/formats.hpp"
 #include "results/files/folder.hpp"
 #include "support/temporary_folder.hpp"
 #include "tests/results/export/gallery.hpp"

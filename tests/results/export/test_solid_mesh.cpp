@@ -1,6 +1,6 @@
 #include <Eigen/LU>
 
-#include "results/export/solid_mesh.hpp"
+#include "results/export/parts.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 

@@ -2,8 +2,8 @@
 #include <numbers>
 
 #include "core/spec/spec_error.hpp"
+#include "results/export/exported.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/writers.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 

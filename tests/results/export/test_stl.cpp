@@ -1,9 +1,8 @@
 #include <array>
 #include <sstream>
 
+#include "results/export/exported.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/solid_mesh.hpp"
-#include "results/export/writers.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 

@@ -1,4 +1,4 @@
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 #include "support/vtu.hpp"
 #include "tests/results/export/gallery.hpp"
 

@@ -20,7 +20,7 @@ std::pair<RunRecord, OrderedJson> misaligned(const char* patch) {
       "stiffness_share": 0.9, "starts": 2}})");
   document.merge_patch(json::parse(patch));
   Silent silent;
-  const RunRecord record = run_evaluation(parse_job(document), {}, 1, silent);
+  const RunRecord record = run_any(parse_job(document), {}, silent);
   REQUIRE(record.assembly);
   return {record, make_assembly(record)};
 }

@@ -1,11 +1,10 @@
 // A comparison's files: result.json as the contract names it, comparison.csv, summary, report.
 #include "optim/studies/compare.hpp"
 #include "results/cli/printed.hpp"
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
-#include "results/run/run_files.hpp"
 #include "tests/results/results_tests.hpp"
 
 namespace {
@@ -25,7 +24,7 @@ Job batch() {
 
 RunRecord run(const fs::path& folder) {
   Silent silent;
-  return run_comparison(batch(), folder, 2, silent);
+  return run_any(batch(), {folder, 2}, silent);
 }
 
 }  // namespace

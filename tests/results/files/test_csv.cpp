@@ -3,7 +3,7 @@
 #include <map>
 
 #include "core/response/quantities.hpp"
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/models.hpp"
 #include "tests/results/results_tests.hpp"
 

@@ -1,7 +1,7 @@
 #include <limits>
 
 #include "core/math/rotation.hpp"
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/models.hpp"
 #include "tests/results/results_tests.hpp"
 

@@ -1,4 +1,4 @@
-#include "results/files/units.hpp"
+#include "results/files/result_parts.hpp"
 #include "tests/results/results_tests.hpp"
 
 TEST_CASE("units follow the direction of the drive, unknown quantities have none") {

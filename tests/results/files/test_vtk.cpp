@@ -1,7 +1,7 @@
 #include <regex>
 #include <stack>
 
-#include "results/files/vtk.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/vtu.hpp"
 #include "tests/results/results_tests.hpp"
 

@@ -1,7 +1,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
-#include "results/run/run_files.hpp"
+#include "results/run/run.hpp"
 #include "tests/results/results_tests.hpp"
 
 TEST_CASE("A run leaves exactly its files") {

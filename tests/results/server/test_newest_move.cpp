@@ -3,7 +3,7 @@
 #include <thread>
 #include <vector>
 
-#include "results/server/newest_move.hpp"
+#include "results/server/serve.hpp"
 #include "tests/results/results_tests.hpp"
 
 using namespace std::chrono_literals;

@@ -1,4 +1,4 @@
-#include "results/server/explorer.hpp"
+#include "results/server/serve.hpp"
 #include "tests/results/results_tests.hpp"
 
 namespace {

@@ -1,8 +1,8 @@
 #include <thread>
 
 #include "results/files/folder.hpp"
-#include "results/run/run_files.hpp"
-#include "results/server/watched_run.hpp"
+#include "results/run/run.hpp"
+#include "results/server/serve.hpp"
 #include "tests/results/results_tests.hpp"
 
 namespace {
