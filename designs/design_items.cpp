@@ -31,7 +31,7 @@ void PlanReader::read_frames() {
       const Pointer here = at / "turn" / i;
       const std::string axis = turn[0].is_string() ? turn[0].get<std::string>() : "";
       if (axis != "x" && axis != "y" && axis != "z")
-        throw SpecError((here / 0).to_string(), shown(turn[0]), "expected \"x\", \"y\" or \"z\"");
+        throw SpecError(here / 0, shown(turn[0]), "expected \"x\", \"y\" or \"z\"");
       frame.turns.push_back({axis[0] - 'x', number(turn[1], "rad", here / 1)});
     }
     plan_.frames.push_back(std::move(frame));
@@ -43,25 +43,25 @@ void PlanReader::read_bodies() {
     BodyItem body;
     read_item(from, at, "body", body);
     if (body.name == "ground")
-      throw SpecError((at / "name").to_string(), "\"ground\"", "the ground is there already");
+      throw SpecError(at / "name", "\"ground\"", "the ground is there already");
     if (from.contains("at") == from.contains("on"))
-      throw SpecError((at / "at").to_string(), from.contains("at") ? shown(from["at"]) : "nothing",
+      throw SpecError(at / "at", from.contains("at") ? shown(from["at"]) : "nothing",
                       "give a place, or \"on\" for a point of a leaf, one of the two");
     if (from.contains("on")) {
       body.leaf = from["on"]["leaf"];
       body.at = vector(from["on"]["at"], "m", at / "on" / "at");
       for (const char* key : {"mass", "density", "inertia", "box", "center_of_mass", "held"})
         if (from.contains(key))
-          throw SpecError((at / key).to_string(), shown(from[key]),
+          throw SpecError(at / key, shown(from[key]),
                           "a point of a leaf is no rigid body: it has none of this");
     } else {
       body.at = vector(from["at"], "m", at / "at");
     }
     if (from.contains("density") && (from.contains("mass") || from.contains("inertia")))
-      throw SpecError((at / "density").to_string(), shown(from["density"]),
+      throw SpecError(at / "density", shown(from["density"]),
                       "give the density of a box, or mass and inertia");
     if (from.contains("density") && !from.contains("box"))
-      throw SpecError((at / "box").to_string(), "nothing", "a density is that of a box");
+      throw SpecError(at / "box", "nothing", "a density is that of a box");
     if (from.contains("mass")) body.mass = number(from["mass"], "kg", at / "mass");
     if (from.contains("density")) body.density = number(from["density"], "kg/m^3", at / "density");
     if (from.contains("center_of_mass"))
@@ -69,7 +69,7 @@ void PlanReader::read_bodies() {
     if (from.contains("inertia")) body.inertia = matrix(from["inertia"], "kg m^2", at / "inertia");
     if (from.contains("box")) body.box = matrix(from["box"], "m", at / "box");
     if (body.density && body.box.size() != 3)
-      throw SpecError((at / "density").to_string(), shown(from["density"]),
+      throw SpecError(at / "density", shown(from["density"]),
                       "a box given by its edges has mass and inertia instead");
     if (from.contains("held"))
       for (std::size_t i = 0; i < from["held"].size(); ++i)
@@ -87,7 +87,7 @@ HeldDirection PlanReader::held(const json& from, const Pointer& at, std::string 
   }
   held.rotation = from.contains("rotation");
   if (held.rotation == from.contains("displacement"))
-    throw SpecError(at.to_string(), shown(from),
+    throw SpecError(at, shown(from),
                     "give the vector of a displacement or of a rotation, one of the two");
   const char* kind = held.rotation ? "rotation" : "displacement";
   held.along = vector(from[kind], "1", at / kind);
@@ -103,9 +103,9 @@ void PlanReader::read_leaves() {
     leaf.wire = from.contains("diameter");
     for (const char* key : {"across", "width", "thickness"}) {
       if (leaf.wire && from.contains(key) && std::string(key) != "across")
-        throw SpecError((at / key).to_string(), shown(from[key]), "a wire has its diameter alone");
+        throw SpecError(at / key, shown(from[key]), "a wire has its diameter alone");
       if (!leaf.wire && !from.contains(key))
-        throw SpecError((at / key).to_string(), "nothing",
+        throw SpecError(at / key, "nothing",
                         "a leaf has across, width and thickness; a wire has a diameter");
     }
     if (leaf.wire) {
@@ -123,7 +123,7 @@ void PlanReader::read_leaves() {
     if (from.contains("curve")) {
       leaf.curve = number(from["curve"]["angle"], "rad", at / "curve" / "angle");
       if (!from.contains("across"))
-        throw SpecError((at / "across").to_string(), "nothing",
+        throw SpecError(at / "across", "nothing",
                         "a curved wire is bent about a direction: it needs across");
     }
     if (from.contains("fold")) {
@@ -132,22 +132,22 @@ void PlanReader::read_leaves() {
         leaf.fold_radius = number(from["fold"]["radius"], "m", at / "fold" / "radius");
       for (const char* key : {"curve", "reinforcement", "diameter"})
         if (from.contains(key))
-          throw SpecError((at / key).to_string(), shown(from[key]),
+          throw SpecError(at / key, shown(from[key]),
                           "a folded leaf is flat on both sides of its fold, of one width and "
                           "thickness");
       for (const char* key : {"width", "thickness"})
         if (!from[key].is_number() && !from[key].is_string())
-          throw SpecError((at / key).to_string(), shown(from[key]),
+          throw SpecError(at / key, shown(from[key]),
                           "a folded leaf has one width and one thickness");
       if (!from["tip"].contains("body"))
-        throw SpecError((at / "tip").to_string(), shown(from["tip"]),
+        throw SpecError(at / "tip", shown(from["tip"]),
                         "both edges of a folded leaf are held: it needs a body");
     }
     if (from.contains("reinforcement")) {
       const json& thick = from["reinforcement"];
       const Pointer here = at / "reinforcement";
       if (leaf.wire || leaf.curve)
-        throw SpecError(here.to_string(), shown(thick), "of a flat leaf of given width only");
+        throw SpecError(here, shown(thick), "of a flat leaf of given width only");
       leaf.reinforcement = {number(thick["fraction"], "1", here / "fraction"),
                             number(thick["thickness"], "m", here / "thickness"), thick["rigid"]};
     }
@@ -170,7 +170,7 @@ void PlanReader::read_joints() {
     joint.axis[2].constant = 1;
     const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic;
     if (has_axis != from.contains("axis"))
-      throw SpecError((at / "axis").to_string(), has_axis ? "nothing" : shown(from["axis"]),
+      throw SpecError(at / "axis", has_axis ? "nothing" : shown(from["axis"]),
                       has_axis ? "it is required: the axis of the joint"
                                : fmt::format("a {} joint has no axis", type));
     if (has_axis) joint.axis = vector(from["axis"], "1", at / "axis");
@@ -186,18 +186,18 @@ void PlanReader::read_springs() {
     spring.other = from["other"];
     spring.at = vector(from["at"], "m", at / "at");
     if (from.contains("matrix") == from.contains("stiffness"))
-      throw SpecError((at / "stiffness").to_string(),
+      throw SpecError(at / "stiffness",
                       from.contains("stiffness") ? shown(from["stiffness"]) : "nothing",
                       "give a stiffness, or the matrix of a bushing, one of the two");
     const bool bushing = from.contains("matrix");
     for (const char* key : {"other_at", "free_length"})
       if (bushing && from.contains(key))
-        throw SpecError((at / key).to_string(), shown(from[key]), "a bushing has one place");
+        throw SpecError(at / key, shown(from[key]), "a bushing has one place");
     if (bushing) {
       spring.matrix = matrix(from["matrix"], "", at / "matrix");
     } else {
       if (!from.contains("other_at"))
-        throw SpecError((at / "other_at").to_string(), "nothing",
+        throw SpecError(at / "other_at", "nothing",
                         "it is required: the spring's end on the other body");
       spring.other_at = vector(from["other_at"], "m", at / "other_at");
       spring.stiffness = number(from["stiffness"], "N/m", at / "stiffness");
@@ -210,7 +210,7 @@ void PlanReader::read_springs() {
 
 void PlanReader::read_drives() {
   const auto read = [&](const json& from, const Pointer& at) {
-    if (!from.is_object() || !faults_.sound(at.to_string())) return;
+    if (!from.is_object() || !faults_.sound(at)) return;
     faults_.attempt([&] {
       DriveItem drive;
       read_item(from, at, nullptr, drive);

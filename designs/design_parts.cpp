@@ -18,7 +18,7 @@ std::shared_ptr<const DesignPlan> PlanReader::plan_of_part(const std::string& de
   const auto refuse_circle = [&](const std::string& which) {
     if (std::ranges::find(within_, which) != within_.end())
       throw SpecError(
-          at.to_string(), shown(design),
+          at, shown(design),
           fmt::format("a design is no part of itself: {} > {}", fmt::join(within_, " > "), which));
   };
   std::vector<std::string> within = within_;
@@ -32,7 +32,7 @@ std::shared_ptr<const DesignPlan> PlanReader::plan_of_part(const std::string& de
   }
   const std::string_view text = library_text(design);
   if (text.empty())
-    throw SpecError(at.to_string(), shown(design),
+    throw SpecError(at, shown(design),
                     "unknown family; " + known_names(design, library_names()) +
                         "; or a path that ends in .json");
   refuse_circle(design);
@@ -57,14 +57,13 @@ PartItem PlanReader::part(const json& from, const Pointer& at) {
   for (const FamilyOption& o : design.options) part.choices[o.name] = o.choices.front();
   for (const auto& [name, value] : from["parameters"].items()) {
     if (std::ranges::find(known, name) == known.end())
-      throw SpecError((here / name).to_string(), shown(value),
+      throw SpecError(here / name, shown(value),
                       "the part has no such parameter; " + known_names(name, known));
     const auto option = std::ranges::find(design.options, name, &FamilyOption::name);
     if (option == design.options.end()) continue;
     const std::string choice = value.is_string() ? value.get<std::string>() : shown(value);
     if (std::ranges::find(option->choices, choice) == option->choices.end())
-      throw SpecError((here / name).to_string(), shown(value),
-                      known_names(choice, option->choices));
+      throw SpecError(here / name, shown(value), known_names(choice, option->choices));
     part.choices[name] = choice;
   }
   for (const Parameter& p : design.parameters) {
@@ -73,7 +72,7 @@ PartItem PlanReader::part(const json& from, const Pointer& at) {
     } else if (p.default_value) {
       part.parameters.push_back({*p.default_value, nullptr});
     } else {
-      throw SpecError((here / p.name).to_string(), "nothing",
+      throw SpecError(here / p.name, "nothing",
                       "the part needs it: " + (p.meaning.empty() ? p.name : p.meaning));
     }
   }

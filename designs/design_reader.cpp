@@ -95,7 +95,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
   p.unit = from["unit"];
   const std::optional<Measure> unit = measured(1, p.unit);
   if (p.unit != "1" && (!unit || unit->value != 1 || !is_known_unit(p.unit)))  // " m" is none
-    throw SpecError((at / "unit").to_string(), shown(from["unit"]),
+    throw SpecError(at / "unit", shown(from["unit"]),
                     "expected an SI unit such as \"m\", \"rad\", \"kg\", or \"1\"");
   p.meaning = from.value("meaning", "");
   const auto bound = [&](const char* key) -> std::optional<double> {
@@ -104,7 +104,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
   };
   for (const auto& [closed, open] : {std::pair{"min", "above"}, {"max", "below"}})
     if (from.contains(closed) && from.contains(open))
-      throw SpecError((at / open).to_string(), shown(from[open]),
+      throw SpecError(at / open, shown(from[open]),
                       fmt::format("give {} or {}, one of the two", closed, open));
   p.open_min = from.contains("above");
   p.open_max = from.contains("below");
@@ -115,7 +115,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
     p.default_value = read_quantity(in_range, from["default"], at / "default");
   if (from.contains("example")) {
     if (p.default_value)
-      throw SpecError((at / "example").to_string(), shown(from["example"]),
+      throw SpecError(at / "example", shown(from["example"]),
                       "there is a default: an example is for a parameter without one");
     plan_.examples[name] = read_quantity(in_range, from["example"], at / "example");
   }
@@ -126,7 +126,7 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
 void PlanReader::read_parameters() {
   const auto take = [&](const std::string& name) {
     const Pointer at = Pointer("/parameters") / name;
-    if (faults_.sound(at.to_string()))
+    if (faults_.sound(at))
       faults_.attempt([&] { read_parameter(name, read_["parameters"][name], at); });
   };
   const std::vector<std::string> order = keys_in_text(plan_.source.text.text, "parameters");
@@ -141,9 +141,9 @@ void PlanReader::read_options() {
   constexpr std::array taken{"family", "file", "mechanism", "parameters", "material"};
   for (const auto& [name, from] : read_["options"].items()) {
     const Pointer at = Pointer("/options") / name;
-    if (!faults_.sound(at.to_string())) continue;
+    if (!faults_.sound(at)) continue;
     const auto refuse = [&](const Pointer& where, const std::string& value, const char* rule) {
-      faults_.add(where.to_string(), shown(value), rule);
+      faults_.add(where, shown(value), rule);
     };
     if (std::ranges::find(taken, name) != taken.end())
       refuse(at, name, "it has a meaning of its own in a job's design: another name");
@@ -162,8 +162,7 @@ void PlanReader::read_lets() {
   std::map<std::string, json> open;
   for (const auto& [name, from] : read_["let"].items()) {
     const Pointer at = Pointer("/let") / name;
-    if (faults_.sound(at.to_string()) &&
-        faults_.attempt([&, &name = name] { check_name(name, at); }))
+    if (faults_.sound(at) && faults_.attempt([&, &name = name] { check_name(name, at); }))
       open[name] = from;
   }
   while (!open.empty()) {
@@ -176,7 +175,7 @@ void PlanReader::read_lets() {
     if (ready == open.end()) {
       std::vector<std::string> circle;
       for (const auto& [name, from] : open) circle.push_back(name);
-      faults_.add((Pointer("/let") / circle.front()).to_string(), shown(open.begin()->second),
+      faults_.add(Pointer("/let") / circle.front(), shown(open.begin()->second),
                   fmt::format("these need each other in a circle: {}", fmt::join(circle, ", ")));
       return;
     }
@@ -209,7 +208,7 @@ void PlanReader::read_rules() {
   for (std::size_t i = 0; i < read_["rules"].size(); ++i) {
     const json& from = read_["rules"][i];
     const Pointer at = Pointer("/rules") / i;
-    if (!faults_.sound(at.to_string()) || !from.is_object()) continue;
+    if (!faults_.sound(at) || !from.is_object()) continue;
     faults_.attempt([&] {
       const std::string that = from["that"], where = (at / "that").to_string();
       if (that.find_first_of("<>=") == std::string::npos)
@@ -241,17 +240,17 @@ ChoiceCondition PlanReader::condition(const std::string& text, const Pointer& at
       const bool equal = term.find("!=") == std::string::npos;
       const auto sides = split(term, equal ? "==" : "!=");
       if (sides.size() != 2)
-        throw SpecError(at.to_string(), shown(text), "expected \"OPTION == CHOICE\" or !=");
+        throw SpecError(at, shown(text), "expected \"OPTION == CHOICE\" or !=");
       const std::string name = trimmed(sides[0]), choice = trimmed(sides[1]);
       const auto option = std::ranges::find(plan_.options, name, &FamilyOption::name);
       if (option == plan_.options.end()) {
         std::vector<std::string> known;
         for (const FamilyOption& o : plan_.options) known.push_back(o.name);
-        throw SpecError(at.to_string(), shown(text),
+        throw SpecError(at, shown(text),
                         fmt::format("there is no option '{}'; {}", name, known_names(name, known)));
       }
       if (std::ranges::find(option->choices, choice) == option->choices.end())
-        throw SpecError(at.to_string(), shown(text),
+        throw SpecError(at, shown(text),
                         fmt::format("'{}' is no choice of {}; {}", choice, name,
                                     known_names(choice, option->choices)));
       terms.push_back({name, choice, equal});
@@ -277,7 +276,7 @@ void PlanReader::read_item(const json& from, const Pointer& at, const char* kind
   item.name = from.value("name", "");
   item.frame = from.value("frame", "");
   if (kind != nullptr && item.name.empty())
-    throw SpecError((at / "name").to_string(), "nothing",
+    throw SpecError(at / "name", "nothing",
                     fmt::format("it is required: what the {} is called", kind));
   if (from.contains("when")) item.when = condition(from["when"], at / "when");
   if (from.contains("repeat")) read_repeat(from["repeat"], at / "repeat", item);

@@ -37,10 +37,10 @@ std::vector<SnCurve::Point> points_of(const json& read, const JsonPointer& at) {
     const SnCurve::Point point{read[i]["cycles"], read[i]["amplitude"]};
     if (!points.empty() && point.cycles <= points.back().cycles)
       throw SpecError(
-          (at / i / "cycles").to_string(), fmt::format("{:g}", point.cycles),
+          at / i / "cycles", fmt::format("{:g}", point.cycles),
           fmt::format("points go on to more cycles, here more than {:g}", points.back().cycles));
     if (!points.empty() && point.amplitude >= points.back().amplitude)
-      throw SpecError((at / i / "amplitude").to_string(), fmt::format("{:g} Pa", point.amplitude),
+      throw SpecError(at / i / "amplitude", fmt::format("{:g} Pa", point.amplitude),
                       fmt::format("what is survived longer is a smaller stress, here below {:g} Pa",
                                   points.back().amplitude));
     points.push_back(point);
@@ -120,13 +120,11 @@ SnCurve s_n_curve_of(const json& read, const JsonPointer& at) {
   SnCurve curve;
   const bool line = read.contains("coefficient") || read.contains("exponent");
   if (line == read.contains("points"))
-    throw SpecError(at.to_string(), shown(read),
-                    "give points, or coefficient and exponent, one of the two");
+    throw SpecError(at, shown(read), "give points, or coefficient and exponent, one of the two");
   if (line) {
     for (const char* key : {"coefficient", "exponent"})
       if (!read.contains(key))
-        throw SpecError((at / key).to_string(), "nothing",
-                        "Basquin's line has a coefficient and an exponent");
+        throw SpecError(at / key, "nothing", "Basquin's line has a coefficient and an exponent");
     curve.basquin = Basquin{read["coefficient"], read["exponent"]};
   } else {
     curve.points = points_of(read["points"], at / "points");
@@ -136,7 +134,7 @@ SnCurve s_n_curve_of(const json& read, const JsonPointer& at) {
   curve.knee = read["knee"];
   if (!line &&
       (*curve.knee < curve.points.front().cycles || *curve.knee > curve.points.back().cycles))
-    throw SpecError((at / "knee").to_string(), fmt::format("{:g}", *curve.knee),
+    throw SpecError(at / "knee", fmt::format("{:g}", *curve.knee),
                     fmt::format("the knee lies on the curve, from {:g} to {:g} cycles",
                                 curve.points.front().cycles, curve.points.back().cycles));
   return curve;

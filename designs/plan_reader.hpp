@@ -75,7 +75,7 @@ void PlanReader::each(const char* list, Read read) {
     const nlohmann::json::json_pointer at =
         nlohmann::json::json_pointer("/" + std::string(list)) / i;
     const nlohmann::json& from = read_[list][i];
-    if (!from.is_object() || !faults_.sound(at.to_string())) continue;
+    if (!from.is_object() || !faults_.sound(at)) continue;
     faults_.attempt([&] { read(from, at); });
     names_ = names;
   }

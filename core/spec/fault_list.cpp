@@ -1,5 +1,6 @@
 #include "core/spec/fault_list.hpp"
 
+#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace flexopt {
@@ -35,6 +36,10 @@ void FaultList::add(std::string pointer, std::string value, std::string rule) {
   add({.pointer = std::move(pointer), .value = std::move(value), .rule = std::move(rule)});
 }
 
+void FaultList::add(const JsonPointer& pointer, std::string value, std::string rule) {
+  add(pointer.to_string(), std::move(value), std::move(rule));
+}
+
 void FaultList::add(const SpecError& error) {
   for (const Fault& fault : error.faults()) add(fault);
 }
@@ -51,6 +56,10 @@ void FaultList::spoil(const std::string& pointer) {
   known_.insert(pointer);
   unsound_.insert(pointer);
 }
+
+void FaultList::spoil(const JsonPointer& pointer) { spoil(pointer.to_string()); }
+
+bool FaultList::sound(const JsonPointer& pointer) const { return sound(pointer.to_string()); }
 
 bool FaultList::sound(const std::string& pointer) const {
   return !holds_or_above(unsound_, pointer) && !holds_below(unsound_, pointer);

@@ -16,18 +16,28 @@ class FaultList {
   /// Takes a fault in, unless its place, or a place around it, has one already.
   void add(Fault fault);
   void add(std::string pointer, std::string value, std::string rule);
+  void add(const JsonPointer& pointer, std::string value, std::string rule);
   void add(const SpecError& error);
 
   /// Runs `action`; true if it ended well, else the faults of its SpecError are taken in.
   bool attempt(const std::function<void()>& action);
 
+  /// Attempts `read(item, pointer)` with every item of a JSON list at `at` that is sound.
+  template <class List, class Pointer, class Read>
+  void each(List& list, const Pointer& at, const Read& read) {
+    for (std::size_t i = 0; i < list.size(); ++i)
+      if (const Pointer here = at / i; sound(here)) attempt([&] { read(list[i], here); });
+  }
+
   /// Marks a place as not to be relied upon, because of a fault elsewhere (its key is misspelt,
   /// say): no fault is reported there.
   void spoil(const std::string& pointer);
+  void spoil(const JsonPointer& pointer);
 
   /// Whether the value at this place can be used: nothing is wrong with it, with its parts, or with
   /// what holds it. Keys that are merely unknown do no harm.
   bool sound(const std::string& pointer) const;
+  bool sound(const JsonPointer& pointer) const;
 
   const std::vector<Fault>& faults() const { return faults_; }
 

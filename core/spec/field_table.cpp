@@ -19,35 +19,23 @@ using Pointer = json::json_pointer;
 
 namespace shape {
 
-Shape quantity(std::string unit) {
-  Shape shape{.kind = ShapeKind::quantity};
-  shape.unit = std::move(unit);
-  return shape;
-}
-
 Shape quantity(std::string unit, double min, double max, bool open_min, bool open_max) {
-  Shape shape = quantity(std::move(unit));
-  shape.min = min;
-  shape.max = max;
-  shape.open_min = open_min;
-  shape.open_max = open_max;
-  return shape;
+  return {.kind = ShapeKind::quantity,
+          .unit = std::move(unit),
+          .min = min,
+          .max = max,
+          .open_min = open_min,
+          .open_max = open_max};
 }
 
 Shape integer(double min, double max) {
-  Shape shape{.kind = ShapeKind::integer};
-  shape.min = min;
-  shape.max = max;
-  return shape;
+  return {.kind = ShapeKind::integer, .min = min, .max = max};
 }
 
 Shape boolean() { return {.kind = ShapeKind::boolean}; }
 
 Shape text(std::size_t longest) {
-  Shape shape{.kind = ShapeKind::text};
-  shape.min_size = 1;
-  shape.max_size = longest;
-  return shape;
+  return {.kind = ShapeKind::text, .min_size = 1, .max_size = longest};
 }
 
 Shape choice(std::vector<std::string> choices) {
@@ -57,18 +45,12 @@ Shape choice(std::vector<std::string> choices) {
 }
 
 Shape list(Shape item, std::size_t min_size, std::size_t max_size) {
-  Shape shape{.kind = ShapeKind::list};
+  Shape shape{.kind = ShapeKind::list, .min_size = min_size, .max_size = max_size};
   shape.inner.push_back(std::move(item));
-  shape.min_size = min_size;
-  shape.max_size = max_size;
   return shape;
 }
 
-Shape record(std::vector<Field> fields) {
-  Shape shape{.kind = ShapeKind::record};
-  shape.fields = std::move(fields);
-  return shape;
-}
+Shape record(std::vector<Field> fields) { return {.fields = std::move(fields)}; }
 
 Shape map(Shape item) {
   Shape shape{.kind = ShapeKind::map};
@@ -77,27 +59,20 @@ Shape map(Shape item) {
 }
 
 Shape one_of(std::vector<Shape> alternatives) {
-  Shape shape{.kind = ShapeKind::one_of};
-  shape.inner = std::move(alternatives);
-  return shape;
+  return {.kind = ShapeKind::one_of, .inner = std::move(alternatives)};
 }
 
 Field required(std::string name, Shape shape, std::string meaning) {
-  return {.name = std::move(name),
-          .shape = std::move(shape),
-          .meaning = std::move(meaning),
-          .required = true};
+  return {std::move(name), std::move(shape), std::move(meaning), true};
 }
 
 Field optional(std::string name, Shape shape, std::string meaning) {
-  return {.name = std::move(name), .shape = std::move(shape), .meaning = std::move(meaning)};
+  return {std::move(name), std::move(shape), std::move(meaning)};
 }
 
 Field with_default(std::string name, Shape shape, const json& value, std::string meaning) {
-  return {.name = std::move(name),
-          .shape = std::move(shape),
-          .meaning = std::move(meaning),
-          .default_value = std::make_shared<const json>(value)};
+  return {std::move(name), std::move(shape), std::move(meaning), false,
+          std::make_shared<const json>(value)};
 }
 
 }  // namespace shape
@@ -200,7 +175,7 @@ json read_text(const Shape& shape, const json& value, const Pointer& at) {
     return std::find(names.begin(), names.end(), string) != names.end();
   };
   if (!shape.choices.empty() && !among(shape.choices))
-    throw SpecError(at.to_string(), shown(value), known_names(string, shape.choices));
+    throw SpecError(at, shown(value), known_names(string, shape.choices));
   if (string.size() < shape.min_size || string.size() > shape.max_size)
     throw wrong(shape, value, at);
   return value;
@@ -229,7 +204,7 @@ void check_keys(const Shape& shape, const json& value, const Pointer& at, FaultL
     fault.of_key = true;
     fault.rule = "unknown key; " + known_names(key, names);
     if (const auto meant = nearest_name(key, names); meant && !value.contains(*meant))
-      faults.spoil((at / *meant).to_string());
+      faults.spoil(at / *meant);
     faults.add(std::move(fault));
   }
 }
@@ -244,7 +219,7 @@ json read_record(const Shape& shape, const json& value, const Pointer& at, Fault
     if (item != value.end())
       read = read_value(field.shape, *item, here, faults);
     else if (field.required)
-      faults.add(here.to_string(), "nothing",
+      faults.add(here, "nothing",
                  fmt::format("it is required: {} ({})", field.meaning, describe(field.shape)));
     if (read.is_null() && field.default_value)
       read = read_value(field.shape, *field.default_value, here);

@@ -11,8 +11,6 @@
 
 namespace flexopt {
 
-using JsonPointer = nlohmann::json_pointer<std::string>;
-
 struct Field;
 
 enum class ShapeKind {
@@ -54,9 +52,8 @@ struct Field {
 /// Short ways to write a Shape or a Field.
 namespace shape {
 
-Shape quantity(std::string unit);
-Shape quantity(std::string unit, double min, double max, bool open_min = false,
-               bool open_max = false);
+Shape quantity(std::string unit, double min = -Shape::infinity, double max = Shape::infinity,
+               bool open_min = false, bool open_max = false);
 Shape integer(double min, double max);
 Shape boolean();
 Shape text(std::size_t longest = 500);

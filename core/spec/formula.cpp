@@ -30,24 +30,6 @@ class Scratch {
   double* begin_ = few_.data();
 };
 
-/// Whether small changes of the operands leave the value as it is.
-bool is_flat(FormulaOp op) {
-  switch (op) {
-    case FormulaOp::less:
-    case FormulaOp::less_equal:
-    case FormulaOp::greater:
-    case FormulaOp::greater_equal:
-    case FormulaOp::equal:
-    case FormulaOp::unequal:
-    case FormulaOp::both:
-    case FormulaOp::either:
-    case FormulaOp::negation:
-      return true;
-    default:
-      return false;
-  }
-}
-
 /// An exponent 2, 3 or 4 of a name is multiplied out.
 double whole_power(double x, int exponent) {
   double result = x;
@@ -55,58 +37,41 @@ double whole_power(double x, int exponent) {
   return result;
 }
 
+using Step = Formula::Step;
+
+/// The values of the operations, in the order of FormulaOp.
+constexpr std::array<double (*)(const Step& step, double a, double b, double c), 23> operations{
+    [](const Step& step, double, double, double) { return step.number; },
+    [](const Step& step, double, double, double) { return step.number; },
+    [](const Step&, double a, double, double) -> double { return -a; },
+    [](const Step&, double a, double, double) -> double { return a == 0; },
+    [](const Step& step, double a, double, double) { return step.function->value(a); },
+    [](const Step& step, double a, double, double) {
+      return whole_power(a, static_cast<int>(step.number));
+    },
+    [](const Step&, double a, double b, double) -> double { return a + b; },
+    [](const Step&, double a, double b, double) -> double { return a - b; },
+    [](const Step&, double a, double b, double) -> double { return a * b; },
+    [](const Step&, double a, double b, double) -> double { return a / b; },
+    [](const Step&, double a, double b, double) -> double { return std::pow(a, b); },
+    [](const Step&, double a, double b, double) -> double { return a < b; },
+    [](const Step&, double a, double b, double) -> double { return a <= b; },
+    [](const Step&, double a, double b, double) -> double { return a > b; },
+    [](const Step&, double a, double b, double) -> double { return a >= b; },
+    [](const Step&, double a, double b, double) -> double { return a == b; },
+    [](const Step&, double a, double b, double) -> double { return a != b; },
+    [](const Step&, double a, double b, double) -> double { return a != 0 && b != 0; },
+    [](const Step&, double a, double b, double) -> double { return a != 0 || b != 0; },
+    [](const Step&, double a, double b, double) -> double { return std::min(a, b); },
+    [](const Step&, double a, double b, double) -> double { return std::max(a, b); },
+    [](const Step&, double a, double b, double) -> double { return std::atan2(a, b); },
+    [](const Step&, double a, double b, double c) { return a != 0 ? b : c; }};
+static_assert(static_cast<std::size_t>(FormulaOp::choice) + 1 == operations.size());
+
 }  // namespace
 
-double value_of_step(const Formula::Step& step, double a, double b, double c) {
-  switch (step.op) {
-    case FormulaOp::constant:
-    case FormulaOp::name:
-      return step.number;
-    case FormulaOp::minus:
-      return -a;
-    case FormulaOp::negation:
-      return a == 0;
-    case FormulaOp::function:
-      return step.function->value(a);
-    case FormulaOp::whole_power:
-      return whole_power(a, static_cast<int>(step.number));
-    case FormulaOp::add:
-      return a + b;
-    case FormulaOp::subtract:
-      return a - b;
-    case FormulaOp::multiply:
-      return a * b;
-    case FormulaOp::divide:
-      return a / b;
-    case FormulaOp::power:
-      return std::pow(a, b);
-    case FormulaOp::less:
-      return a < b;
-    case FormulaOp::less_equal:
-      return a <= b;
-    case FormulaOp::greater:
-      return a > b;
-    case FormulaOp::greater_equal:
-      return a >= b;
-    case FormulaOp::equal:
-      return a == b;
-    case FormulaOp::unequal:
-      return a != b;
-    case FormulaOp::both:
-      return a != 0 && b != 0;
-    case FormulaOp::either:
-      return a != 0 || b != 0;
-    case FormulaOp::least:
-      return std::min(a, b);
-    case FormulaOp::largest:
-      return std::max(a, b);
-    case FormulaOp::angle:
-      return std::atan2(a, b);
-    case FormulaOp::choice:
-      return a != 0 ? b : c;
-  }
-  assert(false);
-  return 0;
+double value_of_step(const Step& step, double a, double b, double c) {
+  return operations[static_cast<std::size_t>(step.op)](step, a, b, c);
 }
 
 Formula::Formula(std::string text, const std::vector<FormulaName>& names, std::string pointer,
@@ -156,7 +121,8 @@ std::optional<double> Formula::value(std::span<const double> numbers) const {
 
 namespace {
 
-/// Adds d times the derivatives of a step's value by its operands a and b.
+/// Adds d times the derivatives of a step's value by its operands a and b. Comparisons and logic
+/// have none: small changes of the operands leave the value as it is.
 template <class Add>
 void add_slopes(const Formula::Step& step, double d, double a, double b, double value,
                 const Add& add) {
@@ -230,7 +196,7 @@ std::optional<double> Formula::gradient(std::span<const double> numbers,
   adjoint[n - 1] = visited[n - 1] = 1;
   for (std::size_t i = n; i-- > 0;) {
     const Step& step = steps_[i];
-    if (visited[i] == 0 || is_flat(step.op)) continue;
+    if (visited[i] == 0) continue;
     const double d = adjoint[i], a = of[step.a], b = of[step.b];  // of leaves: not looked at
     const auto add = [&](int operand, double slope) {
       const auto k = static_cast<std::size_t>(operand);

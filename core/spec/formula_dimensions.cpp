@@ -65,10 +65,8 @@ void FormulaParser::measure_power(Part& result, const Part& base, const Part& ex
 FormulaParser::Part FormulaParser::apply(const FormulaFunction& function, const Part& argument,
                                          const Token& name) {
   using enum Part::Measure;
-  Formula::Step step;
-  step.op = FormulaOp::function;
+  Formula::Step step = unary(FormulaOp::function, argument);
   step.function = &function;
-  step.a = step.b = step.c = argument.step;
   Part result = make(step, name.begin, argument.end);
   result.measure = argument.measure;
   result.fraction = argument.fraction;

@@ -15,14 +15,28 @@ namespace {
 
 constexpr int deepest_nesting = 200;  // a pair of parentheses counts twice
 
-struct Comparison {
+/// A sign between two operands. Signs of a higher level bind more; those of one level, from the
+/// left.
+struct BinarySign {
+  enum Level { either, both, comparison, sum, product };
   std::string_view sign;
+  Level level;
   FormulaOp op;
+  const char* verb = "compared";  ///< what is done to operands of one dimension
 };
-constexpr std::array comparisons{
-    Comparison{"<", FormulaOp::less},    Comparison{"<=", FormulaOp::less_equal},
-    Comparison{">", FormulaOp::greater}, Comparison{">=", FormulaOp::greater_equal},
-    Comparison{"==", FormulaOp::equal},  Comparison{"!=", FormulaOp::unequal}};
+constexpr std::array binary_signs{
+    BinarySign{"||", BinarySign::either, FormulaOp::either},
+    BinarySign{"&&", BinarySign::both, FormulaOp::both},
+    BinarySign{"<", BinarySign::comparison, FormulaOp::less},
+    BinarySign{"<=", BinarySign::comparison, FormulaOp::less_equal},
+    BinarySign{">", BinarySign::comparison, FormulaOp::greater},
+    BinarySign{">=", BinarySign::comparison, FormulaOp::greater_equal},
+    BinarySign{"==", BinarySign::comparison, FormulaOp::equal},
+    BinarySign{"!=", BinarySign::comparison, FormulaOp::unequal},
+    BinarySign{"+", BinarySign::sum, FormulaOp::add, "added"},
+    BinarySign{"-", BinarySign::sum, FormulaOp::subtract, "subtracted"},
+    BinarySign{"*", BinarySign::product, FormulaOp::multiply},
+    BinarySign{"/", BinarySign::product, FormulaOp::divide}};
 
 /// Counts how deep the parts of a formula stand in each other.
 class Deeper {
@@ -117,12 +131,7 @@ FormulaParser::Part FormulaParser::make(Formula::Step step, std::size_t begin, s
 }
 
 FormulaParser::Part FormulaParser::make(FormulaOp op, const Part& a, const Part& b) {
-  Formula::Step step;
-  step.op = op;
-  step.a = a.step;
-  step.b = b.step;
-  step.c = a.step;
-  return make(step, a.begin, b.end);
+  return make({.op = op, .a = a.step, .b = b.step, .c = a.step}, a.begin, b.end);
 }
 
 FormulaParser::Part FormulaParser::alike(FormulaOp op, const Part& a, const Part& b,
@@ -135,77 +144,41 @@ FormulaParser::Part FormulaParser::alike(FormulaOp op, const Part& a, const Part
 FormulaParser::Part FormulaParser::choice() {
   const Deeper deeper(depth_);
   if (depth_ > deepest_nesting) throw no_formula("it is nested too deeply", token().begin);
-  const Part condition = either();
+  const Part condition = binary(BinarySign::either);
   if (!accept("?")) return condition;
   const Part yes = choice();
   expect(":", "between the two values of '?'");
   const Part no = choice();
-  Formula::Step step;
-  step.op = FormulaOp::choice;
-  step.a = condition.step;
-  step.b = yes.step;
-  step.c = no.step;
-  Part result = make(step, condition.begin, no.end);
+  Part result = make({.op = FormulaOp::choice, .a = condition.step, .b = yes.step, .c = no.step},
+                     condition.begin, no.end);
   measure_alike(result, yes, no, "two values of one formula");
   return result;
 }
 
-FormulaParser::Part FormulaParser::either() {
-  Part left = both();
-  while (accept("||")) {
-    left = make(FormulaOp::either, left, both());
-    left.measure = Part::Measure::known;
-  }
-  return left;
-}
-
-FormulaParser::Part FormulaParser::both() {
-  Part left = comparison();
-  while (accept("&&")) {
-    left = make(FormulaOp::both, left, comparison());
-    left.measure = Part::Measure::known;
-  }
-  return left;
-}
-
-FormulaParser::Part FormulaParser::comparison() {
+FormulaParser::Part FormulaParser::binary(int level) {
+  if (level > BinarySign::product) return factor();
   const auto here = [&] {
-    const auto found = std::ranges::find(comparisons, token().text, &Comparison::sign);
-    return token().kind == Kind::sign && found != comparisons.end() ? &*found : nullptr;
+    const auto found = std::ranges::find(binary_signs, token().text, &BinarySign::sign);
+    const bool is_such = token().kind == Kind::sign && found != binary_signs.end();
+    return is_such && found->level == level ? &*found : nullptr;
   };
-  const Part left = sum();
-  const Comparison* compare = here();
-  if (!compare) return left;
-  ++at_;
-  Part result = alike(compare->op, left, sum(), "compared");
-  result.measure = Part::Measure::known;
-  result.dimension = {};
-  if (here())
-    throw no_formula("comparisons are not chained: write a < b && b < c, or parentheses",
-                     token().begin);
-  return result;
-}
-
-FormulaParser::Part FormulaParser::sum() {
-  Part left = product();
-  while (is("+") || is("-")) {
-    const bool plus = accept("+");
-    if (!plus) ++at_;
-    left = alike(plus ? FormulaOp::add : FormulaOp::subtract, left, product(),
-                 plus ? "added" : "subtracted");
-  }
-  return left;
-}
-
-FormulaParser::Part FormulaParser::product() {
-  Part left = factor();
-  while (is("*") || is("/")) {
-    const bool quotient = is("/");
+  Part left = binary(level + 1);
+  while (const BinarySign* sign = here()) {
     ++at_;
-    const Part right = factor();
-    Part result = make(quotient ? FormulaOp::divide : FormulaOp::multiply, left, right);
-    measure_product(result, left, right, quotient);
+    const Part right = binary(level + 1);
+    Part result = make(sign->op, left, right);
+    if (level == BinarySign::product)
+      measure_product(result, left, right, sign->op == FormulaOp::divide);
+    else if (level >= BinarySign::comparison)
+      measure_alike(result, left, right, sign->verb);
+    if (level <= BinarySign::comparison) {  // true or false
+      result.measure = Part::Measure::known;
+      result.dimension = {};
+    }
     left = result;
+    if (level == BinarySign::comparison && here())
+      throw no_formula("comparisons are not chained: write a < b && b < c, or parentheses",
+                       token().begin);
   }
   return left;
 }
@@ -218,10 +191,8 @@ FormulaParser::Part FormulaParser::factor() {
   const bool minus = accept("-");
   if (!minus && !accept("!")) return power();
   const Part argument = factor();
-  Formula::Step step;
-  step.op = minus ? FormulaOp::minus : FormulaOp::negation;
-  step.a = step.b = step.c = argument.step;
-  Part result = make(step, begin, argument.end);
+  Part result =
+      make(unary(minus ? FormulaOp::minus : FormulaOp::negation, argument), begin, argument.end);
   result.measure = minus ? argument.measure : Part::Measure::known;
   result.fraction = argument.fraction;
   if (minus) result.dimension = argument.dimension;
@@ -233,24 +204,16 @@ FormulaParser::Part FormulaParser::power() {
   if (!accept("^")) return base;
   const Part exponent = factor();  // binds from the right, and may have signs
   Part result;
-  const Formula::Step& of_base = formula_.steps_[base.step];
-  const double whole = formula_.steps_[exponent.step].number;
-  if (of_base.op == FormulaOp::name && is_constant(exponent) &&
-      (whole == 2 || whole == 3 || whole == 4)) {
-    measure_power(result, base, exponent);
-    Formula::Step step;
-    step.op = FormulaOp::whole_power;
-    step.number = whole;
-    step.a = step.b = step.c = base.step;
-    formula_.steps_.pop_back();  // the exponent
-    const Part made = make(step, base.begin, exponent.end);
-    result.step = made.step;
-    result.begin = made.begin;
-    result.end = made.end;
-    return result;
-  }
   measure_power(result, base, exponent);
-  const Part made = make(FormulaOp::power, base, exponent);
+  Formula::Step step{.op = FormulaOp::power, .a = base.step, .b = exponent.step, .c = base.step};
+  const double whole = formula_.steps_[exponent.step].number;
+  if (formula_.steps_[base.step].op == FormulaOp::name && is_constant(exponent) &&
+      (whole == 2 || whole == 3 || whole == 4)) {
+    step = unary(FormulaOp::whole_power, base);
+    step.number = whole;
+    formula_.steps_.pop_back();  // the exponent
+  }
+  const Part made = make(step, base.begin, exponent.end);
   result.step = made.step;
   result.begin = made.begin;
   result.end = made.end;
@@ -275,18 +238,14 @@ FormulaParser::Part FormulaParser::operand() {
 FormulaParser::Part FormulaParser::number() {
   const Token& number = token();
   ++at_;
-  Formula::Step step;
-  step.number = number.number;
-  Part result;
   if (number.unit.empty()) {
-    result = make(step, number.begin, number.end);
+    Part result = make({.number = number.number}, number.begin, number.end);
     result.fraction = number.fraction;
     return result;
   }
   const std::optional<Measure> value = measured(number.number, number.unit);
   assert(value);
-  step.number = value->value;
-  result = make(step, number.begin, number.end);
+  Part result = make({.number = value->value}, number.begin, number.end);
   result.measure = Part::Measure::known;
   result.dimension = value->dimension;
   return result;
@@ -295,14 +254,12 @@ FormulaParser::Part FormulaParser::number() {
 FormulaParser::Part FormulaParser::name() {
   const Token& name = token();
   ++at_;
-  Formula::Step step;
   const auto found = std::ranges::find(names_, name.text, &FormulaName::name);
   if (found == names_.end()) {
     if (is_formula_word(name.text) && name.text != "pi")
       throw no_formula(fmt::format("'{}' is a function: expected '('", name.text), name.end);
     if (name.text != "pi") throw unknown(name);
-    step.number = std::numbers::pi;
-    Part result = make(step, name.begin, name.end);
+    Part result = make({.number = std::numbers::pi}, name.begin, name.end);
     result.measure = Part::Measure::known;
     return result;
   }
@@ -310,9 +267,8 @@ FormulaParser::Part FormulaParser::name() {
   std::vector<int>& slots = formula_.slots_;
   auto used = std::find(slots.begin(), slots.end(), slot);
   if (used == slots.end()) used = slots.insert(slots.end(), slot);
-  step.op = FormulaOp::name;
-  step.slot = static_cast<int>(used - slots.begin());
-  Part result = make(step, name.begin, name.end);
+  Part result = make({.op = FormulaOp::name, .slot = static_cast<int>(used - slots.begin())},
+                     name.begin, name.end);
   if (found->unit.empty()) {
     result.fraction = true;
   } else {
@@ -351,9 +307,8 @@ FormulaParser::Part FormulaParser::call() {
     result.measure = Part::Measure::known;
     result.dimension = dimension_of("rad");
   } else if (name.text == "avg") {
-    Formula::Step divisor;
-    divisor.number = static_cast<double>(count);
-    const Part by = make(divisor, close.begin, close.end), total = result;
+    const Part by = make({.number = static_cast<double>(count)}, close.begin, close.end),
+               total = result;
     result = make(FormulaOp::divide, total, by);
     result.measure = total.measure;
     result.dimension = total.dimension;

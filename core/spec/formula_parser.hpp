@@ -89,12 +89,8 @@ class FormulaParser {
   void read_unit(Token& number) const;
 
   Part choice();
-  Part either();
-  Part both();
-  Part comparison();
-  Part sum();
-  Part product();
-  Part factor();  ///< with its signs
+  Part binary(int level);  ///< signs of this level and of higher ones
+  Part factor();           ///< with its signs
   Part power();
   Part operand();
   Part number();
@@ -108,6 +104,9 @@ class FormulaParser {
 
   Part make(FormulaOp op, const Part& a, const Part& b);
   Part make(Formula::Step step, std::size_t begin, std::size_t end);
+  static Formula::Step unary(FormulaOp op, const Part& argument) {
+    return {.op = op, .a = argument.step, .b = argument.step, .c = argument.step};
+  }
   Part alike(FormulaOp op, const Part& a, const Part& b, const char* verb);
   void measure_alike(Part& result, const Part& a, const Part& b, const char* verb) const;
   void measure_product(Part& result, const Part& a, const Part& b, bool quotient) const;

@@ -2,8 +2,11 @@
 // A record of the input, declared once: every row has a key, what it may hold, what it means, and
 // the member that it goes to. The rows drive reading, defaults, ranges, messages, the JSON Schema
 // and writing back.
+#include <algorithm>
+#include <concepts>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,16 +16,36 @@
 namespace flexopt {
 
 /// A member from what its shape read, and back (null, also of an empty text or list: nothing to
-/// write). Defined for bool, int, unsigned, double, std::string, std::optional of int and double,
-/// std::array<int, 2> and std::vector<double>; other rooms specialise them for their own types.
+/// write). For what JSON converts by itself; other rooms specialise them for their own types.
 template <class T>
-void read_member(const nlohmann::json& read, T& member);
+void read_member(const nlohmann::json& read, T& member) {
+  read.get_to(member);
+}
 template <class T>
-nlohmann::json written_member(const T& member);
+void read_member(const nlohmann::json& read, std::optional<T>& member) {
+  read_member(read, member.emplace());
+}
+template <class T>
+nlohmann::json written_member(const T& member) {
+  if constexpr (requires { member.empty(); })
+    return member.empty() ? nlohmann::json() : nlohmann::json(member);
+  else
+    return member;
+}
+template <class T>
+nlohmann::json written_member(const std::optional<T>& member) {
+  return member ? written_member(*member) : nlohmann::json();
+}
 
 /// The names of an enum's values, as the input writes them.
 template <class Enum>
 using EnumNames = std::vector<std::pair<const char*, Enum>>;
+
+/// The name of a value that has one.
+template <class Enum>
+std::string name_of(const EnumNames<Enum>& names, Enum wanted) {
+  return std::ranges::find(names, wanted, &std::pair<const char*, Enum>::second)->first;
+}
 
 /// `Where` is a pointer to a member of Record, or a function that gives a reference into a record,
 /// constant or not: [](auto& record) -> auto& { return record.part.member; }.
@@ -61,7 +84,7 @@ class RecordTable {
     const Record fresh{};
     return enum_row(
         shape::with_default(std::move(name), shape_of(names),
-                            name_among(names, std::invoke(where, fresh)), std::move(meaning)),
+                            name_of(names, std::invoke(where, fresh)), std::move(meaning)),
         names, where);
   }
 
@@ -75,8 +98,9 @@ class RecordTable {
   // NOLINTEND(performance-unnecessary-value-param)
 
   /// Adds a row for a key with its own conversions into a record and back. `write` gives null for
-  /// nothing.
-  RecordTable& row(Field field, Read read, Write write) {
+  /// nothing; without it the key is never written.
+  RecordTable& row(
+      Field field, Read read, Write write = [](const Record&) { return nullptr; }) {
     fields_.push_back(std::move(field));
     reads_.push_back(std::move(read));
     writes_.push_back(std::move(write));
@@ -84,7 +108,7 @@ class RecordTable {
   }
 
   template <class Where>
-  RecordTable& row(Field field, Where where) {
+  requires std::invocable<Where, Record&> RecordTable& row(Field field, Where where) {
     return row(
         std::move(field),
         [where](const nlohmann::json& read, Record& record) {
@@ -95,9 +119,7 @@ class RecordTable {
 
   /// A key that no member takes: code reads it, because other keys decide what it means.
   RecordTable& other(Field field) {
-    return row(
-        std::move(field), [](const nlohmann::json&, Record&) {},
-        [](const Record&) { return nlohmann::json(); });
+    return row(std::move(field), [](const nlohmann::json&, Record&) {});
   }
 
   const std::vector<Field>& fields() const { return fields_; }
@@ -137,7 +159,7 @@ class RecordTable {
             if (text == name) std::invoke(where, record) = value;
         },
         [names, where](const Record& record) {
-          return name_among(names, std::invoke(where, record));
+          return name_of(names, std::invoke(where, record));
         });
   }
 
@@ -146,13 +168,6 @@ class RecordTable {
     std::vector<std::string> choices;
     for (const auto& [name, value] : names) choices.emplace_back(name);
     return shape::choice(std::move(choices));
-  }
-
-  template <class Enum>
-  static nlohmann::json name_among(const EnumNames<Enum>& names, Enum wanted) {
-    for (const auto& [name, value] : names)
-      if (value == wanted) return name;
-    return nullptr;
   }
 
   std::vector<Field> fields_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace flexopt {
@@ -31,6 +32,9 @@ std::string Fault::text() const {
 SpecError::SpecError(std::string pointer, std::string value, std::string rule)
     : SpecError(std::vector<Fault>{
           {.pointer = std::move(pointer), .value = std::move(value), .rule = std::move(rule)}}) {}
+
+SpecError::SpecError(const JsonPointer& pointer, std::string value, std::string rule)
+    : SpecError(pointer.to_string(), std::move(value), std::move(rule)) {}
 
 SpecError::SpecError(std::vector<Fault> faults)
     : std::runtime_error(message_of(faults)), faults_(std::move(faults)) {}

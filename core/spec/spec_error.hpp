@@ -1,10 +1,13 @@
 #pragma once
 // What is wrong with the user's input, and where.
+#include <nlohmann/json_fwd.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace flexopt {
+
+using JsonPointer = nlohmann::json_pointer<std::string>;
 
 /// One thing that is wrong with the user's input.
 struct Fault {
@@ -23,6 +26,7 @@ struct Fault {
 class SpecError : public std::runtime_error {
  public:
   SpecError(std::string pointer, std::string value, std::string rule);
+  SpecError(const JsonPointer& pointer, std::string value, std::string rule);
   /// All faults of an input, at least one. The message shows the first 50, a line each, and counts
   /// the rest.
   explicit SpecError(std::vector<Fault> faults);

@@ -24,12 +24,12 @@ std::vector<Expectation> read_expectations(const json& read, FaultList& faults) 
   std::vector<Expectation> result;
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/expect") / i;
-    if (!faults.sound(at.to_string())) continue;
+    if (!faults.sound(at)) continue;
     Expectation e = expectation_table().read(read[i]);
     try {
       static_cast<void>(Pointer(e.pointer));
     } catch (const json::exception&) {
-      faults.add((at / "pointer").to_string(), shown(e.pointer),
+      faults.add(at / "pointer", shown(e.pointer),
                  "expected a JSON pointer such as \"/path/10/drive_load\"");
     }
     result.push_back(std::move(e));
@@ -65,15 +65,14 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
     const Pointer at = Pointer("/probes") / i;
     if (!read[i].is_object()) continue;
     const ProbeSpec wanted = probe_table().read(read[i]);
-    if (faults.sound((at / "name").to_string()) && !names.insert(wanted.name).second)
-      faults.add((at / "name").to_string(), shown(wanted.name), "names must be different");
-    if (!mechanism || !faults.sound(at.to_string())) continue;
+    if (faults.sound(at / "name") && !names.insert(wanted.name).second)
+      faults.add(at / "name", shown(wanted.name), "names must be different");
+    if (!mechanism || !faults.sound(at)) continue;
     const std::optional<Probe> probe = probe_at(*mechanism, wanted.name, wanted.at);
     if (probe)
       probes.push_back(*probe);
     else
-      faults.add((at / "at").to_string(), shown(read[i]["at"]) + " m",
-                 "no leaf is there when undeflected");
+      faults.add(at / "at", shown(read[i]["at"]) + " m", "no leaf is there when undeflected");
   }
   return probes;
 }

@@ -19,6 +19,10 @@ enum class JobKind { evaluate, optimise, compare };
 /// How the values of a quantity over the stroke become one number.
 enum class OverStroke { min, max, max_abs, first, last };
 
+/// The names that a job gives them.
+std::string name_of(JobKind kind);
+std::string name_of(OverStroke over);
+
 struct Variable {
   std::string parameter;        ///< a parameter of the family, or one of job_numbers
   double min = 0, max = 0;      ///< SI
@@ -46,24 +50,20 @@ struct ToleranceMargin {
 /// What ends the label of a goal that bears something: that of its margin, or ", worst assembly".
 std::string label_suffix(const ToleranceMargin& margin, bool worst_assembly);
 
-struct Objective {
-  bool maximise = true;
+/// A number of a design that counts, with its bounds where it is a constraint.
+struct Constraint {
   std::string quantity;    ///< a quantity of a path point, or
   std::string expression;  ///< a formula of the design parameters; one of the two is empty
-  OverStroke over_stroke = OverStroke::min;  ///< unused for an expression
+  OverStroke over_stroke = OverStroke::max;  ///< unused for an expression
+  std::optional<double> min, max;            ///< SI; of a constraint, at least one
+  std::string label;                         ///< "max_stress max over stroke"
   std::string load_case;                     ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
   bool worst_assembly = false;  ///< its worst in the box of errors of assembly counts
 };
 
-struct Constraint {
-  std::string quantity, expression;  ///< one of the two is empty
-  OverStroke over_stroke = OverStroke::max;
-  std::optional<double> min, max;  ///< SI; at least one
-  std::string label;               ///< "max_stress max over stroke"
-  std::string load_case;           ///< the one that counts; empty: the worst of all
-  ToleranceMargin margin;
-  bool worst_assembly = false;  ///< its worst in the box of errors of assembly counts
+struct Objective : Constraint {
+  bool maximise = true;
 };
 
 struct Algorithm {
@@ -82,15 +82,9 @@ enum class SearchKind {
 };
 
 /// Second objective of a job, traded against the first.
-struct ParetoSpec {
-  std::string quantity, expression;  ///< one of the two is empty
-  OverStroke over_stroke = OverStroke::max;
+struct ParetoSpec : Constraint {
   bool maximise = false;
   int points = 9;
-  std::string label;      ///< "drive_load max_abs over stroke"
-  std::string load_case;  ///< the one that counts; empty: the worst of all
-  ToleranceMargin margin;
-  bool worst_assembly = false;  ///< its worst in the box of errors of assembly counts
 };
 
 /// Settings to correct the optimum to full accuracy.
@@ -101,7 +95,7 @@ struct VerifySpec {
 
 struct OptimiseSpec {
   std::vector<Variable> variables;
-  Objective objective;
+  Objective objective{{.over_stroke = OverStroke::min}};
   std::vector<Constraint> constraints;
   Algorithm algorithm;
   SearchKind search = SearchKind::starts;

@@ -70,10 +70,10 @@ EdgeTolerance read_edge(const json& read, const Mechanism& mechanism, const Poin
   for (const auto& [key, sizes] : {std::pair{"move", spec.move}, {"turn", spec.turn}})
     for (int i = 0; i < 3; ++i)
       if (sizes[i] < 0)
-        throw SpecError((at / key / i).to_string(), fmt::format("{:g}", sizes[i]),
+        throw SpecError(at / key / i, fmt::format("{:g}", sizes[i]),
                         "it is a size to either side: expected 0 or more");
   if (spec.move.isZero(0) && spec.turn.isZero(0))
-    throw SpecError(at.to_string(), shown(read), "this edge has neither move nor turn");
+    throw SpecError(at, shown(read), "this edge has neither move nor turn");
   return {leaf, spec.end, spec.move, spec.turn};
 }
 
@@ -104,7 +104,7 @@ bool read_worst_assembly(json& goal, const GoalContext& context, const Constrain
   if ((least && (over == OverStroke::max || over == OverStroke::max_abs)) ||
       (!least && over == OverStroke::min))
     throw SpecError(
-        (at / "over_stroke").to_string(), '"' + name_in_job(over) + '"',
+        at / "over_stroke", '"' + name_of(over) + '"',
         fmt::format("the worst of the box is the {} here, and so must be that over the stroke: {}",
                     least ? "least" : "largest",
                     least ? "min, first, last" : "max, max_abs, first, last"));
@@ -136,7 +136,7 @@ bool names_the_box(const json& job) {
 }
 
 void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec) {
-  const auto look_at = [&](const auto& goal, bool least) {
+  const auto look_at = [&](const Constraint& goal, bool least) {
     const auto same = [&](const Constraint& c) {
       return c.quantity == goal.quantity && c.over_stroke == goal.over_stroke &&
              c.load_case == goal.load_case && c.min.has_value() == least;
@@ -164,7 +164,7 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
       const Pointer here = at / "edges" / i;
       const EdgeTolerance edge = read_edge(read["edges"][i], mechanism, here);
       if (!edges.insert({edge.leaf, edge.end}).second)
-        throw SpecError((here / "end").to_string(), shown(read["edges"][i]["end"]),
+        throw SpecError(here / "end", shown(read["edges"][i]["end"]),
                         "one box for each edge: this one has another");
       spec.edges.push_back(edge);
     });
@@ -175,7 +175,7 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
       one.load_case = context.load_case(read["quantities"][i], here);
       one.quantity = context.quantity(one.quantity, one.load_case, here / "quantity").name;
       if (is_of_design(one.quantity))
-        throw SpecError((here / "quantity").to_string(), shown(one.quantity),
+        throw SpecError(here / "quantity", shown(one.quantity),
                         "it is the same however the mechanism is assembled");
       if (one.over_stroke == OverStroke::min) one.min = 0;  // the least is the worst
       one.label = goal_label(one);
@@ -184,10 +184,10 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
   const bool drives =
       !mechanism.drives.empty() && (context.request.loads.driven() || !context.cases.all.empty());
   if (spec.drive_load_change && !drives)
-    faults.add((at / "drive_load_change").to_string(), shown(read["drive_load_change"]),
+    faults.add(at / "drive_load_change", shown(read["drive_load_change"]),
                "nothing is driven here");
   if (read["quantities"].empty() && !spec.wants_critical() && !in_goals)
-    faults.add((at / "quantities").to_string(), shown(read["quantities"]),
+    faults.add(at / "quantities", shown(read["quantities"]),
                "name quantities, give stiffness_share or drive_load_change, or let a goal of "
                "optimise count \"under\": \"assembly_tolerances\"");
   return spec;

@@ -13,16 +13,6 @@ namespace flexopt {
 using nlohmann::json;
 using Pointer = json::json_pointer;
 
-template <>
-void read_member(const json& read, std::vector<std::string>& member) {
-  read.get_to(member);
-}
-
-template <>
-json written_member(const std::vector<std::string>& member) {
-  return member.empty() ? json() : json(member);
-}
-
 namespace {
 
 /// Loads at O that are increased, and to what.
@@ -89,7 +79,7 @@ void read_load_capacity(const json& read, const Mechanism& mechanism, FaultList&
   const CapacitySpec spec = capacity_table().read(read["load_capacity"]);
   CapacityRule& rule = request.capacity;
   if (!request.loads.driven()) {
-    faults.add(at.to_string(), shown(read["load_capacity"]["directions"]),
+    faults.add(at, shown(read["load_capacity"]["directions"]),
                "loads are increased with the drives held: give a stroke, not a load_path");
     return;
   }
@@ -108,13 +98,13 @@ void read_load_capacity(const json& read, const Mechanism& mechanism, FaultList&
   rule.largest_moment = spec.largest_moment;
   if (spec.supports.empty()) return;
   if (!spec.stiffness_share)
-    faults.add((at / "supports").to_string(), shown(read["load_capacity"]["supports"]),
+    faults.add(at / "supports", shown(read["load_capacity"]["supports"]),
                "it is said of which stiffness a share counts: give stiffness_share, too");
   rule.supports = {};
   for (std::size_t i = 0; i < spec.supports.size(); ++i) {
     const std::size_t support = index_of(spec.supports[i]);
     if (const char* why = without_effect(support, mechanism))
-      faults.add((at / "supports" / i).to_string(), shown(spec.supports[i]), why);
+      faults.add(at / "supports" / i, shown(spec.supports[i]), why);
     rule.supports[support] = true;
   }
 }

@@ -35,7 +35,7 @@ bool is_identifier(const std::string& text) {
 void refuse_keys(const json& read, const Pointer& at, std::initializer_list<const char*> keys,
                  const std::string& rule, FaultList& faults) {
   for (const char* key : keys)
-    if (read.contains(key)) faults.add((at / key).to_string(), shown(read[key]), rule);
+    if (read.contains(key)) faults.add(at / key, shown(read[key]), rule);
 }
 
 /// The section "samples", read in the order it is written.
@@ -54,7 +54,7 @@ class SamplesReader {
   void read_designs(json& read);
   void read_formulas(const json& read, const StrokeRequest& request);
   void check_name(const std::string& name, const Pointer& at);
-  bool sound(const Pointer& at) const { return faults_.sound(at.to_string()); }
+  bool sound(const Pointer& at) const { return faults_.sound(at); }
   /// Parameters, symbols and sampled numbers of material and end-effector, without those given by
   /// formulas of this section or of the design.
   std::vector<FormulaName> plain_names() const;
@@ -73,12 +73,12 @@ class SamplesReader {
 
 void SamplesReader::check_name(const std::string& name, const Pointer& at) {
   if (const auto it = design_.expressions.find(name); it != design_.expressions.end())
-    throw SpecError(at.to_string(), '"' + name + '"',
+    throw SpecError(at, '"' + name + '"',
                     fmt::format("it is given by the formula {}; a sampled parameter needs a number "
                                 "in /design/parameters",
                                 it->second));
   if (!taken_.insert(name).second)
-    throw SpecError(at.to_string(), '"' + name + '"', "it stands in /samples/vary already");
+    throw SpecError(at, '"' + name + '"', "it stands in /samples/vary already");
 }
 
 void SamplesReader::read_range(json& read, const Pointer& at, const std::string& name,
@@ -89,7 +89,7 @@ void SamplesReader::read_range(json& read, const Pointer& at, const std::string&
   range.symbol = !of;
   const auto bound = [&](const char* key, double& value) {
     if (!read.contains(key))
-      throw SpecError((at / key).to_string(), "nothing",
+      throw SpecError(at / key, "nothing",
                       "it is required (or an expression instead of min and max)");
     value = of ? read_quantity(parameter_shape(*of), read[key], at / key)
                : read_in_units(read[key], {"m", "rad", "1"}, at / key);
@@ -112,20 +112,20 @@ void SamplesReader::read_range(json& read, const Pointer& at, const std::string&
 
 void SamplesReader::read_entry(json& read, const Pointer& at) {
   if (read.contains("parameter") == read.contains("symbol"))
-    throw SpecError(at.to_string(), shown(read), "give parameter or symbol, one of the two");
+    throw SpecError(at, shown(read), "give parameter or symbol, one of the two");
   const bool symbol = read.contains("symbol");
   const std::string key = symbol ? "symbol" : "parameter", name = read[key];
   const Parameter* of = find_parameter(family_, name);
   if (symbol && (of || !is_identifier(name) || name == "pi"))
-    throw SpecError((at / key).to_string(), '"' + name + '"',
+    throw SpecError(at / key, '"' + name + '"',
                     "a symbol is a name of its own (letters, digits, _) that no parameter has");
   check_name(name, at / key);
   if (const Check has = has_number(family_, design_.choices, name); !has)
-    throw SpecError((at / key).to_string(), '"' + name + '"', has.error());
+    throw SpecError(at / key, '"' + name + '"', has.error());
   if (!read.contains("expression")) {
     if (symbol || find_job_number(name)) symbols_.push_back(name);
     if (spec_.method == SampleMethod::list)
-      throw SpecError(at.to_string(), shown(read),
+      throw SpecError(at, shown(read),
                       "a list of designs is not spread: only entries with an expression");
     return read_range(read, at, name, of);
   }
@@ -167,7 +167,7 @@ std::vector<FormulaName> SamplesReader::plain_names() const {
 void SamplesReader::read_spread(json& read) {
   if (!method_known_) return;
   if (spec_.method == SampleMethod::grid || spec_.method == SampleMethod::list) {
-    const std::string method = name_in_job(spec_.method);
+    const std::string method = name_of(spec_.method);
     refuse_keys(read, at_, {"count", "seed"},
                 fmt::format("\"method\": \"{}\" is neither counted nor random", method), faults_);
   } else {
@@ -183,8 +183,7 @@ void SamplesReader::read_spread(json& read) {
 
 void SamplesReader::read_designs(json& read) {
   if (!read.contains("designs")) {
-    faults_.add((at_ / "designs").to_string(), "nothing",
-                "it is required for \"method\": \"list\"");
+    faults_.add(at_ / "designs", "nothing", "it is required for \"method\": \"list\"");
     return;
   }
   for (std::size_t i = 0; i < read["designs"].size(); ++i) {
@@ -244,12 +243,12 @@ SamplesSpec SamplesReader::read(json& read, const StrokeRequest& request) {
   }
   if (list) read_designs(read);
   if (!list && method_known_ && sound(at_ / "vary") && spec_.ranges.empty())
-    faults_.add((at_ / "vary").to_string(), shown(read["vary"]),
+    faults_.add(at_ / "vary", shown(read["vary"]),
                 "nothing differs from design to design: give at least one range");
   double designs = 1;
   for (const SampleRange& range : spec_.ranges) designs *= range.points;
   if (spec_.method == SampleMethod::grid && designs > most_designs)
-    faults_.add((at_ / "vary").to_string(), fmt::format("{:g} designs", designs),
+    faults_.add(at_ / "vary", fmt::format("{:g} designs", designs),
                 fmt::format("a grid of at most {} designs", most_designs));
   if (names_known_) read_formulas(read, request);
   return std::move(spec_);
@@ -269,10 +268,10 @@ ModelChoice model_choice(const std::string& name, const json& whole, const Desig
   choice.name = name;
   const bool compared = at.to_string() != "/model";
   if (choice.accuracy.automatic && compared)
-    faults.add((at / "accuracy").to_string(), "\"auto\"",
+    faults.add(at / "accuracy", "\"auto\"",
                "a compared model is known beforehand: expected \"reduced\" or \"full\"");
   if (choice.accuracy.estimate && compared)
-    faults.add((at / "estimate").to_string(), "true",
+    faults.add(at / "estimate", "true",
                "a job \"compare\" measures errors against full accuracy and estimates none");
   if (faults.sound("/design")) faults.attempt([&] { check_leaf_model(design, choice.model, at); });
   return choice;
@@ -285,11 +284,11 @@ std::vector<ModelChoice> read_models(json& read, const DesignSpec& design, Fault
   for (std::size_t i = 0; i < read["models"].size(); ++i) {
     const Pointer at = Pointer("/models") / i;
     json& entry = read["models"][i];
-    if (!faults.sound((at / "name").to_string())) continue;
-    const bool sound = faults.sound(at.to_string()) && faults.sound("/model");
+    if (!faults.sound(at / "name")) continue;
+    const bool sound = faults.sound(at) && faults.sound("/model");
     const std::string name = entry["name"];
     if (!names.insert(name).second)
-      faults.add((at / "name").to_string(), '"' + name + '"', "another model has this name");
+      faults.add(at / "name", '"' + name + '"', "another model has this name");
     if (!sound) continue;
     json whole = overlaid(read["model"], entry, at);
     models.push_back(model_choice(name, whole, design, at, faults));

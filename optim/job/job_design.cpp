@@ -30,10 +30,9 @@ Material read_material(json& read, const json& written, FaultList& faults,
   Material material;
   const bool nu = written.contains("poissons_ratio"), shear = written.contains("shear_modulus");
   if (written.is_object() && nu == shear)
-    faults.add((at / "poissons_ratio").to_string(),
-               nu ? shown(written["poissons_ratio"]) : "nothing",
+    faults.add(at / "poissons_ratio", nu ? shown(written["poissons_ratio"]) : "nothing",
                "give poissons_ratio or shear_modulus, one of the two");
-  if (!faults.sound(at.to_string())) return material;
+  if (!faults.sound(at)) return material;
   if (read.is_string()) {
     for (const NamedMaterial& named : materials())
       if (named.material.name == read.get<std::string>()) material = named.material;
@@ -96,7 +95,7 @@ void read_parameters(json& read, const Family& family, FaultList& faults, Design
       if (const auto value = value_by_formula(family, design, name, given))
         design.parameters[name] = *value;
       else
-        faults.spoil((parameters_at / name).to_string());
+        faults.spoil(parameters_at / name);
     });
 }
 
@@ -107,7 +106,7 @@ void check_wire(const Family& family, DesignSpec& design) {
     return;
   const double width = design.parameters.at("width"), diameter = design.parameters.at("thickness");
   if (std::abs(width - diameter) > 1e-9 * diameter)
-    throw SpecError((parameters_at / "width").to_string(), fmt::format("{:g} m", width),
+    throw SpecError(parameters_at / "width", fmt::format("{:g} m", width),
                     fmt::format("a circular section has one diameter: leave the width out or give "
                                 "the thickness, {:g} m",
                                 diameter));
@@ -185,7 +184,7 @@ json with_width_of_wire(json document) {
 }
 
 bool is_geometry_sound(const Family& family, const FaultList& faults) {
-  return faults.sound(parameters_at.to_string()) && faults.sound("/design/family") &&
+  return faults.sound(parameters_at) && faults.sound("/design/family") &&
          faults.sound("/design/file") && faults.sound("/design/mechanism") &&
          std::ranges::all_of(family.options, [&](const FamilyOption& option) {
            return faults.sound("/design/" + option.name);

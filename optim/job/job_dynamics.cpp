@@ -26,14 +26,11 @@ const RecordTable<TransmissibilityRule>& transmissibility_table() {
       if (read == direction_names[static_cast<std::size_t>(d)])
         rule.direction = static_cast<Direction>(d);
   };
-  const auto written_direction = [](const TransmissibilityRule& rule) -> json {
-    return direction_names[static_cast<std::size_t>(index(rule.direction))];
-  };
   static const auto table =
       RecordTable<TransmissibilityRule>()
           .row(shape::required("direction", shape::choice({"ux", "uy", "uz"}),
                                "translation of the ground, and of O"),
-               read_direction, written_direction)
+               read_direction)
           .required("from", frequency, &TransmissibilityRule::from, "lower end of the band")
           .required("to", frequency, &TransmissibilityRule::to, "upper end of the band")
           .choice<DriveState>("drive", {{"free", DriveState::free}, {"locked", DriveState::locked}},
@@ -59,9 +56,6 @@ const RecordTable<StateSpaceRequest>& state_space_table() {
     else
       request.damping = {read.get<double>()};
   };
-  const auto written_damping = [](const StateSpaceRequest& request) -> json {
-    return request.damping.size() == 1 ? json(request.damping.front()) : json(request.damping);
-  };
   static const auto table =
       RecordTable<StateSpaceRequest>()
           .with_default("modes", shape::integer(1, most_modes), &StateSpaceRequest::modes,
@@ -70,18 +64,12 @@ const RecordTable<StateSpaceRequest>& state_space_table() {
                    "damping", shape::one_of({ratio(true), shape::list(ratio(true), 1, most_modes)}),
                    "damping ratio of all modes, or of one after the other; default "
                    "that of dynamics, or 0.01"),
-               read_damping, written_damping)
+               read_damping)
           .with_default("sensors", shape::boolean(), &StateSpaceRequest::probes,
                         "whether the displacements of the job's probes are outputs")
-          .row(
-              shape::optional("points", shape::list(shape::integer(0, 10000), 1, 10001),
-                              "which points of the path, the first is 0; default all"),
-              [](const json& read, StateSpaceRequest& request) {
-                request.points = read.get<std::vector<int>>();
-              },
-              [](const StateSpaceRequest& request) -> json {
-                return request.points.empty() ? json() : json(request.points);
-              });
+          .optional("points", shape::list(shape::integer(0, 10000), 1, 10001),
+                    &StateSpaceRequest::points,
+                    "which points of the path, the first is 0; default all");
   return table;
 }
 
@@ -104,7 +92,7 @@ void check_transmissibility(const json& read, const TransmissibilityRule& rule,
                             const Mechanism& mechanism, FaultList& faults) {
   const Pointer at("/dynamics/transmissibility");
   if (!(rule.from < rule.to))
-    faults.add((at / "to").to_string(), fmt::format("{:g} Hz", rule.to),
+    faults.add(at / "to", fmt::format("{:g} Hz", rule.to),
                fmt::format("the band begins at {:g} Hz: expected more", rule.from));
   const auto d = static_cast<std::size_t>(index(rule.direction));
   const char* held = "";
@@ -112,7 +100,7 @@ void check_transmissibility(const json& read, const TransmissibilityRule& rule,
     held = "O cannot move there: the ground takes it along";
   else if (rule.drive == DriveState::locked && prescribed_directions(mechanism)[d])
     held = "the locked drive holds O there: expected \"drive\": \"free\"";
-  if (*held) faults.add((at / "direction").to_string(), shown(read["direction"]), held);
+  if (*held) faults.add(at / "direction", shown(read["direction"]), held);
 }
 
 void read_measures(const json& read, const Mechanism& mechanism, FaultList& faults,
@@ -133,11 +121,11 @@ void read_state_space(const json& read, FaultList& faults, StrokeRequest& reques
   if (!section.contains("damping") && request.dynamics)
     wanted.damping = {request.dynamics->damping};
   if (wanted.damping.size() != 1 && static_cast<int>(wanted.damping.size()) != wanted.modes)
-    faults.add((at / "damping").to_string(), fmt::format("{} ratios", wanted.damping.size()),
+    faults.add(at / "damping", fmt::format("{} ratios", wanted.damping.size()),
                fmt::format("expected one, or {} as there are modes", wanted.modes));
   for (std::size_t k = 0; k < wanted.points.size(); ++k)
     if (wanted.points[k] >= static_cast<int>(request.points.size()))
-      faults.add((at / "points" / k).to_string(), fmt::format("{}", wanted.points[k]),
+      faults.add(at / "points" / k, fmt::format("{}", wanted.points[k]),
                  fmt::format("the path has {} points: expected 0 to {}", request.points.size(),
                              request.points.size() - 1));
   request.state_space = std::move(wanted);

@@ -70,7 +70,7 @@ const Quantity* GoalContext::find_quantity(const std::string& name) const {
 const Quantity& GoalContext::quantity(const std::string& name, const std::string& load_case,
                                       const Pointer& at) const {
   const auto refuse = [&](const std::string& rule) {
-    return SpecError(at.to_string(), '"' + name + '"', rule);
+    return SpecError(at, '"' + name + '"', rule);
   };
   const Quantity* found = find_quantity(name);
   if (!found) {
@@ -106,7 +106,7 @@ void forbid_over_stroke(const json& read, const Pointer& at) {
 
 std::string goal_label(const Constraint& goal) {
   if (!goal.expression.empty()) return goal.expression;
-  return fmt::format("{} {} over stroke{}", goal.quantity, name_in_job(goal.over_stroke),
+  return fmt::format("{} {} over stroke{}", goal.quantity, name_of(goal.over_stroke),
                      goal.load_case.empty() ? "" : ", case " + goal.load_case);
 }
 
@@ -115,7 +115,7 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
   Constraint measure = constraint_table().read(read);
   const bool least = read.contains("min"), largest = read.contains("max");
   if (read.contains("quantity") == read.contains("expression"))
-    throw SpecError(at.to_string(), shown(read), "give quantity or expression, one of the two");
+    throw SpecError(at, shown(read), "give quantity or expression, one of the two");
   measure.margin = read_margin(read, context.borne.tolerances, at);
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
@@ -126,19 +126,19 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
     measure.load_case = context.load_case(read, at);
     measure.quantity = context.quantity(measure.quantity, measure.load_case, at / "quantity").name;
     if (!said && both)
-      throw SpecError((at / "over_stroke").to_string(), "nothing",
+      throw SpecError(at / "over_stroke", "nothing",
                       "with min and max it must be said which value over the stroke is meant: "
                       "min, max, max_abs, first, last");
     if (both && measure.load_case.empty() && context.cases.all.size() > 1)
-      throw SpecError((at / "case").to_string(), "nothing",
+      throw SpecError(at / "case", "nothing",
                       "with min and max over several load cases two numbers are meant: give two "
                       "constraints, or the case");
     if (!said && !usual && !is_of_design(measure.quantity))
-      throw SpecError((at / "over_stroke").to_string(), "nothing",
+      throw SpecError(at / "over_stroke", "nothing",
                       "it must be said which value over the stroke is meant: min, max, max_abs, "
                       "first, last");
     if (!said) measure.over_stroke = usual.value_or(OverStroke::first);
-    read["over_stroke"] = name_in_job(measure.over_stroke);
+    read["over_stroke"] = name_of(measure.over_stroke);
   }
   Constraint bounded = measure;  // the least is the worst of what is to be made large
   if (least || (read.contains("sense") && read["sense"] == "maximise")) bounded.min = 0;
@@ -152,7 +152,7 @@ Variable read_range(json& read, const GoalContext& context, const Pointer& at) {
   Variable variable;
   variable.parameter = read["parameter"];
   const auto refuse = [&](const std::string& rule) {
-    return SpecError((at / "parameter").to_string(), '"' + variable.parameter + '"', rule);
+    return SpecError(at / "parameter", '"' + variable.parameter + '"', rule);
   };
   if (const auto it = context.design.expressions.find(variable.parameter);
       it != context.design.expressions.end())

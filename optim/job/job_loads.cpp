@@ -34,7 +34,7 @@ void read_assembly(const json& read, const Mechanism& mechanism, FaultList& faul
   std::set<std::pair<int, int>> edges;
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/assembly") / i;
-    if (!faults.sound(at.to_string())) continue;
+    if (!faults.sound(at)) continue;
     faults.attempt([&] {
       const AssemblySpec error = assembly_table().read(read[i]);
       const int leaf = find_leaf(mechanism, error.leaf, at / "leaf");
@@ -101,7 +101,7 @@ void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& f
   const Pointer at("/temperature");
   const json& bodies = read["bodies"];
   if (read.contains("thermal_expansion") && bodies.empty())
-    faults.add((at / "thermal_expansion").to_string(), shown(read["thermal_expansion"]),
+    faults.add(at / "thermal_expansion", shown(read["thermal_expansion"]),
                "it is that of the bodies: name those that are warm");
   std::optional<double> coefficient = expansion_of_leaves(mechanism);
   if (read.contains("thermal_expansion")) coefficient = read["thermal_expansion"].get<double>();
@@ -142,7 +142,7 @@ void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& f
 void read_temperature(const json& read, const Mechanism& mechanism, FaultList& faults,
                       LoadCase& loads, std::vector<std::string>& notes) {
   const Pointer at("/temperature");
-  if (!faults.sound(at.to_string())) return;
+  if (!faults.sound(at)) return;
   std::vector<double> change(mechanism.leaves.size(), read["change"]);
   std::vector<Pointer> from(mechanism.leaves.size(), at / "change");
   for (const auto& [name, own] : read["leaves"].items()) {
@@ -198,8 +198,7 @@ int find_leaf(const Mechanism& mechanism, const std::string& name, const Pointer
   for (const LeafSpring& leaf : mechanism.leaves) known.push_back(leaf.name);
   const auto found = std::ranges::find(known, name);
   if (found == known.end())
-    throw SpecError(at.to_string(), shown(name),
-                    "no leaf has this name; " + known_names(name, known));
+    throw SpecError(at, shown(name), "no leaf has this name; " + known_names(name, known));
   return static_cast<int>(found - known.begin());
 }
 
@@ -229,7 +228,7 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
   if (read.contains("load_path") && faults.sound("/load_path"))
     faults.attempt([&] { read_load_path(read["load_path"], request); });
   for (std::size_t i = 0; i < read["loads"].size(); ++i)
-    if (faults.sound((Pointer("/loads") / i).to_string())) {
+    if (faults.sound(Pointer("/loads") / i)) {
       const LoadSpec load = load_table().read(read["loads"][i]);
       request.loads.constant.push_back(
           {.force = load.force, .moment = load.moment, .place = load.at, .name = load.name});
@@ -270,15 +269,15 @@ void find_loaded_bodies(const json& read, const Mechanism& mechanism, FaultList&
   auto load = loads.begin();
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/loads") / i;
-    if (!faults.sound(at.to_string())) continue;
+    if (!faults.sound(at)) continue;
     DeadLoad& own = *load++;
     if (!own.name.empty() && !names.insert(own.name).second)
-      faults.add((at / "name").to_string(), shown(own.name), "names must be different");
+      faults.add(at / "name", shown(own.name), "names must be different");
     if (read[i].contains("body") && read[i]["body"] != "end_effector") {
       const std::string& wanted = read[i]["body"].get_ref<const std::string&>();
       const auto found = std::ranges::find(known, wanted);
       if (found == known.end()) {
-        faults.add((at / "body").to_string(), shown(wanted),
+        faults.add(at / "body", shown(wanted),
                    "no body has this name; " + known_names(wanted, known));
         continue;
       }
@@ -287,10 +286,10 @@ void find_loaded_bodies(const json& read, const Mechanism& mechanism, FaultList&
     const RigidBody& body = mechanism.bodies[own.body.value_or(mechanism.end_effector)];
     if (!body.held[3] || !body.held[4] || !body.held[5]) continue;
     if (own.body && !own.moment.isZero(0))
-      faults.add((at / "moment").to_string(), shown(read[i]["moment"]),
+      faults.add(at / "moment", shown(read[i]["moment"]),
                  "this body has no rotation that a moment could turn");
     if (own.place && (*own.place - body.reference).norm() > 1e-9)
-      faults.add((at / "at").to_string(), shown(read[i]["at"]),
+      faults.add(at / "at", shown(read[i]["at"]),
                  fmt::format("this body has no rotation: its loads act at its reference point, "
                              "{:g}, {:g}, {:g} m",
                              body.reference[0], body.reference[1], body.reference[2]));

@@ -28,7 +28,7 @@ void take_bounds(json& axis, const Job& job, const Pointer& at) {
   for (const auto& [key, bound] : {std::pair{"min", &Variable::min}, {"max", &Variable::max}}) {
     if (axis.contains(key)) continue;
     if (!variable)
-      throw SpecError((at / key).to_string(), "nothing",
+      throw SpecError(at / key, "nothing",
                       "it is required: the parameter is no variable of \"optimise\"");
     axis[key] = variable->*bound;
   }
@@ -36,11 +36,7 @@ void take_bounds(json& axis, const Job& job, const Pointer& at) {
 
 /// Objective and constraints, without bounds and tolerances, each once.
 std::vector<Constraint> measures_of(const OptimiseSpec& goals) {
-  const Objective& o = goals.objective;
-  std::vector<Constraint> all{{.quantity = o.quantity,
-                               .expression = o.expression,
-                               .over_stroke = o.over_stroke,
-                               .load_case = o.load_case}};
+  std::vector<Constraint> all{goals.objective};
   all.insert(all.end(), goals.constraints.begin(), goals.constraints.end());
   std::vector<Constraint> measures;
   for (Constraint& c : all) {
@@ -69,10 +65,10 @@ MapSpec read_map(json& read, const GoalContext& context, const Job& job, const P
     });
   if (map.parameters[0].parameter == map.parameters[1].parameter &&
       !map.parameters[0].parameter.empty())
-    throw SpecError((at / "parameters" / 1 / "parameter").to_string(),
-                    shown(map.parameters[1].parameter), "it is the first parameter already");
+    throw SpecError(at / "parameters" / 1 / "parameter", shown(map.parameters[1].parameter),
+                    "it is the first parameter already");
   if (!read.contains("quantities") && !job.optimise)
-    throw SpecError((at / "quantities").to_string(), "nothing",
+    throw SpecError(at / "quantities", "nothing",
                     "it is required: the job has no \"optimise\" whose goals could be drawn");
   for (std::size_t k = 0; read.contains("quantities") && k < read["quantities"].size(); ++k)
     faults.attempt([&] {
@@ -91,7 +87,7 @@ std::vector<MapSpec> read_maps(json& read, const Family& family, const Job& job,
   std::vector<MapSpec> maps;
   for (std::size_t i = 0; i < read.size(); ++i) {
     const Pointer at = Pointer("/maps") / i;
-    if (faults.sound(at.to_string()))
+    if (faults.sound(at))
       faults.attempt([&] { maps.push_back(read_map(read[i], context, job, at)); });
   }
   return maps;

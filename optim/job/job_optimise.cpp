@@ -106,10 +106,11 @@ Variable read_variable(json& read, const GoalContext& context, const Pointer& at
 
 Objective read_objective(json& read, const GoalContext& context) {
   const Pointer at("/optimise/objective");
-  Objective objective = objective_table().read(read);
+  Objective objective{{.over_stroke = OverStroke::min}};
+  objective_table().read(read, objective);
   objective.maximise = read.contains("maximise");
   if (objective.maximise == read.contains("minimise"))
-    throw SpecError(at.to_string(), shown(read), "give maximise or minimise, one of the two");
+    throw SpecError(at, shown(read), "give maximise or minimise, one of the two");
   objective.margin = read_margin(read, context.borne.tolerances, at);
   const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
   const bool formula =
@@ -118,15 +119,15 @@ Objective read_objective(json& read, const GoalContext& context) {
   if (formula) {
     forbid_over_stroke(read, at);
     objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
-    read_worst_assembly(read, context, {.expression = objective.expression}, at);
+    read_worst_assembly(read, context, objective, at);
     return objective;
   }
   objective.load_case = context.load_case(read, at);
   objective.quantity = context.quantity(goal, objective.load_case, at / key).name;
   if (!read.contains("over_stroke"))
     objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
-  read["over_stroke"] = name_in_job(objective.over_stroke);
-  Constraint bounded{.quantity = objective.quantity, .over_stroke = objective.over_stroke};
+  read["over_stroke"] = name_of(objective.over_stroke);
+  Constraint bounded = objective;
   if (objective.maximise) bounded.min = 0;
   objective.worst_assembly = read_worst_assembly(read, context, bounded, at);
   return objective;
@@ -135,7 +136,7 @@ Objective read_objective(json& read, const GoalContext& context) {
 Constraint read_constraint(json& read, const GoalContext& context, const Pointer& at) {
   const bool formula = read.contains("expression"), largest = read.contains("max");
   if (formula != read.contains("quantity") && !read.contains("min") && !largest)
-    throw SpecError(at.to_string(), shown(read), "it has no bound: give min, max or both");
+    throw SpecError(at, shown(read), "it has no bound: give min, max or both");
   Constraint constraint =
       read_measure(read, context, at, largest ? OverStroke::max : OverStroke::min);
   const auto bound = [&](const char* key) {
@@ -149,7 +150,7 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
   if (constraint.min && constraint.max && !(*constraint.min <= *constraint.max))
-    throw SpecError((at / "min").to_string(), fmt::format("{:g}", *constraint.min),
+    throw SpecError(at / "min", fmt::format("{:g}", *constraint.min),
                     fmt::format("expected min <= max = {:g}", *constraint.max));
   return constraint;
 }
@@ -157,15 +158,8 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
 ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext& context) {
   const Pointer at("/optimise/pareto");
   ParetoSpec front = pareto_table().read(read);
-  const Constraint measure =
+  static_cast<Constraint&>(front) =
       read_measure(read, context, at, front.maximise ? OverStroke::min : OverStroke::max);
-  front.quantity = measure.quantity;
-  front.expression = measure.expression;
-  front.over_stroke = measure.over_stroke;
-  front.load_case = measure.load_case;
-  front.label = measure.label;
-  front.margin = measure.margin;
-  front.worst_assembly = measure.worst_assembly;
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
       front.margin.text() == objective.margin.text() &&
       front.worst_assembly == objective.worst_assembly &&
@@ -183,15 +177,14 @@ OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const Cas
                            Borne borne, FaultList& faults) {
   const GoalContext context(family, job, cases, borne, faults);
   const Pointer at("/optimise");
-  const auto sound = [&](const Pointer& place) { return faults.sound(place.to_string()); };
+  const auto sound = [&](const Pointer& place) { return faults.sound(place); };
   OptimiseSpec spec = search_table().read(read);
   std::set<std::string> taken;
   for (std::size_t i = 0; read.contains("variables") && i < read["variables"].size(); ++i) {
     const Pointer here = at / "variables" / i;
     json& item = read["variables"][i];
     if (sound(here / "parameter") && !taken.insert(item["parameter"].get<std::string>()).second)
-      faults.add((here / "parameter").to_string(), shown(item["parameter"]),
-                 "it is a variable already");
+      faults.add(here / "parameter", shown(item["parameter"]), "it is a variable already");
     if (sound(here))
       faults.attempt(
           [&] { spec.variables.push_back(read_variable(item, context, here, job.notes)); });

@@ -51,16 +51,16 @@ Algorithm read_algorithm(json& read) {
   for (const std::string& offered : algorithms())
     if (offered.starts_with("nlopt ")) names.push_back(offered.substr(6));
   if (std::find(names.begin(), names.end(), algorithm.name) == names.end())
-    throw SpecError((at / "name").to_string(), '"' + algorithm.name + '"',
+    throw SpecError(at / "name", '"' + algorithm.name + '"',
                     "unknown algorithm; " + known_names(algorithm.name, names));
   const std::vector<std::string> locals = local_algorithms(options_of(algorithm));
   if (!algorithm.local.empty() && locals.empty())
-    throw SpecError((at / "local").to_string(), '"' + algorithm.local + '"',
+    throw SpecError(at / "local", '"' + algorithm.local + '"',
                     algorithm.name + " runs no other algorithm inside; AUGLAG and MLSL do");
   if (algorithm.local.empty() && !locals.empty()) algorithm.local = locals.front();
   if (!locals.empty() && std::ranges::find(locals, algorithm.local) == locals.end())
     throw SpecError(
-        (at / "local").to_string(), '"' + algorithm.local + '"',
+        at / "local", '"' + algorithm.local + '"',
         fmt::format("{} may run inside: {}", algorithm.name, known_names(algorithm.local, locals)));
   read = algorithm_table().write(algorithm);
   return algorithm;

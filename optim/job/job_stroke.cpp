@@ -25,7 +25,7 @@ std::vector<double> evenly(double from, double to, int points) {
 
 void check_ends(double from, double to, int points, const Pointer& at) {
   if (points == 1 && from != to)
-    throw SpecError((at / "points").to_string(), "1",
+    throw SpecError(at / "points", "1",
                     "both ends are included: expected at least 2 points between different ends");
 }
 
@@ -36,12 +36,12 @@ std::vector<double> read_one(json& read, const json& as_written, Direction drive
   if (!spec.at.empty()) {
     for (const char* key : {"from", "to", "points"})
       if (read.contains(key))
-        throw SpecError((at / key).to_string(), shown(as_written[key]),
+        throw SpecError(at / key, shown(as_written[key]),
                         "the stroke is given by 'at', or by from, to and points, not by both");
     return spec.at;
   }
   if (!spec.to)
-    throw SpecError((at / "to").to_string(), "nothing",
+    throw SpecError(at / "to", "nothing",
                     "it is required: the last point of the stroke (or give 'at')");
   spec.from = spec.from.value_or(0);
   spec.points = spec.points.value_or(11);
@@ -74,7 +74,7 @@ std::vector<VectorXd> read_named(const json& read, const json& as_written,
                                  const DriveList& drives) {
   const Pointer at("/stroke");
   if (read.contains("at") == read.contains("grid"))
-    throw SpecError(at.to_string(), shown(as_written),
+    throw SpecError(at, shown(as_written),
                     "the strokes are given by 'at' or by 'grid', one of the two");
   const auto count = static_cast<Eigen::Index>(drives.items.size());
   std::vector<VectorXd> points;
@@ -100,8 +100,7 @@ std::vector<VectorXd> read_named(const json& read, const json& as_written,
         more.back()[k] = stroke;
       }
     if (more.size() > most_points)
-      throw SpecError((at / "grid").to_string(), shown(as_written["grid"]),
-                      "it has more than 10001 points");
+      throw SpecError(at / "grid", shown(as_written["grid"]), "it has more than 10001 points");
     points = std::move(more);
   }
   return points;

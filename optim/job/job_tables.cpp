@@ -20,16 +20,6 @@ json written_member(const Vector3d& member) {
   return {member[0], member[1], member[2]};
 }
 
-template <>
-void read_member(const json& read, std::optional<Vector3d>& member) {
-  read_member(read, member.emplace());
-}
-
-template <>
-json written_member(const std::optional<Vector3d>& member) {
-  return member ? written_member(*member) : json();
-}
-
 /// Three principal values or three rows.
 template <>
 void read_member(const json& read, Matrix3d& member) {
@@ -55,15 +45,21 @@ Shape vector3(const std::string& unit, double largest) {
   return list(quantity(unit, -largest, largest), 3, 3);
 }
 
+namespace {
+
+const EnumNames<JobKind> kind_names{{"evaluate", JobKind::evaluate},
+                                    {"optimise", JobKind::optimise},
+                                    {"compare", JobKind::compare}};
+
+}  // namespace
+
+std::string name_of(JobKind kind) { return name_of(kind_names, kind); }
+
 const RecordTable<Job>& head_table() {
   static const auto table =
       RecordTable<Job>()
           .row(shape::with_default("name", text(200), "job", "for the report"), &Job::name)
-          .choice<JobKind>("job",
-                           {{"evaluate", JobKind::evaluate},
-                            {"optimise", JobKind::optimise},
-                            {"compare", JobKind::compare}},
-                           &Job::kind, "what to do")
+          .choice<JobKind>("job", kind_names, &Job::kind, "what to do")
           .row(
               shape::with_default("frequencies", integer(0, 100), 6,
                                   "how many, drive free and drive locked each"),
@@ -184,10 +180,8 @@ const RecordTable<AssemblySpec>& assembly_table() {
   static const auto table =
       RecordTable<AssemblySpec>()
           .required("leaf", text(100), &AssemblySpec::leaf, "whose edge it is")
-          .row(
-              shape::required("end", choice({"base", "tip"}), "which of its edges"),
-              [](const json& read, AssemblySpec& error) { error.end = read == "tip" ? 1 : 0; },
-              [](const AssemblySpec& error) -> json { return error.end == 1 ? "tip" : "base"; })
+          .row(shape::required("end", choice({"base", "tip"}), "which of its edges"),
+               [](const json& read, AssemblySpec& error) { error.end = read == "tip" ? 1 : 0; })
           .with_default("move", vector3("m", 1), &AssemblySpec::move,
                         "of the edge's middle relative to the body that holds it, global axes")
           .with_default("turn", vector3("rad", 1), &AssemblySpec::turn,

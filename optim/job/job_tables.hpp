@@ -1,6 +1,5 @@
 #pragma once
 // The sections of a job that go to plain structs, each declared once: key, shape, meaning, member.
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -87,15 +86,8 @@ const RecordTable<SamplesSpec>& samples_table();
 /// Spread and points of an entry of "vary".
 const RecordTable<SampleRange>& range_table();
 
-/// The name of a value that has one.
-template <class Enum>
-std::string name_of(const EnumNames<Enum>& names, Enum wanted) {
-  return std::ranges::find(names, wanted, &std::pair<const char*, Enum>::second)->first;
-}
-
-/// The names of a reduction and of a value over the stroke.
-std::string name_in_job(Reduction method);
-std::string name_in_job(OverStroke over);
-std::string name_in_job(SampleMethod method);
+// The names that a job gives them.
+std::string name_of(Reduction method);
+std::string name_of(SampleMethod method);
 
 }  // namespace flexopt

@@ -102,7 +102,7 @@ void EntryReader::check_range(const Tolerance& tolerance, const json& written,
     const bool low = p.open_min ? value - by > p.min : value - by >= p.min;
     const bool high = p.open_max ? value + by < p.max : value + by <= p.max;
     if (low && high) continue;
-    throw SpecError(at.to_string(), shown(written),
+    throw SpecError(at, shown(written),
                     fmt::format("{} would be {:g} to {:g} {}; expected {}", p.name, value - by,
                                 value + by, p.unit, describe_range(parameter_shape(p), p.unit)));
   }
@@ -126,7 +126,7 @@ std::string EntryReader::unit_of(const json& parameters, const Pointer& at) cons
   const std::string unit = find_parameter(family_, first)->unit;
   for (const auto& [own, factor] : parameters.items())
     if (const Parameter& p = *find_parameter(family_, own); p.unit != unit)
-      throw SpecError((at / "parameters" / own).to_string(), shown(factor),
+      throw SpecError(at / "parameters" / own, shown(factor),
                       fmt::format("parameters that deviate together have one unit: {} is in {}, {} "
                                   "in {}; or give plus_minus in %",
                                   own, p.unit, first, unit));
@@ -146,7 +146,7 @@ Tolerance EntryReader::read(const std::string& name, json& entry) const {
     const Pointer here = listed ? at / "parameters" / own : at;
     check_parameter(own, here);
     if (factor == 0)
-      throw SpecError(here.to_string(), "0", "with the factor 0 it does not deviate: leave it out");
+      throw SpecError(here, "0", "with the factor 0 it does not deviate: leave it out");
   }
   const json& written = entry["plus_minus"];
   const bool relative = written.is_string() && written.get<std::string>().ends_with('%');
@@ -155,7 +155,7 @@ Tolerance EntryReader::read(const std::string& name, json& entry) const {
       read_quantity(shape::quantity(unit, 0, Shape::infinity, true), written, at_size);
   for (const auto& [own, factor] : entry["parameters"].items()) {
     if (size == 0 || (relative && nominal(own) == 0))
-      throw SpecError(at_size.to_string(), shown(written),
+      throw SpecError(at_size, shown(written),
                       fmt::format("{} is 0: give its tolerance in {}", own,
                                   find_parameter(family_, own)->unit));
     tolerance.terms.push_back({own, factor.get<double>() * size, relative});
@@ -232,7 +232,7 @@ Field tolerance_samples_field() {
 }
 
 OptimiseSpec without_margins(OptimiseSpec goals) {
-  const auto drop = [](auto& goal) {
+  const auto drop = [](Constraint& goal) {
     goal.margin = {};
     goal.worst_assembly = false;
   };
@@ -252,7 +252,7 @@ TolerancesSpec read_tolerances(json& read, const Family& family, const Job& job,
     faults.add("/tolerances", shown(read["tolerances"]), "it has no entry");
   const EntryReader reader(family, job);
   for (auto& [name, entry] : read["tolerances"].items())
-    if (faults.sound((Pointer("/tolerances") / name).to_string()))
+    if (faults.sound(Pointer("/tolerances") / name))
       faults.attempt(
           [&, &name = name, &entry = entry] { spec.entries.push_back(reader.read(name, entry)); });
   return spec;

@@ -28,7 +28,7 @@ auto in_model(Member ModelOptions::*member) {
 
 }  // namespace
 
-std::string name_in_job(Reduction method) { return name_of(reduction_names, method); }
+std::string name_of(Reduction method) { return name_of(reduction_names, method); }
 
 const RecordTable<ModelChoice>& model_table() {
   const auto read_superelements = [](const json& read, ModelChoice& choice) {
@@ -37,17 +37,9 @@ const RecordTable<ModelChoice>& model_table() {
     else
       choice.model.superelements = {read.get<int>(), 0};
   };
-  const auto written_superelements = [](const ModelChoice& choice) {
-    const std::array<int, 2>& cut = choice.model.superelements;
-    return cut[1] == 0 ? json(cut[0]) : json(cut);
-  };
   const auto read_accuracy = [](const json& read, ModelChoice& choice) {
     choice.model.accuracy = read == "full" ? Accuracy::full : Accuracy::reduced;
     choice.accuracy.automatic = read == "auto";
-  };
-  const auto written_accuracy = [](const ModelChoice& choice) -> json {
-    if (choice.accuracy.automatic) return "auto";
-    return choice.model.accuracy == Accuracy::full ? "full" : "reduced";
   };
   static const auto table =
       RecordTable<ModelChoice>()
@@ -63,7 +55,7 @@ const RecordTable<ModelChoice>& model_table() {
                    "reduced: a model of few coordinates of each leaf; full: its whole mesh; auto: "
                    "that and the mesh are chosen so that estimated errors are below the "
                    "tolerance"),
-               read_accuracy, written_accuracy)
+               read_accuracy)
           .with_default(
               "estimate", boolean(), [](auto& choice) -> auto& { return choice.accuracy.estimate; },
               "estimated errors beside the numbers; auto has them anyway")
@@ -87,7 +79,7 @@ const RecordTable<ModelChoice>& model_table() {
                                "into how many a leaf is cut along its length, by rigid lines; of "
                                "linear_craig_bampton also [along, across]; default 1, as "
                                "mixed_potential has it"),
-               read_superelements, written_superelements)
+               read_superelements)
           .with_default("mesh", list(integer(2, 128), 2, 2), in_model(&ModelOptions::mesh),
                         "elements of a leaf, [along, across]")
           .with_default(
@@ -127,12 +119,12 @@ ModelChoice read_model(const json& read, const JsonPointer& at, FaultList& fault
   ModelOptions& model = choice.model;
   if (choice.accuracy.automatic)
     choice.accuracy.tolerance = std::exchange(choice.newton.tolerance, NewtonOptions{}.tolerance);
-  const std::string method = name_in_job(model.method);
+  const std::string method = name_of(model.method);
   const auto refuse = [&](const char* key, const std::string& rule) {
-    faults.add((at / key).to_string(), read[key].dump(), rule);
+    faults.add(at / key, read[key].dump(), rule);
   };
   if (model.degree == 6) refuse("degree", "expected 5 or 7, the degrees of the reduced potential");
-  if (!faults.sound((at / "method").to_string())) return choice;
+  if (!faults.sound(at / "method")) return choice;
   if (const Check has = has_estimates(model); !has && choice.accuracy.wants_estimates())
     refuse(choice.accuracy.automatic ? "accuracy" : "estimate", has.error());
   if (model.method != Reduction::modal_derivatives &&
@@ -149,7 +141,7 @@ ModelChoice read_model(const json& read, const JsonPointer& at, FaultList& fault
     refuse("superelements", fmt::format("\"method\": \"{}\" cuts a leaf along only: expected their "
                                         "number, or \"method\": \"linear_craig_bampton\"",
                                         method));
-  if (faults.sound(at.to_string()))
+  if (faults.sound(at))
     if (const Check found = find_atlas(model); !found && model.atlas_use == AtlasUse::required)
       refuse("atlas", found.error());
   return choice;

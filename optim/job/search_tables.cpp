@@ -40,8 +40,8 @@ RecordTable<Goal> measure_table(const char* formula) {
 
 }  // namespace
 
-std::string name_in_job(OverStroke over) { return name_of(over_stroke_names, over); }
-std::string name_in_job(SampleMethod method) { return name_of(sample_method_names, method); }
+std::string name_of(OverStroke over) { return name_of(over_stroke_names, over); }
+std::string name_of(SampleMethod method) { return name_of(sample_method_names, method); }
 
 const RecordTable<OptimiseSpec>& search_table() {
   static const auto table =

@@ -19,14 +19,7 @@ namespace {
 /// material and end-effector that are variables or stand in formulas among its parameters.
 Job prepared(Job job) {
   OptimiseSpec& spec = *job.optimise;
-  if (const auto& front = spec.pareto)
-    spec.constraints.push_back({.quantity = front->quantity,
-                                .expression = front->expression,
-                                .over_stroke = front->over_stroke,
-                                .label = front->label,
-                                .load_case = front->load_case,
-                                .margin = front->margin,
-                                .worst_assembly = front->worst_assembly});
+  if (spec.pareto) spec.constraints.push_back(*spec.pareto);
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
   job.design.resolved = resolve(job.design);
   std::vector<std::string> wanted;

@@ -64,8 +64,7 @@ std::vector<GoalPart> parts_of(const Job& job, const std::string& load_case) {
 }
 
 /// The goal of an objective or a constraint.
-template <class Asked>
-Goal make_goal(const Job& job, const std::string& label, const Asked& asked, bool least,
+Goal make_goal(const Job& job, const std::string& label, const Constraint& asked, bool least,
                const std::string& pointer) {
   Goal goal{.label = label,
             .quantity = asked.quantity,

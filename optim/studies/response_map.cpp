@@ -30,8 +30,7 @@ Job posed(const Job& job, const MapSpec& map, const ParameterValues& parameters)
   spec.variables.assign(map.parameters.begin(), map.parameters.end());
   const Constraint& first = map.quantities.front();
   const bool least = first.over_stroke == OverStroke::min;  // which of several load cases counts
-  spec.objective = {least, first.quantity, first.expression, first.over_stroke, first.load_case,
-                    {}};
+  spec.objective = {first, least};
   spec.constraints.assign(map.quantities.begin() + 1, map.quantities.end());
   for (Constraint& c : spec.constraints)  // the least is the worst of several load cases
     if (c.over_stroke == OverStroke::min) c.min = std::numeric_limits<double>::lowest();

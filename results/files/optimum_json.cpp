@@ -15,8 +15,7 @@ namespace {
 
 using Json = OrderedJson;
 
-template <class Goal>
-Json goal_json(const Goal& goal, const DriveList& drives) {
+Json goal_json(const Constraint& goal, const DriveList& drives) {
   if (!goal.expression.empty()) return {{"expression", goal.expression}, {"unit", "SI"}};
   return {{"quantity", goal.quantity},
           {"over_stroke", name_of(goal.over_stroke)},
@@ -38,8 +37,7 @@ void add_decisive(const Job& job, const Mechanism& mechanism,
 }
 
 /// What a goal bears, as the job says it.
-template <class Goal>
-void add_margin(const Goal& goal, Json& json) {
+void add_margin(const Constraint& goal, Json& json) {
   if (!goal.margin && !goal.worst_assembly) return;
   json["under"] = goal.worst_assembly ? "assembly_tolerances" : "tolerances";
   json["as"] = goal.worst_assembly ? "worst" : goal.margin.text();

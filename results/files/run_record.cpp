@@ -233,11 +233,6 @@ std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, 
   return conclusion(*responses_of(record)[k], record.job.model.accuracy);
 }
 
-std::string name_of(JobKind kind) {
-  constexpr std::array names{"evaluate", "optimise", "compare"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
 std::string name_of(Accuracy accuracy) {
   return accuracy == Accuracy::reduced ? "reduced" : "full";
 }
@@ -251,11 +246,6 @@ std::string name_of(PointStatus status) {
 std::string name_of(ModeKind kind) {
   constexpr std::array names{"drive", "end_effector", "intermediate_body", "leaf"};
   return names[static_cast<std::size_t>(kind)];
-}
-
-std::string name_of(OverStroke over) {
-  constexpr std::array names{"min", "max", "max_abs", "first", "last"};
-  return names[static_cast<std::size_t>(over)];
 }
 
 std::string name_of(OptimumStatus status) {

@@ -63,11 +63,9 @@ std::vector<const StrokeResponse*> responses_of(const RunRecord& record);
 /// Status and message of the path of a load case.
 std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, std::size_t k);
 
-std::string name_of(JobKind kind);
 std::string name_of(Accuracy accuracy);
 std::string name_of(PointStatus status);
 std::string name_of(ModeKind kind);
-std::string name_of(OverStroke over);
 std::string name_of(OptimumStatus status);
 
 }  // namespace flexopt

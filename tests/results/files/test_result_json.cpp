@@ -291,7 +291,10 @@ TEST_CASE("Stock sizes, front and verification stand in the result as their READ
       {{"thickness", 3.5e-4}}, o.parameters, true, true, 168.0, 0, "converged", "", 12};
   StockDesign failed{{{"thickness", 4e-4}}, {}, false, false, 0, 0, "failed", "no equilibrium", 5};
   o.stock = StockSearch{o.parameters, 169.2, 2, {good, failed}, 0};
-  spec.pareto = ParetoSpec{"drive_load", "", OverStroke::max_abs, false, 2, "drive_load"};
+  spec.pareto = ParetoSpec{
+      {.quantity = "drive_load", .over_stroke = OverStroke::max_abs, .label = "drive_load"},
+      false,
+      2};
   o.pareto =
       ParetoFront{"",
                   {{{}, true, true, 169.2, 0.41, 0, {}, o.parameters, "converged", "", 0},
