@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <array>
 #include <chrono>
 #include <mutex>
 
@@ -8,7 +7,7 @@
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/solvers/parallel.hpp"
-#include "results/cli/commands.hpp"
+#include "results/cli/command_line.hpp"
 #include "results/run/progress.hpp"
 
 namespace flexopt {
@@ -45,7 +44,7 @@ void print_check(const AtlasCheck& check) {
   // the middles of the cells, of the first ray's samples
   const int across = check.cells[1];
   const auto sample = [&](int cell) -> const AtlasCheck::Sample& {
-    return check.rays.front().samples[static_cast<std::size_t>(cell)];
+    return check.rays.front().samples[cell];
   };
   for (int j = 0; j < across; ++j)
     fmt::print(" {:>10}", fmt::format("~{:.0f}", 1 / sample(j).thickness));
@@ -55,8 +54,7 @@ void print_check(const AtlasCheck& check) {
     for (int j = 0; j < across; ++j) {
       double worst = 0;
       for (const AtlasCheck::Ray& ray : check.rays)
-        worst =
-            std::max(worst, ray.samples[static_cast<std::size_t>(i * across + j)].errors.on_ray);
+        worst = std::max(worst, ray.samples[i * across + j].errors.on_ray);
       fmt::print(" {:>10.1e}", worst);
     }
     fmt::print("\n");

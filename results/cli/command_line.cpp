@@ -12,9 +12,8 @@
 #include <variant>
 
 #include "core/spec/names.hpp"
-#include "results/cli/commands.hpp"
 #include "results/cli/printed.hpp"
-#include "results/export/formats.hpp"
+#include "results/export/exported.hpp"
 #include "results/files/version.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/shard.hpp"

@@ -1,4 +1,4 @@
-#include "results/cli/commands.hpp"
+#include "results/cli/command_line.hpp"
 
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -8,21 +8,19 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
-#include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "designs/family.hpp"
 #include "optim/problem/check_gradients.hpp"
 #include "optim/studies/comparison.hpp"
 #include "results/cli/new_job.hpp"
 #include "results/cli/printed.hpp"
-#include "results/export/design_drawing.hpp"
-#include "results/export/formats.hpp"
+#include "results/export/exported.hpp"
+#include "results/export/view_picture.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
-#include "results/run/run.hpp"
 #include "results/server/serve.hpp"
 
 namespace flexopt {

@@ -5,20 +5,37 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <vector>
 
 #include "core/mechanism/profile.hpp"
 #include "core/response/path/profile_error.hpp"
+#include "core/response/response.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/spec/fault_list.hpp"
+#include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
+#include "designs/family.hpp"
 #include "optim/job/job_sections.hpp"
-#include "results/cli/start_design.hpp"
 
 namespace flexopt {
 
 namespace {
+
+/// A design at its defaults and examples, of steel.
+struct StartDesign {
+  std::shared_ptr<const Family> family;
+  FamilyChoices choices;
+  ParameterValues values;
+  Material material;
+  Mechanism mechanism;  ///< without payload
+
+  Mechanism make(const ParameterValues& of) const {
+    return family->make(of, choices, material, {});
+  }
+};
 
 OrderedJson design_of(const StartDesign& start, const nlohmann::json& source) {
   OrderedJson design = OrderedJson::parse(source.dump());
@@ -50,21 +67,17 @@ bool wants_beams(const StartDesign& start) {
          });
 }
 
-// Plates that are short for their thickness converge slowly next to their corners.
-bool is_stubby(const LeafSpring& leaf) {
-  return leaf.section != Section::circular && leaf.length < 20 * leaf.thickness;
-}
-
-// Whether a leaf is a flat plate, which may be looked up.
-bool is_flat_plate(const LeafSpring& leaf) {
-  return leaf.section != Section::circular && !leaf.curve && !leaf.fold && !leaf.has_profile();
-}
-
 OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
   OrderedJson model = OrderedJson::object();
   if (beams) model["flexure"] = "beam";
-  const bool stubby = !beams && std::ranges::any_of(start.mechanism.leaves, is_stubby);
-  const double tolerance = stubby ? 0.01 : 0.003;
+  double tolerance = 0.003;
+  bool some_flat = false;  // which may be looked up
+  for (const LeafSpring& leaf : start.mechanism.leaves) {
+    if (beams || leaf.section == Section::circular) continue;
+    // plates that are short for their thickness converge slowly next to their corners
+    if (leaf.length < 20 * leaf.thickness) tolerance = 0.01;
+    some_flat = some_flat || (!leaf.curve && !leaf.fold && !leaf.has_profile());
+  }
   if (!start.family->has_end_effector(start.choices) ||
       profile_error(start.mechanism).translation > tolerance) {
     // the stiffness of a point in the plane of its plate has no limit on ever finer meshes, and
@@ -74,9 +87,213 @@ OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
   }
   model["accuracy"] = "auto";
   model["tolerance"] = tolerance;
-  if (optimise && !beams && std::ranges::any_of(start.mechanism.leaves, is_flat_plate))
-    model["atlas"] = "auto";
+  if (optimise && some_flat) model["atlas"] = "auto";
   return model;
+}
+
+double two_digits(double value) { return std::stod(fmt::format("{:.2g}", value)); }
+
+struct Range {
+  double min = 0, max = 0;
+};
+
+// About the start, in two digits of degrees or SI, and inside of what the design allows.
+Range range_about(const Parameter& p, double value, double factor) {
+  const bool angle = p.unit == "rad";
+  const double unit = angle ? std::numbers::pi / 180 : 1, at = value / unit;
+  Range range;
+  if (angle)
+    range = {std::round(at - 17 * (factor - 1)), std::round(at + 17 * (factor - 1))};
+  else
+    range = {two_digits(std::min(at * factor, at / factor)),
+             two_digits(std::max(at * factor, at / factor))};
+  range = {unit * range.min, unit * range.max};
+  const auto inside = [&](double limit) { return value + 0.9 * (limit - value); };
+  if (range.min < p.min || (p.open_min && range.min == p.min))
+    range.min = p.open_min ? inside(p.min) : p.min;
+  if (range.max > p.max || (p.open_max && range.max == p.max))
+    range.max = p.open_max ? inside(p.max) : p.max;
+  return range;
+}
+
+std::vector<Parameter> variables_of(const StartDesign& start) {
+  std::vector<Parameter> variables;
+  for (const Parameter& p : start.family->parameters) {
+    const auto& counts = start.family->counts;
+    const bool count = std::ranges::find(counts, p.name) != counts.end();
+    if (!count && p.unit != "kg" && start.values.at(p.name) != 0) variables.push_back(p);
+  }
+  return variables;
+}
+
+bool is_sound(const StartDesign& start, const ParameterValues& values) {
+  try {
+    (void)start.make(values);
+    return true;
+  } catch (const SpecError&) {
+    return false;
+  }
+}
+
+// Whether the design is sound at every corner of the ranges; of many variables, at the corners of
+// the first ten.
+bool is_sound_everywhere(const StartDesign& start, const std::vector<Parameter>& variables,
+                         const std::vector<Range>& ranges) {
+  constexpr std::size_t most = 10;
+  const std::size_t varied = std::min(variables.size(), most);
+  for (std::size_t corner = 0; corner < std::size_t{1} << varied; ++corner) {
+    ParameterValues values = start.values;
+    for (std::size_t k = 0; k < varied; ++k)
+      values[variables[k].name] = (corner >> k & 1) != 0 ? ranges[k].max : ranges[k].min;
+    if (!is_sound(start, values)) return false;
+  }
+  for (std::size_t k = varied; k < variables.size(); ++k)
+    for (const double value : {ranges[k].min, ranges[k].max}) {
+      ParameterValues values = start.values;
+      values[variables[k].name] = value;
+      if (!is_sound(start, values)) return false;
+    }
+  return true;
+}
+
+OrderedJson box_about(const StartDesign& start) {
+  const std::vector<Parameter> variables = variables_of(start);
+  std::vector<Range> ranges;
+  for (const double factor : {2.0, 1.5, 1.2, 1.1, 1.05}) {
+    ranges.clear();
+    for (const Parameter& p : variables)
+      ranges.push_back(range_about(p, start.values.at(p.name), factor));
+    if (is_sound_everywhere(start, variables, ranges)) break;
+  }
+  OrderedJson box = OrderedJson::array();
+  for (std::size_t k = 0; k < variables.size(); ++k) {
+    if (ranges[k].min >= ranges[k].max) continue;
+    box.push_back({{"parameter", variables[k].name},
+                   {"min", readable(ranges[k].min, variables[k].unit)},
+                   {"max", readable(ranges[k].max, variables[k].unit)}});
+  }
+  return box;
+}
+
+OrderedJson constraints_on(const StartDesign& start) {
+  OrderedJson constraints = OrderedJson::array();
+  constraints.push_back({{"quantity", "max_stress"},
+                         {"over_stroke", "max"},
+                         {"max", readable(*start.material.allowable_stress, "Pa")}});
+  const Extents extents = extents_of(Solids::undeflected(start.mechanism));
+  const Vector3d room = envelope_of({&extents}).box;
+  for (int k = 0; k < 3; ++k) {
+    if (room[k] < 0.1 * room.maxCoeff()) continue;  // a leaf's thickness is no room
+    constraints.push_back({{"quantity", std::string("envelope.") + "xyz"[k]},
+                           {"max", readable(two_digits(1.1 * room[k]), "m")}});
+  }
+  return constraints;
+}
+
+constexpr double milli = 1e-3, degree = std::numbers::pi / 180;
+
+// `number` of mm or deg.
+double stroke_in_si(const DriveList::Item& drive, double number) {
+  return number * (is_rotation(drive.direction) ? degree : milli);
+}
+
+StrokeResponse moved(const StartDesign& start, ModelOptions model,
+                     const std::vector<double>& numbers) {
+  model.mesh = {6, 3};
+  StrokeRequest request;
+  request.outputs = {Output::equilibrium, Output::stress};
+  request.points.clear();
+  for (const double number : numbers) {
+    const auto& drives = start.family->drives.items;
+    request.points.push_back(stroke_in_si(drives.front(), number));
+    if (drives.size() == 1) continue;
+    VectorXd& strokes = request.strokes.emplace_back(static_cast<Eigen::Index>(drives.size()));
+    for (std::size_t k = 0; k < drives.size(); ++k) strokes[k] = stroke_in_si(drives[k], number);
+  }
+  return evaluate_stroke(start.mechanism, model, request);
+}
+
+// Largest stress at a point [Pa]; nothing where the point was not reached.
+std::optional<double> stress_at(const PathPoint& point) {
+  if (point.status != PointStatus::converged || !point.stable || !point.max_stress)
+    return std::nullopt;
+  return point.max_stress->value;
+}
+
+double largest_stroke(const StartDesign& start, const ModelOptions& model, double allowed) {
+  constexpr double small = milli;
+  const StrokeResponse little = moved(start, model, {small});
+  const std::optional<double> first = stress_at(little.path.front());
+  if (!first || *first <= 0)
+    throw SpecError(
+        "/drive", fmt::format("a stroke of {:g} mm or deg", small),
+        "it cannot be followed, so that no stroke is known to begin with: " + little.message);
+  // about where stresses that grow with the stroke reach it
+  const double about = small * allowed / *first;
+  std::vector<double> numbers;
+  for (double power = std::pow(10.0, std::floor(std::log10(about)) - 1); power <= 2 * about;
+       power *= 10)
+    for (const double digit : {1.0, 2.0, 5.0})
+      if (digit * power <= 2 * about) numbers.push_back(digit * power);
+  const StrokeResponse path = moved(start, model, numbers);
+  double largest = round_below(numbers.front());
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    const std::optional<double> stress = stress_at(path.path[k]);
+    if (!stress || *stress > allowed) break;
+    largest = numbers[k];
+  }
+  return largest;
+}
+
+OrderedJson place(const DriveList::Item& drive, double number) {
+  return readable(stroke_in_si(drive, number), is_rotation(drive.direction) ? "rad" : "m");
+}
+
+/// Design to start from, read and checked as new_job does; throws as new_job does.
+StartDesign start_design(const nlohmann::json& design, const std::string& folder) {
+  FaultList faults;
+  StartDesign start;
+  start.family = design_source({{"design", design}}, folder, faults);
+  faults.raise();
+  if (start.family->drives.items.empty())
+    throw SpecError("/drive", "nothing", "a new job prescribes the stroke of a drive");
+  start.choices = default_choices(*start.family);
+  start.values = usual_values(*start.family);
+  start.material = materials().front().material;
+  start.mechanism = start.make(start.values);
+  return start;
+}
+
+/// "stroke" of a new job: from rest to the largest of 1, 2, 5, 10 … mm or deg, of all drives alike,
+/// up to which the path is stable and the stress stays below `allowed` [Pa], on a coarse mesh by
+/// this model. Throws SpecError where not even a thousandth can be followed.
+OrderedJson first_stroke(const StartDesign& start, const ModelOptions& model, double allowed) {
+  constexpr int points = 6;
+  const double largest = largest_stroke(start, model, allowed);
+  const DriveList& drives = start.family->drives;
+  if (!drives.named())
+    return {{"from", 0}, {"to", place(drives.items.front(), largest)}, {"points", points}};
+  OrderedJson stroke = {{"at", OrderedJson::array()}};
+  for (int k = 0; k < points; ++k) {
+    OrderedJson point = OrderedJson::object();
+    for (const DriveList::Item& drive : drives.items)
+      point[drive.name] = place(drive, largest * k / (points - 1));
+    stroke["at"].push_back(std::move(point));
+  }
+  return stroke;
+}
+
+/// "optimise" of a new job: the highest parasitic frequency over the stroke, at no more than the
+/// allowable stress and in a tenth more room than the start takes. Sizes, angles and ratios vary
+/// between half and twice the start (angles by 17°), or less, so that the design is sound at the
+/// corners of their box; counts and masses do not.
+OrderedJson first_goals(const StartDesign& start) {
+  return {{"variables", box_about(start)},
+          {"objective", {{"maximise", "parasitic_frequency"}, {"over_stroke", "min"}}},
+          {"constraints", constraints_on(start)},
+          {"algorithm", {{"library", "nlopt"}, {"name", "LD_SLSQP"}}},
+          {"starts", 3},
+          {"seed", 1}};
 }
 
 }  // namespace
@@ -97,20 +314,6 @@ OrderedJson new_job(const nlohmann::json& design, const std::string& folder, boo
   job["model"] = model_for(start, beams, optimise);
   if (optimise) job["optimise"] = first_goals(start);
   return job;
-}
-
-StartDesign start_design(const nlohmann::json& design, const std::string& folder) {
-  FaultList faults;
-  StartDesign start;
-  start.family = design_source({{"design", design}}, folder, faults);
-  faults.raise();
-  if (start.family->drives.items.empty())
-    throw SpecError("/drive", "nothing", "a new job prescribes the stroke of a drive");
-  start.choices = default_choices(*start.family);
-  start.values = usual_values(*start.family);
-  start.material = materials().front().material;
-  start.mechanism = start.make(start.values);
-  return start;
 }
 
 double round_below(double value) {

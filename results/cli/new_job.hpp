@@ -18,4 +18,10 @@ namespace flexopt {
 /// it can be followed.
 OrderedJson new_job(const nlohmann::json& design, const std::string& folder, bool optimise);
 
+/// 1, 2 or 5 times a power of ten: the largest that is not above the value, which is above zero.
+double round_below(double value);
+
+/// "0.4 mm", "45 deg", "20 g" of a value in SI; plain numbers and zero stay numbers.
+OrderedJson readable(double value, const std::string& unit);
+
 }  // namespace flexopt

@@ -9,7 +9,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/solvers/sharing.hpp"
 #include "results/files/run_record.hpp"
-#include "results/run/run_files.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 

@@ -6,7 +6,6 @@
 
 #include "core/math/memory.hpp"
 #include "results/cli/command_line.hpp"
-#include "results/cli/commands.hpp"
 #include "results/cli/printed.hpp"
 #include "results/cli/program.hpp"
 #include "results/run/progress.hpp"

@@ -8,23 +8,16 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "results/cli/commands.hpp"
+#include "results/cli/command_line.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/run/progress.hpp"
-#include "results/run/run.hpp"
 #include "results/run/shard.hpp"
 
 namespace flexopt {
 
 namespace {
-
-/// Expected numbers are those of the job as written, unless --set gives others.
-bool overrides_expect(const CommandLine& line) {
-  return std::ranges::any_of(line.overrides,
-                             [](const std::string& text) { return text.starts_with("/expect"); });
-}
 
 /// Ctrl-C in a run that can be resumed: one sentence, then the usual end. Only calls that a signal
 /// handler may make.
@@ -54,15 +47,15 @@ int whole_run(const Job& job, const CommandLine& line, OutputFolder& folder,
       put(stderr, fmt::format("flexopt: expected otherwise: {}\n", failure));
     return usable(*written.result) ? exit_usable : exit_not_usable;
   };
+  const RunOptions options{folder.path(), line.threads, {}, sharing};
   if (!job.designs.empty()) {
     std::map<std::string, double> timings;
-    OrderedJson result =
-        run_listed_designs(job, folder.path(), line.threads, progress, timings, sharing);
+    OrderedJson result = run_listed_designs(job, options, progress, timings);
     timings["total"] = seconds_since(begin);
     const WrittenRun written = write_listed_designs(folder.path(), job, std::move(result), timings);
     return end(written, nullptr);
   }
-  RunRecord record = run_any(job, folder.path(), line.threads, progress, {}, sharing);
+  RunRecord record = run_any(job, options, progress);
   record.timings["total"] = seconds_since(begin);
   return end(write_run(folder.path(), record), &record);
 }
@@ -72,13 +65,12 @@ std::filesystem::path job_folder(const CommandLine& line) {
 }
 
 /// Carries out what a process does of a run that is shared; others have its results.
-void take_part(const Job& job, const std::filesystem::path& folder, int threads,
-               RunListener& listener, Sharing& sharing) {
+void take_part(const Job& job, const RunOptions& options, RunListener& listener) {
   std::map<std::string, double> timings;
   if (job.designs.empty())
-    run_any(job, folder, threads, listener, {}, &sharing);
+    run_any(job, options, listener);
   else
-    run_listed_designs(job, folder, threads, listener, timings, &sharing);
+    run_listed_designs(job, options, listener, timings);
 }
 
 /// A part of a run, which leaves its logs and shard.json.
@@ -88,7 +80,7 @@ int run_shard(const Job& job, const CommandLine& line, const Shard& shard, Outpu
   begin_shard(folder.path(), job_folder(line), shard);
   Sharing sharing(shard);
   try {
-    take_part(job, folder.path(), line.threads, progress, sharing);
+    take_part(job, {folder.path(), line.threads, {}, &sharing}, progress);
   } catch (const ShardEnds&) {
   }
   end_shard(folder.path(), sharing);
@@ -120,7 +112,7 @@ int help_run(const CommandLine& line, Workers& workers) {
     const Job job = hear_job(workers);
     Sharing sharing(workers);
     Silent silent;
-    take_part(job, {}, line.threads, silent, sharing);
+    take_part(job, {{}, line.threads, {}, &sharing}, silent);
   } catch (const WorkersDismissed&) {
   } catch (const std::exception& error) {
     workers.fail(error.what());
@@ -140,7 +132,10 @@ int run_job(const CommandLine& line) {
   const std::unique_ptr<Workers> workers = join_workers();
   if (workers && !workers->leads()) return help_run(line, *workers);
   Job job = checked_job(line);
-  const bool changed = !job.expect.empty() && !line.overrides.empty() && !overrides_expect(line);
+  // expected numbers are those of the job as written, unless --set gives others
+  const bool changed =
+      !job.expect.empty() && !line.overrides.empty() &&
+      std::ranges::none_of(line.overrides, [](const auto& s) { return s.starts_with("/expect"); });
   if (changed) job.expect.clear();
   check_own_job(line);
   OutputFolder folder(line.folder);  // goes away again if something is still wrong with the input

@@ -5,7 +5,6 @@
 #include "core/mechanism/profile.hpp"
 #include "core/response/quantities.hpp"
 #include "results/export/ccx_model.hpp"
-#include "results/export/writers.hpp"
 #include "results/files/version.hpp"
 
 namespace flexopt {
@@ -15,18 +14,18 @@ namespace {
 void write_nodes(const CcxModel& model, CcxLines& deck) {
   deck.line("*NODE, NSET=NALL");
   int number = 0;
-  for (const Vector3d& p : model.nodes())
+  for (const Vector3d& p : model.nodes)
     deck.line("{}, {:.12g}, {:.12g}, {:.12g}", ++number, p[0], p[1], p[2]);
 }
 
 /// Writes the leaves; returns the number of elements so far.
 int write_leaves(const CcxModel& model, CcxLines& deck) {
-  const std::vector<LeafSpring>& leaves = model.mechanism().leaves;
+  const std::vector<LeafSpring>& leaves = model.mechanism.leaves;
   int number = 0;
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     deck.line("** leaf {}: {}", i + 1, one_line(leaves[i].name));
     deck.line("*ELEMENT, TYPE=C3D20R, ELSET=LEAF{}", i + 1);
-    for (const auto& element : model.elements(i)) {
+    for (const auto& element : model.elements[i]) {
       deck.line("{}, {},", ++number, fmt::join(element.begin(), element.begin() + 15, ", "));
       deck.line("{}", fmt::join(element.begin() + 15, element.end(), ", "));
     }
@@ -57,7 +56,7 @@ struct Handle {
 class Writer {
  public:
   Writer(const CcxModel& model, const VectorXd& strokes, const PathPoint& point)
-      : model_(&model), mechanism_(&model.mechanism()), strokes_(strokes), point_(&point) {}
+      : model_(&model), mechanism_(&model.mechanism), strokes_(strokes), point_(&point) {}
 
   std::string text() && {
     write_head();
@@ -75,10 +74,10 @@ class Writer {
   }
 
  private:
-  const LoadCase& loads() const { return model_->exported().request.loads; }
+  const LoadCase& loads() const { return model_->exported.request.loads; }
 
   void write_head() {
-    const Exported& exported = model_->exported();
+    const Exported& exported = model_->exported;
     deck_.line("** {}: flexopt {} wrote this deck. Units: m, kg, s, N, Pa, K.",
                one_line(exported.name), version());
     deck_.line("** Leaves of isotropic quadratic solids, bodies are rigid. Run: ccx DECK");
@@ -88,9 +87,9 @@ class Writer {
 
   void write_rigids() {
     deck_.line("*NSET, NSET=GROUND");
-    deck_.numbers(model_->fixed());
+    deck_.numbers(model_->fixed);
     int number = 0;
-    for (const CcxRigid& rigid : model_->rigids()) {
+    for (const CcxRigid& rigid : model_->rigids) {
       ++number;
       deck_.line("** {}: node {} displaces, node {} has the rotation vector", one_line(rigid.name),
                  rigid.reference, rigid.rotation);
@@ -103,11 +102,10 @@ class Writer {
   }
 
   void write_holds() {
-    if (!model_->fixed().empty()) deck_.line("*BOUNDARY\nGROUND, 1, 3, 0.");
+    if (!model_->fixed.empty()) deck_.line("*BOUNDARY\nGROUND, 1, 3, 0.");
     for (std::size_t b = 0; b < mechanism_->bodies.size(); ++b)
       for (int d = 0; d < 6; ++d)
-        if (mechanism_->bodies[b].held[static_cast<std::size_t>(d)] &&
-            model_->rigid_of(static_cast<int>(b))) {
+        if (mechanism_->bodies[b].held[d] && model_->rigid_of(static_cast<int>(b))) {
           const auto [node, dof] = model_->freedom(static_cast<int>(b), static_cast<Direction>(d));
           deck_.line("*BOUNDARY\n{}, {}, {}, 0.", node, dof, dof);
         }
@@ -123,12 +121,12 @@ class Writer {
   /// A stroke along no global axis, or one that a body sees which moves itself, is the first
   /// displacement of a node of its own.
   void write_handles() {
-    int own = static_cast<int>(model_->nodes().size());
+    int own = static_cast<int>(model_->nodes.size());
     if (!loads().driven()) return;
     for (std::size_t k = 0; k < mechanism_->drives.size(); ++k) {
       const Drive& drive = mechanism_->drives[k];
       const auto [node, dof] = model_->freedom(drive.body, drive.direction);
-      const int seen_from = model_->drive_nodes()[k];
+      const int seen_from = model_->drive_nodes[k];
       const Vector3d axis = drive.axes.col(index(drive.direction) % 3);
       int along = 0;
       axis.cwiseAbs().maxCoeff(&along);
@@ -149,8 +147,8 @@ class Writer {
   }
 
   void write_watched() {
-    std::vector<int> nodes{model_->at_O()};
-    for (const CcxRigid& rigid : model_->rigids()) {
+    std::vector<int> nodes{model_->at_O};
+    for (const CcxRigid& rigid : model_->rigids) {
       nodes.push_back(rigid.reference);
       nodes.push_back(rigid.rotation);
     }
@@ -161,11 +159,11 @@ class Writer {
     deck_.numbers(nodes);
     const CcxRigid* end_effector = model_->rigid_of(mechanism_->end_effector);
     if (end_effector)
-      deck_.line("**FLEXOPT end_effector node {} rotation {}", model_->at_O(),
+      deck_.line("**FLEXOPT end_effector node {} rotation {}", model_->at_O,
                  end_effector->rotation);
     if (!loads().temperature.empty()) deck_.line("*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 0.");
     for (std::size_t i = 0; i < loads().temperature.size(); ++i) {
-      const auto [first, last] = model_->nodes_of(i);
+      const auto [first, last] = model_->nodes_of[i];
       deck_.line("*NSET, NSET=WARM{}, GENERATE\n{}, {}, 1", i + 1, first, last);
     }
   }
@@ -181,7 +179,7 @@ class Writer {
   void write_prescribed(const VectorXd& strokes) {
     for (std::size_t k = 0; k < handles_.size(); ++k)
       deck_.line("*BOUNDARY\n{}, {}, {}, {:.12g}", handles_[k].node, handles_[k].dof,
-                 handles_[k].dof, strokes[static_cast<Eigen::Index>(k)]);
+                 handles_[k].dof, strokes[k]);
   }
 
   void write_force(int node, const Vector3d& force) {
@@ -209,9 +207,9 @@ class Writer {
       deck_.line("*CLOAD\n{}, {}, {:.12g}", rigid.rotation, c + 1, work[c]);
   }
   void write_moments(bool ended) {
-    for (const CcxRigid& rigid : model_->rigids())
+    for (const CcxRigid& rigid : model_->rigids)
       if (const Vector3d m = moment_on(rigid, ended); rigid.body != ground && !m.isZero(0))
-        write_moment(rigid, point_->bodies[static_cast<std::size_t>(rigid.body)].rotation, m);
+        write_moment(rigid, point_->bodies[rigid.body].rotation, m);
   }
 
   void write_load_step() {
@@ -220,19 +218,19 @@ class Writer {
     write_prescribed(VectorXd::Zero(strokes_.size()));
     const LoadCase& all = loads();
     for (std::size_t k = 0; k < all.constant.size(); ++k)
-      write_force(model_->load_nodes()[k], all.constant[k].force);
+      write_force(model_->load_nodes[k], all.constant[k].force);
     write_moments(false);
     if (const double g = all.gravity.norm(); g > 0) {
       for (std::size_t i = 0; i < mechanism_->leaves.size(); ++i)
         if (mechanism_->leaves[i].material.density > 0)
           deck_.line("*DLOAD\nLEAF{}, GRAV, {:.12g}, {:.12g}, {:.12g}, {:.12g}", i + 1, g,
                      all.gravity[0] / g, all.gravity[1] / g, all.gravity[2] / g);
-      for (const CcxMass& mass : model_->masses()) write_force(mass.node, mass.mass * all.gravity);
+      for (const CcxMass& mass : model_->masses) write_force(mass.node, mass.mass * all.gravity);
     }
     for (std::size_t i = 0; i < all.temperature.size(); ++i)
       deck_.line("*TEMPERATURE\nWARM{}, {:.12g}", i + 1, all.temperature[i]);
     for (std::size_t k = 0; k < all.assembly.size(); ++k) {
-      const CcxRigid& edge = model_->rigids()[static_cast<std::size_t>(model_->placed_edges()[k])];
+      const CcxRigid& edge = model_->rigids[model_->placed_edges[k]];
       for (int c = 0; c < 3; ++c)
         deck_.line("*BOUNDARY\n{}, {}, {}, {:.12g}\n{}, {}, {}, {:.12g}", edge.reference, c + 1,
                    c + 1, all.assembly[k].move[c], edge.rotation, c + 1, c + 1,
@@ -247,8 +245,7 @@ class Writer {
     write_prescribed(strokes_);
     const LoadCase& all = loads();
     for (std::size_t k = 0; k < all.growing.size(); ++k)
-      write_force(model_->load_nodes()[all.constant.size() + k],
-                  strokes_[0] * all.growing[k].force);
+      write_force(model_->load_nodes[all.constant.size() + k], strokes_[0] * all.growing[k].force);
     if (!all.growing.empty()) write_moments(true);
     end_step();
     for (int c = 0; c < 3; ++c)
@@ -285,7 +282,7 @@ class Writer {
     // A moment m about O does the work of Jᵀ m on the rotation vector.
     const Matrix3d J = rotation_left_tangent(point_->rotation);
     for (int d = 0; d < 6; ++d) {
-      const auto stiffness = point_->support_stiffness[static_cast<std::size_t>(d)];
+      const auto stiffness = point_->support_stiffness[d];
       if (!stiffness) continue;
       const double size = *stiffness * (d < 3 ? way : way / length);
       const Vector3d unit = Vector3d::Unit(d % 3);
@@ -301,12 +298,12 @@ class Writer {
         const Vector3d acting =
             rotation_left_tangent(turned).transpose() * moment_on(*body, true) + moment;
         deck_.line("*CLOAD");
-        for (int c = 0; c < 3; ++c) deck_.line("{}, {}, {:.12g}", model_->at_O(), c + 1, force[c]);
+        for (int c = 0; c < 3; ++c) deck_.line("{}, {}, {:.12g}", model_->at_O, c + 1, force[c]);
         for (int c = 0; c < 3; ++c) deck_.line("{}, {}, {:.12g}", body->rotation, c + 1, acting[c]);
         end_step();
       }
       deck_.line("**FLEXOPT support_stiffness {} steps {} {} load {:.12g} value {:.9g} {}",
-                 direction_names[static_cast<std::size_t>(d)], steps_ - 1, steps_, size, *stiffness,
+                 direction_names[d], steps_ - 1, steps_, size, *stiffness,
                  d < 3 ? "N/m" : "N m/rad");
     }
   }
@@ -317,7 +314,7 @@ class Writer {
     if (found.empty()) return;
     if (const CcxRigid* body = model_->rigid_of(mechanism_->end_effector)) {
       begin_step(1, "1e-6, 1e-5");  // without the small loads
-      for (int c = 1; c <= 3; ++c) deck_.line("*CLOAD\n{}, {}, 0.", model_->at_O(), c);
+      for (int c = 1; c <= 3; ++c) deck_.line("*CLOAD\n{}, {}, 0.", model_->at_O, c);
       write_moment(*body, point_->rotation, moment_on(*body, true));
       end_step();
     }

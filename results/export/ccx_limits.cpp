@@ -23,16 +23,14 @@ class Refusals {
 };
 
 std::string body_name(const Mechanism& mechanism, int body) {
-  return body < 0 ? "the ground" : mechanism.bodies[static_cast<std::size_t>(body)].name;
+  return body < 0 ? "the ground" : mechanism.bodies[body].name;
 }
 
 std::string drive_name(const Drive& drive) {
   return drive.name.empty() ? "the drive" : "drive " + drive.name;
 }
 
-int group_of(const std::vector<int>& groups, int body) {
-  return body < 0 ? ground : groups[static_cast<std::size_t>(body)];
-}
+int group_of(const std::vector<int>& groups, int body) { return body < 0 ? ground : groups[body]; }
 
 /// A slide is written as equations of the degrees of freedom that it holds.
 bool holds_besides(const Mechanism& mechanism, const Joint& slide, int group) {
@@ -72,10 +70,10 @@ void check_drives(const Mechanism& mechanism, Refusals& refusals) {
   std::vector<int> shown(mechanism.bodies.size(), -1);  // body whose place is the node of its group
   for (const Drive& drive : mechanism.drives) {
     const std::string name = drive_name(drive);
-    const int of = group[static_cast<std::size_t>(drive.body)];
+    const int of = group[drive.body];
     if (of == ground) refusals.add(name, "its body is tied to the ground");
     if (is_rotation(drive.direction) || of == ground) continue;
-    int& body = shown[static_cast<std::size_t>(of)];
+    int& body = shown[of];
     if (body >= 0 && body != drive.body)
       refusals.add(name, "bodies " + body_name(mechanism, body) + " and " +
                              body_name(mechanism, drive.body) +
@@ -92,7 +90,7 @@ void check_loads(const Exported& of, Refusals& refusals) {
       break;
     }
   for (const AssemblyError& error : loads.assembly) {
-    const LeafSpring& leaf = of.mechanism.leaves[static_cast<std::size_t>(error.leaf)];
+    const LeafSpring& leaf = of.mechanism.leaves[error.leaf];
     if ((error.end == 0 ? leaf.base : leaf.tip) != ground)
       refusals.add(fmt::format("the assembly error of leaf {}", leaf.name),
                    "a body that moves holds this edge");
@@ -124,8 +122,7 @@ class Near {
 
  private:
   Vector3d rotation(int body) const {
-    return body < 0 ? Vector3d(Vector3d::Zero())
-                    : point_->bodies[static_cast<std::size_t>(body)].rotation;
+    return body < 0 ? Vector3d(Vector3d::Zero()) : point_->bodies[body].rotation;
   }
   std::string turned(int body) const {
     return fmt::format(", which turns by {:.3g} rad", rotation(body).norm());
@@ -135,8 +132,7 @@ class Near {
   /// the distance of both places times that turn.
   double load_times_distance(const Drive& drive, std::size_t number) const {
     const auto place = [&](int body) {
-      return Vector3d(mechanism_->bodies[static_cast<std::size_t>(body)].reference +
-                      point_->bodies[static_cast<std::size_t>(body)].displacement);
+      return Vector3d(mechanism_->bodies[body].reference + point_->bodies[body].displacement);
     };
     return std::abs(point_->drive_loads[number]) * (place(drive.body) - place(drive.other)).norm();
   }

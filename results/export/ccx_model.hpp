@@ -12,7 +12,7 @@
 
 #include "core/math/types.hpp"
 #include "results/export/exported.hpp"
-#include "results/export/solid_mesh.hpp"
+#include "results/export/parts.hpp"
 
 namespace flexopt {
 
@@ -47,66 +47,51 @@ struct CcxBushing {
   const Spring* spring = nullptr;
 };
 
-class CcxModel {
- public:
+struct CcxModel {
   /// Throws SpecError with all items that a deck cannot carry. `exported` must outlive this.
   CcxModel(const Exported& exported, const SolidMeshSize& size);
 
-  const Exported& exported() const { return *exported_; }
-  const Mechanism& mechanism() const { return exported_->mechanism; }
-  const std::vector<Vector3d>& nodes() const { return nodes_; }
-  const std::vector<CcxRigid>& rigids() const { return rigids_; }
-  const std::vector<CcxMass>& masses() const { return masses_; }
-  const std::vector<CcxSpring>& springs() const { return springs_; }
-  const std::vector<CcxPin>& pins() const { return pins_; }
-  const std::vector<CcxBushing>& bushings() const { return bushings_; }
-  const std::vector<int>& fixed() const { return fixed_; }
-  /// Elements of a leaf and all nodes of it.
-  const std::vector<std::array<int, 20>>& elements(std::size_t leaf) const {
-    return elements_[leaf];
-  }
-  std::pair<int, int> nodes_of(std::size_t leaf) const { return ranges_[leaf]; }  ///< first, last
+  const Exported& exported;
+  const Mechanism& mechanism = exported.mechanism;
+  std::vector<Vector3d> nodes;
+  std::vector<CcxRigid> rigids;
+  std::vector<CcxMass> masses;
+  std::vector<CcxSpring> springs;
+  std::vector<CcxPin> pins;
+  std::vector<CcxBushing> bushings;
+  std::vector<int> fixed;
+  std::vector<std::vector<std::array<int, 20>>> elements;  ///< of each leaf
+  std::vector<std::pair<int, int>> nodes_of;               ///< first and last node of each leaf
+  int at_O = 0;  ///< node of the end-effector at O beside the reference node, for loads
+  /// For each dead load of the case, growing ones after constant ones: the node on which it acts.
+  std::vector<int> load_nodes;
+  /// For each drive, the node of the body `other` from which the stroke is measured: where the
+  /// reference point is undeflected, or for a rotation the node of the rotation vector; 0: the
+  /// ground.
+  std::vector<int> drive_nodes;
+  std::vector<int> placed_edges;  ///< for each assembly error, the rigid body of its edge
 
   /// The rigid body that a body belongs to; none of a body that is tied to the ground.
   const CcxRigid* rigid_of(int body) const;
   /// Node and degree of freedom of a direction of a body that has a reference node of its own.
   std::pair<int, int> freedom(int body, Direction direction) const;
-  /// A node of the end-effector at O beside the reference node, for loads.
-  int at_O() const { return at_O_; }
-  /// For each dead load of the case, growing ones after constant ones: the node on which it acts.
-  const std::vector<int>& load_nodes() const { return load_nodes_; }
-  /// For each drive, the node of the body `other` from which the stroke is measured: where the
-  /// reference point is undeflected, or for a rotation the node of the rotation vector; 0: the
-  /// ground.
-  const std::vector<int>& drive_nodes() const { return drive_nodes_; }
-  /// For each assembly error, the rigid body of its edge.
-  const std::vector<int>& placed_edges() const { return placed_edges_; }
 
  private:
   int add(const Vector3d& place);
   /// A new node that moves with the body; fixed where that is the ground.
   int add_on(int body, const Vector3d& place);
+  /// The nodes that move with the body; those that are fixed where that is the ground.
+  std::vector<int>& nodes_on(int body);
   void add_bodies();
   void add_masses(int body);
   void add_leaves(const SolidMeshSize& size);
-  void clamp(std::size_t leaf, int end, const std::vector<int>& nodes);
+  void clamp(std::size_t leaf, int end, const std::vector<int>& edge);
   void add_ties();
   void add_joint(const Joint& joint);
   void add_bushing(const Spring& spring);
   int rotation_of(int body) const;  ///< node; 0: the ground
 
-  const Exported* exported_;
-  std::vector<Vector3d> nodes_;
-  std::vector<CcxRigid> rigids_;
   std::vector<int> rigid_of_;  ///< rigid body of each body, −1: tied to the ground
-  std::vector<CcxMass> masses_;
-  std::vector<CcxSpring> springs_;
-  std::vector<CcxPin> pins_;
-  std::vector<CcxBushing> bushings_;
-  std::vector<int> fixed_, load_nodes_, drive_nodes_, placed_edges_;
-  std::vector<std::vector<std::array<int, 20>>> elements_;
-  std::vector<std::pair<int, int>> ranges_;
-  int at_O_ = 0;
 };
 
 // What a deck of CalculiX cannot carry.

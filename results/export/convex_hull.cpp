@@ -70,10 +70,10 @@ TriangleMesh convex_hull(const std::vector<Vector3d>& points) {
   std::vector<int> number(points.size(), -1);
   for (auto triangle : hull.triangles()) {
     for (int& corner : triangle) {
-      int& own = number[static_cast<std::size_t>(corner)];
+      int& own = number[corner];
       if (own < 0) {
         own = static_cast<int>(mesh.points.size());
-        mesh.points.push_back(points[static_cast<std::size_t>(corner)]);
+        mesh.points.push_back(points[corner]);
       }
       corner = own;
     }

@@ -1,5 +1,3 @@
-#include "results/export/design_drawing.hpp"
-
 #include <algorithm>
 #include <utility>
 
@@ -69,21 +67,21 @@ Picture arranged(std::vector<Cell> cells) {
     for (const Cell& cell : cells) {
       const auto at = static_cast<std::size_t>(place(cell));
       const Box2 box = cell.picture.extent();
-      before[at] = std::max(before[at], -box.low[k]);
-      behind[at] = std::max(behind[at], box.high[k]);
+      before[at] = std::max(before[at], -box.min()[k]);
+      behind[at] = std::max(behind[at], box.max()[k]);
     }
     for (Cell& cell : cells) {
       double start = 0;
       for (std::size_t at = 0; at < static_cast<std::size_t>(place(cell)); ++at)
         start += before[at] + behind[at] + (before[at] + behind[at] > 0 ? between_views : 0);
       Point2 by = Point2::Zero();
-      by[k] = start + before[static_cast<std::size_t>(place(cell))];
+      by[k] = start + before[place(cell)];
       cell.picture.move(by);
     }
   }
   Picture all;
   for (const Cell& cell : cells) all.append(cell.picture);
-  all.move(-all.extent().low);
+  all.move(-all.extent().min());
   return all;
 }
 
@@ -130,7 +128,7 @@ void add_note(const PlacedDesign& design, std::size_t parameter, Cell& front, do
       design.points, {}, [&](const DrawnPoint& p) { return p.rates[parameter].norm(); });
   const Eigen::Vector2d at = scale * plan_views()[0](most->at);
   const Parameter& p = design.parameters[parameter];
-  DimensionLines(front.picture, scale)
+  DimensionLines(front.picture)
       .note(p.name + " = " + with_drawn_unit(design.values[parameter], p.unit), {at[0], -at[1]});
 }
 
@@ -148,13 +146,13 @@ DesignDrawing draw_design(const Family& family, const ParameterValues& values,
   }
   Picture& page = drawing.picture;
   page = arranged(std::move(cells));
-  const double width = std::max(narrowest, page.extent().high[0]);
+  const double width = std::max(narrowest, page.extent().max()[0]);
   const std::vector<std::string> summary = wrapped(family.summary, width, 12);
   page.move({0, 34 + row * static_cast<double>(summary.size()) + 14});
   page.labels.push_back(label_at(family.name, {0, 0}, 18, "title"));
   add_lines(summary, {0, 28}, 12, "label", page);
   Picture table = table_of(family, values, choices, width);
-  table.move({0, page.extent().high[1] + 26});
+  table.move({0, page.extent().max()[1] + 26});
   page.append(table);
   return drawing;
 }

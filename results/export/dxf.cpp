@@ -4,14 +4,13 @@
 #include <iterator>
 
 #include "core/mechanism/profile.hpp"
-#include "results/export/parts.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 
 namespace flexopt {
 
 namespace {
 
-using Point = std::array<double, 2>;  ///< [mm]
+using Point = Eigen::Vector2d;  ///< [mm]
 
 /// Layers of R12 are words of capitals, digits, - and _.
 std::string layer_name(std::size_t number, const std::string& name) {
@@ -42,17 +41,14 @@ class Drawing {
 
   void outline(const std::string& layer, const std::vector<Point>& points, bool closed = true) {
     write("0\nPOLYLINE\n8\n{}\n66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{}\n", layer, closed ? 1 : 0);
-    for (const auto& [x, y] : points)
-      write("0\nVERTEX\n8\n{}\n10\n{:.9g}\n20\n{:.9g}\n30\n0.0\n", layer, x, y);
+    for (const Point& p : points) {
+      write("0\nVERTEX\n8\n{}\n10\n{:.9g}\n20\n{:.9g}\n30\n0.0\n", layer, p[0], p[1]);
+      box_.extend(p);
+    }
     write("0\nSEQEND\n8\n{}\n", layer);
-    for (const auto& [x, y] : points)
-      for (std::size_t c = 0; c < 2; ++c) {
-        low_[c] = std::min(low_[c], c == 0 ? x : y);
-        high_[c] = std::max(high_[c], c == 0 ? x : y);
-      }
   }
 
-  void text(const std::string& layer, Point at, double height, const std::string& words) {
+  void text(const std::string& layer, const Point& at, double height, const std::string& words) {
     write("0\nTEXT\n8\n{}\n10\n{:.9g}\n20\n{:.9g}\n30\n0.0\n40\n{:.9g}\n1\n{}\n", layer, at[0],
           at[1], height, ascii(words));
   }
@@ -63,7 +59,7 @@ class Drawing {
         "9\n$EXTMIN\n10\n{:.9g}\n20\n{:.9g}\n30\n0.0\n9\n$EXTMAX\n10\n{:.9g}\n20\n{:.9g}\n30\n0.0\n"
         "0\nENDSEC\n0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLTYPE\n70\n1\n0\nLTYPE\n2\nCONTINUOUS\n70\n"
         "64\n3\nSolid\n72\n65\n73\n0\n40\n0.0\n0\nENDTAB\n0\nTABLE\n2\nLAYER\n70\n{}\n",
-        low_[0], low_[1], high_[0], high_[1], layers_.size());
+        box_.min()[0], box_.min()[1], box_.max()[0], box_.max()[1], layers_.size());
     for (const auto& [name, color] : layers_)
       fmt::format_to(std::back_inserter(all), "0\nLAYER\n2\n{}\n70\n64\n62\n{}\n6\nCONTINUOUS\n",
                      name, color);
@@ -79,7 +75,7 @@ class Drawing {
 
   std::vector<std::pair<std::string, int>> layers_;
   std::string entities_;
-  Point low_{1e300, 1e300}, high_{-1e300, -1e300};
+  Eigen::AlignedBox2d box_;  ///< of all outlines
 };
 
 constexpr int black = 7, red = 1, blue = 5;
@@ -158,19 +154,13 @@ std::optional<std::string> dxf_contour(const Mechanism& mechanism, const PathPoi
   const std::array<Vector3d, 2> plane = plane_across(*along);
   Drawing drawing;
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
-    const LeafSurface surface = drawn_surface(mechanism, point, i);
     const std::string layer = layer_name(i, mechanism.leaves[i].name);
     drawing.layer(layer, black);
     std::vector<Point> outline;
-    const auto add = [&](int k, double sign) {  // in the middle of the width
-      const std::size_t a = surface.at(k, (surface.across - 1) / 2),
-                        b = surface.at(k, surface.across / 2);
-      const Vector3d place = 0.5e3 * (surface.middle[a] + surface.middle[b] +
-                                      sign * (surface.half[a] + surface.half[b]));
+    for (const Vector3d& p : drawn_surface(mechanism, point, i).contour()) {
+      const Vector3d place = 1e3 * p;
       outline.push_back({place.dot(plane[0]), place.dot(plane[1])});
-    };
-    for (int k = 0; k < surface.along; ++k) add(k, 1);
-    for (int k = surface.along; k-- > 0;) add(k, -1);
+    }
     drawing.outline(layer, outline);
   }
   return drawing.file();

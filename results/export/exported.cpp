@@ -10,11 +10,32 @@
 #include "core/response/quantities.hpp"
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
-#include "results/run/run_files.hpp"
+#include "results/files/folder.hpp"
+#include "results/files/result_parts.hpp"
+#include "results/report/report.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 
+struct Making {
+  const Exported& of;
+  const ExportOptions& options;
+  std::vector<std::string>& notes;            ///< receives what was left out of the files
+  std::optional<PathPoint> equilibrium = {};  ///< at the strokes, once it was asked for
+
+  /// The equilibrium at the strokes; null where the mechanism is undeflected.
+  const PathPoint* point() {
+    if (!of.undeflected && !equilibrium) equilibrium = of.equilibria({of.strokes}).front();
+    return equilibrium ? &*equilibrium : nullptr;
+  }
+  /// Decks go as far as the job does unless a stroke is given.
+  VectorXd strokes_of_deck() const { return of.undeflected ? of.largest_strokes() : of.strokes; }
+  std::string name(const char* ending) const { return options.stem + ending; }
+};
+
 namespace {
+
+using Files = std::vector<ExportedFile>;
 
 /// Unit of the k-th number of a stroke.
 std::string unit_of_stroke(const Exported& of, std::size_t k) {
@@ -47,8 +68,8 @@ double stroke_value(const std::string& text, const std::string& unit) {
 void check_in_path(const Exported& of, std::size_t k, double value, const std::string& text) {
   double low = 0, high = 0;
   for (const VectorXd& strokes : of.path()) {
-    low = std::min(low, strokes[static_cast<Eigen::Index>(k)]);
-    high = std::max(high, strokes[static_cast<Eigen::Index>(k)]);
+    low = std::min(low, strokes[k]);
+    high = std::max(high, strokes[k]);
   }
   const double slack = 1e-9 * (high - low);  // rounding of unit conversions
   if (value < low - slack || value > high + slack)
@@ -82,7 +103,7 @@ VectorXd read_strokes(const Exported& of, const std::vector<std::string>& texts)
     given[k] = true;
     const double value = stroke_value(text.substr(begin), unit_of_stroke(of, k));
     check_in_path(of, k, value, text);
-    strokes[static_cast<Eigen::Index>(k)] = value;
+    strokes[k] = value;
   }
   return strokes;
 }
@@ -122,6 +143,60 @@ StrokeRequest request_of(const Job& job, const std::string& name) {
   throw SpecError("--case", name,
                   names.empty() ? "the job has one load case, without a name"
                                 : fmt::format("expected one of {}", fmt::join(names, ", ")));
+}
+
+/// Points of the path that an animation goes through: all, or some of many.
+std::vector<VectorXd> frames_of(const Exported& exported) {
+  constexpr std::size_t most = 41;
+  const std::vector<VectorXd> all = exported.path();
+  if (all.size() <= most) return all;
+  std::vector<VectorXd> some;
+  for (std::size_t k = 0; k < most; ++k) some.push_back(all[k * (all.size() - 1) / (most - 1)]);
+  return some;
+}
+
+Files dxf_files(Making& making) {
+  Files files;
+  if (auto leaves = dxf_leaves(making.of.mechanism))
+    files.push_back({making.name("_leaves.dxf"), std::move(*leaves)});
+  if (auto contour = dxf_contour(making.of.mechanism, making.point()))
+    files.push_back({making.name("_contour.dxf"), std::move(*contour)});
+  if (files.empty())
+    throw SpecError("--format", "dxf", "wires have no outline: expected a leaf with a width");
+  return files;
+}
+
+Files step_files(Making& making) {
+  StepFile file = step_file(making.of, making.point());
+  making.notes.insert(making.notes.end(), file.notes.begin(), file.notes.end());
+  return {{making.name(".step"), std::move(file.content)}};
+}
+
+Files stl_files(Making& making) {
+  return {{making.name(".stl"), stl_text(drawn_parts(making.of.mechanism, making.point()))}};
+}
+
+Files gltf_files(Making& making) {
+  const PathPoint* point = making.point();
+  return {{making.name(".glb"),
+           glb(making.of.mechanism, point, making.of.equilibria(frames_of(making.of)))}};
+}
+
+Files ccx_files(Making& making) {
+  return {
+      {making.name(".inp"), ccx_deck(making.of, making.strokes_of_deck(), making.options.solid)},
+      {"compare_ccx.py", std::string(embedded_file("compare_ccx.py"))}};
+}
+
+Files spacar_files(Making& making) {
+  return {{making.name("_spacar.m"), spacar_script(making.of, making.strokes_of_deck())}};
+}
+
+Files vtu_files(Making& making) {
+  Outputs modes;
+  if (making.of.request.frequencies > 0)
+    modes.add({Output::frequencies_locked, Output::frequencies_free});
+  return {{making.name(".vtu"), point_vtu(making.of.mechanism, making.of.standing(modes))}};
 }
 
 }  // namespace
@@ -177,8 +252,8 @@ VectorXd Exported::largest_strokes() const {
 std::string Exported::stroke_text(const VectorXd& at) const {
   std::vector<std::string> texts;
   for (std::size_t k = 0; k < static_cast<std::size_t>(at.size()); ++k)
-    texts.push_back(fmt::format("{} = {:.9g}{}", name_of_stroke(*this, k),
-                                at[static_cast<Eigen::Index>(k)], shown_unit(*this, k)));
+    texts.push_back(
+        fmt::format("{} = {:.9g}{}", name_of_stroke(*this, k), at[k], shown_unit(*this, k)));
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
@@ -204,6 +279,51 @@ Exported make_exported(const Job& job, const ExportPlace& place) {
     made.undeflected = false;
   }
   return made;
+}
+
+const std::vector<ExportFormat>& export_formats() {
+  static const std::vector<ExportFormat> all{
+      {"step", "solids of leaves and bodies for CAD, in mm", step_files},
+      {"stl", "triangles of leaves and bodies, each a closed solid, in mm", stl_files},
+      {"gltf", "leaves and bodies that move through the stroke, in m", gltf_files},
+      {"dxf", "outlines of the leaves, and of planar mechanisms the contour, in mm", dxf_files},
+      {"ccx", "a deck of CalculiX in solid elements, driven to the stroke", ccx_files},
+      {"spacar", "a script for SPACAR Light with beams, driven to the stroke", spacar_files},
+      {"vtu", "displacement, stress and modes on the leaves, for ParaView", vtu_files}};
+  return all;
+}
+
+std::vector<std::string> read_formats(const std::string& list) {
+  std::vector<std::string> formats, known;
+  for (const ExportFormat& format : export_formats()) known.push_back(format.name);
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    const std::string name = list.substr(begin, end - begin);
+    begin = end + 1;
+    if (std::ranges::find(known, name) == known.end())
+      throw SpecError("--format", name.empty() ? "nothing" : name,
+                      fmt::format("expected one of {}", fmt::join(known, ", ")));
+    if (std::ranges::find(formats, name) != formats.end())
+      throw SpecError("--format", name, "this format is named twice");
+    formats.push_back(name);
+  }
+  return formats;
+}
+
+WrittenExports write_exports(const Exported& exported, const ExportOptions& options,
+                             const std::filesystem::path& folder) {
+  WrittenExports written;
+  Making making{exported, options, written.notes};
+  Files files;
+  for (const std::string& format : options.formats) {
+    const auto known = std::ranges::find(export_formats(), format, &ExportFormat::name);
+    for (ExportedFile& file : known->make(making)) files.push_back(std::move(file));
+  }
+  for (const ExportedFile& file : files) {
+    write_file(folder / file.name, file.content);
+    written.names.push_back(file.name);
+  }
+  return written;
 }
 
 }  // namespace flexopt

@@ -3,8 +3,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "results/export/parts.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/version.hpp"
 
@@ -22,12 +21,13 @@ constexpr double seconds_there = 3;  ///< and as many back
 class Buffer {
  public:
   /// Rows of so many numbers. `bounds`: positions must tell theirs.
-  int floats(const std::vector<float>& values, int width, const char* type, int target,
-             bool bounds = false) {
+  int floats(const std::vector<float>& values, int width, int target = 0, bool bounds = false) {
     Json accessor = {{"bufferView", view(values.data(), values.size() * sizeof(float), target)},
                      {"componentType", of_floats},
                      {"count", values.size() / static_cast<std::size_t>(width)},
-                     {"type", type}};
+                     {"type", width == 1   ? "SCALAR"
+                              : width == 3 ? "VEC3"
+                                           : "VEC4"}};
     if (bounds) {
       Json low = Json::array(), high = Json::array();
       for (int c = 0; c < width; ++c) {
@@ -83,12 +83,6 @@ void add(const Vector3d& v, std::vector<float>& values) {
   for (int c = 0; c < 3; ++c) values.push_back(static_cast<float>(v[c]));
 }
 
-std::vector<float> positions(const std::vector<Vector3d>& points) {
-  std::vector<float> values;
-  for (const Vector3d& p : points) add(p, values);
-  return values;
-}
-
 std::vector<float> quaternion(const Matrix3d& rotation) {
   const Eigen::Quaterniond q(rotation);
   return {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
@@ -107,7 +101,7 @@ class Writer3d {
     for (std::size_t k = 0; k < frames_.size(); ++k)
       times.push_back(static_cast<float>(2 * seconds_there * static_cast<double>(k) /
                                          static_cast<double>(frames_.size() - 1)));
-    if (!frames_.empty()) times_ = buffer_.floats(times, 1, "SCALAR", 0, true);
+    if (!frames_.empty()) times_ = buffer_.floats(times, 1, 0, true);
   }
 
   std::string file() && {
@@ -162,9 +156,9 @@ class Writer3d {
     return file;
   }
 
-  void animate(const char* path, const std::vector<float>& values, int width, const char* type) {
+  void animate(const char* path, const std::vector<float>& values, int width) {
     samplers_.push_back({{"input", times_},
-                         {"output", buffer_.floats(values, width, type, 0)},
+                         {"output", buffer_.floats(values, width)},
                          {"interpolation", "LINEAR"}});
     channels_.push_back({{"sampler", samplers_.size() - 1},
                          {"target", {{"node", nodes_.size() - 1}, {"path", path}}}});
@@ -179,21 +173,28 @@ class Writer3d {
     return closed_leaf(surface_of_shape(mechanism_->leaves[i], shape, shape.undeflected));
   }
 
+  int positions_of(const std::vector<Vector3d>& points) {
+    std::vector<float> values;
+    for (const Vector3d& p : points) add(p, values);
+    return buffer_.floats(values, 3, vertices, true);
+  }
+
+  Json primitive_of(const TriangleMesh& mesh, int material) {
+    return {{"attributes", {{"POSITION", positions_of(mesh.points)}}},
+            {"indices", buffer_.indices(mesh.triangles)},
+            {"material", material}};
+  }
+
   void add_leaf(std::size_t i) {
     const TriangleMesh rest = bent(i, base_);
-    Json primitive = {
-        {"attributes",
-         {{"POSITION", buffer_.floats(positions(rest.points), 3, "VEC3", vertices, true)}}},
-        {"indices", buffer_.indices(rest.triangles)},
-        {"material", 0}};
+    Json primitive = primitive_of(rest, 0);
     Json mesh = {{"name", mechanism_->leaves[i].name}};
     if (!frames_.empty()) {
       primitive["targets"] = Json::array();
       for (std::size_t k = 0; k < targets_; ++k) {
         std::vector<Vector3d> ways = bent(i, frames_[k]).points;
         for (std::size_t p = 0; p < ways.size(); ++p) ways[p] -= rest.points[p];
-        primitive["targets"].push_back(
-            {{"POSITION", buffer_.floats(positions(ways), 3, "VEC3", vertices, true)}});
+        primitive["targets"].push_back({{"POSITION", positions_of(ways)}});
       }
       mesh["weights"] = std::vector<double>(targets_, 0.0);
     }
@@ -205,7 +206,7 @@ class Writer3d {
     for (std::size_t k = 0; k < frames_.size(); ++k)
       for (std::size_t t = 0; t < targets_; ++t)
         weights.push_back(frames_[k] == frames_[t] ? 1.0F : 0.0F);
-    animate("weights", weights, 1, "SCALAR");
+    animate("weights", weights, 1);
   }
 
   void add_body(int b) {
@@ -213,11 +214,7 @@ class Writer3d {
     if (mesh.triangles.empty()) return;
     const BodyPose at = body_pose(*mechanism_, base_, b);
     for (Vector3d& p : mesh.points) p -= at.reference;
-    Json primitive = {
-        {"attributes",
-         {{"POSITION", buffer_.floats(positions(mesh.points), 3, "VEC3", vertices, true)}}},
-        {"indices", buffer_.indices(mesh.triangles)},
-        {"material", 1}};
+    Json primitive = primitive_of(mesh, 1);
     const Vector3d place = at.reference + at.displacement;
     nodes_.push_back({{"name", "body " + mesh.name},
                       {"mesh", meshes_.size()},
@@ -232,8 +229,8 @@ class Writer3d {
       const std::vector<float> q = quaternion(pose.rotation);
       turns.insert(turns.end(), q.begin(), q.end());
     }
-    animate("translation", places, 3, "VEC3");
-    animate("rotation", turns, 4, "VEC4");
+    animate("translation", places, 3);
+    animate("rotation", turns, 4);
   }
 
   const Mechanism* mechanism_;

@@ -26,6 +26,8 @@ struct LeafSurface {
 
   bool round() const { return !side.empty(); }
   std::size_t at(int i, int j) const { return static_cast<std::size_t>(j * along + i); }
+  /// Outline in the middle of the width: along one face, and back along the other.
+  std::vector<Vector3d> contour() const;
 };
 
 /// Points of a grid on the undeflected leaf: two along a straight piece without profile, else
@@ -84,5 +86,24 @@ std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoin
 /// The surface of a leaf at a point of the path; `finer` as of surface_of_shape.
 LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf,
                           int finer = 4);
+
+// Quadratic bricks of an undeflected leaf, for programs that take solid elements.
+
+struct SolidMeshSize {
+  int along = 16, across = 10, through = 1;  ///< elements of a leaf, of a folded one of each leg
+  /// x = ξ − g sin(2πξ)/(2π) along and across: finer at clamps and free edges.
+  double grading = 0.7;
+};
+
+struct SolidMesh {
+  std::vector<Vector3d> nodes;  ///< [m]
+  /// Eight corners, then the mid-sides in the order of CalculiX and Abaqus (C3D20).
+  std::vector<std::array<int, 20>> elements;
+  std::array<std::vector<int>, 2> edges;  ///< nodes of the faces at base and tip
+};
+
+/// A sheet, straight, curved or with a mitred fold, of any profile; a wire has twelve elements in
+/// its section whatever `across` and `through`.
+SolidMesh solid_mesh(const LeafSpring& leaf, const SolidMeshSize& size);
 
 }  // namespace flexopt

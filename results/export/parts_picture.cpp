@@ -54,6 +54,13 @@ Vector3d edge_place(const LeafSurface& s, int i, bool last) {
   return s.middle[s.at(i, last ? s.across - 1 : 0)];
 }
 
+/// Outline of the middle surface.
+std::vector<Point2> rims(const LeafSurface& s, const Projection& on) {
+  return between(
+      s, [&](int i) { return on(edge_place(s, i, false)); },
+      [&](int i) { return on(edge_place(s, i, true)); });
+}
+
 /// A wire seen from the side, or its end.
 void add_wire(const LeafSurface& surface, const Projection& on, Picture& picture) {
   const auto n = static_cast<std::size_t>(surface.along);
@@ -81,9 +88,7 @@ void add_leaf(const LeafSpring& leaf, const Projection& on, Picture& picture) {
   for (const Vector3d& half : surface.half)
     seen = std::max(seen, std::abs(on.view.toward().dot(half.normalized())));
   if (seen > on_edge) {
-    picture.area("leaf", between(
-                             surface, [&](int i) { return on(edge_place(surface, i, false)); },
-                             [&](int i) { return on(edge_place(surface, i, true)); }));
+    picture.area("leaf", rims(surface, on));
     for (const int fold : surface.folds)
       picture.line("crease",
                    {on(edge_place(surface, fold, false)), on(edge_place(surface, fold, true))});
@@ -97,14 +102,9 @@ void add_leaf(const LeafSpring& leaf, const Projection& on, Picture& picture) {
     picture.area("leaf", flat_hull(std::move(corners)));
     return;
   }
-  const auto face = [&](int i, double sign) {  // in the middle of the width
-    const std::size_t a = surface.at(i, 0), b = surface.at(i, surface.across - 1);
-    return on(0.5 *
-              (surface.middle[a] + surface.middle[b] + sign * (surface.half[a] + surface.half[b])));
-  };
-  picture.area("leaf",
-               between(
-                   surface, [&](int i) { return face(i, 1); }, [&](int i) { return face(i, -1); }));
+  std::vector<Point2> contour;
+  for (const Vector3d& place : surface.contour()) contour.push_back(on(place));
+  picture.area("leaf", std::move(contour));
 }
 
 /// The wall that holds an edge: a line with hatches on the side away from the leaf.
@@ -216,9 +216,7 @@ void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& 
   for (const LeafSpring& leaf : mechanism.leaves) {
     const LeafSurface s = undeflected_surface(leaf);
     if (s.round()) continue;
-    std::vector<Point2> border = between(
-        s, [&](int i) { return on(edge_place(s, i, false)); },
-        [&](int i) { return on(edge_place(s, i, true)); });
+    std::vector<Point2> border = rims(s, on);
     border.push_back(border.front());
     picture.line("border", std::move(border));
   }

@@ -10,21 +10,11 @@ namespace flexopt {
 
 using Point2 = Eigen::Vector2d;
 
-struct Box2 {
-  Point2 low = Point2::Constant(1e300), high = Point2::Constant(-1e300);
-
-  bool empty() const { return low[0] > high[0]; }
-  Point2 size() const { return high - low; }
-  Point2 center() const { return 0.5 * (low + high); }
-  void add(const Point2& p) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  void move(const Point2& by) { low += by, high += by; }
-  bool overlaps(const Box2& other, double margin = 0) const;
-  /// Whether any of the line from a to b is inside.
-  bool meets(const Point2& a, const Point2& b) const;
-};
+using Box2 = Eigen::AlignedBox2d;
+/// Whether they overlap, or come nearer to each other than the margin.
+bool overlaps(const Box2& one, const Box2& other, double margin = 0);
+/// Whether any of the line from a to b is inside.
+bool meets(const Box2& box, const Point2& a, const Point2& b);
 
 struct DrawnShape {
   enum class Kind { area, line, circle };

@@ -1,6 +1,4 @@
-#include "results/export/placed_design.hpp"
-
-#include <algorithm>
+#include "results/export/measures.hpp"
 
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
@@ -17,9 +15,7 @@ S profile_value(const std::vector<S>& numbers, double s) {
   if (numbers.empty()) return S(1);
   const ProfileWeights weights = profile_weights(numbers.size(), s);
   S value(0);
-  for (int k = 0; k < weights.count; ++k)
-    value += weights.weight[static_cast<std::size_t>(k)] *
-             numbers[static_cast<std::size_t>(weights.first + k)];
+  for (int k = 0; k < weights.count; ++k) value += weights.weight[k] * numbers[weights.first + k];
   return value;
 }
 
@@ -71,7 +67,7 @@ void each_place(const MechanismT<S>& mechanism, const Visit& visit) {
     }
   }
   const auto place = [&](const Vector3<S>& at) { visit(PlaceKind::place, -1, false, at); };
-  place(mechanism.bodies[static_cast<std::size_t>(mechanism.end_effector)].reference);
+  place(mechanism.bodies[mechanism.end_effector].reference);
   for (const auto& joint : mechanism.joints)
     if (!is_held(joint.type)) place(joint.place);
   for (const auto& spring : mechanism.springs) {

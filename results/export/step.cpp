@@ -1,9 +1,8 @@
 #include <cmath>
 
 #include "core/spec/spec_error.hpp"
-#include "results/export/parts.hpp"
+#include "results/export/exported.hpp"
 #include "results/export/step_writer.hpp"
-#include "results/export/writers.hpp"
 #include "results/files/program_part.hpp"
 #include "results/files/version.hpp"
 
@@ -24,12 +23,6 @@ step::Sheet sheet(const LeafSurface& surface) {
     made.bottom.push_back(point_mm(surface.middle[k] - surface.half[k]));
   }
   return made;
-}
-
-step::Cylinder straight_wire(const LeafSurface& surface) {
-  const Vector3d way = surface.middle.back() - surface.middle.front();
-  return {point_mm(surface.middle.front()), direction(way), 1e3 * surface.half.front().norm(),
-          1e3 * way.norm()};
 }
 
 step::Pipe wire(const LeafSurface& surface) {
@@ -73,12 +66,6 @@ step::Prism prism(const LeafSpring& leaf, double radius) {
   return made;
 }
 
-step::Polyhedron polyhedron(const TriangleMesh& mesh, const BodyPose& pose) {
-  step::Polyhedron made{{}, mesh.triangles};
-  for (const Vector3d& p : mesh.points) made.points.push_back(point_mm(pose(p)));
-  return made;
-}
-
 step::Solid leaf_solid(const Exported& exported, const PathPoint* point, std::size_t i,
                        std::vector<std::string>& without_fillets) {
   const LeafSpring& leaf = exported.mechanism.leaves[i];
@@ -93,8 +80,10 @@ step::Solid leaf_solid(const Exported& exported, const PathPoint* point, std::si
   // every other point of what is fine enough for triangles
   const LeafSurface surface = drawn_surface(exported.mechanism, point, i, 2);
   if (!round) return {leaf.name, sheet(surface)};
-  if (!point && is_plain(leaf)) return {leaf.name, straight_wire(surface)};
-  return {leaf.name, wire(surface)};
+  if (point || !is_plain(leaf)) return {leaf.name, wire(surface)};
+  const Vector3d way = surface.middle.back() - surface.middle.front();
+  return {leaf.name, step::Cylinder{point_mm(surface.middle.front()), direction(way),
+                                    1e3 * surface.half.front().norm(), 1e3 * way.norm()}};
 }
 
 std::string written(const step::Document& document) {
@@ -121,7 +110,9 @@ StepFile step_file(const Exported& exported, const PathPoint* point) {
     const TriangleMesh mesh = body_solid(mechanism, static_cast<int>(b));
     if (mesh.triangles.empty()) continue;
     const BodyPose pose = body_pose(mechanism, point, static_cast<int>(b));
-    document.solids.push_back({mesh.name, polyhedron(mesh, pose)});
+    step::Polyhedron body{{}, mesh.triangles};
+    for (const Vector3d& p : mesh.points) body.points.push_back(point_mm(pose(p)));
+    document.solids.push_back({mesh.name, std::move(body)});
   }
   for (const std::string& name : without_fillets)
     file.notes.push_back("step: leaf " + name +

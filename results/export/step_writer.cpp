@@ -55,8 +55,8 @@ Handle(Geom_BSplineCurve) through(const Row& points, const std::vector<double>& 
   Handle(TColgp_HArray1OfPnt) array = new TColgp_HArray1OfPnt(1, n);
   Handle(TColStd_HArray1OfReal) at = new TColStd_HArray1OfReal(1, n);
   for (int k = 0; k < n; ++k) {
-    array->SetValue(k + 1, points[static_cast<std::size_t>(k)]);
-    at->SetValue(k + 1, places[static_cast<std::size_t>(k)]);
+    array->SetValue(k + 1, points[k]);
+    at->SetValue(k + 1, places[k]);
   }
   GeomAPI_Interpolate spline(array, at, Standard_False, 1e-12);
   spline.Perform();
@@ -85,14 +85,13 @@ Handle(Geom_BSplineSurface)
   std::vector<Row> columns;
   for (int i = 0; i < count; ++i) {
     Row column;
-    for (const Row& row : poles) column.push_back(row[static_cast<std::size_t>(i)]);
+    for (const Row& row : poles) column.push_back(row[i]);
     v = through(column, across);
     columns.push_back(poles_of(v));
   }
   TColgp_Array2OfPnt net(1, count, 1, v->NbPoles());
   for (int i = 0; i < count; ++i)
-    for (int j = 0; j < v->NbPoles(); ++j)
-      net.SetValue(i + 1, j + 1, columns[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]);
+    for (int j = 0; j < v->NbPoles(); ++j) net.SetValue(i + 1, j + 1, columns[i][j]);
   return new Geom_BSplineSurface(net, u->Knots(), v->Knots(), u->Multiplicities(),
                                  v->Multiplicities(), u->Degree(), v->Degree());
 }
@@ -123,7 +122,7 @@ TopoDS_Shape made(const Sheet& sheet, const std::string& name) {
       for (int j = 0; j < sheet.across; ++j) {
         rows.emplace_back();
         for (int i = ends[piece]; i <= ends[piece + 1]; ++i)
-          rows.back().push_back(point(grid[static_cast<std::size_t>(j * sheet.along + i)]));
+          rows.back().push_back(point(grid[j * sheet.along + i]));
       }
       return surface_through(
           rows, {sheet.places.begin() + ends[piece], sheet.places.begin() + ends[piece + 1] + 1});
@@ -171,7 +170,7 @@ TopoDS_Shape made(const Prism& prism, const std::string&) {
 TopoDS_Shape made(const Polyhedron& of, const std::string& name) {
   BRepBuilderAPI_Sewing faces(sewing);
   for (const auto& [a, b, c] : of.triangles) {
-    const auto at = [&](int k) { return point(of.points[static_cast<std::size_t>(k)]); };
+    const auto at = [&](int k) { return point(of.points[k]); };
     faces.Add(BRepBuilderAPI_MakeFace(
                   BRepBuilderAPI_MakePolygon(at(a), at(b), at(c), Standard_True).Wire())
                   .Face());

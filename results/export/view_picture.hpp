@@ -27,39 +27,32 @@ void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& 
 
 // Dimension lines and notes, each where it is least in the way of what is drawn already.
 
-/// What a dimension says: "length = 80 mm".
-struct DimensionText {
-  std::string parameter, unit;  ///< SI
-  double value = 0;
-};
 /// Lengths in mm, angles in degrees, four digits.
 std::string with_drawn_unit(double value, const std::string& unit);
 
-/// Adds to a picture of `scale` pixels a metre.
+/// Adds dimensions, which come without their lines, to a picture.
 class DimensionLines {
  public:
-  DimensionLines(Picture& picture, double scale)
-      : picture_(&picture), outline_(picture.extent()), scale_(scale) {}
+  explicit DimensionLines(Picture& picture) : picture_(&picture), outline_(picture.extent()) {}
 
   /// The distance of two points along a direction, a unit vector. Along an axis of the drawing
   /// (`outside`) the line stands beside all that was drawn at first. A distance too small for
   /// its arrows is pinched where it is.
-  void length(const DimensionText& text, const Point2& a, const Point2& b, const Point2& along,
+  void length(const DrawnDimension& text, const Point2& a, const Point2& b, const Point2& along,
               bool outside);
   /// Dimension of the angle at `vertex` between the direction of an axis and the way to a point.
-  void angle(const DimensionText& text, const Point2& vertex, const Point2& axis, const Point2& to);
+  void angle(const DrawnDimension& text, const Point2& vertex, const Point2& axis,
+             const Point2& to);
   /// Words beside a point, with a leader where they stand away from it.
   void note(const std::string& words, const Point2& at);
 
  private:
-  void beside(const DimensionText& text, const Point2& a, const Point2& b, const Point2& along,
+  void beside(const DrawnDimension& text, const Point2& a, const Point2& b, const Point2& along,
               bool outside);
-  void pinched(const DimensionText& text, const Point2& a, const Point2& b, const Point2& along);
-  DrawnDimension dimension(const DimensionText& text, std::vector<Point2> line) const;
+  void pinched(const DrawnDimension& text, const Point2& a, const Point2& b, const Point2& along);
 
   Picture* picture_;
   Box2 outline_;  ///< outline of what was drawn at first
-  double scale_;
 };
 
 // A mechanism as a view shows it.
@@ -73,5 +66,21 @@ Picture slanting_picture(const PlacedDesign& design, double largest);
 
 /// Room that a view takes without drives, notes and measures [m].
 Point2 room_of(const PlacedDesign& design, const DrawnView& view);
+
+// A design as a labelled drawing: plan views with dimensions, a slanting view, its parameters.
+
+struct DesignDrawing {
+  Picture picture;
+  /// Lengths that move the geometry but are no distance in it; they have a note instead.
+  std::vector<std::string> without_dimension;
+};
+
+/// Throws SpecError as Family::make.
+DesignDrawing draw_design(const Family& family, const ParameterValues& values,
+                          const FamilyChoices& choices);
+
+/// The drawing as an SVG file.
+std::string svg_of_design(const Family& family, const ParameterValues& values,
+                          const FamilyChoices& choices);
 
 }  // namespace flexopt

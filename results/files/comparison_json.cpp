@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
@@ -17,7 +16,7 @@ using Json = OrderedJson;
 Json figures_json(const std::optional<ErrorFigures>& figures,
                   const std::vector<ComparedDesign>& designs, const std::vector<Drive>& drives) {
   if (!figures) return {{"worst", nullptr}, {"p99", nullptr}, {"median", nullptr}, {"count", 0}};
-  const Sample& sample = designs[static_cast<std::size_t>(figures->worst_design)].sample;
+  const Sample& sample = designs[figures->worst_design].sample;
   const auto point = static_cast<std::size_t>(figures->worst_point);
   Json at = {{"design", figures->worst_design}, {"stroke", sample.stroke[point]}};
   if (point < sample.strokes.size()) at["strokes"] = strokes_json(sample.strokes[point], drives);
@@ -49,8 +48,7 @@ Json errors_json(const ModelComparison& model, const Comparison& comparison,
       const auto figures = error_figures(model.errors, q, d);
       const int missing = missing_of(model, q, d);
       if (!figures && missing == 0) continue;
-      Json& part = parts[quantity.parts[static_cast<std::size_t>(d)]] =
-          figures_json(figures, comparison.designs, drives);
+      Json& part = parts[quantity.parts[d]] = figures_json(figures, comparison.designs, drives);
       part["missing"] = missing;
     }
     json[quantity.part_key] = std::move(parts);
@@ -68,8 +66,7 @@ Json points_json(const ModelComparison& model, const Comparison& comparison,
   for (std::size_t d = 0; d < designs.size(); ++d)
     worst[d].assign(designs[d].sample.stroke.size(), std::vector<Json>(count));
   for (const PointError& e : model.errors) {
-    Json& cell = worst[static_cast<std::size_t>(e.design)][static_cast<std::size_t>(e.point)]
-                      [static_cast<std::size_t>(e.quantity)];
+    Json& cell = worst[e.design][e.point][e.quantity];
     if (cell.is_null() || cell.get<double>() < e.value) cell = e.value;
   }
   Json columns = {{"design", Json::array()}, {"stroke", Json::array()}};
@@ -99,10 +96,9 @@ std::string missing_text(const ModelComparison& model, const Comparison& compari
     if (count++ == 0) first = &m;
   }
   if (!first) return "";
-  const ComparedQuantity& quantity =
-      comparison.quantities[static_cast<std::size_t>(first->quantity)];
+  const ComparedQuantity& quantity = comparison.quantities[first->quantity];
   std::string name = quantity.name;
-  if (first->part >= 0) name += "." + quantity.parts[static_cast<std::size_t>(first->part)];
+  if (first->part >= 0) name += "." + quantity.parts[first->part];
   std::string text = fmt::format(
       "{} number{} that only one of both has: first {} at point {}, which {} lacks", count,
       count == 1 ? "" : "s", name, first->point, first->in_model ? "the model" : "full accuracy");

@@ -1,20 +1,36 @@
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <functional>
-#include <optional>
-#include <vector>
 
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/evaluation_log.hpp"
-#include "results/files/csv_text.hpp"
-#include "results/files/units.hpp"
 
 namespace flexopt {
+
+namespace csv {
+
+std::string text_cell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string number_cell(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? fmt::format("{}", *value) : "";
+}
+
+std::string row(const std::vector<std::string>& cells) {
+  return fmt::format("{}\n", fmt::join(cells, ","));
+}
+
+}  // namespace csv
 
 using csv::number_cell;
 using csv::row;
@@ -39,10 +55,6 @@ struct Column {
 
 bool converged(const PathPoint& point) { return point.status == PointStatus::converged; }
 
-std::string compliance_unit(int i, int j) {
-  return fmt::format("{}/{}", i < 3 ? "m" : "rad", j < 3 ? "N" : "(N m)");
-}
-
 /// C_ij with i ≤ j; the matrices are symmetric.
 void add_compliance(std::vector<Column>& columns, const std::string& name,
                     Matrix6d PathPoint::*matrix) {
@@ -50,7 +62,7 @@ void add_compliance(std::vector<Column>& columns, const std::string& name,
     for (int j = i; j < 6; ++j)
       columns.push_back(
           {headed(fmt::format("{}.{}_{}", name, direction_names[i], direction_names[j]),
-                  compliance_unit(i, j)),
+                  fmt::format("{}/{}", i < 3 ? "m" : "rad", j < 3 ? "N" : "(N m)")),
            [=](const PathPoint& point) {
              if (!converged(point)) return std::string();
              return number_cell((point.*matrix)(i, j));

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
-#include "results/files/units.hpp"
 
 namespace flexopt {
 
@@ -91,29 +89,25 @@ Json variables_json(const Job& job, const Optimum& optimum, const Family& family
   return variables;
 }
 
-Json starts_json(const Optimum& optimum) {
-  Json starts = Json::array();
-  for (const StartSummary& start : optimum.starts)
-    starts.push_back({{"start", start.index},
-                      {"from", start.from},
-                      {"to", start.to},
-                      {"objective", start.objective},
-                      {"violation", start.violation},
-                      {"feasible", start.feasible},
-                      {"agrees", start.agrees},
-                      {"status", start.status},
-                      {"stop_reason", start.stop_reason},
-                      {"kkt_residual", optional_json(start.kkt)},
-                      {"evaluations", start.evaluations},
-                      {"failed_evaluations", start.failed_evaluations}});
-  return starts;
+Json start_json(const StartSummary& start) {
+  return {{"start", start.index},
+          {"from", start.from},
+          {"to", start.to},
+          {"objective", start.objective},
+          {"violation", start.violation},
+          {"feasible", start.feasible},
+          {"agrees", start.agrees},
+          {"status", start.status},
+          {"stop_reason", start.stop_reason},
+          {"kkt_residual", optional_json(start.kkt)},
+          {"evaluations", start.evaluations},
+          {"failed_evaluations", start.failed_evaluations}};
 }
 
 Json counts_json(const std::vector<ScreeningCount>& counts, const char* name) {
-  Json list = Json::array();
-  for (const ScreeningCount& count : counts)
-    list.push_back({{name, count.what}, {"designs", count.designs}});
-  return list;
+  return list_json(counts, [&](const ScreeningCount& count) -> Json {
+    return {{name, count.what}, {"designs", count.designs}};
+  });
 }
 
 Json screening_json(const Optimum& optimum) {
@@ -128,7 +122,7 @@ Json screening_json(const Optimum& optimum) {
                         {"violation", of.violation},
                         {"feasible", of.feasible},
                         {"designs", of.designs},
-                        {"distance", std::isinf(of.distance) ? Json() : Json(of.distance)}});
+                        {"distance", known_json(!std::isinf(of.distance), of.distance)}});
   }
   return {{"designs", found.designs},
           {"evaluated", found.evaluated},
@@ -145,41 +139,39 @@ Json screening_json(const Optimum& optimum) {
 
 Json optima_json(const Optimum& optimum) {
   if (!optimum.screening) return nullptr;
-  Json list = Json::array();
-  for (const FoundOptimum& of : optimum.optima) {
-    const StartSummary& end = optimum.starts[static_cast<std::size_t>(of.start)];
-    list.push_back({{"start", of.start},
-                    {"starts", of.starts},
-                    {"variables", end.to},
-                    {"objective", end.objective},
-                    {"violation", end.violation},
-                    {"feasible", end.feasible},
-                    {"full", of.ok ? Json{{"objective", of.objective}, {"violation", of.violation}}
-                                   : Json()}});
-  }
-  return list;
+  return list_json(optimum.optima, [&](const FoundOptimum& of) -> Json {
+    const StartSummary& end = optimum.starts[of.start];
+    return {
+        {"start", of.start},
+        {"starts", of.starts},
+        {"variables", end.to},
+        {"objective", end.objective},
+        {"violation", end.violation},
+        {"feasible", end.feasible},
+        {"full", of.ok ? Json{{"objective", of.objective}, {"violation", of.violation}} : Json()}};
+  });
 }
 
 Json stock_json(const Optimum& optimum) {
   if (!optimum.stock) return nullptr;
   const StockSearch& stock = *optimum.stock;
-  Json designs = Json::array();
-  for (const StockDesign& d : stock.designs)
-    designs.push_back({{"sizes", d.sizes},
-                       {"parameters", d.ok ? Json(d.parameters) : Json()},
-                       {"objective", d.ok ? Json(d.objective) : Json()},
-                       {"violation", d.ok ? Json(d.violation) : Json()},
-                       {"feasible", d.feasible},
-                       {"status", d.status},
-                       {"stop_reason", d.stop_reason},
-                       {"evaluations", d.evaluations}});
+  const auto design_json = [](const StockDesign& d) -> Json {
+    return {{"sizes", d.sizes},
+            {"parameters", known_json(d.ok, d.parameters)},
+            {"objective", known_json(d.ok, d.objective)},
+            {"violation", known_json(d.ok, d.violation)},
+            {"feasible", d.feasible},
+            {"status", d.status},
+            {"stop_reason", d.stop_reason},
+            {"evaluations", d.evaluations}};
+  };
   return {
       {"continuous", {{"parameters", stock.continuous}, {"objective", stock.continuous_objective}}},
       {"neighbours", stock.neighbours},
       {"tried", stock.tried},
       {"settled", stock.settled},
-      {"designs", std::move(designs)},
-      {"chosen", stock.chosen < 0 ? Json() : Json(stock.chosen)}};
+      {"designs", list_json(stock.designs, design_json)},
+      {"chosen", known_json(stock.chosen >= 0, stock.chosen)}};
 }
 
 Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, const DriveList& drives) {
@@ -189,32 +181,32 @@ Json pareto_json(const OptimiseSpec& spec, const Optimum& optimum, const DriveLi
   Json second = {{"label", asked.label}, {"sense", asked.maximise ? "maximise" : "minimise"}};
   second.update(goal_json(asked, drives));
   if (!asked.load_case.empty()) second["case"] = asked.load_case;
-  Json points = Json::array();
-  for (const ParetoPoint& p : optimum.pareto->points)
-    points.push_back({{"bound", optional_json(p.bound)},
-                      {"objective", p.ok ? Json(p.objective) : Json()},
-                      {"second", p.ok ? Json(p.second) : Json()},
-                      {"violation", p.ok ? Json(p.violation) : Json()},
-                      {"feasible", p.feasible},
-                      {"trade_off", optional_json(p.trade_off)},
-                      {"parameters", p.ok ? Json(p.parameters) : Json()},
-                      {"status", p.status},
-                      {"stop_reason", p.stop_reason},
-                      {"evaluations", p.evaluations}});
+  const auto point_json = [](const ParetoPoint& p) -> Json {
+    return {{"bound", optional_json(p.bound)},
+            {"objective", known_json(p.ok, p.objective)},
+            {"second", known_json(p.ok, p.second)},
+            {"violation", known_json(p.ok, p.violation)},
+            {"feasible", p.feasible},
+            {"trade_off", optional_json(p.trade_off)},
+            {"parameters", known_json(p.ok, p.parameters)},
+            {"status", p.status},
+            {"stop_reason", p.stop_reason},
+            {"evaluations", p.evaluations}};
+  };
   return {{"second", std::move(second)},
           {"message", optimum.pareto->message},
-          {"points", std::move(points)}};
+          {"points", list_json(optimum.pareto->points, point_json)}};
 }
 
 Json loop_json(const VerificationLoop& loop) {
-  Json steps = Json::array();
-  for (const VerificationStep& s : loop.steps)
-    steps.push_back({{"variables", s.variables},
-                     {"objective", s.ok ? Json(s.objective) : Json()},
-                     {"violation", s.ok ? Json(s.violation) : Json()},
-                     {"difference", s.ok ? Json(s.difference) : Json()},
-                     {"trust_region", s.trust_region},
-                     {"accepted", s.accepted}});
+  const auto step_json = [](const VerificationStep& s) -> Json {
+    return {{"variables", s.variables},
+            {"objective", known_json(s.ok, s.objective)},
+            {"violation", known_json(s.ok, s.violation)},
+            {"difference", known_json(s.ok, s.difference)},
+            {"trust_region", s.trust_region},
+            {"accepted", s.accepted}};
+  };
   return {{"converged", loop.converged},
           {"message", loop.message},
           {"tolerance", loop.tolerance},
@@ -222,7 +214,7 @@ Json loop_json(const VerificationLoop& loop) {
           {"full_evaluations", loop.steps.size()},
           {"difference", loop.difference},
           {"kkt_residual", optional_json(loop.kkt)},
-          {"steps", std::move(steps)}};
+          {"steps", list_json(loop.steps, step_json)}};
 }
 
 Json verified_json(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
@@ -239,8 +231,8 @@ Json verified_json(const Job& job, const Optimum& optimum, const Mechanism& mech
   Json json = {{"accuracy", "full"},
                {"status", found ? "ok" : "no_equilibrium"},
                {"message", verified.outcome().message},
-               {"objective", found ? Json(verified.objective) : Json()},
-               {"objective_difference", found ? Json(verified.objective_difference) : Json()},
+               {"objective", known_json(found, verified.objective)},
+               {"objective_difference", known_json(found, verified.objective_difference)},
                {"constraints", std::move(constraints)},
                {"loop", verified.loop ? loop_json(*verified.loop) : Json()},
                {"path", path_json(verified.response, mechanism, job.request)}};
@@ -259,14 +251,13 @@ std::string goal_unit(const OptimiseSpec& spec, const std::string& label, const 
 
 Json sensitivities_json(const OptimiseSpec& spec, const Optimum& optimum, const Family& family,
                         const DriveList& drives) {
-  Json sensitivities = Json::array();
-  for (const Sensitivity& s : optimum.sensitivities)
-    sensitivities.push_back({{"of", s.of},
-                             {"unit", goal_unit(spec, s.of, drives)},
-                             {"parameter", s.parameter},
-                             {"per", parameter_unit(family, s.parameter)},
-                             {"value", s.value}});
-  return sensitivities;
+  return list_json(optimum.sensitivities, [&](const Sensitivity& s) -> Json {
+    return {{"of", s.of},
+            {"unit", goal_unit(spec, s.of, drives)},
+            {"parameter", s.parameter},
+            {"per", parameter_unit(family, s.parameter)},
+            {"value", s.value}};
+  });
 }
 
 /// Convergence history as columns: the starts without designs and without the neighbours for
@@ -278,16 +269,10 @@ Json history_json(const Optimum& optimum) {
     if (record.difference || record.stage != Stage::search) continue;
     start.push_back(record.start);
     number.push_back(record.number);
-    objective.push_back(record.ok ? Json(record.objective) : Json());
-    violation.push_back(record.ok ? Json(record.violation) : Json());
+    objective.push_back(known_json(record.ok, record.objective));
+    violation.push_back(known_json(record.ok, record.violation));
   }
   return {{"start", start}, {"number", number}, {"objective", objective}, {"violation", violation}};
-}
-
-// The leaves of the search, where these are not those of the job's model.
-Json searched_on_json(const Job& job) {
-  if (!job.search_model) return nullptr;
-  return {{"accuracy", "reduced"}, {"mesh", job.search_model->mesh}};
 }
 
 }  // namespace
@@ -301,38 +286,41 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   if (!spec.objective.load_case.empty()) goal["case"] = spec.objective.load_case;
   add_margin(spec.objective, goal);
   if (optimum.status != OptimumStatus::failed) add_decisive(job, mechanism, optimum.decisive, goal);
-  return {{"status", name_of(optimum.status)},
-          {"stop_reason", optimum.stop_reason},
-          {"kkt_residual", optional_json(optimum.kkt)},
-          {"parameters", optimum.parameters},
-          {"objective", optimum.status == OptimumStatus::failed ? Json() : Json(optimum.objective)},
-          {"goal", std::move(goal)},
-          {"constraints", constraints_json(job, optimum, mechanism)},
-          {"variables", variables_json(job, optimum, family)},
-          {"accuracy",
-           optimum.at_full_accuracy || job.model.accuracy == Accuracy::full ? "full" : "reduced"},
-          {"algorithm",
-           {{"library", spec.algorithm.library},
-            {"name", spec.algorithm.name},
-            {"local", spec.algorithm.local.empty() ? Json() : Json(spec.algorithm.local)}}},
-          {"gradients", optimum.gradients},
-          {"gradients_of", optimum.gradients != "exact" ? Json()
-                           : optimum.of_reduced_leaves  ? Json("reduced")
-                                                        : Json("full")},
-          {"gradients_message", optimum.gradients_message},
-          {"searched_on", searched_on_json(job)},
-          {"evaluations", optimum.evaluations},
-          {"failed_evaluations", optimum.failed_evaluations},
-          {"best_start", optimum.best_start},
-          {"agreeing_starts", optimum.agreeing_starts},
-          {"starts", starts_json(optimum)},
-          {"screening", screening_json(optimum)},
-          {"optima", optima_json(optimum)},
-          {"stock", stock_json(optimum)},
-          {"pareto", pareto_json(spec, optimum, DriveList(mechanism))},
-          {"verified", verified_json(job, optimum, mechanism)},
-          {"sensitivities", sensitivities_json(spec, optimum, family, DriveList(mechanism))},
-          {"history", history_json(optimum)}};
+  return {
+      {"status", name_of(optimum.status)},
+      {"stop_reason", optimum.stop_reason},
+      {"kkt_residual", optional_json(optimum.kkt)},
+      {"parameters", optimum.parameters},
+      {"objective", known_json(optimum.status != OptimumStatus::failed, optimum.objective)},
+      {"goal", std::move(goal)},
+      {"constraints", constraints_json(job, optimum, mechanism)},
+      {"variables", variables_json(job, optimum, family)},
+      {"accuracy",
+       optimum.at_full_accuracy || job.model.accuracy == Accuracy::full ? "full" : "reduced"},
+      {"algorithm",
+       {{"library", spec.algorithm.library},
+        {"name", spec.algorithm.name},
+        {"local", known_json(!spec.algorithm.local.empty(), spec.algorithm.local)}}},
+      {"gradients", optimum.gradients},
+      {"gradients_of", optimum.gradients != "exact" ? Json()
+                       : optimum.of_reduced_leaves  ? Json("reduced")
+                                                    : Json("full")},
+      {"gradients_message", optimum.gradients_message},
+      // the leaves of the search, where these are not those of the job's model
+      {"searched_on",
+       job.search_model ? Json{{"accuracy", "reduced"}, {"mesh", job.search_model->mesh}} : Json()},
+      {"evaluations", optimum.evaluations},
+      {"failed_evaluations", optimum.failed_evaluations},
+      {"best_start", optimum.best_start},
+      {"agreeing_starts", optimum.agreeing_starts},
+      {"starts", list_json(optimum.starts, start_json)},
+      {"screening", screening_json(optimum)},
+      {"optima", optima_json(optimum)},
+      {"stock", stock_json(optimum)},
+      {"pareto", pareto_json(spec, optimum, DriveList(mechanism))},
+      {"verified", verified_json(job, optimum, mechanism)},
+      {"sensitivities", sensitivities_json(spec, optimum, family, DriveList(mechanism))},
+      {"history", history_json(optimum)}};
 }
 
 }  // namespace flexopt

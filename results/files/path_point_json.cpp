@@ -2,12 +2,10 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/response/fatigue_law.hpp"
 #include "core/response/principal_stiffness.hpp"
-#include "core/response/quantities.hpp"
 #include "results/files/result_parts.hpp"
 
 namespace flexopt {
@@ -28,8 +26,7 @@ OrderedJson rows_json(const MatrixXd& matrix) {
 
 OrderedJson strokes_json(const VectorXd& strokes, const std::vector<Drive>& drives) {
   OrderedJson json = OrderedJson::object();
-  for (std::size_t k = 0; k < drives.size(); ++k)
-    json[drives[k].name] = strokes[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < drives.size(); ++k) json[drives[k].name] = strokes[k];
   return json;
 }
 
@@ -91,8 +88,7 @@ Json safety_place_json(const FatigueCycle& safety, const Mechanism& mechanism,
                        const FatigueRule& rule) {
   constexpr std::array names{"goodman", "gerber", "soderberg"};
   Json json = cycle_place_json(safety, mechanism);
-  const FatigueLaw law(mechanism.leaves[static_cast<std::size_t>(safety.stress.leaf)].material,
-                       rule);
+  const FatigueLaw law(mechanism.leaves[safety.stress.leaf].material, rule);
   json["line"] = {{"mean_stress", names[static_cast<std::size_t>(rule.mean_stress)]},
                   {"endured_amplitude", optional_json(law.endured_amplitude())},
                   {"largest_mean", law.limit()}};
@@ -161,9 +157,8 @@ Json capacity_limits_json(const PathPoint& point, const Mechanism& mechanism) {
       one["kind"] = capacity->fold ? "fold" : "bifurcation";
     if (capacity->stress) one["stress"] = notch_place_json(*capacity->stress, mechanism);
     if (capacity->support)
-      one["support_stiffness"] = {
-          {"direction", direction_names[static_cast<std::size_t>(index(*capacity->support))]},
-          {"value", capacity->stiffness}};
+      one["support_stiffness"] = {{"direction", direction_names[index(*capacity->support)]},
+                                  {"value", capacity->stiffness}};
     limits[(k < 6 ? "" : "-") + std::string(direction_names[k % 6])] = std::move(one);
   }
   return limits;
@@ -230,14 +225,6 @@ Json row_json(const QuantityRow& row, const PathPoint& point) {
   return values;
 }
 
-void add_quantities(const PathPoint& point, Json& json) {
-  for (const QuantityRow& row : quantity_rows()) {
-    std::string pointer = "/" + row.name;
-    std::ranges::replace(pointer, '.', '/');
-    json[Json::json_pointer(pointer)] = row_json(row, point);
-  }
-}
-
 }  // namespace
 
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
@@ -260,7 +247,11 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
       json[name] = nullptr;
     return json;
   }
-  add_quantities(point, json);
+  for (const QuantityRow& row : quantity_rows()) {
+    std::string pointer = "/" + row.name;
+    std::ranges::replace(pointer, '.', '/');
+    json[Json::json_pointer(pointer)] = row_json(row, point);
+  }
   json["compliance"] = {{"drive_free", rows_json(point.compliance_free)},
                         {"drive_locked", rows_json(point.compliance_locked)}};
   json["modes"] = modes_json(point);

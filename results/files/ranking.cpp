@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "results/files/csv_text.hpp"
 #include "results/files/result_json.hpp"
+#include "results/files/result_parts.hpp"
 
 namespace flexopt {
 

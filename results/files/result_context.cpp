@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -13,11 +11,8 @@
 #include "core/elements/plate/leaf_validity.hpp"
 #include "core/mechanism/mobility.hpp"
 #include "core/response/fatigue_law.hpp"
-#include "core/response/quantities.hpp"
-#include "designs/family.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "results/files/result_parts.hpp"
-#include "results/files/units.hpp"
 
 namespace flexopt {
 
@@ -56,11 +51,9 @@ void add_quantity_units(const DriveList& drives, Json& units) {
 /// The direction of the drive, in words where it is not one of the end-effector along a global
 /// axis; of drives with names under these.
 Json drive_json(const Mechanism& mechanism) {
-  const auto body = [&](int b) {
-    return b < 0 ? std::string("ground") : mechanism.bodies[static_cast<std::size_t>(b)].name;
-  };
+  const auto body = [&](int b) { return b < 0 ? std::string("ground") : mechanism.bodies[b].name; };
   const auto one = [&](const Drive& drive) -> Json {
-    const std::string direction(direction_names[static_cast<std::size_t>(index(drive.direction))]);
+    const std::string direction(direction_names[index(drive.direction)]);
     const bool own_axes = drive.axes != Matrix3d::Identity();
     if (!own_axes && drive.body == mechanism.end_effector && drive.other == ground)
       return direction;
@@ -321,6 +314,26 @@ Json accuracy_json(const RunRecord& record) {
          {"largest", tried.message.empty() ? largest_json(tried.largest, record.job) : Json()},
          {"message", tried.message}});
   return json;
+}
+
+std::string stroke_unit(const DriveList& drives, const StrokeRequest& request) {
+  if (!request.loads.driven()) return "1";
+  return is_rotation(drives.first()) ? "rad" : "m";
+}
+
+std::string quantity_unit(const std::string& quantity, const DriveList& drives) {
+  const auto known = quantities(drives);
+  const auto found = std::ranges::find(known, quantity, &Quantity::name);
+  return found == known.end() ? "" : found->unit;
+}
+
+std::string goal_unit(const std::string& quantity, const DriveList& drives) {
+  return quantity.empty() ? "SI" : quantity_unit(quantity, drives);
+}
+
+std::string parameter_unit(const Family& family, const std::string& parameter) {
+  const Parameter* found = find_parameter(family, parameter);
+  return found ? found->unit : "";
 }
 
 }  // namespace flexopt

@@ -1,16 +1,35 @@
 #pragma once
 // The parts of result.json, and the files that show one of them alone.
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/mechanism/mechanism.hpp"
 #include "core/response/path/error_estimate.hpp"
+#include "core/response/quantities.hpp"
 #include "core/response/request.hpp"
 #include "core/response/response.hpp"
+#include "designs/family.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/run_record.hpp"
 
 namespace flexopt {
+
+/// What `of` makes of each item, in a list.
+template <class Items, class Of>
+OrderedJson list_json(const Items& items, const Of& of) {
+  OrderedJson list = OrderedJson::array();
+  for (const auto& item : items) list.push_back(of(item));
+  return list;
+}
+
+/// The value where it is known, else null.
+template <class Value>
+OrderedJson known_json(bool known, const Value& value) {
+  return known ? OrderedJson(value) : OrderedJson();
+}
 
 // A stroke point in result.json.
 
@@ -98,5 +117,68 @@ std::string state_space_script(const StrokeResponse& response, const std::string
 /// state_space.m, or nothing in its place where no point has a model.
 void write_state_space(const std::filesystem::path& folder, const StrokeResponse& response,
                        const std::string& title);
+
+// Tables for spreadsheets and scripts: comma separated, one header line with units, SI.
+
+namespace csv {
+
+/// RFC 4180: quoted where a comma, a quote or a line break would be misread.
+std::string text_cell(const std::string& text);
+
+/// Shortest text that reads back to the same double; empty where there is no finite number.
+std::string number_cell(const std::optional<double>& value);
+
+std::string row(const std::vector<std::string>& cells);
+
+}  // namespace csv
+
+/// One row for each stroke point; a cell without value is empty. `errors`: those of the response,
+/// or null.
+std::string path_csv(const StrokeResponse& response, const DriveList& drives,
+                     const StrokeRequest& request, const StrokeErrors* errors = nullptr);
+
+/// The path that a run is about, or those of all load cases.
+std::string path_csv(const RunRecord& record);
+
+/// One row for each evaluated design, in the order start, number; `best` is the objective of the
+/// best feasible design up to and including this row, `difference` marks neighbours for
+/// derivatives.
+std::string history_csv(const Job& job, const Optimum& optimum, const DriveList& drives);
+
+/// One row for each design of the front of two objectives.
+std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList& drives);
+
+/// One row for each design and model: parameters and symbols, ratios of the widest leaf, points
+/// reached, and the worst error of each quantity.
+std::string comparison_csv(const Job& job, const Comparison& comparison, const DriveList& drives);
+
+// Deformed mid-surfaces for ParaView: one shape_NNN.vtu a stroke point and shapes.pvd over all.
+
+/// A vector at every point of all leaves, such as the motion of a mode.
+struct VtkField {
+  std::string name;
+  std::vector<Vector3d> values;
+};
+
+/// VTK XML unstructured grid of quadrilaterals on the undeflected leaves, with the point data
+/// displacement [m] and von_mises [Pa], further ones, and the cell data leaf (index).
+std::string shape_vtu(const std::vector<LeafShape>& leaves,
+                      const std::vector<VtkField>& fields = {});
+
+/// A point of a path for ParaView: displacement, stress, and every mode that it has as a vector
+/// field "mode 1, drive locked, 56.3 Hz", the largest of which is one.
+std::string point_vtu(const Mechanism& mechanism, const PathPoint& point);
+
+/// Writes both, and removes shape files of a longer earlier path. Nothing if no point has shapes.
+void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoint>& path);
+
+// SI units of what results hold; they depend on the drive (metre or radian).
+
+/// m | rad of the first drive, or 1 for a load path
+std::string stroke_unit(const DriveList& drives, const StrokeRequest& request);
+std::string quantity_unit(const std::string& quantity, const DriveList& drives);  ///< "" if unknown
+/// Unit of a goal's quantity; "SI" for a formula, which has no quantity.
+std::string goal_unit(const std::string& quantity, const DriveList& drives);
+std::string parameter_unit(const Family& family, const std::string& parameter);
 
 }  // namespace flexopt

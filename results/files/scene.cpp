@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/mechanism/profile.hpp"
 #include "optim/problem/evaluation_log.hpp"
@@ -24,10 +23,6 @@ constexpr Budget whole_budget{8'000'000, 4'000'000}, start_budget{2'000'000, 1'0
     front_budget{400'000, 0};
 constexpr std::size_t report_budget = 7'000'000;  ///< compressed, for a job that lists designs
 
-Json columns_json(const Matrix3d& m) {
-  return {vector_json(m.col(0)), vector_json(m.col(1)), vector_json(m.col(2))};
-}
-
 Json bodies_json(const Mechanism& mechanism) {
   Json bodies = Json::array();
   for (const RigidBody& body : mechanism.bodies) {
@@ -39,7 +34,7 @@ Json bodies_json(const Mechanism& mechanism) {
                  {"box", nullptr}};
     if (body.box)
       json["box"] = {{"center", vector_json(body.box->center)},
-                     {"half_edges", columns_json(body.box->half_edges)}};
+                     {"half_edges", rows_json(body.box->half_edges.transpose())}};
     bodies.push_back(std::move(json));
   }
   return bodies;
@@ -52,19 +47,18 @@ Json leaves_json(const Mechanism& mechanism, const std::vector<LeafShape>& shape
     const LeafSpring& leaf = mechanism.leaves[k];
     const int along = shapes[k].points_along;
     const std::vector<double> places = places_along(shapes[k]);
-    Json half = Json::array();
-    for (const double s : places) half.push_back(half_thickness(leaf, s));
-    leaves.push_back({{"name", leaf.name},
-                      {"base", leaf.base},
-                      {"tip", leaf.tip},
-                      {"points_along", along},
-                      {"points_across", shapes[k].points_across},
-                      {"along", places},
-                      {"round", leaf.section == Section::circular},
-                      {"half_thickness", std::move(half)},
-                      {"length", leaf.length},
-                      {"width", leaf.width},
-                      {"thickness", leaf.thickness}});
+    leaves.push_back(
+        {{"name", leaf.name},
+         {"base", leaf.base},
+         {"tip", leaf.tip},
+         {"points_along", along},
+         {"points_across", shapes[k].points_across},
+         {"along", places},
+         {"round", leaf.section == Section::circular},
+         {"half_thickness", list_json(places, [&](double s) { return half_thickness(leaf, s); })},
+         {"length", leaf.length},
+         {"width", leaf.width},
+         {"thickness", leaf.thickness}});
   }
   return leaves;
 }
@@ -102,7 +96,7 @@ Json loads_json(const LoadCase& loads, const Mechanism& mechanism) {
   const auto add = [&](const std::vector<DeadLoad>& some, bool growing) {
     for (const DeadLoad& load : some) {
       const int body = load.body.value_or(mechanism.end_effector);
-      const Vector3d reference = mechanism.bodies[static_cast<std::size_t>(body)].reference;
+      const Vector3d reference = mechanism.bodies[body].reference;
       list.push_back({{"name", load.name},
                       {"body", body},
                       {"place", vector_json(load.place.value_or(reference + load.arm))},

@@ -1,8 +1,8 @@
 #pragma once
 // scene.json: what the report draws in three dimensions. Every equilibrium and every mode is there
 // once, on the meshes of the leaves; the page makes the motion between them.
-#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,11 +55,14 @@ std::vector<double> places_along(const LeafShape& shape);
 /// Half the thickness of a leaf, or the radius of a wire, at a share s of its length [m].
 double half_thickness(const LeafSpring& leaf, double s);
 
-/// Motion of the points of a leaf whose edges follow their bodies: cubic along the leaf, as a
-/// slender leaf bends. For models that do not tell their own. 3 numbers a point, in the order of
-/// the shape.
-VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const PathPoint& point,
-                           const VectorXd& body_motion);
+struct ModeShape {
+  VectorXd points;  ///< motion of the mesh points of all leaves, the largest of which is one
+  VectorXd bodies;  ///< displacement and spin of each body
+};
+/// A mode with the motion of all so many mesh points; nothing where the model of a leaf does not
+/// tell its own.
+std::optional<ModeShape> mode_shape(const Mechanism& mechanism, const PathPoint& point,
+                                    const Mode& mode, std::size_t points);
 
 // Tracks modes from one point of the path to the next.
 
@@ -68,19 +71,5 @@ VectorXd cubic_leaf_motion(const Mechanism& mechanism, std::size_t leaf, const P
 /// most similar, each once: cos² of the angle between the motions (Mode::motion) at least 0.3.
 /// Other modes begin a branch. `drive`: whose list of modes.
 std::vector<std::vector<int>> mode_branches(const std::vector<PathPoint>& path, DriveState drive);
-
-// Arrays of numbers as text inside a JSON document: compressed by zlib, then base64.
-
-/// {"type": "float32", "shape": [...], "data"}: the bytes of little-endian numbers, all first bytes
-/// before all second ones and so on, compressed and in base64. The first index runs slowest; the
-/// product of `shape` is the number of values.
-OrderedJson packed_floats(const std::vector<float>& values, const std::vector<std::size_t>& shape);
-
-/// {"type": "int16", "shape", "data"}: as packed_floats, each row of the first index less the row
-/// before it, which compresses better where rows are alike.
-OrderedJson packed_rows(const std::vector<std::int16_t>& values,
-                        const std::vector<std::size_t>& shape);
-
-std::string base64(const std::string& bytes);
 
 }  // namespace flexopt

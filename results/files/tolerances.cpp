@@ -3,13 +3,10 @@
 
 #include <cassert>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "core/response/quantities.hpp"
-#include "results/files/csv_text.hpp"
+#include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
-#include "results/files/units.hpp"
 
 namespace flexopt {
 
@@ -58,8 +55,7 @@ Json number_json(const ToleratedNumber& number, const std::vector<Tolerance>& en
     json["standard_deviation"] = standard_deviation(entries, *number.slopes);
     json["shares"] = Json::object();
     const VectorXd shares = variance_shares(entries, *number.slopes);
-    for (std::size_t e = 0; e < entries.size(); ++e)
-      json["shares"][entries[e].name] = shares[static_cast<Eigen::Index>(e)];
+    for (std::size_t e = 0; e < entries.size(); ++e) json["shares"][entries[e].name] = shares[e];
   }
   json["sampled"] = sampled_json(number.sampled);
   return json;
@@ -94,6 +90,113 @@ Json goal_json(const RunRecord& record, const ToleratedGoal& goal, const DriveLi
   return json;
 }
 
+/// A row of values for each value of the first parameter.
+Json rows_json(const MapValues& values, std::size_t columns) {
+  Json rows = Json::array();
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (k % columns == 0) rows.push_back(Json::array());
+    rows.back().push_back(optional_json(values[k]));
+  }
+  return rows;
+}
+
+Json parameters_json(const RunRecord& record, const MapSpec& map, const ResponseMap& found) {
+  const Family& family = resolve(record.job.design)->family();
+  Json parameters = Json::array();
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Variable& axis = map.parameters[k];
+    Json start = found.held[k];
+    if (record.optimum)
+      for (const Variable& v : record.job.optimise->variables)
+        if (v.parameter == axis.parameter && v.start) start = *v.start;
+    parameters.push_back({{"parameter", axis.parameter},
+                          {"unit", parameter_unit(family, axis.parameter)},
+                          {"values", found.parameters[k]},
+                          {"start", std::move(start)},
+                          {"held", found.held[k]}});
+  }
+  return parameters;
+}
+
+Json map_json(const RunRecord& record, const MapSpec& map, const ResponseMap& found) {
+  const DriveList drives(record.mechanism);
+  const std::size_t columns = found.parameters[1].size();
+  Json quantities = Json::array();
+  for (std::size_t q = 0; q < map.quantities.size(); ++q) {
+    const Constraint& of = map.quantities[q];
+    Json json = {{"label", of.label}};
+    if (of.expression.empty())
+      json.update({{"quantity", of.quantity}, {"over_stroke", name_of(of.over_stroke)}});
+    else
+      json["expression"] = of.expression;
+    json["unit"] = goal_unit(of.quantity, drives);
+    json["values"] = rows_json(found.quantities[q], columns);
+    quantities.push_back(std::move(json));
+  }
+  return {{"parameters", parameters_json(record, map, found)},
+          {"model", {{"accuracy", "reduced"}, {"atlas", found.looked_up}}},
+          {"quantities", std::move(quantities)},
+          {"margin", found.margin.empty() ? Json() : rows_json(found.margin, columns)},
+          {"failed", found.failed},
+          {"first_failure", found.first_failure}};
+}
+
+/// A row for each design of each map and each of its quantities.
+std::string maps_csv(const RunRecord& record) {
+  std::string text = csv::row({"map", "first parameter", "value [SI]", "second parameter",
+                               "value [SI]", "quantity", "unit", "value", "margin [1]"});
+  const DriveList drives(record.mechanism);
+  for (std::size_t m = 0; m < record.maps.size(); ++m) {
+    const MapSpec& map = record.job.maps[m];
+    const ResponseMap& found = record.maps[m];
+    const std::size_t columns = found.parameters[1].size();
+    for (std::size_t q = 0; q < map.quantities.size(); ++q)
+      for (std::size_t k = 0; k < found.quantities[q].size(); ++k)
+        text += csv::row({fmt::format("{}", m), csv::text_cell(map.parameters[0].parameter),
+                          csv::number_cell(found.parameters[0][k / columns]),
+                          csv::text_cell(map.parameters[1].parameter),
+                          csv::number_cell(found.parameters[1][k % columns]),
+                          csv::text_cell(map.quantities[q].label),
+                          csv::text_cell(goal_unit(map.quantities[q].quantity, drives)),
+                          csv::number_cell(found.quantities[q][k]),
+                          found.margin.empty() ? "" : csv::number_cell(found.margin[k])});
+  }
+  return text;
+}
+
+Json errors_json(const std::vector<AssemblyError>& errors, const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const AssemblyError& e : errors)
+    list.push_back({{"leaf", mechanism.leaves[e.leaf].name},
+                    {"end", e.end == 0 ? "base" : "tip"},
+                    {"move", vector_json(e.move)},
+                    {"turn", vector_json(e.turn)}});
+  return list;
+}
+
+/// Adds the stroke of a place, and its load case, where there are several.
+void add_place(const GoalPlace& place, const Job& job, Json& json) {
+  const JobCase one = cases_of(job)[place.load_case];
+  if (!one.name.empty()) json["case"] = one.name;
+  json["stroke"] = one.request.points[place.point];
+}
+
+Json worst_json(const WorstAssembly& worst, const RunRecord& record, const DriveList& drives) {
+  Json json = {{"quantity", worst.of.quantity},
+               {"over_stroke", name_of(worst.of.over_stroke)},
+               {"unit", quantity_unit(worst.of.quantity, drives)},
+               {"nominal", worst.nominal},
+               {"corner", optional_json(worst.corner)},
+               {"worst", optional_json(worst.worst)}};
+  add_place(worst.place, record.job, json);
+  json["misalignment"] = errors_json(worst.misalignment, record.mechanism);
+  json["as_bad"] = list_json(
+      worst.as_bad, [&](const auto& errors) { return errors_json(errors, record.mechanism); });
+  json["evaluations"] = worst.evaluations;
+  json["reason"] = worst.reason;
+  return json;
+}
+
 }  // namespace
 
 OrderedJson make_tolerances(const RunRecord& record) {
@@ -101,8 +204,7 @@ OrderedJson make_tolerances(const RunRecord& record) {
   const ToleranceReport& report = *record.tolerances;
   const TolerancesSpec& spec = *record.job.tolerances;
   const DriveList drives(record.mechanism);
-  Json goals = Json::array();
-  for (const ToleratedGoal& goal : report.goals) goals.push_back(goal_json(record, goal, drives));
+  const auto goal = [&](const ToleratedGoal& of) { return goal_json(record, of, drives); };
   Json json = {
       {"convention",
        "first order in the tolerances, by exact derivatives: worst is how far a number gets within "
@@ -111,7 +213,7 @@ OrderedJson make_tolerances(const RunRecord& record) {
        "deviations"},
       {"message", report.message},
       {"entries", entries_json(report.entries, resolve(record.job.design)->family())},
-      {"goals", std::move(goals)},
+      {"goals", list_json(report.goals, goal)},
       {"room",
        report.room ? Json{{"scale", *report.room}, {"constraint", report.room_of}} : Json()},
       {"samples",
@@ -156,10 +258,46 @@ std::string tolerances_csv(const RunRecord& record) {
       cells.push_back(n.sampled ? csv::number_cell((*n.sampled).*member) : "");
     const VectorXd shares = n.slopes ? variance_shares(entries, *n.slopes) : VectorXd();
     for (std::size_t e = 0; e < entries.size(); ++e)
-      cells.push_back(n.slopes ? csv::number_cell(shares[static_cast<Eigen::Index>(e)]) : "");
+      cells.push_back(n.slopes ? csv::number_cell(shares[e]) : "");
     text += csv::row(cells);
   }
   return text;
+}
+
+OrderedJson make_maps(const RunRecord& record) {
+  assert(record.maps.size() == record.job.maps.size());
+  Json maps = Json::array();
+  for (std::size_t k = 0; k < record.maps.size(); ++k)
+    maps.push_back(map_json(record, record.job.maps[k], record.maps[k]));
+  return maps;
+}
+
+void write_maps_csv(const std::filesystem::path& folder, const RunRecord& record) {
+  write_or_remove(folder / "maps.csv", record.maps.empty() ? "" : maps_csv(record));
+}
+
+OrderedJson make_assembly(const RunRecord& record) {
+  assert(record.assembly);
+  const AssemblyReport& report = *record.assembly;
+  const DriveList drives(record.mechanism);
+  const auto worst = [&](const WorstAssembly& of) { return worst_json(of, record, drives); };
+  Json json = {
+      {"convention",
+       "worst: found in the box of errors by local searches from its middle and from "
+       "points of a Sobol sequence; as_bad: other places that were met and are no better but for "
+       "rounding; corner: where the gradients in the middle point to; "
+       "critical: the scale of the box up to which nothing critical was found in it"},
+      {"message", report.message},
+      {"worst_case", list_json(report.quantities, worst)},
+      {"critical", nullptr}};
+  if (const auto& critical = report.critical) {
+    Json& own = json["critical"] = {
+        {"scale", critical->scale}, {"limit", critical->limit}, {"reason", critical->text}};
+    add_place(critical->place, record.job, own);
+    own["misalignment"] = errors_json(critical->misalignment, record.mechanism);
+    own["evaluations"] = critical->evaluations;
+  }
+  return json;
 }
 
 }  // namespace flexopt

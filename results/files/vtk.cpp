@@ -1,4 +1,4 @@
-#include "results/files/vtk.hpp"
+#include "results/files/result_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "results/files/folder.hpp"
+#include "results/files/scene.hpp"
 
 namespace flexopt {
 
@@ -86,6 +87,25 @@ std::string shape_vtu(const std::vector<LeafShape>& leaves, const std::vector<Vt
          "</Points>\n<Cells>\n" + data_array("Int32", "connectivity", 1, connectivity) +
          data_array("Int32", "offsets", 1, offsets) + data_array("UInt8", "types", 1, types) +
          "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+}
+
+std::string point_vtu(const Mechanism& mechanism, const PathPoint& point) {
+  std::size_t points = 0;
+  for (const LeafShape& leaf : point.shapes) points += leaf.undeflected.size();
+  std::vector<VtkField> fields;
+  const auto add = [&](const std::vector<Mode>& modes, const char* drive) {
+    for (std::size_t k = 0; k < modes.size(); ++k) {
+      const auto shape = mode_shape(mechanism, point, modes[k], points);
+      if (!shape) continue;
+      VtkField& field = fields.emplace_back();
+      field.name = fmt::format("mode {}, drive {}, {:.6g} Hz", k + 1, drive, modes[k].frequency);
+      for (Eigen::Index i = 0; i < shape->points.size(); i += 3)
+        field.values.emplace_back(shape->points.segment<3>(i));
+    }
+  };
+  add(point.modes_locked, "locked");
+  add(point.modes_free, "free");
+  return shape_vtu(point.shapes, fields);
 }
 
 void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoint>& path) {

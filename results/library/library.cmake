@@ -3,7 +3,6 @@
 set(folder ${CMAKE_CURRENT_LIST_DIR})
 add_library(flexopt_library SHARED
   library/jobs.cpp
-  library/problem.cpp
   library/results.cpp
   cli/program.cpp
 )

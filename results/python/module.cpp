@@ -1,12 +1,11 @@
 // flexopt._core: the C++ side of the Python package, which gives it a face.
+#include <fmt/format.h>
 #include <pybind11/eigen.h>
-#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <thread>
 #include <utility>
 
 #include "core/spec/spec_error.hpp"
@@ -15,10 +14,7 @@
 #include "results/files/result_json.hpp"
 #include "results/files/scene.hpp"
 #include "results/files/version.hpp"
-#include "results/library/posed_goals.hpp"
-#include "results/library/runs.hpp"
 #include "results/python/interruptible.hpp"
-#include "results/python/json_values.hpp"
 #include "results/python/path_arrays.hpp"
 #include "results/report/report.hpp"
 
@@ -28,6 +24,110 @@ namespace {
 namespace py = pybind11;
 using namespace py::literals;
 using Released = py::call_guard<Computation, py::gil_scoped_release>;
+
+// Python's dicts, lists and numbers ↔ JSON documents, value by value.
+
+using nlohmann::json;
+
+constexpr int deepest = 32;  // as of a file
+
+json json_within(py::handle value, const std::string& pointer, int depth);
+
+std::string text_of(py::handle value, const std::string& pointer) try {
+  return value.cast<std::string>();
+} catch (const std::exception&) {  // half of a surrogate pair
+  PyErr_Clear();
+  throw SpecError(pointer, py::repr(value), "expected a text that UTF-8 can hold");
+}
+
+json object_of(const py::dict& dict, const std::string& pointer, int depth) {
+  json object = json::object();
+  for (const auto& [key, value] : dict) {
+    if (!py::isinstance<py::str>(key))
+      throw SpecError(pointer, py::repr(key), "keys of a job are texts");
+    const std::string name = text_of(key, pointer);
+    object[name] = json_within(value, fmt::format("{}/{}", pointer, name), depth + 1);
+  }
+  return object;
+}
+
+json array_of(const py::sequence& list, const std::string& pointer, int depth) {
+  json array = json::array();
+  for (const py::handle value : list)
+    array.push_back(json_within(value, fmt::format("{}/{}", pointer, array.size()), depth + 1));
+  return array;
+}
+
+double number_of(py::handle value, const std::string& pointer) {
+  const double number = value.cast<double>();
+  if (!std::isfinite(number)) throw SpecError(pointer, py::repr(value), "expected a finite number");
+  return number;
+}
+
+std::int64_t whole_of(py::handle value, const std::string& pointer) try {
+  return value.cast<std::int64_t>();
+} catch (const py::cast_error&) {
+  throw SpecError(pointer, py::repr(value), "expected a number of at most 63 bits");
+}
+
+/// What numpy's arrays and numbers are in Python's own types. Those that have no such type, of more
+/// than 64 bits, stay as they are: then the nearest double.
+json of_numpy(py::handle value, const std::string& pointer, int depth) {
+  const py::object plain = value.attr("tolist")();
+  if (!py::type::of(plain).is(py::type::of(value))) return json_within(plain, pointer, depth + 1);
+  if (py::hasattr(value, "__float__") && !PyObject_IsTrue(value.attr("imag").ptr()))
+    return number_of(py::float_(value.attr("real")), pointer);
+  throw SpecError(pointer, py::repr(value), "expected a real number");
+}
+
+json json_within(py::handle value, const std::string& pointer, int depth) {
+  if (depth > deepest)
+    throw SpecError(pointer, "…", fmt::format("nested deeper than {} levels", deepest));
+  if (value.is_none()) return nullptr;
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
+  if (py::isinstance<py::str>(value)) return text_of(value, pointer);
+  if (py::isinstance<py::float_>(value)) return number_of(value, pointer);
+  if (py::isinstance<py::int_>(value)) return whole_of(value, pointer);
+  if (py::isinstance<py::dict>(value))
+    return object_of(py::reinterpret_borrow<py::dict>(value), pointer, depth);
+  if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value))
+    return array_of(py::reinterpret_borrow<py::sequence>(value), pointer, depth);
+  if (py::hasattr(value, "tolist") && py::hasattr(value, "imag"))
+    return of_numpy(value, pointer, depth);
+  if (py::hasattr(value, "tolist"))
+    return json_within(value.attr("tolist")(), pointer, depth + 1);  // a series of pandas
+  if (py::hasattr(value, "__fspath__"))
+    return json_within(value.attr("__fspath__")(), pointer, depth + 1);
+  throw SpecError(pointer, py::repr(value),
+                  "expected what JSON has: a dict, list, text, number, bool or None");
+}
+
+py::object python_of(const OrderedJson& value) {
+  switch (value.type()) {
+    case OrderedJson::value_t::object: {
+      py::dict dict;
+      for (const auto& [key, entry] : value.items()) dict[py::str(key)] = python_of(entry);
+      return dict;
+    }
+    case OrderedJson::value_t::array: {
+      py::list list(value.size());
+      for (std::size_t k = 0; k < value.size(); ++k) list[k] = python_of(value[k]);
+      return list;
+    }
+    case OrderedJson::value_t::string:
+      return py::str(value.get_ref<const std::string&>());
+    case OrderedJson::value_t::boolean:
+      return py::bool_(value.get<bool>());
+    case OrderedJson::value_t::number_integer:
+      return py::int_(value.get<std::int64_t>());
+    case OrderedJson::value_t::number_unsigned:
+      return py::int_(value.get<std::uint64_t>());
+    case OrderedJson::value_t::number_float:
+      return py::float_(value.get<double>());
+    default:
+      return py::none();
+  }
+}
 
 JobKind kind_of(const std::string& name) {
   for (const JobKind kind : {JobKind::evaluate, JobKind::optimise, JobKind::compare})
@@ -74,10 +174,10 @@ void add_job(py::module_& m) {
           Released())
       .def_static("parse",
                   [](const py::dict& dict) {
-                    const nlohmann::json json = json_of(dict);
+                    const json document = json_within(dict, "", 0);
                     const Computation computation;
                     const py::gil_scoped_release released;
-                    return std::make_shared<Job>(parse_job(json));
+                    return std::make_shared<Job>(parse_job(document));
                   })
       .def(
           "as_kind",
@@ -117,7 +217,8 @@ std::vector<std::string> case_names(const FinishedRun& run) {
 }
 
 void add_run(py::module_& m) {
-  py::class_<FinishedRun>(m, "Run")
+  py::class_<FinishedRun> finished(m, "Run");
+  finished
       .def_property_readonly("message", [](const FinishedRun& run) { return run.record->message; })
       .def_property_readonly("no_gradients",
                              [](const FinishedRun& run) { return run.record->no_gradients; })
@@ -125,21 +226,16 @@ void add_run(py::module_& m) {
                              [](const FinishedRun& run) { return run.record->timings.at("total"); })
       .def_readonly("failed_expectations", &FinishedRun::failed_expectations)
       .def_property_readonly("case_names", [](const FinishedRun& run) { return case_names(run); })
-      .def("path",
-           [](const FinishedRun& run, std::size_t load_case) {
-             return std::make_shared<PathArrays>(run.record, run.through, load_case);
-           })
       .def("result", [](const FinishedRun& run) { return result_of(*run.record); })
       .def(
           "report", [](const FinishedRun& run) { return report_of(*run.record); }, Released());
+  add_path(m, finished);
   m.def(
       "run",
       [](const std::shared_ptr<Job>& job, const std::vector<std::string>& along,
          const std::string& folder, int threads, py::object progress) {
         const Computation computation;
-        static const int hardware =  // asking takes long
-            static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-        const RunOptions options{folder, threads > 0 ? threads : hardware, along};
+        const RunOptions options{folder, threads, along};
         PythonListener listener(std::move(progress));
         std::optional<FinishedRun> finished;
         if (job->kind == JobKind::evaluate && !job->tolerances && job->maps.empty()) {
@@ -157,43 +253,6 @@ void add_run(py::module_& m) {
         return std::pair(std::move(*finished), std::move(status));
       },
       "job"_a, "along"_a, "folder"_a, "threads"_a, "progress"_a);
-}
-
-void add_path(py::module_& m) {
-  // The object itself keeps its arrays alive.
-  const auto with_owner = [](auto member) {
-    return [member](const py::object& self) { return (self.cast<PathArrays&>().*member)(self); };
-  };
-  const auto locked = [](auto member, bool held) {
-    return [member, held](const py::object& self) {
-      return (self.cast<PathArrays&>().*member)(self, held);
-    };
-  };
-  py::class_<PathArrays, std::shared_ptr<PathArrays>>(m, "Path")
-      .def("__len__", &PathArrays::size)
-      .def_property_readonly("status", &PathArrays::status)
-      .def_property_readonly("message", &PathArrays::message)
-      .def_property_readonly("messages", &PathArrays::messages)
-      .def_property_readonly("stroke_reached", &PathArrays::stroke_reached)
-      .def_property_readonly("stroke", with_owner(&PathArrays::stroke))
-      .def_property_readonly("strokes", &PathArrays::strokes)
-      .def_property_readonly("displacement", with_owner(&PathArrays::displacement))
-      .def_property_readonly("rotation", with_owner(&PathArrays::rotation))
-      .def_property_readonly("converged", &PathArrays::converged)
-      .def_property_readonly("compliance_free", locked(&PathArrays::compliance, false))
-      .def_property_readonly("compliance_locked", locked(&PathArrays::compliance, true))
-      .def_property_readonly("frequencies_free", locked(&PathArrays::frequencies, false))
-      .def_property_readonly("frequencies_locked", locked(&PathArrays::frequencies, true))
-      .def_property_readonly("names", &PathArrays::names)
-      .def_property_readonly("units", &PathArrays::units)
-      .def_property_readonly("has_gradients", &PathArrays::has_gradients)
-      .def("values",
-           [](const py::object& self, const std::string& name) {
-             return self.cast<PathArrays&>().values(self, name);
-           })
-      .def("gradient", [](const py::object& self, const std::string& name) {
-        return self.cast<PathArrays&>().gradient(self, name);
-      });
 }
 
 void add_problem(py::module_& m) {
@@ -244,7 +303,6 @@ PYBIND11_MODULE(_core, m) {
     return names;
   });
   add_job(m);
-  add_path(m);
   add_run(m);
   add_problem(m);
 }

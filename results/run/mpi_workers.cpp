@@ -156,7 +156,7 @@ class Leader : public Workers {
         row_.pop_front();
         free_.pop_back();
         next->given = true;
-        asked_[static_cast<std::size_t>(rank)] = next;
+        asked_[rank] = next;
         patience.renew();
         post_.send(rank, question, next->text);
       }
@@ -171,7 +171,7 @@ class Leader : public Workers {
   }
 
   void take(Message message) {
-    Question*& of = asked_[static_cast<std::size_t>(message.rank)];
+    Question*& of = asked_[message.rank];
     if (message.tag == failed || !of) {
       broken_ = "rank " + std::to_string(message.rank) + ": " + message.text;
       for (Question* waiting : row_) waiting->news.notify_one();

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "core/elements/leaf/leaf_element.hpp"
@@ -11,14 +10,11 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
-#include "optim/search/optimise.hpp"
 #include "optim/search/stages.hpp"
-#include "optim/studies/compare.hpp"
 #include "optim/studies/response_map.hpp"
 #include "optim/studies/tolerance_study.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/version.hpp"
-#include "results/run/steps.hpp"
 
 namespace flexopt {
 
@@ -28,13 +24,6 @@ namespace {
 StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism,
                               const StrokeRequest& request) {
   return evaluate_stroke(mechanism, job.model, drawn(request));
-}
-
-/// Responses with shapes for all load cases of a job; none where it has a single case.
-std::vector<StrokeResponse> drawn_cases(const Job& job, const Mechanism& mechanism) {
-  std::vector<StrokeResponse> cases;
-  for (const JobCase& one : job.cases) cases.push_back(drawn_response(job, mechanism, one.request));
-  return cases;
 }
 
 /// Evaluates every path of the job with shapes and with derivatives along these names. Where one
@@ -68,19 +57,16 @@ void choose_accuracy(RunListener& listener, RunRecord& record) {
   record.job.model = record.chosen->model;
 }
 
-/// Whether every number that an optimisation tells is one of its optimum: points of a front,
-/// designs in stock sizes and those beside a robust one are not corrected on full leaves.
-bool tells_one_design(const Job& job) {
-  return !job.optimise->pareto && !has_stock(*job.optimise) && !job.tolerances &&
-         !job.assembly_tolerances;
-}
-
 /// Sets the model that the search goes on with, where the chosen model is not that of the job and
-/// leaves of the job's model can be looked up.
+/// leaves of the job's model can be looked up; and where every number that the optimisation tells
+/// is one of its optimum: points of a front, designs in stock sizes and those beside a robust one
+/// are not corrected on full leaves.
 void choose_search_model(const ModelOptions& asked, RunRecord& record) {
-  const ModelOptions& chosen = record.job.model;
-  const bool other = chosen.mesh != asked.mesh || chosen.accuracy != asked.accuracy;
-  if (other && asked.atlas && tells_one_design(record.job)) record.job.search_model = asked;
+  Job& job = record.job;
+  const bool other = job.model.mesh != asked.mesh || job.model.accuracy != asked.accuracy;
+  if (other && asked.atlas && !job.optimise->pareto && !has_stock(*job.optimise) &&
+      !job.tolerances && !job.assembly_tolerances)
+    job.search_model = asked;
 }
 
 /// Adds the estimated errors, by this model, of the paths that the run is about. Full paths of the
@@ -137,69 +123,54 @@ void add_timings(RunRecord& record) {
   }
 }
 
-/// Studies the tolerances of the design with these parameters, where the job has some.
-void look_at_tolerances(const ParameterValues& parameters, const ModelOptions& model, int threads,
-                        RunListener& listener, SharedUnits* shared, RunRecord& record) {
-  if (!record.job.tolerances) return;
-  listener.say(fmt::format("tolerances: {} sampled designs", record.job.tolerances->samples));
-  record.tolerances = study_tolerances(record.job, parameters, model, threads,
-                                       counted(listener, "sampled designs"), shared);
-}
-
-/// Studies the assembly errors of the design with these parameters, where the job has a box of
-/// them.
-void look_at_assembly(const ParameterValues& parameters, const ModelOptions& model,
-                      RunListener& listener, RunRecord& record) {
-  if (!record.job.assembly_tolerances) return;
-  listener.say("errors of assembly: the worst of the box");
-  record.assembly = study_assembly(record.job, parameters, model);
-}
-
-/// Evaluates the response maps of the design with these parameters.
-void draw_maps(const ParameterValues& parameters, int threads, RunListener& listener,
-               SharedUnits* shared, RunRecord& record) {
-  const std::size_t count = record.job.maps.size();
+/// Evaluates designs beside the one with these parameters: tolerances, assembly errors, maps.
+void look_around(const ParameterValues& parameters, const ModelOptions& model,
+                 const RunOptions& options, RunListener& listener, RunRecord& record) {
+  const Job& job = record.job;
+  Sharing* const sharing = options.sharing;
+  std::unique_ptr<SharedUnits> shared;
+  if (sharing)
+    shared = std::make_unique<SharedUnits>(*sharing, job, units_log(options.folder), build_id());
+  if (job.tolerances) {
+    listener.say(fmt::format("tolerances: {} sampled designs", job.tolerances->samples));
+    record.tolerances = study_tolerances(job, parameters, model, options.threads,
+                                         counted(listener, "sampled designs"), shared.get());
+  }
+  if (job.assembly_tolerances && (!sharing || sharing->complete())) {
+    listener.say("errors of assembly: the worst of the box");
+    record.assembly = study_assembly(job, parameters, model);
+  }
+  const std::size_t count = job.maps.size();
   for (std::size_t k = 0; k < count; ++k) {
-    const MapSpec& map = record.job.maps[k];
+    const MapSpec& map = job.maps[k];
     listener.say(
         fmt::format("map {} of {}: {} designs", k + 1, count, map.points[0] * map.points[1]));
-    const LoopProgress progress =
-        counted(listener, fmt::format("designs of map {} of {}", k + 1, count));
-    record.maps.push_back(
-        evaluate_map(record.job, map, parameters, threads, evaluate_stroke, progress, shared));
+    record.maps.push_back(evaluate_map(
+        job, map, parameters, options.threads, evaluate_stroke,
+        counted(listener, fmt::format("designs of map {} of {}", k + 1, count)), shared.get()));
   }
 }
 
-/// Evaluates designs beside the one with these parameters: tolerances, assembly errors, maps.
-void look_around(const ParameterValues& parameters, const ModelOptions& model,
-                 const std::filesystem::path& folder, int threads, RunListener& listener,
-                 Sharing* sharing, RunRecord& record) {
-  std::unique_ptr<SharedUnits> shared;
-  if (sharing)
-    shared = std::make_unique<SharedUnits>(*sharing, record.job, units_log(folder), build_id());
-  look_at_tolerances(parameters, model, threads, listener, shared.get(), record);
-  if (!sharing || sharing->complete()) look_at_assembly(parameters, model, listener, record);
-  draw_maps(parameters, threads, listener, shared.get(), record);
-}
+bool follows(const RunOptions& options) { return options.sharing && options.sharing->follows(); }
 
-bool leads(const Sharing* sharing) { return sharing && sharing->workers() && !sharing->follows(); }
-bool follows(const Sharing* sharing) { return sharing && sharing->follows(); }
-
-/// Tells the processes that follow the design and the model of the studies, or that there is none.
-void tell_design(bool ok, const ParameterValues& parameters, const ModelOptions& model,
-                 const Sharing& sharing) {
+/// A leader tells the processes that follow the design and the model of the studies, or, where
+/// there are no parameters, that there is none.
+void tell_design(const ParameterValues* parameters, const ModelOptions& model,
+                 const Sharing* sharing) {
   using nlohmann::json;
-  const json design{parameters, static_cast<int>(model.accuracy)};
-  sharing.workers()->tell((ok ? design : json()).dump());
+  if (!sharing || !sharing->workers()) return;
+  const json design = parameters ? json{*parameters, static_cast<int>(model.accuracy)} : json();
+  sharing->workers()->tell(design.dump());
 }
 
 /// Runs a process that follows: it evaluates the studies of the design that the leader tells it.
-void follow(int threads, RunListener& listener, Sharing* sharing, RunRecord& record) {
-  const auto told = nlohmann::json::parse(sharing->workers()->hear());
+void follow(const RunOptions& options, RunListener& listener, RunRecord& record) {
+  const auto told = nlohmann::json::parse(options.sharing->workers()->hear());
   if (told.is_null()) return;
   ModelOptions model = record.job.model;
   model.accuracy = static_cast<Accuracy>(told.at(1).get<int>());
-  look_around(told.at(0).get<ParameterValues>(), model, {}, threads, listener, sharing, record);
+  look_around(told.at(0).get<ParameterValues>(), model,
+              {.threads = options.threads, .sharing = options.sharing}, listener, record);
 }
 
 /// True where a finished run of another job, or of another version, left its evaluations: they are
@@ -220,24 +191,22 @@ bool overwrites_finished(const Job& job, const std::filesystem::path& folder,
 }
 
 /// If there is a folder, it belongs to this job from here on: its log goes on, or begins.
-void keep_log(const Job& job, const std::filesystem::path& folder, auto& options) {
-  if (folder.empty()) return;
-  options.log = folder / "evaluations.jsonl";
+void keep_log(const Job& job, const RunOptions& run, auto& options) {
+  options.threads = run.threads;
+  options.sharing = run.sharing;
+  if (run.folder.empty()) return;
+  options.log = run.folder / "evaluations.jsonl";
   options.version = build_id();
-  options.overwrite_log = overwrites_finished(job, folder, options.log, options.version);
-  write_job(folder, job);
+  options.overwrite_log = overwrites_finished(job, run.folder, options.log, options.version);
+  write_job(run.folder, job);
 }
 
-}  // namespace
-
-RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
-                         RunListener& listener, const std::vector<std::string>& along,
-                         Sharing* sharing) {
-  if (!folder.empty()) write_job(folder, job);
+RunRecord run_evaluation(const Job& job, const RunOptions& options, RunListener& listener) {
+  if (!options.folder.empty()) write_job(options.folder, job);
   RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
   choose_accuracy(listener, record);
-  if (follows(sharing)) {
-    follow(threads, listener, sharing, record);
+  if (follows(options)) {
+    follow(options, listener, record);
     return record;
   }
   std::size_t points = 0;
@@ -245,44 +214,39 @@ RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, in
   const std::string cases =
       job.cases.empty() ? "" : fmt::format(" in {} load cases", job.cases.size());
   listener.say(fmt::format("evaluating {} at {} stroke points{}", job.name, points, cases));
-  if (along.empty())
-    record.cases = drawn_cases(record.job, record.mechanism);
-  else
-    differentiate(along, record);
+  if (!options.along.empty()) differentiate(options.along, record);
+  for (std::size_t k = record.cases.size(); k < job.cases.size(); ++k)
+    record.cases.push_back(
+        drawn_response(record.job, record.mechanism, record.job.cases[k].request));
   if (!job.cases.empty())
     record.response = record.cases.front();
-  else if (along.empty())
+  else if (options.along.empty())
     record.response = drawn_response(record.job, record.mechanism, job.request);
   add_errors(record.job.model, listener, record);
   add_timings(record);
   conclude(record);
   const bool ok = record.status == "ok";
-  if (leads(sharing)) tell_design(ok, job.design.parameters, record.job.model, *sharing);
-  if (ok)
-    look_around(job.design.parameters, record.job.model, folder, threads, listener, sharing,
-                record);
+  tell_design(ok ? &job.design.parameters : nullptr, record.job.model, options.sharing);
+  if (ok) look_around(job.design.parameters, record.job.model, options, listener, record);
   return record;
 }
 
-RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder, int threads,
-                           RunListener& listener, Sharing* sharing) {
+RunRecord run_optimisation(const Job& asked, const RunOptions& run, RunListener& listener) {
   RunRecord record;
   record.job = asked;
   choose_accuracy(listener, record);
   choose_search_model(asked.model, record);
   const Job job = record.job;
   OptimiseOptions options;
-  keep_log(job, folder, options);
-  options.threads = threads;
-  options.sharing = sharing;
-  if (follows(sharing)) {
+  keep_log(job, run, options);
+  if (follows(run)) {
     optimise(job, options);
-    follow(threads, listener, sharing, record);
+    follow(run, listener, record);
     return record;
   }
 
   const OptimiseSpec& spec = *job.optimise;
-  if (!folder.empty() && spec.search != SearchKind::global)
+  if (!run.folder.empty() && spec.search != SearchKind::global)
     std::filesystem::remove(screening_log(options.log));
   const int total = spec.starts * spec.max_evaluations;
   const DriveList drives(make_mechanism(job, job.design.parameters));
@@ -309,28 +273,25 @@ RunRecord run_optimisation(const Job& asked, const std::filesystem::path& folder
     ModelOptions model = job.model;
     if (optimum.at_full_accuracy) model.accuracy = Accuracy::full;
     add_errors(job.model, listener, record);
-    if (leads(sharing)) tell_design(true, optimum.parameters, model, *sharing);
-    look_around(optimum.parameters, model, folder, threads, listener, sharing, record);
-  } else if (leads(sharing)) {
-    tell_design(false, {}, {}, *sharing);
+    tell_design(&optimum.parameters, model, run.sharing);
+    look_around(optimum.parameters, model, run, listener, record);
+  } else {
+    tell_design(nullptr, {}, run.sharing);
   }
   add_timings(record);
   conclude(record);
   return record;
 }
 
-RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
-                         RunListener& listener, Sharing* sharing) {
+RunRecord run_comparison(const Job& job, const RunOptions& asked, RunListener& listener) {
   RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
   CompareOptions options;
-  keep_log(job, folder, options);
-  options.threads = threads;
-  options.sharing = sharing;
+  keep_log(job, asked, options);
   options.progress = [&](const CompareProgress& progress) { listener.step(step_of(progress)); };
   listener.say(fmt::format("comparing {}: {} model{} with full accuracy", job.name,
                            job.compare->models.size(), job.compare->models.size() == 1 ? "" : "s"));
   CompareRun run = compare(job, options);
-  if (follows(sharing)) return record;
+  if (follows(asked)) return record;
   record.comparison = std::move(run.comparison);
   for (std::size_t m = 0; m < run.seconds.size(); ++m) {
     const std::string name = m == 0 ? "full accuracy" : "model " + job.compare->models[m - 1].name;
@@ -341,12 +302,12 @@ RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, in
   return record;
 }
 
-RunRecord run_any(const Job& job, const std::filesystem::path& folder, int threads,
-                  RunListener& listener, const std::vector<std::string>& along, Sharing* sharing) {
-  if (job.kind == JobKind::optimise)
-    return run_optimisation(job, folder, threads, listener, sharing);
-  if (job.kind == JobKind::compare) return run_comparison(job, folder, threads, listener, sharing);
-  return run_evaluation(job, folder, threads, listener, along, sharing);
+}  // namespace
+
+RunRecord run_any(const Job& job, const RunOptions& options, RunListener& listener) {
+  return job.kind == JobKind::optimise  ? run_optimisation(job, options, listener)
+         : job.kind == JobKind::compare ? run_comparison(job, options, listener)
+                                        : run_evaluation(job, options, listener);
 }
 
 RunRecord undeflected(const Job& job) {

@@ -1,39 +1,101 @@
 #pragma once
 // Runs a checked job and returns the record of its run.
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
+#include <vector>
 
+#include "optim/problem/evaluation_record.hpp"
+#include "optim/problem/line_log.hpp"
 #include "optim/solvers/sharing.hpp"
 #include "results/files/json_text.hpp"
 #include "results/files/run_record.hpp"
 #include "results/run/progress.hpp"
-#include "results/run/run_files.hpp"
 
 namespace flexopt {
 
-/// All leave job.json in the folder before they start; an empty path: nothing is written at all.
-/// `sharing`: with whom work is shared; null: with nobody. What a process that follows a leader
-/// gets means nothing, nor does what a shard gets; a shard ends with ShardEnds where it would need
-/// the others. `along`: of which parameters exact derivatives are wanted too (ThroughFormulas), of
-/// a path that is then differentiable; none: of none.
-RunRecord run_evaluation(const Job& job, const std::filesystem::path& folder, int threads,
-                         RunListener& listener, const std::vector<std::string>& along = {},
-                         Sharing* sharing = nullptr);
+// All files of a run in its folder.
 
-/// Appends to evaluations.jsonl in the folder, and goes on from the one it finds there. Throws
-/// SpecError where an interrupted run of another job stands in the way.
-RunRecord run_optimisation(const Job& job, const std::filesystem::path& folder, int threads,
-                           RunListener& listener, Sharing* sharing = nullptr);
+/// What write_run wrote.
+struct WrittenRun {
+  std::shared_ptr<const OrderedJson> result;
+  std::vector<std::string> failed_expectations;  ///< a sentence each
+};
 
-/// Runs a comparison with full accuracy; arguments and errors as of run_optimisation().
-RunRecord run_comparison(const Job& job, const std::filesystem::path& folder, int threads,
-                         RunListener& listener, Sharing* sharing = nullptr);
+/// job.json: says whose evaluations a folder holds, also when the run is interrupted.
+void write_job(const std::filesystem::path& folder, const Job& job);
 
-/// The one of these that the job asks for.
-RunRecord run_any(const Job& job, const std::filesystem::path& folder, int threads,
-                  RunListener& listener, const std::vector<std::string>& along = {},
-                  Sharing* sharing = nullptr);
+/// path.csv or comparison.csv, history.csv, shapes, state_space.m, timings.json, report.html and,
+/// last of all, result.json.
+WrittenRun write_run(const std::filesystem::path& folder, const RunRecord& record);
+/// scene.json, report.html and, last of all, result.json.
+void write_shown(const std::filesystem::path& folder, const OrderedJson& result,
+                 const OrderedJson& scene);
+
+/// units.jsonl of a shared run, which goes away once it has ended; empty for an empty folder.
+std::filesystem::path units_log(const std::filesystem::path& folder);
+
+/// True if the folder's result.json is that of its job.json (or there is no job.json).
+bool holds_finished_run(const std::filesystem::path& folder);
+
+/// What the report of a run shows.
+struct ShownRun {
+  std::shared_ptr<OrderedJson> result, scene;
+  bool finished = true;
+};
+
+/// The evaluations of a log that may still grow: each line is read once.
+class GrowingLog {
+ public:
+  /// All whole records of evaluations.jsonl so far; the last line may be torn. Unlike the
+  /// optimiser's own reader this takes a log of any version and leaves the file alone. Begins anew
+  /// where another file has taken its place. Throws SpecError where a line is no evaluation or does
+  /// not fit its checksum.
+  const std::vector<EvaluationRecord>& read(const std::filesystem::path& file);
+
+ private:
+  std::filesystem::path file_;
+  std::uint64_t inode_ = 0;
+  std::size_t read_ = 0;  ///< bytes of whole lines
+  CheckedLines lines_;
+  std::vector<EvaluationRecord> records_;
+};
+
+/// Result and scene in a folder; of an interrupted optimisation or comparison what its evaluations
+/// tell so far. Throws SpecError where the folder holds no run.
+ShownRun read_run(const std::filesystem::path& folder);
+/// Reads a run that is shown again and again: what was read of its log is kept in `log`.
+ShownRun read_run(const std::filesystem::path& folder, GrowingLog& log);
+
+/// Reads the result alone.
+OrderedJson read_result(const std::filesystem::path& folder);
+
+/// What job.json and evaluations.jsonl of an unfinished run tell: status "interrupted", the history
+/// and the best design so far, and no path; the scene has the evaluations. Throws SpecError where
+/// they tell nothing.
+/// `log`: what was read of it before, if anything.
+ShownRun interrupted_run(const std::filesystem::path& folder, GrowingLog& log);
+
+// Runs.
+
+/// How to run a job.
+struct RunOptions {
+  std::filesystem::path folder;  ///< where its files are; empty: nothing is written at all
+  int threads = 1;
+  /// Parameters by which exact derivatives are wanted too (ThroughFormulas), of the path of an
+  /// evaluation, which is then differentiable.
+  std::vector<std::string> along = {};
+  Sharing* sharing = nullptr;  ///< with whom work is shared; null: with nobody
+};
+
+/// Leaves job.json in the folder before it starts. An optimisation or a comparison appends to
+/// evaluations.jsonl there, and goes on from the one that it finds. What a process that follows a
+/// leader gets means nothing, nor does what a shard gets; a shard ends with ShardEnds where it
+/// would need the others. Throws SpecError where an interrupted run of another job stands in the
+/// way.
+RunRecord run_any(const Job& job, const RunOptions& options, RunListener& listener);
 
 // A mechanism as it was designed, of which nothing has been computed.
 
@@ -51,11 +113,10 @@ OrderedJson undeflected_result(const RunRecord& record);
 
 /// Runs one design after the other as a job of its own; one that fails does not stop the others.
 /// Each leaves all files of a run in its folder, from which an interrupted one goes on. Adds the
-/// total of each to `timings`. Throws as run_optimisation does. `sharing` as there; of a shard and
-/// of a process that follows there is no result.
-OrderedJson run_listed_designs(const Job& job, const std::filesystem::path& folder, int threads,
-                               RunListener& listener, std::map<std::string, double>& timings,
-                               Sharing* sharing = nullptr);
+/// total of each to `timings`. Throws as run_any does. Of a shard and of a process that follows
+/// there is no result.
+OrderedJson run_listed_designs(const Job& job, const RunOptions& options, RunListener& listener,
+                               std::map<std::string, double>& timings);
 
 /// job.json has been written: ranking.csv, timings.json, report.html and, last of all, result.json.
 WrittenRun write_listed_designs(const std::filesystem::path& folder, const Job& job,

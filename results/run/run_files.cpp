@@ -1,16 +1,25 @@
-#include "results/run/run_files.hpp"
+#include <fmt/format.h>
+#include <sys/stat.h>
 
-#include <nlohmann/json.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <optional>
 #include <utility>
 
 #include "core/spec/spec_error.hpp"
-#include "results/files/csv.hpp"
+#include "optim/problem/design_problem.hpp"
+#include "optim/problem/evaluation_book.hpp"
+#include "optim/problem/evaluation_log.hpp"
+#include "optim/search/optimise.hpp"
+#include "optim/studies/compare.hpp"
 #include "results/files/folder.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
 #include "results/files/scene.hpp"
-#include "results/files/vtk.hpp"
 #include "results/report/report.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 
@@ -36,6 +45,70 @@ bool is_finished(const fs::path& folder) {
     throw SpecError("", folder.string(),
                     "expected the output folder of a run: no result.json in it");
   return false;
+}
+
+/// Evaluation of a line of the log; nothing for the heading.
+std::optional<EvaluationRecord> record_of(const std::string& line) {
+  const auto json = OrderedJson::parse(line, nullptr, false);
+  if (!json.is_object() || !json.contains("variables")) return std::nullopt;
+  EvaluationRecord record;
+  record.start = json.at("start");
+  record.number = json.at("number");
+  record.variables = json.at("variables").get<ParameterValues>();
+  record.ok = json.at("ok");
+  record.difference = json.value("difference", false);
+  record.full = json.value("full", false);
+  record.stage = stage_named(json.value("stage", "search"));
+  record.message = json.value("message", "");
+  if (!record.ok) return record;
+  record.objective = json.at("objective");
+  record.constraints = json.at("constraints").get<std::vector<double>>();
+  record.violation = json.at("violation");
+  return record;
+}
+
+ShownRun unfinished(OrderedJson result, OrderedJson scene = {}) {
+  return {std::make_shared<OrderedJson>(std::move(result)),
+          std::make_shared<OrderedJson>(std::move(scene)), false};
+}
+
+ShownRun interrupted_comparison(const Job& job, const fs::path& log) {
+  RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
+  record.comparison = compare_logged(job, log);
+  record.status = "interrupted";
+  record.message = fmt::format(
+      "The comparison was interrupted after {} of {} evaluations; run the same command to go on.",
+      record.comparison->evaluated, record.comparison->evaluations);
+  return unfinished(make_result(record));
+}
+
+/// The constraints of the best design so far. A second objective is none of them.
+std::vector<ConstraintState> states_of(const OptimiseSpec& spec, const EvaluationRecord& best) {
+  std::vector<ConstraintState> states;
+  for (std::size_t i = 0; i < std::min(spec.constraints.size(), best.constraints.size()); ++i) {
+    const Constraint& c = spec.constraints[i];
+    ConstraintState state{c.label, best.constraints[i], c.min, c.max};
+    state.margin = -excess(state.value, c.min, c.max, 1.0);
+    const double scale = std::max(std::abs(c.min.value_or(0)), std::abs(c.max.value_or(0)));
+    state.active = std::abs(state.margin) <= spec.constraint_tolerance * (scale > 0 ? scale : 1);
+    states.push_back(std::move(state));
+  }
+  return states;
+}
+
+/// Scene of the designs in the order of the result: ranked, or as they are listed.
+OrderedJson scene_of(const fs::path& folder, const Job& job, const OrderedJson& result) {
+  std::vector<OrderedJson> scenes;
+  std::vector<std::string> labels;
+  for (const ListedDesign& design : job.designs) {
+    scenes.push_back(read_scene(folder / design.folder));
+    labels.push_back(design.label);
+  }
+  std::vector<std::size_t> order;
+  const char* list = result.contains("ranking") ? "ranking" : "designs";
+  for (const OrderedJson& entry : result.value(list, OrderedJson::array()))
+    order.push_back(entry.at("design").get<std::size_t>());
+  return merged_scene(scenes, labels, order);
 }
 
 }  // namespace
@@ -115,6 +188,135 @@ OrderedJson read_result(const fs::path& folder) {
   if (is_finished(folder)) return read_json(folder / "result.json");
   GrowingLog log;
   return std::move(*interrupted_run(folder, log).result);
+}
+
+const std::vector<EvaluationRecord>& GrowingLog::read(const fs::path& file) try {
+  struct stat now {};
+  if (::stat(file.c_str(), &now) != 0 || file != file_ || now.st_ino != inode_ ||
+      static_cast<std::size_t>(now.st_size) < read_) {
+    *this = {};
+    lines_ = CheckedLines(file);
+  }
+  file_ = file;
+  inode_ = now.st_ino;
+  std::ifstream stream(file, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(read_));
+  const std::string more{std::istreambuf_iterator<char>(stream), {}};
+  for (std::size_t begin = 0, end; (end = more.find('\n', begin)) != std::string::npos;
+       begin = end + 1) {
+    read_ += end + 1 - begin;
+    if (auto record = record_of(lines_.next(std::string_view(more).substr(begin, end - begin))))
+      records_.push_back(std::move(*record));
+  }
+  return records_;
+} catch (const OrderedJson::exception& error) {
+  throw SpecError("", file.string(), std::string("expected evaluations: ") + error.what());
+}
+
+ShownRun interrupted_run(const fs::path& folder, GrowingLog& evaluations) {
+  const Job job = read_job((folder / "job.json").string());
+  if (!job.designs.empty()) return unfinished(interrupted_designs(job, folder));
+  const fs::path log = folder / "evaluations.jsonl";
+  if (job.kind == JobKind::evaluate || !fs::exists(log))
+    throw SpecError("", folder.string(),
+                    "expected a finished run, or an optimisation or comparison with some "
+                    "evaluations");
+  if (job.kind == JobKind::compare) return interrupted_comparison(job, log);
+  RunRecord record;
+  record.job = job;
+  const OptimiseSpec& spec = *job.optimise;
+  Optimum optimum;
+  optimum.history = evaluations.read(log);
+  optimum.parameters = job.design.parameters;
+  optimum.stop_reason = "interrupted";
+  const EvaluationRecord* best = nullptr;
+  for (const EvaluationRecord& trial : optimum.history) {
+    ++optimum.evaluations;
+    if (!trial.ok)
+      ++optimum.failed_evaluations;
+    else if (!trial.difference && !trial.full &&
+             (!best ||
+              better({trial.objective, trial.violation}, {best->objective, best->violation},
+                     spec.objective.maximise, spec.constraint_tolerance)))
+      best = &trial;
+  }
+  if (best) {
+    for (const auto& [name, value] : best->variables) optimum.parameters[name] = value;
+    optimum.parameters = complete_parameters(job.design, optimum.parameters);
+    optimum.objective = best->objective;
+    optimum.best_start = best->start;
+    optimum.constraints = states_of(spec, *best);
+    optimum.status = best->violation <= spec.constraint_tolerance ? OptimumStatus::feasible
+                                                                  : OptimumStatus::infeasible;
+  }
+  record.mechanism = make_mechanism(job, optimum.parameters);
+  record.status = "interrupted";
+  record.message = fmt::format(
+      "The optimisation was interrupted after {} evaluations ({} failed); run the same command to "
+      "go on. Shown is the best design so far.",
+      optimum.evaluations, optimum.failed_evaluations);
+  const fs::path screened = screening_log(log);
+  if (spec.search == SearchKind::global && optimum.history.empty() && fs::exists(screened))
+    record.message = fmt::format(
+        "The optimisation was interrupted after {} of {} screened designs; run the same command to "
+        "go on. Shown is the job's own design.",
+        std::min(screened_so_far(screened), spec.screened_designs), spec.screened_designs);
+  record.optimum = std::move(optimum);
+  return unfinished(make_result(record), make_scene(record));
+}
+
+OrderedJson run_listed_designs(const Job& job, const RunOptions& options, RunListener& listener,
+                               std::map<std::string, double>& timings) {
+  const fs::path& folder = options.folder;
+  const Sharing* const sharing = options.sharing;
+  const bool keeps = !sharing || !sharing->follows();
+  if (keeps && fs::exists(folder / "evaluations.jsonl") && !holds_finished_run(folder))
+    throw SpecError("--out", folder.string(),
+                    "an interrupted run of one design is in this folder: expected another folder, "
+                    "or remove its evaluations.jsonl");
+  if (keeps) write_job(folder, job);
+  std::vector<OrderedJson> results;
+  for (std::size_t k = 0; k < job.designs.size(); ++k) {
+    const ListedDesign& design = job.designs[k];
+    listener.say(fmt::format("design {} of {}: {}", k + 1, job.designs.size(), design.label));
+    const auto begin = std::chrono::steady_clock::now();
+    const fs::path own = keeps ? folder / design.folder : fs::path();
+    if (keeps) fs::create_directories(own);
+    std::optional<RunRecord> found;
+    try {
+      RunOptions of_design = options;
+      of_design.folder = own;
+      found = run_any(*design.job, of_design, listener);
+    } catch (const ShardEnds&) {
+    }
+    if (!found || (sharing && !sharing->complete())) continue;
+    RunRecord& record = *found;
+    record.timings["total"] = timings[design.label] = seconds_since(begin);
+    results.push_back(*write_run(own, record).result);
+  }
+  return results.empty() ? OrderedJson() : make_listed_result(job, results);
+}
+
+WrittenRun write_listed_designs(const fs::path& folder, const Job& job, OrderedJson result,
+                                const std::map<std::string, double>& timings) {
+  WrittenRun written;
+  written.failed_expectations = check_expectations(job.expect, result);
+  write_or_remove(folder / "ranking.csv", result.contains("ranking") ? ranking_csv(result) : "");
+  write_timings(folder, timings);
+  const OrderedJson scene = scene_of(folder, job, result);
+  write_shown(folder, result, scene);
+  written.result = std::make_shared<const OrderedJson>(std::move(result));
+  return written;
+}
+
+OrderedJson interrupted_designs(const Job& job, const fs::path& folder) {
+  std::vector<OrderedJson> results;
+  for (const ListedDesign& design : job.designs) {
+    const fs::path own = folder / design.folder;
+    const bool begun = fs::exists(own / "result.json") || fs::exists(own / "evaluations.jsonl");
+    results.push_back(begun ? read_result(own) : OrderedJson());
+  }
+  return make_listed_result(job, results);
 }
 
 }  // namespace flexopt

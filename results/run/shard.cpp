@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -15,7 +14,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/program_part.hpp"
 #include "results/files/version.hpp"
-#include "results/run/run_files.hpp"
+#include "results/run/run.hpp"
 
 namespace flexopt {
 
@@ -95,20 +94,12 @@ class Union {
   std::vector<std::string> lines_;
 };
 
-bool has_samples(const Job& job) { return job.tolerances && job.tolerances->samples > 0; }
-
 /// Folders below a run's own that have logs.
 std::vector<fs::path> folders_of(const Job& job) {
   std::vector<fs::path> folders;
   for (const ListedDesign& design : job.designs) folders.emplace_back(design.folder);
   if (folders.empty()) folders.emplace_back();
   return folders;
-}
-
-SpecError no_mpi(const std::string& why) {
-  return {"mpirun", std::to_string(started_together()) + " processes",
-          "this flexopt cannot share a run by MPI (" + why +
-              "): build it where Open MPI is (libopenmpi-dev), or use --shard"};
 }
 
 }  // namespace
@@ -128,7 +119,8 @@ Shard read_shard(const std::string& text) {
 void check_shardable(const Job& job) {
   const auto shardable = [](const Job& one) {
     if (one.kind == JobKind::compare) return true;
-    if (one.kind == JobKind::evaluate) return has_samples(one) || !one.maps.empty();
+    if (one.kind == JobKind::evaluate)
+      return (one.tolerances && one.tolerances->samples > 0) || !one.maps.empty();
     return one.optimise->search == SearchKind::global || one.optimise->starts > 1;
   };
   const bool some = job.designs.empty()
@@ -248,7 +240,10 @@ std::unique_ptr<Workers> join_workers() {
   // global: Open MPI loads parts of its own that look for it
   const PartFunction join =
       part_function("flexopt_mpi.so", "flexopt_join_workers", PartNames::global);
-  if (!join.address) throw no_mpi(join.missing);
+  if (!join.address)
+    throw SpecError("mpirun", std::to_string(started_together()) + " processes",
+                    "this flexopt cannot share a run by MPI (" + join.missing +
+                        "): build it where Open MPI is (libopenmpi-dev), or use --shard");
   return std::unique_ptr<Workers>(reinterpret_cast<Workers* (*)()>(join.address)());
 }
 

@@ -154,40 +154,27 @@ set(tested_by
   results/cli/atlas_command results/cli/test_command_line
   results/cli/commands results/cli/test_command_line
   results/cli/run_command results/run/test_shard
-  results/cli/run_json results/cli/test_terminal
-  results/cli/stroke_table results/cli/test_summary
-  results/export/dimension_lines results/export/test_design_drawing
+  results/cli/printed results/cli/test_terminal
   results/export/parts_picture results/export/test_design_drawing
   results/export/placed_design results/export/test_measures
-  results/export/svg results/export/test_design_drawing
   results/export/view_picture results/export/test_design_drawing
   results/export/ccx_limits results/export/test_ccx_deck
   results/export/ccx_model results/export/test_ccx_deck
   results/export/convex_hull results/export/test_triangles
-  results/export/formats results/cli/test_export_command
   results/export/leaf_surface results/export/test_stl
   results/export/parts results/export/test_stl
-  results/export/spacar_model results/export/test_spacar
   results/export/step_writer results/export/test_step
   results/files/comparison_json results/files/test_comparison
-  results/files/csv_text results/files/test_csv
   results/files/optimum_json results/run/test_run_files
   results/files/path_point_json results/files/test_result_json
   results/files/result_context results/files/test_result_json
   results/files/tolerances jobs/test_load_cases
-  results/run/interrupted jobs/test_optimise_resumes
   results/cli/program results/cli/test_command_line
   results/library/jobs results/library/test_flexopt
-  results/library/posed_goals results/python/test_posed_goals
-  results/library/problem results/library/test_flexopt
   results/library/results results/library/test_flexopt
   results/library/runs results/python/test_runs
-  results/cli/first_goals results/cli/test_new_job
-  results/cli/first_stroke results/cli/test_new_job
   results/server/local_server results/server/test_serve
-  results/run/listed_designs jobs/test_listed_designs
   results/run/run results/run/test_run_files
-  results/run/steps results/cli/test_terminal
   results/files/run_record results/run/test_run_files
   results/files/scene_modes results/files/test_scene
 )

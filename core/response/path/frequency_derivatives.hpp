@@ -71,4 +71,9 @@ std::vector<ScreeningFrequency> screening_frequencies(
 VectorXd screening_gradient(const FrequencyDerivatives& mode,
                             const FrequencyDerivativeGradients& gradients, double stroke);
 
+/// For each motion (Mode::motion, or null), the candidate that is most like it, each candidate once,
+/// best pairs first, cos² of the angle between both at least 0.3; −1 where there is none.
+std::vector<int> match_modes(const std::vector<const VectorXd*>& motions,
+                             const std::vector<Mode>& candidates);
+
 }  // namespace flexopt

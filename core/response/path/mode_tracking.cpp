@@ -22,10 +22,10 @@ double likeness(const VectorXd& a, const VectorXd& b) {
   return product * product / size;
 }
 
-// For each motion, the candidate that is most like it, each candidate once, best pairs first; −1
-// where there is none.
-std::vector<int> match(const std::vector<const VectorXd*>& motions,
-                       const std::vector<Mode>& candidates) {
+}  // namespace
+
+std::vector<int> match_modes(const std::vector<const VectorXd*>& motions,
+                             const std::vector<Mode>& candidates) {
   struct Pair {
     double likeness;
     int motion, candidate;
@@ -46,6 +46,8 @@ std::vector<int> match(const std::vector<const VectorXd*>& motions,
     }
   return found;
 }
+
+namespace {
 
 void shorten(std::optional<double>& valid_to, double stroke) {
   valid_to = std::min(valid_to.value_or(stroke), stroke);
@@ -78,7 +80,7 @@ void follow(std::span<FrequencyDerivatives> modes, const std::vector<PointAlong>
     if (s == 0) continue;  // there the modes are those of the derivatives
     std::vector<const VectorXd*> motions;
     for (const Trail& t : trails) motions.push_back(t.motion);
-    const std::vector<int> found = match(motions, point->modes_free);
+    const std::vector<int> found = match_modes(motions, point->modes_free);
     for (std::size_t i = 0; i < modes.size(); ++i) {
       Trail& trail = trails[i];
       if (found[i] < 0) {

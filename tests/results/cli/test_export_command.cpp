@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "results/export/formats.hpp"
+#include "results/export/exported.hpp"
 #include "support/program.hpp"
 
 using namespace flexopt;

@@ -6,7 +6,6 @@
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "optim/job/job_sections.hpp"
-#include "results/cli/start_design.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
 #include "support/program.hpp"
@@ -47,7 +46,7 @@ TEST_CASE("the new job of every family runs to the end of its stroke, within its
     const Job job = parse_job(written);
     CHECK(job.notes.empty());
     Silent listener;
-    const RunRecord record = run_evaluation(job, {}, 1, listener);
+    const RunRecord record = run_any(job, {}, listener);
     CAPTURE(record.message);
     CHECK(record.status == "ok");
     const PathPoint& last = record.response.path.back();
@@ -114,8 +113,8 @@ TEST_CASE("a new optimisation improves on its start within stress and room", "[r
   json evaluated = written;
   evaluated.erase("optimise");
   evaluated["job"] = "evaluate";
-  const RunRecord start = run_evaluation(parse_job(evaluated), {}, 1, listener);
-  const RunRecord found = run_optimisation(job, {}, 1, listener);
+  const RunRecord start = run_any(parse_job(evaluated), {}, listener);
+  const RunRecord found = run_any(job, {}, listener);
   CAPTURE(found.message);
   REQUIRE(found.optimum);
   CHECK(found.status == "ok");

@@ -6,7 +6,7 @@
 
 #include "optim/problem/design_problem.hpp"
 #include "results/cli/printed.hpp"
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/result_json.hpp"
 
 using namespace flexopt;

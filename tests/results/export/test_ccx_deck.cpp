@@ -7,7 +7,7 @@
 
 #include "core/math/rotation.hpp"
 #include "results/export/ccx_model.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 #include "support/refusals.hpp"
 #include "tests/results/export/gallery.hpp"
 
@@ -53,9 +53,9 @@ TEST_CASE("A deck has the mass and the inertia of the bodies", "[results][export
     double mass = 0;
     Vector3d center = Vector3d::Zero();
     Matrix3d inertia = Matrix3d::Zero();
-    for (const CcxMass& point : model.masses()) {
+    for (const CcxMass& point : model.masses) {
       if (std::find(nodes.begin(), nodes.end(), point.node) == nodes.end()) continue;
-      const Vector3d at = model.nodes()[static_cast<std::size_t>(point.node - 1)];
+      const Vector3d at = model.nodes[static_cast<std::size_t>(point.node - 1)];
       const Vector3d arm = at - body.center_of_mass;
       mass += point.mass;
       center += point.mass * at;

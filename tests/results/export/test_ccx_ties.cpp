@@ -57,8 +57,8 @@ TEST_CASE("The springs of a bushing are its matrix, between bodies and on the gr
     stages.mechanism.springs.push_back(bushing);
     const CcxModel model(stages, {.along = 1, .across = 1});
     const auto found = stiffness_of(ties_of(model));
-    REQUIRE(model.bushings().size() == 1);
-    const CcxBushing& tie = model.bushings().front();
+    REQUIRE(model.bushings.size() == 1);
+    const CcxBushing& tie = model.bushings.front();
     CHECK((tie.other == 0) == (body == ground || other == ground));
     const auto freedom = [&](int k) {  // own ones first
       const bool own = k < 6;
@@ -75,7 +75,7 @@ TEST_CASE("The springs of a bushing are its matrix, between bodies and on the gr
       }
     for (const int node : {tie.node, tie.other})
       if (node > 0)
-        CHECK((model.nodes()[static_cast<std::size_t>(node - 1)] - bushing.place).norm() == 0);
+        CHECK((model.nodes[static_cast<std::size_t>(node - 1)] - bushing.place).norm() == 0);
   }
 }
 
@@ -93,8 +93,8 @@ TEST_CASE("A ball is one pin, a hinge two on its axis, a slide holds all but its
     stages.mechanism.joints = {joint};
     const CcxModel model(stages, {.along = 1, .across = 1});
     std::vector<Vector3d> places;
-    for (const CcxPin& pin : model.pins()) {
-      const auto at = [&](int node) { return model.nodes()[static_cast<std::size_t>(node - 1)]; };
+    for (const CcxPin& pin : model.pins) {
+      const auto at = [&](int node) { return model.nodes[static_cast<std::size_t>(node - 1)]; };
       CHECK((at(pin.node) - at(pin.other)).norm() == 0);
       places.push_back(at(pin.node));
     }

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "designs/describe.hpp"
-#include "results/export/design_drawing.hpp"
+#include "results/export/view_picture.hpp"
 #include "results/export/picture.hpp"
-#include "results/export/placed_design.hpp"
+#include "results/export/measures.hpp"
 #include "support/families.hpp"
 
 using namespace flexopt;

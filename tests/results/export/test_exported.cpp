@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "results/export/formats.hpp"
 #include "results/files/folder.hpp"
 #include "support/refusals.hpp"
 #include "support/temporary_folder.hpp"

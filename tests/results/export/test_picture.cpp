@@ -6,16 +6,16 @@
 using namespace flexopt;
 
 TEST_CASE("A line meets a box where any of it is inside", "[results][drawing]") {
-  const Box2 box{{0, 0}, {10, 4}};
-  CHECK(box.meets({-5, 2}, {20, 2}));
-  CHECK(box.meets({4, 1}, {5, 2}));
-  CHECK(box.meets({-1, 3}, {3, 7}) == false);
-  CHECK(box.meets({-1, 2}, {3, 6}));
-  CHECK_FALSE(box.meets({-5, 5}, {20, 5}));
-  CHECK_FALSE(box.meets({-5, 2}, {-1, 2}));
-  CHECK(box.overlaps({{9, 3}, {12, 6}}));
-  CHECK_FALSE(box.overlaps({{11, 0}, {12, 4}}));
-  CHECK(box.overlaps({{11, 0}, {12, 4}}, 2));
+  const Box2 box(Point2(0, 0), Point2(10, 4));
+  CHECK(meets(box, {-5, 2}, {20, 2}));
+  CHECK(meets(box, {4, 1}, {5, 2}));
+  CHECK(meets(box, {-1, 3}, {3, 7}) == false);
+  CHECK(meets(box, {-1, 2}, {3, 6}));
+  CHECK_FALSE(meets(box, {-5, 5}, {20, 5}));
+  CHECK_FALSE(meets(box, {-5, 2}, {-1, 2}));
+  CHECK(overlaps(box, Box2(Point2(9, 3), Point2(12, 6))));
+  CHECK_FALSE(overlaps(box, Box2(Point2(11, 0), Point2(12, 4))));
+  CHECK(overlaps(box, Box2(Point2(11, 0), Point2(12, 4)), 2));
 }
 
 TEST_CASE("Words on words weigh more than words on lines, and these more than crossing lines",

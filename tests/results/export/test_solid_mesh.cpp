@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "results/export/solid_mesh.hpp"
+#include "results/export/parts.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 

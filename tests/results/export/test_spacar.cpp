@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "core/spec/spec_error.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 #include "tests/results/export/gallery.hpp"
 
 using namespace flexopt;

@@ -3,7 +3,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/export/parts.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 

@@ -3,8 +3,7 @@
 #include <sstream>
 
 #include "results/export/parts.hpp"
-#include "results/export/solid_mesh.hpp"
-#include "results/export/writers.hpp"
+#include "results/export/exported.hpp"
 #include "support/leaf_volume.hpp"
 #include "tests/results/export/gallery.hpp"
 

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "results/export/writers.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/vtu.hpp"
 #include "tests/results/export/gallery.hpp"
 

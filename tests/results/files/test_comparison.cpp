@@ -6,12 +6,11 @@
 
 #include "optim/studies/compare.hpp"
 #include "results/cli/printed.hpp"
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/result_json.hpp"
 #include "results/report/report.hpp"
 #include "results/run/progress.hpp"
 #include "results/run/run.hpp"
-#include "results/run/run_files.hpp"
 #include "support/temporary_folder.hpp"
 
 using namespace flexopt;
@@ -35,7 +34,7 @@ Job batch() {
 
 RunRecord run(const fs::path& folder) {
   Silent silent;
-  return run_comparison(batch(), folder, 2, silent);
+  return run_any(batch(), {folder, 2}, silent);
 }
 
 }  // namespace

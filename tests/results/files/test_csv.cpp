@@ -4,7 +4,7 @@
 #include <map>
 
 #include "core/response/quantities.hpp"
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/fixture.hpp"
 #include "support/models.hpp"
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/math/rotation.hpp"
-#include "results/files/csv.hpp"
+#include "results/files/result_parts.hpp"
 #include "results/files/result_json.hpp"
 #include "support/fixture.hpp"
 #include "support/models.hpp"

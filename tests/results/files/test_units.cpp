@@ -1,4 +1,4 @@
-#include "results/files/units.hpp"
+#include "results/files/result_parts.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -3,7 +3,7 @@
 #include <regex>
 #include <stack>
 
-#include "results/files/vtk.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/fixture.hpp"
 #include "support/vtu.hpp"
 

@@ -5,7 +5,7 @@
 #include "results/files/folder.hpp"
 #include "results/files/scene.hpp"
 #include "results/report/report.hpp"
-#include "results/run/run_files.hpp"
+#include "results/run/run.hpp"
 #include "support/fixture.hpp"
 
 using namespace flexopt;

@@ -67,8 +67,8 @@ TEST_CASE("a search on looked-up leaves ends at the optimum of the mesh that was
           "[results][run][slow]") {
   const SmallAtlas atlas;
   Silent listener;
-  const RunRecord found = run_optimisation(parse_job(guide("auto")), {}, 1, listener),
-                  built = run_optimisation(parse_job(guide("off")), {}, 1, listener);
+  const RunRecord found = run_any(parse_job(guide("auto")), {}, listener),
+                  built = run_any(parse_job(guide("off")), {}, listener);
   CAPTURE(found.message, built.message);
   REQUIRE(found.status == "ok");
   REQUIRE(built.status == "ok");
@@ -102,7 +102,7 @@ TEST_CASE("designs in stock sizes are searched on the mesh that was chosen",
   json job = guide("auto");
   job["optimise"]["variables"][1]["step"] = "0.05 mm";
   Silent listener;
-  const RunRecord found = run_optimisation(parse_job(job), {}, 1, listener);
+  const RunRecord found = run_any(parse_job(job), {}, listener);
   CAPTURE(found.message);
   CHECK(found.status == "ok");
   CHECK_FALSE(found.job.search_model);

@@ -4,7 +4,7 @@
 #include <thread>
 #include <vector>
 
-#include "results/server/newest_move.hpp"
+#include "results/server/serve.hpp"
 
 using namespace flexopt;
 using namespace std::chrono_literals;

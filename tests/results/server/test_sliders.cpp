@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "results/server/explorer.hpp"
+#include "results/server/serve.hpp"
 #include "support/refusals.hpp"
 
 using namespace flexopt;

@@ -5,8 +5,8 @@
 
 #include "core/spec/spec_error.hpp"
 #include "results/files/folder.hpp"
-#include "results/run/run_files.hpp"
-#include "results/server/watched_run.hpp"
+#include "results/run/run.hpp"
+#include "results/server/serve.hpp"
 #include "support/fixture.hpp"
 
 using namespace flexopt;
