@@ -58,6 +58,8 @@ Shape map(Shape item) {
   return shape;
 }
 
+Shape object() { return {.kind = ShapeKind::object}; }
+
 Shape one_of(std::vector<Shape> alternatives) {
   return {.kind = ShapeKind::one_of, .inner = std::move(alternatives)};
 }
@@ -118,6 +120,8 @@ std::string describe(const Shape& shape) {
     }
     case ShapeKind::map:
       return fmt::format("an object of names, each with ({})", describe(shape.inner.front()));
+    case ShapeKind::object:
+      return "an object";
     case ShapeKind::one_of: {
       std::vector<std::string> all;
       for (const Shape& alternative : shape.inner) all.push_back(describe(alternative));
@@ -148,6 +152,7 @@ bool fits_type(const Shape& shape, const json& value) {
       return value.is_array();
     case ShapeKind::record:
     case ShapeKind::map:
+    case ShapeKind::object:
       return value.is_object();
     case ShapeKind::one_of:
       return std::any_of(shape.inner.begin(), shape.inner.end(),
@@ -256,6 +261,7 @@ json read_or_throw(const Shape& shape, const json& value, const Pointer& at, Fau
     case ShapeKind::integer:
       return read_integer(shape, value, at);
     case ShapeKind::boolean:
+    case ShapeKind::object:
       return value;
     case ShapeKind::text:
       return read_text(shape, value, at);
