@@ -128,8 +128,8 @@ void add_note(const PlacedDesign& design, std::size_t parameter, Cell& front, do
       design.points, {}, [&](const DrawnPoint& p) { return p.rates[parameter].norm(); });
   const Eigen::Vector2d at = scale * plan_views()[0](most->at);
   const Parameter& p = design.parameters[parameter];
-  DimensionLines(front.picture)
-      .note(p.name + " = " + with_drawn_unit(design.values[parameter], p.unit), {at[0], -at[1]});
+  add_note(p.name + " = " + with_drawn_unit(design.values[parameter], p.unit), {at[0], -at[1]},
+           front.picture);
 }
 
 }  // namespace

@@ -25,11 +25,6 @@ std::string triple(const Vector3d& v) {
   return fmt::format("[{:.12g} {:.12g} {:.12g}]", v[0], v[1], v[2]);
 }
 
-/// Whether a drive acts along a global axis, in its positive direction.
-bool is_global(const Drive& drive) {
-  return drive.axes.col(index(drive.direction) % 3)[index(drive.direction) % 3] > 1 - 1e-12;
-}
-
 Vector3d middle_of(const LeafSpring& leaf, double s) {
   const ArcPoint<double> at = leaf.middle(s);
   return leaf.origin + leaf.axes.col(0) * (leaf.length * at.x) +
@@ -65,7 +60,7 @@ void check_carried_by_spacar(const Exported& exported) {
     const std::string name = drive.name.empty() ? "the drive" : "drive " + drive.name;
     if (drive.other != ground)
       refuse(name, "it stands on a body that moves");
-    else if (!is_global(drive))
+    else if (const int k = index(drive.direction) % 3; drive.axes(k, k) <= 1 - 1e-12)
       refuse(name, "it is along no global axis");
     else if (is_rotation(drive.direction) && ++turned[drive.body] == 2)
       refuse(name, "SPACAR Light prescribes one rotation of a node");

@@ -180,50 +180,31 @@ TopoDS_Shape made(const Polyhedron& of, const std::string& name) {
   return unify.Shape();
 }
 
-class Writer {
- public:
-  Writer() {
-    Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_PrinterOStream));
-    Interface_Static::SetCVal("write.step.schema", "AP214IS");
-    Interface_Static::SetCVal("write.step.unit", "MM");
-  }
-
-  void add(const TopoDS_Shape& shape, const std::string& name) {
-    Interface_Static::SetCVal("write.step.product.name", name.c_str());
-    if (writer_.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone)
-      throw std::runtime_error("Open CASCADE does not write " + name);
-  }
-
-  /// Text of the file without the time of writing, so that equal jobs have equal files.
-  std::string text(const Document& document) {
-    APIHeaderSection_MakeHeader header(writer_.Model());
-    const auto word = [](const std::string& text) {
-      return new TCollection_HAsciiString(text.c_str());
-    };
-    header.SetName(word(document.name));
-    header.SetTimeStamp(word("1970-01-01T00:00:00"));
-    header.SetOriginatingSystem(word(document.origin));
-    StepData_StepWriter writer(writer_.Model());
-    writer.SendModel(Handle(StepData_Protocol)::DownCast(writer_.WS()->Protocol()));
-    std::ostringstream stream;
-    if (!writer.Print(stream)) throw std::runtime_error("Open CASCADE does not write the file");
-    return stream.str();
-  }
-
- private:
-  STEPControl_Writer writer_;
-};
-
 }  // namespace
 }  // namespace flexopt::step
 
 void flexopt_write_step(const flexopt::step::Document& document, std::string& text) try {
-  flexopt::step::Writer writer;
-  for (const flexopt::step::Solid& solid : document.solids)
-    writer.add(std::visit([&](const auto& shape) { return flexopt::step::made(shape, solid.name); },
-                          solid.shape),
-               solid.name);
-  text = writer.text(document);
+  STEPControl_Writer writer;
+  Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_PrinterOStream));
+  Interface_Static::SetCVal("write.step.schema", "AP214IS");
+  Interface_Static::SetCVal("write.step.unit", "MM");
+  for (const flexopt::step::Solid& solid : document.solids) {
+    const TopoDS_Shape shape = std::visit(
+        [&](const auto& of) { return flexopt::step::made(of, solid.name); }, solid.shape);
+    Interface_Static::SetCVal("write.step.product.name", solid.name.c_str());
+    if (writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone)
+      throw std::runtime_error("Open CASCADE does not write " + solid.name);
+  }
+  APIHeaderSection_MakeHeader header(writer.Model());
+  const auto word = [](const std::string& of) { return new TCollection_HAsciiString(of.c_str()); };
+  header.SetName(word(document.name));
+  header.SetTimeStamp(word("1970-01-01T00:00:00"));  // so that equal jobs have equal files
+  header.SetOriginatingSystem(word(document.origin));
+  StepData_StepWriter printed(writer.Model());
+  printed.SendModel(Handle(StepData_Protocol)::DownCast(writer.WS()->Protocol()));
+  std::ostringstream stream;
+  if (!printed.Print(stream)) throw std::runtime_error("Open CASCADE does not write the file");
+  text = stream.str();
 } catch (const Standard_Failure& failure) {
   throw std::runtime_error(std::string("Open CASCADE: ") + failure.GetMessageString());
 }

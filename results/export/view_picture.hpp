@@ -25,35 +25,13 @@ void add_parts(const Mechanism& mechanism, const Projection& on, Picture& pictur
 /// Draws the parts with correct occlusion: what is far lies behind what is near.
 void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& picture);
 
-// Dimension lines and notes, each where it is least in the way of what is drawn already.
+// Notes, each where it is least in the way of what is drawn already.
 
 /// Lengths in mm, angles in degrees, four digits.
 std::string with_drawn_unit(double value, const std::string& unit);
 
-/// Adds dimensions, which come without their lines, to a picture.
-class DimensionLines {
- public:
-  explicit DimensionLines(Picture& picture) : picture_(&picture), outline_(picture.extent()) {}
-
-  /// The distance of two points along a direction, a unit vector. Along an axis of the drawing
-  /// (`outside`) the line stands beside all that was drawn at first. A distance too small for
-  /// its arrows is pinched where it is.
-  void length(const DrawnDimension& text, const Point2& a, const Point2& b, const Point2& along,
-              bool outside);
-  /// Dimension of the angle at `vertex` between the direction of an axis and the way to a point.
-  void angle(const DrawnDimension& text, const Point2& vertex, const Point2& axis,
-             const Point2& to);
-  /// Words beside a point, with a leader where they stand away from it.
-  void note(const std::string& words, const Point2& at);
-
- private:
-  void beside(const DrawnDimension& text, const Point2& a, const Point2& b, const Point2& along,
-              bool outside);
-  void pinched(const DrawnDimension& text, const Point2& a, const Point2& b, const Point2& along);
-
-  Picture* picture_;
-  Box2 outline_;  ///< outline of what was drawn at first
-};
+/// Adds words beside a point, with a leader where they stand away from it.
+void add_note(const std::string& words, const Point2& at, Picture& picture);
 
 // A mechanism as a view shows it.
 

@@ -225,6 +225,14 @@ Json row_json(const QuantityRow& row, const PathPoint& point) {
   return values;
 }
 
+void add_quantities(const PathPoint& point, Json& json) {
+  for (const QuantityRow& row : quantity_rows()) {
+    std::string pointer = "/" + row.name;
+    std::ranges::replace(pointer, '.', '/');
+    json[Json::json_pointer(pointer)] = row_json(row, point);
+  }
+}
+
 }  // namespace
 
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
@@ -247,11 +255,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
       json[name] = nullptr;
     return json;
   }
-  for (const QuantityRow& row : quantity_rows()) {
-    std::string pointer = "/" + row.name;
-    std::ranges::replace(pointer, '.', '/');
-    json[Json::json_pointer(pointer)] = row_json(row, point);
-  }
+  add_quantities(point, json);
   json["compliance"] = {{"drive_free", rows_json(point.compliance_free)},
                         {"drive_locked", rows_json(point.compliance_locked)}};
   json["modes"] = modes_json(point);

@@ -167,7 +167,7 @@ const StateSpace* first_model(const StrokeResponse& response) {
   return nullptr;
 }
 
-Json list_json(const std::vector<Signal>& signals) {
+Json named_json(const std::vector<Signal>& signals) {
   Json list = Json::array();
   for (const Signal& signal : signals)
     list.push_back({{"name", signal.name}, {"unit", signal.unit}});
@@ -273,10 +273,6 @@ void write_timings(const std::filesystem::path& folder,
   write_file(folder / "timings.json", json_text({{"unit", "s"}, {"seconds", seconds}}));
 }
 
-void write_result(const std::filesystem::path& folder, const OrderedJson& result) {
-  write_file(folder / "result.json", json_text(result));
-}
-
 bool usable(const OrderedJson& result) { return result.at("status") == "ok"; }
 
 std::vector<std::string> check_expectations(const std::vector<Expectation>& expectations,
@@ -311,7 +307,7 @@ std::vector<std::string> check_expectations(const std::vector<Expectation>& expe
 Json signals_json(const StrokeResponse& response) {
   const StateSpace* model = first_model(response);
   if (!model) return nullptr;
-  return {{"inputs", list_json(model->inputs)}, {"outputs", list_json(model->outputs)}};
+  return {{"inputs", named_json(model->inputs)}, {"outputs", named_json(model->outputs)}};
 }
 
 Json state_space_json(const StateSpace& model) {

@@ -28,8 +28,6 @@ OrderedJson make_comparison_json(const Comparison& comparison, const Mechanism& 
 void write_timings(const std::filesystem::path& folder,
                    const std::map<std::string, double>& seconds);
 
-void write_result(const std::filesystem::path& folder, const OrderedJson& result);
-
 /// True if the exit code may be 0.
 bool usable(const OrderedJson& result);
 

@@ -2,7 +2,6 @@
 // scene.json: what the report draws in three dimensions. Every equilibrium and every mode is there
 // once, on the meshes of the leaves; the page makes the motion between them.
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,15 +53,6 @@ std::vector<double> places_along(const LeafShape& shape);
 
 /// Half the thickness of a leaf, or the radius of a wire, at a share s of its length [m].
 double half_thickness(const LeafSpring& leaf, double s);
-
-struct ModeShape {
-  VectorXd points;  ///< motion of the mesh points of all leaves, the largest of which is one
-  VectorXd bodies;  ///< displacement and spin of each body
-};
-/// A mode with the motion of all so many mesh points; nothing where the model of a leaf does not
-/// tell its own.
-std::optional<ModeShape> mode_shape(const Mechanism& mechanism, const PathPoint& point,
-                                    const Mode& mode, std::size_t points);
 
 // Tracks modes from one point of the path to the next.
 

@@ -28,15 +28,10 @@ class RunListener {
  public:
   virtual ~RunListener() = default;
   /// Prints a line of its own.
-  virtual void say(const std::string& text) = 0;
-  virtual void step(const RunStep& step) = 0;
+  virtual void say(const std::string&) {}
+  virtual void step(const RunStep&) {}
 };
-
-/// Prints nothing.
-class Silent : public RunListener {
-  void say(const std::string&) override {}
-  void step(const RunStep&) override {}
-};
+using Silent = RunListener;  ///< prints nothing
 
 /// Writes what can be written: that nobody hears it, because a stream is closed or its disk full,
 /// ends no run.

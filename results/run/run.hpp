@@ -30,9 +30,6 @@ void write_job(const std::filesystem::path& folder, const Job& job);
 /// path.csv or comparison.csv, history.csv, shapes, state_space.m, timings.json, report.html and,
 /// last of all, result.json.
 WrittenRun write_run(const std::filesystem::path& folder, const RunRecord& record);
-/// scene.json, report.html and, last of all, result.json.
-void write_shown(const std::filesystem::path& folder, const OrderedJson& result,
-                 const OrderedJson& scene);
 
 /// units.jsonl of a shared run, which goes away once it has ended; empty for an empty folder.
 std::filesystem::path units_log(const std::filesystem::path& folder);
@@ -71,12 +68,6 @@ ShownRun read_run(const std::filesystem::path& folder, GrowingLog& log);
 
 /// Reads the result alone.
 OrderedJson read_result(const std::filesystem::path& folder);
-
-/// What job.json and evaluations.jsonl of an unfinished run tell: status "interrupted", the history
-/// and the best design so far, and no path; the scene has the evaluations. Throws SpecError where
-/// they tell nothing.
-/// `log`: what was read of it before, if anything.
-ShownRun interrupted_run(const std::filesystem::path& folder, GrowingLog& log);
 
 // Runs.
 
@@ -121,8 +112,5 @@ OrderedJson run_listed_designs(const Job& job, const RunOptions& options, RunLis
 /// job.json has been written: ranking.csv, timings.json, report.html and, last of all, result.json.
 WrittenRun write_listed_designs(const std::filesystem::path& folder, const Job& job,
                                 OrderedJson result, const std::map<std::string, double>& timings);
-
-/// What the folders of the designs hold so far.
-OrderedJson interrupted_designs(const Job& job, const std::filesystem::path& folder);
 
 }  // namespace flexopt

@@ -111,16 +111,84 @@ OrderedJson scene_of(const fs::path& folder, const Job& job, const OrderedJson& 
   return merged_scene(scenes, labels, order);
 }
 
+/// scene.json, report.html and, last of all, result.json.
+void write_shown(const fs::path& folder, const OrderedJson& result, const OrderedJson& scene) {
+  write_scene(folder, scene);
+  write_report(folder, result, scene);
+  write_file(folder / "result.json", json_text(result));
+}
+
+/// What the folders of the designs hold so far.
+OrderedJson interrupted_designs(const Job& job, const fs::path& folder) {
+  std::vector<OrderedJson> results;
+  for (const ListedDesign& design : job.designs) {
+    const fs::path own = folder / design.folder;
+    const bool begun = fs::exists(own / "result.json") || fs::exists(own / "evaluations.jsonl");
+    results.push_back(begun ? read_result(own) : OrderedJson());
+  }
+  return make_listed_result(job, results);
+}
+
+/// What job.json and evaluations.jsonl of an unfinished run tell: status "interrupted", the history
+/// and the best design so far, and no path; the scene has the evaluations. Throws SpecError where
+/// they tell nothing.
+/// `log`: what was read of it before, if anything.
+ShownRun interrupted_run(const fs::path& folder, GrowingLog& evaluations) {
+  const Job job = read_job((folder / "job.json").string());
+  if (!job.designs.empty()) return unfinished(interrupted_designs(job, folder));
+  const fs::path log = folder / "evaluations.jsonl";
+  if (job.kind == JobKind::evaluate || !fs::exists(log))
+    throw SpecError("", folder.string(),
+                    "expected a finished run, or an optimisation or comparison with some "
+                    "evaluations");
+  if (job.kind == JobKind::compare) return interrupted_comparison(job, log);
+  RunRecord record;
+  record.job = job;
+  const OptimiseSpec& spec = *job.optimise;
+  Optimum optimum;
+  optimum.history = evaluations.read(log);
+  optimum.parameters = job.design.parameters;
+  optimum.stop_reason = "interrupted";
+  const EvaluationRecord* best = nullptr;
+  for (const EvaluationRecord& trial : optimum.history) {
+    ++optimum.evaluations;
+    if (!trial.ok)
+      ++optimum.failed_evaluations;
+    else if (!trial.difference && !trial.full &&
+             (!best ||
+              better({trial.objective, trial.violation}, {best->objective, best->violation},
+                     spec.objective.maximise, spec.constraint_tolerance)))
+      best = &trial;
+  }
+  if (best) {
+    for (const auto& [name, value] : best->variables) optimum.parameters[name] = value;
+    optimum.parameters = complete_parameters(job.design, optimum.parameters);
+    optimum.objective = best->objective;
+    optimum.best_start = best->start;
+    optimum.constraints = states_of(spec, *best);
+    optimum.status = best->violation <= spec.constraint_tolerance ? OptimumStatus::feasible
+                                                                  : OptimumStatus::infeasible;
+  }
+  record.mechanism = make_mechanism(job, optimum.parameters);
+  record.status = "interrupted";
+  record.message = fmt::format(
+      "The optimisation was interrupted after {} evaluations ({} failed); run the same command to "
+      "go on. Shown is the best design so far.",
+      optimum.evaluations, optimum.failed_evaluations);
+  const fs::path screened = screening_log(log);
+  if (spec.search == SearchKind::global && optimum.history.empty() && fs::exists(screened))
+    record.message = fmt::format(
+        "The optimisation was interrupted after {} of {} screened designs; run the same command to "
+        "go on. Shown is the job's own design.",
+        std::min(screened_so_far(screened), spec.screened_designs), spec.screened_designs);
+  record.optimum = std::move(optimum);
+  return unfinished(make_result(record), make_scene(record));
+}
+
 }  // namespace
 
 void write_job(const fs::path& folder, const Job& job) {
   write_file(folder / "job.json", json_text(OrderedJson(document_of(job))));
-}
-
-void write_shown(const fs::path& folder, const OrderedJson& result, const OrderedJson& scene) {
-  write_scene(folder, scene);
-  write_report(folder, result, scene);
-  write_result(folder, result);
 }
 
 WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
@@ -213,58 +281,6 @@ const std::vector<EvaluationRecord>& GrowingLog::read(const fs::path& file) try 
   throw SpecError("", file.string(), std::string("expected evaluations: ") + error.what());
 }
 
-ShownRun interrupted_run(const fs::path& folder, GrowingLog& evaluations) {
-  const Job job = read_job((folder / "job.json").string());
-  if (!job.designs.empty()) return unfinished(interrupted_designs(job, folder));
-  const fs::path log = folder / "evaluations.jsonl";
-  if (job.kind == JobKind::evaluate || !fs::exists(log))
-    throw SpecError("", folder.string(),
-                    "expected a finished run, or an optimisation or comparison with some "
-                    "evaluations");
-  if (job.kind == JobKind::compare) return interrupted_comparison(job, log);
-  RunRecord record;
-  record.job = job;
-  const OptimiseSpec& spec = *job.optimise;
-  Optimum optimum;
-  optimum.history = evaluations.read(log);
-  optimum.parameters = job.design.parameters;
-  optimum.stop_reason = "interrupted";
-  const EvaluationRecord* best = nullptr;
-  for (const EvaluationRecord& trial : optimum.history) {
-    ++optimum.evaluations;
-    if (!trial.ok)
-      ++optimum.failed_evaluations;
-    else if (!trial.difference && !trial.full &&
-             (!best ||
-              better({trial.objective, trial.violation}, {best->objective, best->violation},
-                     spec.objective.maximise, spec.constraint_tolerance)))
-      best = &trial;
-  }
-  if (best) {
-    for (const auto& [name, value] : best->variables) optimum.parameters[name] = value;
-    optimum.parameters = complete_parameters(job.design, optimum.parameters);
-    optimum.objective = best->objective;
-    optimum.best_start = best->start;
-    optimum.constraints = states_of(spec, *best);
-    optimum.status = best->violation <= spec.constraint_tolerance ? OptimumStatus::feasible
-                                                                  : OptimumStatus::infeasible;
-  }
-  record.mechanism = make_mechanism(job, optimum.parameters);
-  record.status = "interrupted";
-  record.message = fmt::format(
-      "The optimisation was interrupted after {} evaluations ({} failed); run the same command to "
-      "go on. Shown is the best design so far.",
-      optimum.evaluations, optimum.failed_evaluations);
-  const fs::path screened = screening_log(log);
-  if (spec.search == SearchKind::global && optimum.history.empty() && fs::exists(screened))
-    record.message = fmt::format(
-        "The optimisation was interrupted after {} of {} screened designs; run the same command to "
-        "go on. Shown is the job's own design.",
-        std::min(screened_so_far(screened), spec.screened_designs), spec.screened_designs);
-  record.optimum = std::move(optimum);
-  return unfinished(make_result(record), make_scene(record));
-}
-
 OrderedJson run_listed_designs(const Job& job, const RunOptions& options, RunListener& listener,
                                std::map<std::string, double>& timings) {
   const fs::path& folder = options.folder;
@@ -307,16 +323,6 @@ WrittenRun write_listed_designs(const fs::path& folder, const Job& job, OrderedJ
   write_shown(folder, result, scene);
   written.result = std::make_shared<const OrderedJson>(std::move(result));
   return written;
-}
-
-OrderedJson interrupted_designs(const Job& job, const fs::path& folder) {
-  std::vector<OrderedJson> results;
-  for (const ListedDesign& design : job.designs) {
-    const fs::path own = folder / design.folder;
-    const bool begun = fs::exists(own / "result.json") || fs::exists(own / "evaluations.jsonl");
-    results.push_back(begun ? read_result(own) : OrderedJson());
-  }
-  return make_listed_result(job, results);
 }
 
 }  // namespace flexopt

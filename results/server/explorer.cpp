@@ -90,14 +90,6 @@ OrderedJson look_at(const Job& job) {
   return answer;
 }
 
-/// The nearest value inside the parameter's range; ends that are excluded by a thousandth of the
-/// slider.
-void clip(const Parameter& p, Slider& slider) {
-  const double margin = 1e-3 * (slider.max - slider.min);
-  slider.min = std::max(slider.min, p.open_min ? p.min + margin : p.min);
-  slider.max = std::min(slider.max, p.open_max ? p.max - margin : p.max);
-}
-
 /// How far a parameter that is zero goes to both sides.
 double reach(const Parameter& p, const std::vector<Parameter>& all, const ParameterValues& values) {
   double largest = 0;
@@ -121,7 +113,9 @@ std::vector<Slider> of_design(const Job& job) {
       slider.min = -far;
       slider.max = far;
     }
-    clip(p, slider);
+    const double margin = 1e-3 * (slider.max - slider.min);  // off ends that are excluded
+    slider.min = std::max(slider.min, p.open_min ? p.min + margin : p.min);
+    slider.max = std::min(slider.max, p.open_max ? p.max - margin : p.max);
     if (slider.whole) {
       slider.min = std::ceil(slider.min);
       slider.max = std::floor(slider.max);

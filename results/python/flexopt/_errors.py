@@ -29,21 +29,11 @@ class JobError(ValueError):
     ) -> None:
         super().__init__(message)
         self.faults = [Fault(*fault) for fault in faults]
+        first = self.faults[0]
+        self.pointer, self.value, self.rule = first.pointer, first.value, first.rule
 
     def __reduce__(self) -> tuple[Any, ...]:  # between processes
         return type(self), (self.args[0], [astuple(fault) for fault in self.faults])
-
-    @property
-    def pointer(self) -> str:
-        return self.faults[0].pointer
-
-    @property
-    def value(self) -> str:
-        return self.faults[0].value
-
-    @property
-    def rule(self) -> str:
-        return self.faults[0].rule
 
 
 class NotConverged(ArithmeticError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import html
 import importlib
-from typing import Any, Iterator, Mapping, NamedTuple
+from typing import Any, Iterator, Mapping, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -302,26 +302,22 @@ class Optimum(Evaluation):
     @property
     def details(self) -> dict[str, Any]:
         """The part ``optimum`` of result.json."""
-        details: dict[str, Any] = self.to_dict()["optimum"]
-        return details
+        return cast("dict[str, Any]", self.to_dict()["optimum"])
 
     @property
     def objective(self) -> float | None:
         """SI; None where no design could be evaluated."""
-        objective: float | None = self.details["objective"]
-        return objective
+        return cast("float | None", self.details["objective"])
 
     @property
     def design(self) -> dict[str, float]:
         """Every parameter of the optimum, SI."""
-        design: dict[str, float] = self.details["parameters"]
-        return design
+        return cast("dict[str, float]", self.details["parameters"])
 
     @property
     def constraints(self) -> list[dict[str, Any]]:
         """Each with label, value, bounds and margin."""
-        constraints: list[dict[str, Any]] = self.details["constraints"]
-        return constraints
+        return cast("list[dict[str, Any]]", self.details["constraints"])
 
 
 class Comparison(Result):
@@ -330,5 +326,4 @@ class Comparison(Result):
     @property
     def details(self) -> dict[str, Any]:
         """The part ``comparison`` of result.json."""
-        details: dict[str, Any] = self.to_dict()["comparison"]
-        return details
+        return cast("dict[str, Any]", self.to_dict()["comparison"])
