@@ -149,7 +149,8 @@ Shape springs() {
 
 Shape parts() {
   return items({
-      required("design", reference(), "a family, or a file relative to this one"),
+      required("design", one_of({reference(), object()}),
+               "a family, a file relative to this one, or the content of such a file"),
       optional("mirror", choice({"x", "y", "z"}), "axis of the part that is reflected"),
       with_default("parameters", map(number()), nlohmann::json::object(),
                    "of the part: numbers, formulas in the names of this file, and choices"),

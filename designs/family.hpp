@@ -108,6 +108,12 @@ const Family& find_family(const std::string& name, const std::string& pointer);
 /// A design file of the user. Throws SpecError with all that is wrong, each with line and column.
 std::shared_ptr<const Family> read_family_file(const std::string& file);
 
+/// The content of a design file; the contents of the files of its parts stand in their places, and
+/// it has a name. `document`: such a content whose parts are files relative to `folder`. Throws
+/// SpecError.
+nlohmann::json whole_design_file(const std::string& file);
+nlohmann::json whole_design(nlohmann::json document, const std::string& folder);
+
 /// A design that is written into a job, at `pointer` of it; paths in it start from `folder`. Null
 /// where something is wrong, which is added to `faults`.
 std::shared_ptr<const Family> read_family(const nlohmann::json& document,

@@ -39,7 +39,7 @@ class PlanReader {
   HeldDirection held(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
                      std::string key);
   PartItem part(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
-  std::shared_ptr<const DesignPlan> plan_of_part(const std::string& design,
+  std::shared_ptr<const DesignPlan> plan_of_part(const nlohmann::json& from,
                                                  const nlohmann::json::json_pointer& at);
 
   /// All valid records of a list.

@@ -58,6 +58,8 @@ Shape map(Shape item) {
   return shape;
 }
 
+Shape object() { return {.kind = ShapeKind::object}; }
+
 Shape one_of(std::vector<Shape> alternatives) {
   return {.kind = ShapeKind::one_of, .inner = std::move(alternatives)};
 }
@@ -115,6 +117,8 @@ std::string describe(const Shape& shape) {
       return fmt::format("an object with the keys {}", fmt::join(names_in(shape.fields), ", "));
     case ShapeKind::map:
       return fmt::format("an object of names, each with ({})", describe(shape.inner.front()));
+    case ShapeKind::object:
+      return "an object";
     case ShapeKind::one_of: {
       std::vector<std::string> all;
       for (const Shape& alternative : shape.inner) all.push_back(describe(alternative));
@@ -142,7 +146,8 @@ bool fits_type(const Shape& shape, const json& value) {
   return (value.is_number() && is(quantity, integer)) ||
          (value.is_string() && is(quantity, text)) ||
          (value.is_boolean() && shape.kind == boolean) ||
-         (value.is_array() && shape.kind == list) || (value.is_object() && is(record, map));
+         (value.is_array() && shape.kind == list) ||
+         (value.is_object() && (is(record, map) || shape.kind == object));
 }
 
 void check_range(const Shape& shape, double value, const json& as_written, const Pointer& at) {
@@ -238,6 +243,7 @@ json read_or_throw(const Shape& shape, const json& value, const Pointer& at, Fau
     case ShapeKind::integer:
       return read_integer(shape, value, at);
     case ShapeKind::boolean:
+    case ShapeKind::object:
       return value;
     case ShapeKind::text:
       return read_text(shape, value, at);

@@ -21,6 +21,7 @@ enum class ShapeKind {
   list,
   record,  ///< an object with known keys
   map,     ///< an object whose keys are names of the user's own
+  object,  ///< an object that has a reader of its own
   one_of   ///< alternatives told apart by their JSON type
 };
 
@@ -61,6 +62,7 @@ Shape choice(std::vector<std::string> choices);
 Shape list(Shape item, std::size_t min_size, std::size_t max_size);
 Shape record(std::vector<Field> fields);
 Shape map(Shape item);
+Shape object();
 Shape one_of(std::vector<Shape> alternatives);
 
 Field required(std::string name, Shape shape, std::string meaning);

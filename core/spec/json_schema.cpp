@@ -73,6 +73,8 @@ json json_schema(const Shape& shape) {
       return record_schema(shape);
     case ShapeKind::map:
       return {{"type", "object"}, {"additionalProperties", json_schema(shape.inner.front())}};
+    case ShapeKind::object:
+      return {{"type", "object"}};
     case ShapeKind::one_of: {
       json alternatives = json::array();
       for (const Shape& inner : shape.inner) alternatives.push_back(json_schema(inner));

@@ -103,6 +103,7 @@ class JobReader {
       : document_(document),
         cases_(cases),
         faults_(faults),
+        folder_(folder),
         source_(design_source(document, folder, faults)),
         family_(source_.get()) {}
 
@@ -117,6 +118,7 @@ class JobReader {
   const json& document_;
   const CaseNames& cases_;
   FaultList& faults_;
+  const std::string& folder_;
   std::shared_ptr<const Family> source_;
   const Family* family_;  ///< the family of source_
   json read_;
@@ -147,6 +149,7 @@ Job JobReader::read() {
   read_mechanism();
   check_sections();
   if (family_) read_sections();
+  if (family_ && faults_.faults().empty()) write_whole_design(read_["design"], folder_);
   job_.as_read = std::make_shared<const json>(std::move(read_));
   return std::move(job_);
 }
@@ -268,7 +271,8 @@ bool lists(const json& document, const char* key) {
 }
 
 /// Reads a document of one design, under one load case or several.
-Job read_design_document(const json& document, const std::string& folder, FaultList& faults) {
+Job read_design_document(const json& written, const std::string& folder, FaultList& faults) {
+  const json document = with_found_design(written, folder, faults);
   if (!lists(document, "cases")) return JobReader(document, folder, {}, faults).read();
   return read_cases(document, faults, [&](const json& one, const CaseNames& cases, FaultList& own) {
     return JobReader(one, folder, cases, own).read();

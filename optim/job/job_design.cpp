@@ -116,19 +116,31 @@ Pointer pointer_to_number(const std::string& name) {
 
 }  // namespace
 
+void write_whole_design(json& design, const std::string& folder) {
+  if (design.contains("file"))
+    design["mechanism"] = read_value(
+        design_file_shape(),
+        whole_design_file(
+            (std::filesystem::path(folder) / design["file"].get<std::string>()).string()));
+  else if (design.contains("mechanism"))
+    design["mechanism"] = whole_design(std::move(design["mechanism"]), folder);
+  design.erase("file");
+}
+
 std::shared_ptr<const Family> design_source(const json& document, const std::string& folder,
                                             FaultList& faults) {
   if (!document.is_object() || !document.contains("design") || !document["design"].is_object())
     return nullptr;
   const json& design = document["design"];
-  constexpr std::array keys{"family", "file", "mechanism"};
+  constexpr std::array keys{"family", "file", "mechanism", "result"};
   const auto given =
       std::ranges::count_if(keys, [&](const char* key) { return design.contains(key); });
   if (given != 1) {
-    faults.add("/design/family", design.contains("family") ? shown(design["family"]) : "nothing",
-               fmt::format("it is required, or a design \"file\", or a \"mechanism\", one of the "
-                           "three; families: {}",
-                           fmt::join(library_names(), ", ")));
+    faults.add(
+        "/design/family", design.contains("family") ? shown(design["family"]) : "nothing",
+        fmt::format("it is required, or a design \"file\", a \"mechanism\" or a \"result\", one of "
+                    "the four; families: {}",
+                    fmt::join(library_names(), ", ")));
     return nullptr;
   }
   std::shared_ptr<const Family> source;

@@ -130,6 +130,10 @@ CompareSpec read_compare(nlohmann::json& read, const Family& family, const Job& 
 
 // The design of a job: where it comes from, its numbers, its material.
 
+/// Puts the content of a design file in the place of its name, and those of the files of its parts:
+/// a job as read needs no other file.
+void write_whole_design(nlohmann::json& design, const std::string& folder);
+
 /// What the document takes its design from: a family by name, a file relative to `folder`, or a
 /// mechanism that is written into it. Null where there is none that can be read.
 std::shared_ptr<const Family> design_source(const nlohmann::json& document,

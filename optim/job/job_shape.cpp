@@ -60,6 +60,9 @@ Shape design_shape(const Family* family) {
       optional("family", choice(library_names()), "a design that the program brings along"),
       optional("file", text(), "or a design file, relative to the job"),
       optional("mechanism", design_file_shape(), "or a design that is written here"),
+      optional(
+          "result", text(),
+          "or the output folder of a run, relative to the job: what it found, with its material"),
       demands_parameters(family)
           ? required("parameters", parameters_shape(*family), "what the design leaves open")
           : with_default("parameters", family ? parameters_shape(*family) : any_parameters_shape(),

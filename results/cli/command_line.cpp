@@ -94,9 +94,10 @@ constexpr Option options[] = {
     {"merge", "--out", &Line::folder, "folder for the results", "DIR", true},
     {"merge", "--compute", &Line::compute, "evaluate here what is missing"},
     {"merge", "--json", &Line::json, json_help},
-    {"designs", "FAMILY", &Line::family, "the family to describe", "FAMILY"},
-    {"new", "FAMILY", &Line::family, "a family, or a design file of your own (.json)", "FAMILY",
-     true},
+    {"designs", "FAMILY", &Line::family, "the family, or the design file (.json), to describe",
+     "FAMILY"},
+    {"new", "FAMILY", &Line::family,
+     "a family, a design file of your own (.json), or the output folder of a run", "FAMILY", true},
     {"new", "--optimise", &Line::optimise, "look for the best dimensions"},
     {"new", "--out", &Line::file, "the job file [stdout]", "FILE"},
     {"new", "--overwrite", &Line::overwrite, "replace the file if it is there already"},
@@ -110,8 +111,6 @@ constexpr Option options[] = {
      "stroke (\"20 deg\"), or NAME=STROKE of several drives [undeflected; decks: the largest "
      "stroke]",
      "STROKE"},
-    {"export", "--result", &Line::result, "output folder of a finished optimisation: its optimum",
-     "DIR"},
     {"export", "--case", &Line::load_case, "load case, of a job with several [the first]"},
     {"export", "--solids", &Line::solids, "solid elements along, across and through a leaf"},
     {"export", "--out", &Line::folder, "folder for the files [job's file stem + .export]", "DIR"},
@@ -160,6 +159,9 @@ void add(const Command& command, CLI::App& app, CommandLine& line) {
     sub.add_option("--set", line.overrides, "change one value of the job; may be repeated")
         ->type_name("/pointer=value")
         ->allow_extra_args(false);
+    sub.add_option("--result", line.result,
+                   "output folder of a finished run: the job at the design that it found")
+        ->type_name("DIR");
   }
   for (const Option& option : options)
     if (sub.get_name() == option.command) add(option, sub, line);

@@ -33,7 +33,7 @@ struct CommandLine {
   bool show = false;                       ///< atlas: print what a file holds, make nothing
   std::string formats;                     ///< export: names of formats with commas
   std::vector<std::string> at;             ///< export: strokes
-  std::string result;                      ///< export: a folder with an optimum
+  std::string result;                      ///< commands with a job: folder of a run, for its design
   std::string load_case;                   ///< export: the load case
   bool open = false;                       ///< show: open the page by xdg-open
   std::string shell;                       ///< completion: the shell

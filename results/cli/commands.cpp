@@ -10,6 +10,7 @@
 #include "core/spec/json_file.hpp"
 #include "designs/describe.hpp"
 #include "designs/family.hpp"
+#include "optim/job/found_design.hpp"
 #include "optim/problem/check_gradients.hpp"
 #include "optim/studies/comparison.hpp"
 #include "results/cli/new_job.hpp"
@@ -28,6 +29,14 @@ namespace flexopt {
 namespace fs = std::filesystem;
 
 namespace {
+
+Job job_of(const CommandLine& line) { return read_job_at(line.job, line.overrides, line.result); }
+
+/// The family of that name, or of a design file.
+std::shared_ptr<const Family> family_of(const std::string& name) {
+  if (name.ends_with(".json")) return read_family_file(name);
+  return {std::shared_ptr<const Family>(), &find_family(name, "FAMILY")};
+}
 
 /// Whether the file says that it is a design, not a job. A pipe, which can be read once, is a job.
 bool is_design_file(const std::string& file) {
@@ -109,7 +118,7 @@ int print_expanded(const Family& family, const ParameterValues& values,
 }
 
 int draw_job(const CommandLine& line) {
-  const Job job = read_job(line.job, line.overrides);
+  const Job job = job_of(line);
   demand_one_design(job, "a job of one design can be drawn");
   return print_or_write(
       svg_of_design(resolve(job.design)->family(),
@@ -119,15 +128,15 @@ int draw_job(const CommandLine& line) {
 
 int draw_family(const CommandLine& line) {
   if (!line.family) throw SpecError("--svg", "no FAMILY", "expected the family to draw before it");
-  const Family& family = find_family(*line.family, "FAMILY");
-  return print_or_write(svg_of_design(family, usual_values(family), default_choices(family)),
+  const auto family = family_of(*line.family);
+  return print_or_write(svg_of_design(*family, usual_values(*family), default_choices(*family)),
                         line.svg_file);
 }
 
 }  // namespace
 
 Job checked_job(const CommandLine& line) {
-  Job job = read_job(line.job, line.overrides);
+  Job job = job_of(line);
   (void)make_mechanism(job, job.design.parameters);
   for (const ListedDesign& design : job.designs)
     (void)make_mechanism(*design.job, design.job->design.parameters);
@@ -172,15 +181,16 @@ int validate_job(const CommandLine& line) {
 
 int describe_designs(const CommandLine& line) {
   if (line.svg) return draw_family(line);
-  const Family* family = line.family ? &find_family(*line.family, "FAMILY") : nullptr;
-  fmt::print("{}", line.export_file ? std::string(library_text(family->name))
-                   : family         ? describe_family(*family)
-                                    : describe_families());
+  const auto family = line.family ? family_of(*line.family) : nullptr;
+  fmt::print("{}", line.export_file
+                       ? std::string(library_text(find_family(*line.family, "FAMILY").name))
+                   : family ? describe_family(*family)
+                            : describe_families());
   return exit_usable;
 }
 
 int list_quantities(const CommandLine& line) {
-  fmt::print("{}", describe_quantities(line.family ? find_family(*line.family, "FAMILY").drives
+  fmt::print("{}", describe_quantities(line.family ? family_of(*line.family)->drives
                                                    : DriveList(Direction::uy)));
   return exit_usable;
 }
@@ -222,10 +232,7 @@ int watch_run(const CommandLine& line) {
 
 int export_job(const CommandLine& line) {
   const std::vector<std::string> formats = read_formats(line.formats);
-  const Job job = read_job(line.job, line.overrides);
-  ExportPlace place{.at = line.at, .result = {}, .load_case = line.load_case};
-  if (!line.result.empty()) place.result = line.result;
-  const Exported exported = make_exported(job, place);
+  const Exported exported = make_exported(job_of(line), {line.at, line.load_case});
   ExportOptions options{
       .formats = formats, .stem = fs::path(line.job).stem().string(), .solid = {}};
   if (line.solids[0] > 0) {
@@ -252,21 +259,28 @@ int write_new_job(const CommandLine& line) {
   const fs::path out = line.file;
   if (!out.empty() && !line.overwrite && fs::exists(out))
     throw SpecError("--out", out.string(), "it is there already; --overwrite replaces it");
-  nlohmann::json design;
+  nlohmann::json design, found;
   fs::path folder;
-  if (line.family->ends_with(".json")) {
+  if (fs::is_directory(*line.family)) {
+    const FoundDesign of = found_design(*line.family, "FAMILY");
+    found = of.job;
+    design = design_of(of);
+  } else if (line.family->ends_with(".json")) {
     // the job names the design file from where it stands itself
     folder = out.empty() ? fs::current_path() : fs::absolute(out).parent_path();
     design["file"] = fs::absolute(*line.family).lexically_proximate(folder).string();
   } else {
     design["family"] = find_family(*line.family, "FAMILY").name;
   }
-  return print_or_write(json_text(new_job(design, folder.string(), line.optimise)), line.file);
+  OrderedJson job = new_job(design, folder.string(), line.optimise);
+  for (const char* kept : {"end_effector", "stroke", "gravity", "loads", "frequencies"})
+    if (found.contains(kept)) job[kept] = OrderedJson(found[kept]);  // what the run was asked for
+  return print_or_write(json_text(job), line.file);
 }
 
 int show_mechanism(const CommandLine& line) {
   if (line.svg) return draw_job(line);
-  const RunRecord record = undeflected(read_job(line.job, line.overrides));
+  const RunRecord record = undeflected(job_of(line));
   OutputFolder folder(line.folder);
   write_report(folder.path(), undeflected_result(record), make_scene(record));
   folder.keep();

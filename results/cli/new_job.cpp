@@ -44,7 +44,7 @@ OrderedJson design_of(const StartDesign& start, const nlohmann::json& source) {
     parameters[p.name] = readable(start.values.at(p.name), p.unit);
   for (const FamilyOption& option : start.family->options)
     design[option.name] = start.choices.at(option.name);
-  design["material"] = start.material.name;
+  if (!design.contains("material")) design["material"] = start.material.name;
   return design;
 }
 
@@ -260,6 +260,18 @@ StartDesign start_design(const nlohmann::json& design, const std::string& folder
   start.choices = default_choices(*start.family);
   start.values = usual_values(*start.family);
   start.material = materials().front().material;
+  if (design.contains("parameters"))  // of a run: what it found
+    for (const auto& [name, value] : design["parameters"].items())
+      if (value.is_number())
+        start.values[name] = value;
+      else if (value.is_string())
+        start.choices[name] = value;
+  if (design.contains("material"))
+    start.material =
+        material_of(design["material"], nlohmann::json::json_pointer("/design/material"));
+  if (!start.material.allowable_stress)
+    start.material.allowable_stress =
+        start.material.yield_strength.value_or(*materials().front().material.allowable_stress);
   start.mechanism = start.make(start.values);
   return start;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 
 #include "results/cli/printed.hpp"
@@ -13,22 +12,8 @@ namespace flexopt {
 
 namespace {
 
-/// SI unit, what a designer reads, and the factor.
-struct ShownUnit {
-  std::string_view si, shown;
-  double factor;
-};
-constexpr std::array shown_units{ShownUnit{"m", "mm", 1e3},
-                                 ShownUnit{"rad", "deg", 180 / std::numbers::pi},
-                                 ShownUnit{"Pa", "MPa", 1e-6}};
-
 std::string shown(const std::optional<double>& value, const std::string& unit) {
-  if (!value) return "-";
-  const auto found = std::ranges::find(shown_units, unit, &ShownUnit::si);
-  if (found != shown_units.end())
-    return fmt::format("{:.5g} {}", *value * found->factor, found->shown);
-  return fmt::format("{:.5g}{}{}", *value, unit.empty() || unit == "1" ? "" : " ",
-                     unit == "1" ? "" : unit);
+  return value ? quantity_text(*value, unit) : "-";
 }
 
 /// SI unit of a goal; "(SI)" of a formula, which has no quantity.
@@ -313,8 +298,11 @@ bool is_shown(const QuantityRow& row, const StrokeRequest& request) {
 }  // namespace
 
 std::string summary_of(const RunRecord& record) {
+  const Verdict verdict = verdict_of(record);
   std::string text = fmt::format("{}: {}. {}\n", record.job.name.empty() ? "run" : record.job.name,
-                                 record.status, record.message);
+                                 verdict.word, verdict.text);
+  if (verdict.text.find(record.message) == std::string::npos)
+    text += fmt::format("  {}\n", record.message);
   const DriveList drives(record.mechanism);
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drives);

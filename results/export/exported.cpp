@@ -108,30 +108,6 @@ VectorXd read_strokes(const Exported& of, const std::vector<std::string>& texts)
   return strokes;
 }
 
-/// Parameters of the optimum in the folder of a run of this job.
-ParameterValues optimum_of(const Job& job, const std::filesystem::path& folder) {
-  const auto refuse = [&](const std::string& rule) {
-    return SpecError("--result", folder.string(), rule);
-  };
-  if (!std::filesystem::is_directory(folder))
-    throw refuse("expected the output folder of a finished run: there is no such folder");
-  if (!std::filesystem::exists(folder / "result.json") || !holds_finished_run(folder))
-    throw refuse("expected the output folder of a finished run: it has no result.json of its own");
-  const OrderedJson result = read_result(folder);
-  const OrderedJson optimum = result.value("optimum", OrderedJson());
-  if (!optimum.is_object() || !optimum.value("parameters", OrderedJson()).is_object())
-    throw refuse("expected a run that found an optimum");
-  const std::string family =
-      result.value(OrderedJson::json_pointer("/job/design/family"), std::string());
-  if (!family.empty() && !job.design.family.empty() && family != job.design.family)
-    throw refuse(
-        fmt::format("it is a run of the design {}; the job's is {}", family, job.design.family));
-  ParameterValues values = job.design.parameters;
-  for (const auto& [name, value] : optimum["parameters"].items())
-    if (value.is_number()) values[name] = value.get<double>();
-  return values;
-}
-
 StrokeRequest request_of(const Job& job, const std::string& name) {
   const std::vector<JobCase> cases = cases_of(job);
   if (name.empty()) return cases.front().request;
@@ -267,8 +243,7 @@ Exported make_exported(const Job& job, const ExportPlace& place) {
   demand_one_design(job, "a job of one design can be exported");
   Exported made;
   made.name = job.name;
-  made.mechanism =
-      make_mechanism(job, place.result ? optimum_of(job, *place.result) : job.design.parameters);
+  made.mechanism = make_mechanism(job, job.design.parameters);
   made.request = request_of(job, place.load_case);
   made.model = job.model;
   const bool driven = made.request.loads.driven();

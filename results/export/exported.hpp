@@ -16,8 +16,6 @@ struct ExportPlace {
   /// Texts of --at: one quantity for the only drive ("20 deg"), or "name=quantity" for each named
   /// one (those that are not named stay at rest). None: undeflected and unloaded, as drawn.
   std::vector<std::string> at;
-  /// Folder of a finished optimisation of the job: its optimum replaces the job's own design.
-  std::optional<std::filesystem::path> result;
   std::string load_case;  ///< load case of a job with several; empty: the first
 };
 
@@ -55,7 +53,7 @@ class NoEquilibrium : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws SpecError: a stroke outside the job's path, a folder without an optimum of this job.
+/// Throws SpecError for a stroke outside the job's path.
 Exported make_exported(const Job& job, const ExportPlace& place);
 
 // The formats that a mechanism is exported in, and their files.

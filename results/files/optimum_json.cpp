@@ -14,8 +14,10 @@ namespace {
 using Json = OrderedJson;
 
 Json goal_json(const Constraint& goal, const DriveList& drives) {
-  if (!goal.expression.empty()) return {{"expression", goal.expression}, {"unit", "SI"}};
-  return {{"quantity", goal.quantity},
+  if (!goal.expression.empty())
+    return {{"name", goal.expression}, {"expression", goal.expression}, {"unit", "SI"}};
+  return {{"name", extreme_name(goal.quantity, goal.over_stroke, drives)},
+          {"quantity", goal.quantity},
           {"over_stroke", name_of(goal.over_stroke)},
           {"unit", quantity_unit(goal.quantity, drives)}};
 }

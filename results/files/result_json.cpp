@@ -228,11 +228,13 @@ OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPla
 
 OrderedJson make_result(const RunRecord& record) {
   const StrokeResponse& response = response_of(record);
+  const Verdict verdict = verdict_of(record);
   Json result = {
       {"flexopt", {{"format", result_format}, {"version", version()}, {"commit", commit()}}},
       {"job", Json(document_of(record.job))},
       {"status", record.status},
       {"message", record.message},
+      {"verdict", {{"tone", verdict.tone}, {"word", verdict.word}, {"text", verdict.text}}},
       {"notes", record.job.notes},
       {"units", units_json(record.job, record.mechanism, record.job.request)},
       {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},

@@ -181,4 +181,11 @@ std::string quantity_unit(const std::string& quantity, const DriveList& drives);
 std::string goal_unit(const std::string& quantity, const DriveList& drives);
 std::string parameter_unit(const Family& family, const std::string& parameter);
 
+/// A value as a designer reads it: "30.8 mm", "3.13 N/um", "20 deg". `unit`: SI; "1" or empty:
+/// none.
+std::string quantity_text(double value, const std::string& unit, int digits = 5);
+
+/// "lowest parasitic frequency over the stroke": what a goal takes of a quantity, in words.
+std::string extreme_name(const std::string& quantity, OverStroke over, const DriveList& drives);
+
 }  // namespace flexopt

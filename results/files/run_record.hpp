@@ -52,6 +52,18 @@ struct RunRecord {
 /// estimated errors add to them.
 void conclude(RunRecord& record);
 
+/// What a run says of its design: terminal, result.json and page say the same.
+struct Verdict {
+  std::string tone;  ///< "good", "warn" or "bad"
+  std::string
+      word;  ///< "works", "unstable", "overstressed", "optimal", …, or the status of the run
+  std::string text;  ///< sentences with the figures
+};
+
+/// The verdict of a run that is concluded: failures first, then instability, then numbers that are
+/// not believed, then stress beyond what the material allows.
+Verdict verdict_of(const RunRecord& record);
+
 /// Whether what was chosen keeps the tolerance at the design that the run is about.
 bool meets_tolerance(const RunRecord& record);
 

@@ -10,6 +10,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/found_design.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "results/files/result_json.hpp"
@@ -137,37 +138,6 @@ std::vector<Slider> of_variables(const Job& job) {
   return sliders;
 }
 
-/// Pointer to a number in the document of a job.
-Pointer place_of(const std::string& name) {
-  if (!find_job_number(name)) return Pointer("/design/parameters") / name;
-  const std::size_t dot = name.find('.');
-  const std::string section = name.substr(0, dot), rest = name.substr(dot + 1);
-  if (section == "material") return Pointer("/design/material") / rest;
-  const std::size_t second = rest.find('.');
-  return Pointer("/" + section) / rest.substr(0, second);
-}
-
-/// A component of the centre of mass, or of the inertia, which is written out.
-void set_component(const std::string& name, double value, json& place) {
-  const auto axis = [&](std::size_t from_end) {
-    return static_cast<std::size_t>(name[name.size() - from_end] - 'x');
-  };
-  if (name.find("center_of_mass") != std::string::npos) {
-    place.at(axis(1)) = value;
-    return;
-  }
-  if (place.at(0).is_number()) {  // principal moments
-    json whole = json::array();
-    for (std::size_t i = 0; i < 3; ++i) {
-      whole.push_back({0.0, 0.0, 0.0});
-      whole[i][i] = place.at(i);
-    }
-    place = std::move(whole);
-  }
-  place.at(axis(2)).at(axis(1)) = value;
-  place.at(axis(1)).at(axis(2)) = value;
-}
-
 }  // namespace
 
 Explorer::Explorer(Job job) : job_(std::move(job)), sliders_(sliders_of(job_)) {}
@@ -240,26 +210,6 @@ ParameterValues read_move(const std::string& body, const std::vector<Slider>& sl
     values[name] = number;
   }
   return values;
-}
-
-json moved_job(const Job& job, const ParameterValues& values) {
-  json document = document_of(job);
-  document.erase("expect");
-  for (const auto& [name, value] : values) {
-    json& place = document.at(place_of(name));
-    if (place.is_array())
-      set_component(name, value, place);
-    else
-      place = value;
-  }
-  // the width of a wire follows from its thickness, although the job has no formula for it
-  for (const auto& [name, formula] : job.design.expressions)
-    if (document.at(place_of(name)).is_number()) document["design"]["parameters"].erase(name);
-  if (job.kind == JobKind::optimise)
-    for (json& variable : document["optimise"]["variables"])
-      if (const auto moved = values.find(variable["parameter"]); moved != values.end())
-        variable["start"] = moved->second;
-  return document;
 }
 
 bool NewestMove::begin() {

@@ -57,7 +57,7 @@ class WatchedRun {
 /// What a request {"since": version} says. Throws SpecError for anything else.
 std::string read_since(const std::string& body);
 
-// The numbers of a job that may be moved, their ranges, and the job with other values for them.
+// The numbers of a job that may be moved, and their ranges.
 
 /// A number of a design that can be moved, SI.
 struct Slider {
@@ -77,10 +77,6 @@ std::vector<Slider> sliders_of(const Job& job);
 /// {"parameters": {"length": 0.04, …}}, SI; those that are not named keep the job's value. Throws
 /// SpecError for anything else: other names, other values than numbers, numbers out of range.
 ParameterValues read_move(const std::string& body, const std::vector<Slider>& sliders);
-
-/// The job's document with these numbers (of sliders_of), and without numbers that are expected of
-/// the old ones.
-nlohmann::json moved_job(const Job& job, const ParameterValues& values);
 
 // A job as something to try numbers on: a move of its sliders → what the page shows.
 

@@ -19,20 +19,9 @@ const lowest_buckling = () => {
 /// {tone, word, text}: the verdict in one word and one sentence.
 export function verdict() {
   if (undeflected) return {tone: "good", word: "undeflected", text: result.message};
-  if (result.status !== "ok") return {tone: result.status === "running" ? "warn" : "bad", word: readable(result.status ?? "unknown"), text: result.message ?? ""};
-  if (comparison || listed.length) return {tone: "good", word: "done", text: result.message ?? ""};
-  if (optimum) {
-    const share = stress_share();
-    const local = optimum.status === "local";
-    return {tone: local ? "warn" : "good", word: local ? "local optimum" : readable(optimum.status), text: `${heading(goal_name(optimum.goal))}, ${optimum.goal.sense}d: ${goal_text(optimum.goal, optimum.objective, 3)}; all requirements are met.`
-      + (local ? " There may be a better one: try more starts." : "")
-      + (share && share.share > 1.0005 ? ` But the stress is ${number_text(100 * share.share)} % of what the material allows.` : "")};
-  }
-  const share = stress_share(), unstable = converged.filter((p) => !p.stable), buckled = lowest_buckling();
-  const all = `${converged.length === 1 ? "The one point" : `All ${converged.length} points`} of the ${load_path ? "load path" : "stroke"} found equilibrium`;
-  if (unstable.length) return {tone: "bad", word: "unstable", text: `${all}, but with the drive held it is unstable ${at_stroke(unstable[0])}${unstable.length > 1 ? ` and at ${unstable.length - 1} more` : ""}.`};
-  if (share && share.share > 1.0005) return {tone: "warn", word: "overstressed", text: `${all}, but the stress is ${number_text(100 * share.share)} % of what the material allows, ${at_stroke(share.point)}.`};
-  return {tone: "good", word: "works", text: `${all}${share ? `; the stress is at most ${number_text(100 * share.share)} % of what the material allows` : ""}${buckled ? `; buckling at ${number_text(buckled.value)} times the load` : ""}.`};
+  if (result.status === "running") return {tone: "warn", word: "running", text: result.message ?? ""};
+  if (listed.length && result.status === "ok") return {tone: "good", word: "done", text: result.message ?? ""};
+  return result.verdict ?? {tone: result.status === "ok" ? "good" : "bad", word: readable(result.status ?? "unknown"), text: result.message ?? ""};
 }
 
 /// Up to five tiles.

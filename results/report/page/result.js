@@ -93,13 +93,5 @@ export const goal_text = (goal, value, digits = 4) => goal.unit === "SI" ? numbe
 export const goal_factor = (goal) => goal.unit === "SI" ? 1 : shown_factor(goal.unit);
 export const goal_unit = (goal) => goal.unit === "SI" ? "SI" : shown_unit(goal.unit);
 /// "lowest parasitic frequency over the stroke": an objective or a constraint in words.
-export const goal_name = (goal) => `${goal.expression ?? extreme_name(goal)}${goal.as ? `, ${goal.under === "assembly_tolerances" ? "worst assembly" : goal.as === "worst" ? "worst within tolerances" : goal.as}` : ""}`;
+export const goal_name = (goal) => `${goal.name ?? ""}${goal.as ? `, ${goal.under === "assembly_tolerances" ? "worst assembly" : goal.as === "worst" ? "worst within tolerances" : goal.as}` : ""}`;
 export {heading};
-
-function extreme_name({quantity = "", over_stroke}) {
-  const name = (quantities.find((q) => q.name === quantity)?.label ?? quantity.replace(/_/g, " ")).replace(/^(largest|max) /, "");
-  if (/^(envelope|leaf_mass)/.test(quantity)) return name;  // the same at every point
-  const words = {min: `lowest ${name} over the stroke`, max: `largest ${name} over the stroke`,
-    max_abs: `largest size of the ${name} over the stroke`, first: `${name} at the first point`, last: `${name} at the last point`};
-  return words[over_stroke] ?? name;
-}
