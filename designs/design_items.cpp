@@ -232,8 +232,37 @@ void PlanReader::read_drives() {
       read(read_["drives"][i], Pointer("/drives") / i);
 }
 
-std::shared_ptr<const DesignPlan> PlanReader::plan_of_part(const std::string& design,
-                                                           const Pointer& at) {
+json whole_design(json document, const std::string& folder) {
+  if (!document.is_object() || !document.contains("parts")) return document;
+  for (json& part : document["parts"])
+    if (part.is_object() && part.contains("design") && part["design"].is_string() &&
+        part["design"].get<std::string>().ends_with(".json"))
+      part["design"] = whole_design_file(
+          (std::filesystem::path(folder) / part["design"].get<std::string>()).string());
+  return document;
+}
+
+json whole_design_file(const std::string& file) {
+  json document = parse_json(read_text(file).text, file);
+  const std::filesystem::path path(file);
+  if (!document.contains("name")) document["name"] = path.stem().string();
+  return whole_design(std::move(document), path.parent_path().string());
+}
+
+std::shared_ptr<const DesignPlan> PlanReader::plan_of_part(const json& from, const Pointer& at) {
+  if (from.is_object()) {
+    FaultList faults;
+    DesignSource source{.kind = DesignSource::Kind::job,
+                        .text = {},
+                        .folder = plan_.source.folder,
+                        .lead = at.to_string()};
+    const auto written = read_plan(from, source, faults, within_);
+    faults.raise();
+    auto plan = std::make_shared<DesignPlan>(*written);
+    plan->source.lead = plan_.source.lead + source.lead;  // for what is wrong with its geometry
+    return plan;
+  }
+  const std::string design = from;
   const auto refuse_circle = [&](const std::string& which) {
     if (std::ranges::find(within_, which) != within_.end())
       throw SpecError(
