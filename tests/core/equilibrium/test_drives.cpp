@@ -208,3 +208,19 @@ TEST_CASE("several drives are held at once") {
   CHECK_FALSE(r.frequency_derivatives[half].d2_omega2 ==
               Approx(r.frequency_derivatives[0].d2_omega2).epsilon(1e-3));
 }
+
+TEST_CASE("reduced leaves follow a relative drive as full ones do") {
+  const Mechanism m = driven(double_guide(), {drive("", Direction::uy, 0, 1)});
+  ModelOptions full = models::beams(8), reduced = full;
+  reduced.accuracy = Accuracy::reduced;
+  StrokeRequest request = stroke({0.005, 0.012}, 4);
+  request.outputs.remove(Output::frequency_derivatives);
+  const StrokeResponse a = test::evaluated(m, full, request),
+                       b = test::evaluated(m, reduced, request);
+  for (std::size_t k = 0; k < a.path.size(); ++k) {
+    CHECK(b.path[k].drive_load == Approx(a.path[k].drive_load).epsilon(1e-3));
+    CHECK(b.path[k].drive_stiffness == Approx(a.path[k].drive_stiffness).epsilon(1e-3));
+    CHECK(b.path[k].frequencies_locked[0] == Approx(a.path[k].frequencies_locked[0]).epsilon(1e-3));
+    CHECK(b.path[k].leaves[0].model == "tube");
+  }
+}

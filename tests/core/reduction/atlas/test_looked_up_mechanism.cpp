@@ -101,3 +101,37 @@ TEST_CASE("where a point is asked for more, full leaves take over from looked-up
     CHECK(leaf.reason == "exact: leaf 0: places inside it are those of the full leaf");
   }
 }
+
+TEST_CASE("derivatives of looked-up leaves are those of full ones within the error of the leaves") {
+  for (const bool hinge : {false, true}) {
+    const test::Family guide_or_hinge = family(hinge, {0, 1, 2, 4, 5});
+    const test::Values p = test::values_of(numbers);
+    std::vector<MechanismDirection> directions;
+    for (const std::size_t k : guide_or_hinge.along)
+      directions.push_back(test::direction(guide_or_hinge, k));
+    const Mechanism mechanism = guide_or_hinge.make(p);
+    const StrokeRequest request = statics(hinge);
+    const StrokeSensitivity a = evaluate_stroke_gradients(mechanism, directions, looked_up(),
+                                                          request),
+                            b = evaluate_stroke_gradients(mechanism, directions,
+                                                          test::full(looked_up()), request);
+    REQUIRE(a.gradients);
+    REQUIRE(b.gradients);
+    for (std::size_t k = 0; k < request.points.size(); ++k) {
+      for (const LeafReport& leaf : a.response.path[k].leaves) CHECK(leaf.source == "atlas");
+      const PathPoint &pa = a.response.path[k], &pb = b.response.path[k];
+      const PointGradients &ga = a.gradients->path[k], &gb = b.gradients->path[k];
+      for (Eigen::Index j = 0; j < 5; ++j) {
+        const double by = p[guide_or_hinge.along[static_cast<std::size_t>(j)]];
+        for (int d = 0; d < 6; ++d) {
+          if (!pb.support_stiffness[d]) continue;
+          INFO("direction " << d << ", along " << j << " at point " << k);
+          CHECK(by * (*ga.support_stiffness[d])[j] / *pa.support_stiffness[d] ==
+                Approx(by * (*gb.support_stiffness[d])[j] / *pb.support_stiffness[d])
+                    .margin(2e-2));  // of this coarse grid
+        }
+        CHECK(by * ga.drive_load[j] == Approx(by * gb.drive_load[j]).epsilon(1e-3).margin(1e-4));
+      }
+    }
+  }
+}

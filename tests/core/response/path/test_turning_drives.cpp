@@ -303,3 +303,29 @@ TEST_CASE("random drives, most of them turns, answer small changes as their matr
   }
   CHECK(well_known >= tried / 2);
 }
+
+TEST_CASE("no work is left around a closed loop of two strokes") {
+  Mechanism m = twisted_leaf();
+  m.drives[0].name = "twist";
+  m.drives.push_back({"turn", 0, ground, Direction::ry, rotation_exp({0.3, 0, 0.2})});
+  const State state(m, models::beams(6), side_force(3), Eigen::Vector2d(0.2, 0.05));
+  // around a rectangle, by Gauss's rule of five points a side
+  constexpr double x[] = {0, 0.5384693101056831, 0.9061798459386640},
+                   w[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+  const Eigen::Vector2d size(0.2, 0.1);
+  double loop = 0, turnover = 0;
+  for (int side = 0; side < 4; ++side) {
+    const int along = side % 2;
+    const double sense = side < 2 ? 1 : -1;
+    for (int k = -2; k <= 2; ++k) {
+      Eigen::Vector2d s = state.strokes();
+      s[along] += sense * size[along] * 0.5 * std::copysign(x[std::abs(k)], k);
+      s[1 - along] += (side == 0 || side == 3 ? -0.5 : 0.5) * size[1 - along];
+      const double part =
+          0.5 * w[std::abs(k)] * size[along] * state.near(s, Vector6d::Zero())[along];
+      loop += sense * part;
+      turnover += std::abs(part);
+    }
+  }
+  CHECK(std::abs(loop) < 1e-8 * turnover);
+}
