@@ -18,6 +18,31 @@ double limit(const laws::Deviation& d, bool reduced) {
   return std::max(1e-10, laws::known(d, reduced));
 }
 
+/// A law of the mechanisms of so many seeds; how many keep it to 1e-10.
+template <class Law, class Limit>
+int check_each(int seeds, const Law& law, const Limit& limit_of) {
+  const test::TemporaryFolder folder;
+  int exact = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    const laws::Deviation d = law(random_design(seed, folder.path()), seed);
+    INFO("seed " << seed << ": " << d.what);
+    CHECK(d.size <= limit_of(d, seed));
+    exact += d.size < 1e-10;
+  }
+  return exact;
+}
+
+/// Of a mechanism that is moved, mirrored before across the axis that the seed has in `mirrors`.
+int check_moved(const std::string& mirrors) {
+  return check_each(
+      checked,
+      [&](const RandomDesign& design, int seed) {
+        const std::string mirror = mirrors.empty() ? "" : mirrors.substr(seed % 3, 1);
+        return laws::motion_of_the_whole(design, seed, mirror, laws::coarse(seed, seed % 10 == 0));
+      },
+      [](const laws::Deviation& d, int seed) { return limit(d, seed % 10 == 0); });
+}
+
 }  // namespace
 
 TEST_CASE("random mechanisms are of all kinds") {
@@ -60,55 +85,31 @@ TEST_CASE("random mechanisms are of all kinds") {
 }
 
 TEST_CASE("a random mechanism written flat, or without repeats, is the same to the last bit") {
-  const test::TemporaryFolder folder;
-  for (int seed = 0; seed < count; ++seed) {
-    const laws::Deviation d = laws::ways_of_writing(random_design(seed, folder.path()));
-    INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size == 0);
-  }
+  check_each(
+      count, [](const RandomDesign& design, int) { return laws::ways_of_writing(design); },
+      [](const laws::Deviation&, int) { return 0.0; });
 }
 
 TEST_CASE("every number of a random mechanism has its exact derivatives", "[slow]") {
-  const test::TemporaryFolder folder;
-  for (int seed = 0; seed < checked; ++seed) {
-    const laws::Deviation d = laws::derivatives(random_design(seed, folder.path()));
-    INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < 1e-8);
-  }
+  check_each(
+      checked, [](const RandomDesign& design, int) { return laws::derivatives(design); },
+      [](const laws::Deviation&, int) { return 1e-8; });
 }
 
 TEST_CASE("a random mechanism moved as a whole answers as before", "[slow]") {
-  const test::TemporaryFolder folder;
-  int exact = 0;
-  for (int seed = 0; seed < checked; ++seed) {
-    const bool reduced = seed % 10 == 0;
-    const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path()), seed,
-                                                        "", laws::coarse(seed, reduced));
-    INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < limit(d, reduced));
-    exact += d.size < 1e-10;
-  }
-  CHECK(exact > checked / 4);
+  CHECK(check_moved("") > checked / 4);
 }
 
-TEST_CASE("a mirrored random mechanism has the mirrored answers", "[slow]") {
-  const test::TemporaryFolder folder;
-  for (int seed = 0; seed < checked; ++seed) {
-    const std::string mirror(1, "xyz"[seed % 3]);
-    const laws::Deviation d = laws::motion_of_the_whole(random_design(seed, folder.path()), seed,
-                                                        mirror, laws::coarse(seed, seed % 10 == 0));
-    INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < limit(d, seed % 10 == 0));
-  }
-}
+TEST_CASE("a mirrored random mechanism has the mirrored answers", "[slow]") { check_moved("xyz"); }
 
 TEST_CASE("a random mechanism's force is its energy's gradient, the tangent the Hessian",
           "[slow]") {
-  const test::TemporaryFolder folder;
-  for (int seed = 0; seed < checked; ++seed) {
-    const laws::Deviation d =
-        laws::energy(random_design(seed, folder.path()), seed, laws::coarse(seed, false));
-    INFO("seed " << seed << ": " << d.what);
-    CHECK(d.size < std::max(2e-7, laws::known(d, false)));  // rounding of energies
-  }
+  check_each(
+      checked,
+      [](const RandomDesign& design, int seed) {
+        return laws::energy(design, seed, laws::coarse(seed, false));
+      },
+      [](const laws::Deviation& d, int) {
+        return std::max(2e-7, laws::known(d, false));  // rounding of energies
+      });
 }

@@ -39,14 +39,10 @@ void check_same(const Optimum& a, const Optimum& b) {
   CHECK(a.objective == b.objective);
   CHECK(a.best_start == b.best_start);
   CHECK(a.evaluations == b.evaluations);
-  REQUIRE(a.history.size() == b.history.size());
-  bool same = true;
-  for (std::size_t i = 0; i < a.history.size(); ++i)
-    same = same && a.history[i].variables == b.history[i].variables &&
-           a.history[i].objective == b.history[i].objective &&
-           a.history[i].constraints == b.history[i].constraints &&
-           a.history[i].violation == b.history[i].violation;
-  CHECK(same);
+  const auto numbers = [](const EvaluationRecord& r) {
+    return std::tie(r.variables, r.objective, r.constraints, r.violation);
+  };
+  CHECK(std::ranges::equal(a.history, b.history, {}, numbers, numbers));
 }
 
 }  // namespace
@@ -55,8 +51,7 @@ TEST_CASE("a run cut off anywhere resumes to the same end", "[slow]") {
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LD_SLSQP", "ipopt");
   CAPTURE(name);
   const test::TemporaryFolder folder;
-  const json document = small_job(name);
-  const auto logged = [&] { return run(document, folder / "log"); };
+  const auto logged = [&] { return run(small_job(name), folder / "log"); };
   const Run whole = logged();
   CHECK(whole.replayed == 0);
   const std::vector<std::size_t> begins = test::line_begins(whole.log);

@@ -171,9 +171,8 @@ TEST_CASE("exact gradients take a fraction of the evaluations to the same optimu
 }
 
 TEST_CASE("a model without derivatives is differentiated by differences") {
-  json document = stiff_guide("LD_SLSQP");
   Calls calls;
-  const Optimum o = run(document, calls, true, {}, 1e99, false);
+  const Optimum o = run(stiff_guide("LD_SLSQP"), calls, true, {}, 1e99, false);
   CHECK(o.gradients == "central differences");
   CHECK_THAT(o.gradients_message, Catch::StartsWith("none, first at length = "));
   CHECK(o.status == OptimumStatus::optimal);
@@ -236,9 +235,8 @@ TEST_CASE("a goal without exact derivatives is named") {
 }
 
 TEST_CASE("a method without gradients asks for them at its end alone") {
-  json document = stiff_guide("LN_COBYLA");
   Calls calls;
-  const Optimum o = run(document, calls, true);
+  const Optimum o = run(stiff_guide("LN_COBYLA"), calls, true);
   CHECK(o.gradients == "none");
   CHECK(calls.gradients == 1);
   CHECK(o.sensitivities.size() == 6);
@@ -339,8 +337,7 @@ TEST_CASE("places of large stress, material and end-effector have exact gradient
 }
 
 TEST_CASE("nothing said, the library differentiates the mechanics exactly") {
-  json document = stiff_guide("LD_SLSQP");
-  const Job job = parse_job(document);
+  const Job job = parse_job(stiff_guide("LD_SLSQP"));
   const DesignProblem plain(job), told(job, {evaluate_stroke, by_differences});
   CHECK(plain.differentiable());
   CHECK_FALSE(told.differentiable());

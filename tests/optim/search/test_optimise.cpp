@@ -8,9 +8,8 @@ TEST_CASE("every local algorithm finds the guide's optimum on two active constra
   const auto name = GENERATE(as<std::string>(), "LN_COBYLA", "LN_SBPLX", "LN_NELDERMEAD",
                              "LD_SLSQP", "LD_MMA", "LD_CCSAQ", "ipopt");
   CAPTURE(name);
-  json document = stiff_guide(name);
   Calls calls;
-  const Optimum o = run(document, calls);
+  const Optimum o = run(stiff_guide(name), calls);
   INFO(o.stop_reason);
   INFO(o.evaluations << " evaluations");
   CHECK(o.status == OptimumStatus::optimal);
@@ -100,8 +99,7 @@ TEST_CASE("failed evaluations are recorded and stepped back from") {
 
 TEST_CASE("a start where nothing works is a failed start, not the end") {
   Calls calls;
-  json document = stiff_guide();
-  const Optimum o = run(document, calls, false, {}, 1e3);
+  const Optimum o = run(stiff_guide(), calls, false, {}, 1e3);
   CHECK(o.status == OptimumStatus::failed);
   CHECK_THAT(o.stop_reason, Contains("could be evaluated") && Contains("no equilibrium"));
   CHECK(o.failed_evaluations == o.evaluations);

@@ -15,22 +15,14 @@ ValuesAtMany many(const Function& f, int* calls = nullptr) {
 }
 
 std::optional<VectorXd> smooth(const VectorXd& x) {
-  VectorXd v(2);
-  v << std::exp(x[0]) * x[1], std::sin(3 * x[1]) + x[0] * x[0];
-  return v;
+  return VectorXd{{std::exp(x[0]) * x[1], std::sin(3 * x[1]) + x[0] * x[0]}};
 }
 
 MatrixXd smooth_gradient(const VectorXd& x) {
-  MatrixXd d(2, 2);
-  d << std::exp(x[0]) * x[1], std::exp(x[0]), 2 * x[0], 3 * std::cos(3 * x[1]);
-  return d;
+  return MatrixXd{{std::exp(x[0]) * x[1], std::exp(x[0])}, {2 * x[0], 3 * std::cos(3 * x[1])}};
 }
 
-VectorXd at(double a, double b) {
-  VectorXd x(2);
-  x << a, b;
-  return x;
-}
+VectorXd at(double a, double b) { return VectorXd{{a, b}}; }
 
 }  // namespace
 
@@ -83,12 +75,9 @@ TEST_CASE("sorted branches are differentiated as the curves that cross") {
   const auto sorted = [](const VectorXd& x) -> std::optional<VectorXd> {
     std::vector<double> f{100 * (1 + x[0]), 100 * (2 - x[0] + 0.1 * x[0] * x[0]) - 2.5, 180};
     std::sort(f.begin(), f.end());
-    VectorXd v(4);
-    v << f[0], f[1], f[2], 7 * x[0];
-    return v;
+    return VectorXd{{f[0], f[1], f[2], 7 * x[0]}};
   };
-  VectorXd x(1);
-  x << 0.5 - 1e-5;
+  const VectorXd x{{0.5 - 1e-5}};
   DifferenceOptions options;
   options.branches = {{0, 3}};
   const auto d = central_differences(many(sorted), x, *sorted(x), options);
