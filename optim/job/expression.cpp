@@ -11,6 +11,10 @@ Expression::Expression(std::string text, const std::vector<FormulaName>& paramet
     throw SpecError(Formula::pointer(), Formula::text(), uses_no_name(parameters));
 }
 
+std::string Expression::unit() const {
+  return dimension() && !fits_anywhere() ? unit_of(*dimension()) : "SI";
+}
+
 std::vector<double> Expression::numbers(const ParameterValues& values) const {
   std::vector<double> numbers(static_cast<std::size_t>(slots().back()) + 1, 0.0);
   for (std::size_t i = 0; i < names().size(); ++i)

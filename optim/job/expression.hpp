@@ -18,6 +18,8 @@ class Expression : public Formula {
   /// be quantities in SI.
   Expression(std::string text, const std::vector<FormulaName>& parameters, std::string pointer);
 
+  /// SI unit of the value; "SI" where a number in the formula may be of any.
+  std::string unit() const;
   /// The value; nothing where the formula is not finite (1/0, sqrt(-1)). `values` must hold every
   /// used name.
   std::optional<double> value(const ParameterValues& values) const;

@@ -115,8 +115,9 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
   measure.margin = read_margin(read, context.borne.tolerances, at);
   if (read.contains("expression")) {
     forbid_over_stroke(read, at);
-    measure.expression =
-        Expression(measure.expression, context.names, (at / "expression").to_string()).text();
+    const Expression formula(measure.expression, context.names, (at / "expression").to_string());
+    measure.expression = formula.text();
+    measure.unit = formula.unit();
   } else {
     const bool said = read.contains("over_stroke"), both = least && largest;
     measure.load_case = context.load_case(read, at);

@@ -137,7 +137,9 @@ Objective read_objective(json& read, const GoalContext& context) {
       (goal.find_first_of("+-*/^(") != std::string::npos || context.values.contains(goal));
   if (formula) {
     forbid_over_stroke(read, at);
-    objective.expression = Expression(goal, context.names, (at / key).to_string()).text();
+    const Expression of(goal, context.names, (at / key).to_string());
+    objective.expression = of.text();
+    objective.unit = of.unit();
     read_worst_assembly(read, context, objective, at);
     return objective;
   }

@@ -16,6 +16,13 @@ std::string shown(const std::optional<double>& value, const std::string& unit) {
   return value ? quantity_text(*value, unit) : "-";
 }
 
+/// Whether the numbers of a path are those of some reduced leaf: else full accuracy says the same.
+bool some_leaf_reduced(const std::vector<PathPoint>& path) {
+  return std::ranges::any_of(path, [](const PathPoint& p) {
+    return std::ranges::any_of(p.leaves, [](const LeafReport& l) { return l.model != "full"; });
+  });
+}
+
 /// SI unit of a goal; "(SI)" of a formula, which has no quantity.
 std::string shown_unit_of(const std::string& quantity, const DriveList& drives) {
   return quantity.empty() ? "(SI)" : quantity_unit(quantity, drives);
@@ -70,16 +77,16 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
       text += line(variable.parameter,
                    {shown(found->second, parameter_unit(family, variable.parameter)) +
                     (bound_at(variable, found->second) ? " *" : "")});
-  const auto unit = [&](const std::string& quantity) { return shown_unit_of(quantity, drives); };
-  const bool verified = optimum.verified && optimum.verified->outcome().status == Status::ok;
+  const bool verified = optimum.verified && optimum.verified->outcome().status == Status::ok &&
+                        some_leaf_reduced(optimum.response.path);
   std::vector<std::string> header{"value", "bound"};
   if (verified) header.insert(header.end(), {"full accuracy", "reduced/full - 1"});
   text += line("", header);
   const Objective& goal = spec.objective;
-  std::vector<std::string> cells{shown(optimum.objective, unit(goal.quantity)),
+  std::vector<std::string> cells{shown(optimum.objective, goal_unit(goal, drives)),
                                  goal.maximise ? "maximised" : "minimised"};
   if (verified) {
-    cells.push_back(shown(optimum.verified->objective, unit(goal.quantity)));
+    cells.push_back(shown(optimum.verified->objective, goal_unit(goal, drives)));
     cells.push_back(difference(optimum.verified->objective_difference));
   }
   text += line((goal.quantity.empty() ? goal.expression : goal.quantity) +
@@ -87,7 +94,8 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
                cells);
   for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
     const ConstraintState& state = optimum.constraints[i];
-    const std::string si = i < spec.constraints.size() ? unit(spec.constraints[i].quantity) : "";
+    const std::string si =
+        i < spec.constraints.size() ? goal_unit(spec.constraints[i], drives) : "";
     const char* mark = state.active ? " *" : state.margin < 0 ? " !" : "";
     cells = {shown(state.value, si) + mark, bound_of(state, si)};
     if (verified && i < optimum.verified->constraints.size()) {

@@ -155,7 +155,7 @@ std::string objective_cell(const Objective& goal, const DriveList& drives) {
   return headed(
       "objective: " + (goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke)
                                                : goal.expression),
-      goal_unit(goal.quantity, drives));
+      goal_unit(goal, drives));
 }
 
 std::vector<std::string> history_header(const Job& job, const Family& family,
@@ -166,7 +166,7 @@ std::vector<std::string> history_header(const Job& job, const Family& family,
     cells.push_back(headed(variable.parameter, parameter_unit(family, variable.parameter)));
   cells.push_back(objective_cell(spec.objective, drives));
   for (const Constraint& constraint : spec.constraints)
-    cells.push_back(headed(constraint.label, goal_unit(constraint.quantity, drives)));
+    cells.push_back(headed(constraint.label, goal_unit(constraint, drives)));
   cells.insert(cells.end(), {"violation [1]", "best", "message", "stage", "accuracy"});
   return cells;
 }
@@ -302,7 +302,7 @@ std::string history_csv(const Job& job, const Optimum& optimum, const DriveList&
 std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList& drives) {
   assert(job.optimise && job.optimise->pareto);
   const OptimiseSpec& spec = *job.optimise;
-  const std::string unit = goal_unit(spec.pareto->quantity, drives);
+  const std::string unit = goal_unit(*spec.pareto, drives);
   std::vector<std::string> cells{
       "point", headed("bound", unit), objective_cell(spec.objective, drives),
       headed("second: " + spec.pareto->label, unit), headed("d objective / d bound", "SI")};

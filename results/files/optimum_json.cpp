@@ -15,7 +15,7 @@ using Json = OrderedJson;
 
 Json goal_json(const Constraint& goal, const DriveList& drives) {
   if (!goal.expression.empty())
-    return {{"name", goal.expression}, {"expression", goal.expression}, {"unit", "SI"}};
+    return {{"name", goal.expression}, {"expression", goal.expression}, {"unit", goal.unit}};
   return {{"name", extreme_name(goal.quantity, goal.over_stroke, drives)},
           {"quantity", goal.quantity},
           {"over_stroke", name_of(goal.over_stroke)},
@@ -247,8 +247,8 @@ Json verified_json(const Job& job, const Optimum& optimum, const Mechanism& mech
 /// SI unit of the goal with this label; that of the objective where no constraint has it.
 std::string goal_unit(const OptimiseSpec& spec, const std::string& label, const DriveList& drives) {
   const auto found = std::ranges::find(spec.constraints, label, &Constraint::label);
-  return goal_unit(found == spec.constraints.end() ? spec.objective.quantity : found->quantity,
-                   drives);
+  return found == spec.constraints.end() ? goal_unit(spec.objective, drives)
+                                         : goal_unit(*found, drives);
 }
 
 Json sensitivities_json(const OptimiseSpec& spec, const Optimum& optimum, const Family& family,

@@ -327,6 +327,10 @@ std::string quantity_unit(const std::string& quantity, const DriveList& drives) 
   return found == known.end() ? "" : found->unit;
 }
 
+std::string goal_unit(const Constraint& goal, const DriveList& drives) {
+  return goal.quantity.empty() ? goal.unit : quantity_unit(goal.quantity, drives);
+}
+
 std::string goal_unit(const std::string& quantity, const DriveList& drives) {
   return quantity.empty() ? "SI" : quantity_unit(quantity, drives);
 }

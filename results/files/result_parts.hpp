@@ -179,6 +179,8 @@ std::string stroke_unit(const DriveList& drives, const StrokeRequest& request);
 std::string quantity_unit(const std::string& quantity, const DriveList& drives);  ///< "" if unknown
 /// Unit of a goal's quantity; "SI" for a formula, which has no quantity.
 std::string goal_unit(const std::string& quantity, const DriveList& drives);
+/// Unit of a goal's quantity, or of its formula.
+std::string goal_unit(const Constraint& goal, const DriveList& drives);
 std::string parameter_unit(const Family& family, const std::string& parameter);
 
 /// A value as a designer reads it: "30.8 mm", "3.13 N/um", "20 deg". `unit`: SI; "1" or empty:

@@ -136,15 +136,12 @@ Verdict verdict_of(const RunRecord& record) {
                            : extreme_name(goal.quantity, goal.over_stroke, drives);
     name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
     const bool local = optimum.status == OptimumStatus::local;
-    verdict = {
-        local ? "warn" : "good", local ? "local optimum" : name_of(optimum.status),
-        fmt::format(
-            "{}{}, {}: {}; all requirements are met.{}", name,
-            label_suffix(goal.margin, goal.worst_assembly),
-            goal.maximise ? "maximised" : "minimised",
-            quantity_text(optimum.objective,
-                          goal.quantity.empty() ? "" : quantity_unit(goal.quantity, drives), 4),
-            local ? " There may be a better one: try more starts." : "")};
+    verdict = {local ? "warn" : "good", local ? "local optimum" : name_of(optimum.status),
+               fmt::format("{}{}, {}: {}; all requirements are met.{}", name,
+                           label_suffix(goal.margin, goal.worst_assembly),
+                           goal.maximise ? "maximised" : "minimised",
+                           quantity_text(optimum.objective, goal_unit(goal, drives), 4),
+                           local ? " There may be a better one: try more starts." : "")};
   } else {
     verdict.text = fmt::format(
         "{} found equilibrium{}{}.",

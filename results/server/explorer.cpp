@@ -50,7 +50,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
        {"role", "objective"},
        {"sense", objective.maximise ? "maximise" : "minimise"},
        {"value", problem.objective(values)},
-       {"unit", goal_unit(objective.quantity, drives)},
+       {"unit", goal_unit(objective, drives)},
        {"as", objective.worst_assembly ? "worst" : objective.margin.text()}});
   const std::vector<double> reached = problem.constraints(values);
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
@@ -62,7 +62,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
                      {"max", optional_json(c.max)},
                      {"met", missed <= spec.constraint_tolerance},
                      {"value", reached[i]},
-                     {"unit", goal_unit(c.quantity, drives)},
+                     {"unit", goal_unit(c, drives)},
                      {"as", c.worst_assembly ? "worst" : c.margin.text()}});
   }
   return goals;
