@@ -1,4 +1,4 @@
-#include "results/files/run_record.hpp"
+#include "results/files/result_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -190,8 +190,11 @@ void conclude_errors(RunRecord& record) {
   constexpr double of_stresses = 10;  // their estimates are rough
   judge(numbers, record.job.accuracy.largest);
   judge(stresses, of_stresses * record.job.accuracy.largest);
-  if (stresses)
-    record.message += fmt::format(" Stresses may be off by {}.", percent(stresses->relative));
+  if (const auto decisive = decisive_stress_error(record.errors))
+    record.message += fmt::format(
+        " {} is within {} where it decides, at {}.", decisive->name, percent(decisive->relative()),
+        quantity_text(decisive->value, quantity_unit(decisive->name, DriveList(record.mechanism)),
+                      3));
   for (const StrokeErrors& errors : record.errors)
     if (!errors.message.empty()) {
       record.message += fmt::format(" No errors are known of some points: {}.", errors.message);

@@ -359,6 +359,22 @@ std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& error
   return largest;
 }
 
+std::optional<EstimatedError> decisive_stress_error(const std::vector<StrokeErrors>& errors) {
+  std::map<std::string, EstimatedError> decisive;  // the largest stress, the least safety
+  for (const StrokeErrors& of : errors)
+    for (const std::vector<EstimatedError>& point : of.path)
+      for (const EstimatedError& n : point) {
+        if (n.kind != ErrorKind::stress || n.scale == 0) continue;
+        const auto [at, fresh] = decisive.try_emplace(n.name, n);
+        const double more = std::abs(n.value) - std::abs(at->second.value);
+        if (!fresh && (n.name.ends_with("_stress") ? more > 0 : more < 0)) at->second = n;
+      }
+  std::optional<EstimatedError> largest;
+  for (const auto& [name, error] : decisive)
+    if (!largest || error.relative() > largest->relative()) largest = error;
+  return largest;
+}
+
 std::vector<LargestError> errors_beyond(const std::vector<StrokeErrors>& errors, double tolerance) {
   std::map<std::pair<std::size_t, std::string>, LargestError> beyond;
   each_error(errors, [&](ErrorKind kind, LargestError error) {

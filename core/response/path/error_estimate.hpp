@@ -94,6 +94,10 @@ struct LargestError {
 std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,
                                           bool of_stresses);
 
+/// Of stresses and of what follows from them, the largest relative error where each decides: of a
+/// stress where it is largest, of a safety or a life where it is least.
+std::optional<EstimatedError> decisive_stress_error(const std::vector<StrokeErrors>& errors);
+
 /// For every number but stresses, the largest error that exceeds the tolerance, in descending
 /// order.
 std::vector<LargestError> errors_beyond(const std::vector<StrokeErrors>& errors, double tolerance);
