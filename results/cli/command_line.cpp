@@ -265,6 +265,18 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       parsed.exit_code = exit_wrong_input;
       return parsed;
     }
+    for (const CLI::App* sub : app.get_subcommands()) {
+      std::vector<std::string> known;
+      for (const CLI::Option* of : sub->get_options())
+        for (const std::string& name : of->get_lnames()) known.push_back("--" + name);
+      for (const char* const* word = argv + 2; word < argv + argc; ++word) {
+        const std::string option = std::string(*word).substr(0, std::string_view(*word).find('='));
+        if (!option.starts_with("--") || std::ranges::find(known, option) != known.end()) continue;
+        if (!json && option.size() > 2)
+          put(stderr,
+              fmt::format("flexopt: {}: unknown option; {}\n", option, known_names(option, known)));
+      }
+    }
     const int code = app.exit(error);  // prints help and version to stdout, errors to stderr
     parsed.exit_code = code == 0 ? 0 : exit_wrong_input;
   }
