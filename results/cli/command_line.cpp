@@ -272,7 +272,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       for (const char* const* word = argv + 2; word < argv + argc; ++word) {
         const std::string option = std::string(*word).substr(0, std::string_view(*word).find('='));
         if (!option.starts_with("--") || std::ranges::find(known, option) != known.end()) continue;
-        if (!json && option.size() > 2)
+        if (option.size() > 2)
           put(stderr,
               fmt::format("flexopt: {}: unknown option; {}\n", option, known_names(option, known)));
       }

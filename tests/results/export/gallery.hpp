@@ -20,11 +20,11 @@ inline Job gallery_job(const std::string& name, const std::vector<std::string>& 
 /// A leaf with an elastic fold at a right angle.
 inline Exported folded_leaf(const std::vector<std::string>& at = {}) {
   return make_exported(gallery_job("folded_leaf", {"/design/fold=\"elastic\""}),
-                       {.at = at, .result = {}, .load_case = ""});
+                       {.at = at, .load_case = ""});
 }
 
 inline Exported gallery(const std::string& name, const std::vector<std::string>& at = {}) {
-  return make_exported(gallery_job(name), {.at = at, .result = {}, .load_case = ""});
+  return make_exported(gallery_job(name), {.at = at, .load_case = ""});
 }
 
 /// Looks at each of these jobs where it stands at its stroke, and at a folded leaf.

@@ -32,7 +32,7 @@ TEST_CASE("A stroke is a quantity in the drive's unit") {
 
 TEST_CASE("Strokes that the job does not have are refused") {
   const auto at = [](const std::vector<std::string>& texts) {
-    return ExportPlace{.at = texts, .result = {}, .load_case = ""};
+    return ExportPlace{.at = texts, .load_case = ""};
   };
   CHECK_THAT(refused("cross_hinge", at({"21 deg"})),
              Contains("--at") && Contains("from 0 to 0.34906585 rad"));
@@ -41,13 +41,13 @@ TEST_CASE("Strokes that the job does not have are refused") {
   CHECK_THAT(refused("cross_hinge", at({"1 deg", "2 deg"})), Contains("there is one drive"));
   CHECK_THAT(refused("tip_tilt_stage", at({"1 deg"})), Contains("expected NAME=STROKE"));
   CHECK_THAT(refused("tip_tilt_stage", at({"no=1 deg"})), Contains("expected NAME=STROKE"));
-  CHECK_THAT(refused("cross_hinge", {.at = {}, .result = {}, .load_case = "lift"}),
+  CHECK_THAT(refused("cross_hinge", {.at = {}, .load_case = "lift"}),
              Contains("one load case"));
 }
 
 TEST_CASE("The place on a load path is a factor") {
   CHECK(test::gallery("cantilever", {"0.5"}).strokes[0] == 0.5);
-  const std::string message = refused("cantilever", {.at = {"1.5"}, .result = {}, .load_case = ""});
+  const std::string message = refused("cantilever", {.at = {"1.5"}, .load_case = ""});
   CHECK_THAT(message, Contains("expected load factor") && Contains("from 0 to 1"));
   CHECK_THAT(message, !Contains("1 1"));
 }
@@ -56,30 +56,9 @@ TEST_CASE("A load case is exported by its name") {
   const Job job = test::gallery_job("load_cases");
   REQUIRE(job.cases.size() > 1);
   const std::string last = job.cases.back().name;
-  const Exported exported = make_exported(job, {.at = {}, .result = {}, .load_case = last});
+  const Exported exported = make_exported(job, {.at = {}, .load_case = last});
   CHECK(exported.request.loads.gravity == job.cases.back().request.loads.gravity);
-  CHECK_THAT(refused("load_cases", {.at = {}, .result = {}, .load_case = "no"}), Contains(last));
-}
-
-TEST_CASE("The optimum of a folder takes the place of the job's design") {
-  const test::TemporaryFolder folder;
-  const std::string job = "three_flexure_cross_hinge";
-  const auto place = [&] {
-    return ExportPlace{.at = {}, .result = folder.path(), .load_case = ""};
-  };
-  CHECK_THAT(refused(job, {.at = {}, .result = folder.path() / "none", .load_case = ""}),
-             Contains("there is no such folder"));
-  CHECK_THAT(refused(job, place()), Contains("no result.json"));
-  write_file(folder.path() / "result.json", R"({"job": {}, "path": []})");
-  CHECK_THAT(refused(job, place()), Contains("found an optimum"));
-  write_file(folder.path() / "result.json",
-             R"({"job": {"design": {"family": "cross_hinge"}}, "optimum": {"parameters": {}}})");
-  CHECK_THAT(refused(job, place()), Contains("run of the design cross_hinge"));
-  write_file(folder.path() / "result.json",
-             R"({"job": {"design": {"family": "three_flexure_cross_hinge"}},
-                 "optimum": {"parameters": {"length": 0.0432}}})");
-  const Exported exported = make_exported(test::gallery_job(job), place());
-  CHECK(exported.mechanism.leaves.front().length == Approx(0.0432));
+  CHECK_THAT(refused("load_cases", {.at = {}, .load_case = "no"}), Contains(last));
 }
 
 TEST_CASE("Formats are read from a list") {

@@ -1,0 +1,59 @@
+// What the folder of a run is read as: the design that it found.
+#include "optim/job/found_design.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "core/spec/spec_error.hpp"
+#include "support/temporary_folder.hpp"
+
+using namespace flexopt;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+const json design = json::parse(R"({"family": "leaf_spring", "material": {"density": 7800},
+    "parameters": {"length": 0.1, "width": 0.02, "thickness": {"expression": "width/40"}}})");
+
+json result_of(const json& optimum) {
+  return {{"job", {{"job", optimum.is_null() ? "evaluate" : "optimise"}, {"design", design}}},
+          {"optimum", optimum}};
+}
+
+FoundDesign found_in(const json& result, const json& job = {}) {
+  const test::TemporaryFolder folder;
+  test::put(folder / "result.json", result.dump());
+  if (!job.is_null()) test::put(folder / "job.json", job.dump());
+  return found_design(folder.path().string(), "--result");
+}
+
+}  // namespace
+
+TEST_CASE("an evaluated design is its own result, an optimum goes before") {
+  CHECK(found_in(result_of({})).parameters == ParameterValues{{"length", 0.1}, {"width", 0.02}});
+  const FoundDesign found = found_in(result_of(
+      {{"parameters", {{"length", 0.07}, {"thickness", 4e-4}, {"material.density", 7000.0}}}}));
+  const json of = design_of(found);
+  CHECK(of["parameters"]["length"] == 0.07);
+  CHECK(of["parameters"]["width"] == 0.02);
+  CHECK(of["parameters"]["thickness"] == design["parameters"]["thickness"]);  // stays a formula
+  CHECK(of["material"]["density"] == 7000.0);
+}
+
+TEST_CASE("of ranked designs the best one is what was found") {
+  json whole = result_of({});
+  whole["ranking"] = {{{"rank", 1}, {"result", result_of({{"parameters", {{"length", 0.03}}}})}},
+                      {{"rank", 2}, {"result", result_of({{"parameters", {{"length", 0.04}}}})}}};
+  CHECK(found_in(whole).parameters.at("length") == 0.03);
+  whole["ranking"] = json::array();
+  CHECK_THROWS_WITH(found_in(whole), Contains("a design was ranked"));
+}
+
+TEST_CASE("what is no finished run of a design is refused") {
+  CHECK_THROWS_WITH(found_in(json::array()), Contains("of no run"));
+  CHECK_THROWS_WITH(found_in(result_of(json::object())), Contains("found a design"));
+  CHECK_THROWS_WITH(found_in({{"job", {{"designs", json::array()}}}}), Contains("of one design"));
+  const json result = result_of({});
+  CHECK_NOTHROW(found_in(result, result["job"]));
+  CHECK_THROWS_WITH(found_in(result, {{"job", "evaluate"}}), Contains("an earlier run"));
+}
