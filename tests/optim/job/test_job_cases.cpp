@@ -6,7 +6,8 @@ namespace {
 
 json document() {
   return test::guide_job(R"({
-    "end_effector": null, "frequencies": null, "stroke": {"to": "5 mm", "points": 3}, "gravity": [0, 0, "-9.81 m/s^2"],
+    "end_effector": null, "frequencies": null,
+    "stroke": {"to": "5 mm", "points": 3}, "gravity": [0, 0, "-9.81 m/s^2"],
     "loads": [{"name": "payload", "force": [0, 0, "-5 N"]}],
     "cases": {
       "up": {"loads": [{"name": "payload", "force": ["-40 N", 0, 0]}]},

@@ -97,10 +97,10 @@ TEST_CASE("numbers of material and end-effector are variables too") {
 }
 
 TEST_CASE("a formula may be the objective") {
-  const Objective objective =
-      read_search(
-          R"({"objective": {"maximise": null, "over_stroke": null, "minimise": "length*inner_width"}})")
-          .objective;
+  const Objective objective = read_search(
+                                  R"({"objective":
+          {"maximise": null, "over_stroke": null, "minimise": "length*inner_width"}})")
+                                  .objective;
   CHECK(objective.quantity.empty());
   CHECK(objective.expression == "length*inner_width");
 }

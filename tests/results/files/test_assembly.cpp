@@ -47,7 +47,8 @@ TEST_CASE("errors of assembly over load cases say which case is the worst") {
     "cases": {"far": {"stroke": {"at": [3e-3]}}, "near": {"stroke": {"at": [1e-4, 2e-3]}}},
     "assembly_tolerances": {
       "quantities": [{"quantity": "support_stiffness.uz", "over_stroke": "min"},
-                     {"quantity": "support_stiffness.uz", "over_stroke": "min", "case": "near"}]}})");
+                     {"quantity": "support_stiffness.uz", "over_stroke": "min",
+                      "case": "near"}]}})");
   CHECK(unlike_text(written["worst_case"], R"([{"case": "far", "stroke": 3e-3},
                                                {"case": "near", "stroke": 2e-3}])") == "");
   CHECK(written["critical"].contains("case"));

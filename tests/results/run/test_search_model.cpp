@@ -31,7 +31,8 @@ json guide(const std::string& atlas) {
   json job = json::parse(R"({
     "flexopt": 1, "name": "guide", "job": "optimise",
     "design": {"family": "parallel_guide",
-      "parameters": {"length": "100 mm", "width": "25 mm", "thickness": "0.6 mm", "spacing": "80 mm"},
+      "parameters": {"length": "100 mm", "width": "25 mm", "thickness": "0.6 mm",
+                     "spacing": "80 mm"},
       "material": {"youngs_modulus": "210 GPa", "poissons_ratio": 0.3, "density": "7800 kg/m^3"}},
     "end_effector": {"mass": "0.5 kg", "inertia": ["3e-4 kg m^2", "3e-4 kg m^2", "3e-4 kg m^2"]},
     "stroke": {"from": 0, "to": "8 mm", "points": 3}, "frequencies": 6,
