@@ -10,6 +10,7 @@
 #include "core/reduction/superelement/superelement_rule.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/found_design.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
