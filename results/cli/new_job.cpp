@@ -268,7 +268,7 @@ StartDesign start_design(const nlohmann::json& design, const std::string& folder
         start.choices[name] = value;
   if (design.contains("material"))
     start.material =
-        material_of(design["material"], nlohmann::json::json_pointer("/design/material"));
+        material_of(design["material"], nlohmann::json::json_pointer("/design/material"), true);
   if (!start.material.allowable_stress)
     start.material.allowable_stress =
         start.material.yield_strength.value_or(*materials().front().material.allowable_stress);

@@ -11,6 +11,7 @@
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/stages.hpp"
+#include "optim/studies/compare.hpp"
 #include "optim/studies/response_map.hpp"
 #include "optim/studies/tolerance_study.hpp"
 #include "results/files/result_json.hpp"
