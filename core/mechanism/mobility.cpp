@@ -26,11 +26,56 @@ struct Condition {
   std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
 };
 
+struct WholeLeaves {
+  std::vector<LeafSpring> leaves;
+  int links = 0;  ///< bodies between parts of a leaf, which are none of the mechanism's own
+};
+
+/// Whether a body has no mass and holds nothing but edges of leaves.
+bool is_link(const Mechanism& mechanism, int b) {
+  const auto holds = [b](const auto& tie) { return tie.body == b || tie.other == b; };
+  const RigidBody& body = mechanism.bodies[b];
+  return b != mechanism.end_effector && body.mass == 0 &&
+         std::ranges::none_of(body.held, [](bool held) { return held; }) &&
+         std::ranges::none_of(mechanism.joints, holds) &&
+         std::ranges::none_of(mechanism.springs, holds) &&
+         std::ranges::none_of(mechanism.drives, holds);
+}
+
+/// The leaves, where flat ones that follow each other in one line and plane with a link between
+/// them, as the parts of a reinforced leaf do, are one.
+WholeLeaves whole_leaves(const Mechanism& mechanism) {
+  WholeLeaves whole{mechanism.leaves};
+  std::vector<LeafSpring>& leaves = whole.leaves;
+  const auto flat = [](const LeafSpring& leaf) {
+    return leaf.section != Section::circular && !leaf.curve && !leaf.fold && !leaf.point;
+  };
+  for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b) {
+    if (!is_link(mechanism, b)) continue;
+    const auto first = std::ranges::find(leaves, b, &LeafSpring::tip),
+               second = std::ranges::find(leaves, b, &LeafSpring::base);
+    if (first == leaves.end() || second == leaves.end() || first == second ||
+        std::ranges::count(leaves, b, &LeafSpring::tip) +
+                std::ranges::count(leaves, b, &LeafSpring::base) >
+            2 ||
+        !flat(*first) || !flat(*second) ||
+        (first->axes - second->axes).norm() > Mobility::tolerance ||
+        (first->tip_middle() - second->origin).norm() > Mobility::tolerance * first->length)
+      continue;
+    first->name = first->name.substr(0, first->name.rfind('/'));
+    first->tip = second->tip;
+    first->length += second->length;
+    leaves.erase(second);
+    ++whole.links;
+  }
+  return whole;
+}
+
 class Conditions {
  public:
-  explicit Conditions(const Mechanism& mechanism)
+  Conditions(const Mechanism& mechanism, const std::vector<LeafSpring>& leaves)
       : mechanism_(&mechanism), length_(longest_leaf(mechanism)) {
-    for (const LeafSpring& leaf : mechanism.leaves) add(leaf);
+    for (const LeafSpring& leaf : leaves) add(leaf);
     for (const Joint& joint : mechanism.joints) add(joint);
     for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b) add_held(b);
   }
@@ -196,12 +241,13 @@ Redundancy redundancy(const Mechanism& mechanism, const Conditions& conditions,
 
 Mobility mobility(const Mechanism& mechanism) {
   Mobility result;
+  const WholeLeaves whole = whole_leaves(mechanism);
   const int coordinates = 6 * static_cast<int>(mechanism.bodies.size());
-  const Conditions conditions(mechanism);
+  const Conditions conditions(mechanism, whole.leaves);
   const int count = static_cast<int>(conditions.all().size());
   const DependentRows all =
       dependent_rows(count, coordinates, conditions.entries(ground), Mobility::tolerance);
-  result.degrees_of_freedom = coordinates - all.rank;
+  result.degrees_of_freedom = coordinates - 6 * whole.links - all.rank;
   result.overconstraints = count - all.rank;
   // motions of all bodies less those that leave the end-effector where it is
   result.end_effector_degrees_of_freedom =

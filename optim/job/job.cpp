@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
@@ -78,20 +79,22 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
 
 void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
   constexpr double thin = 0.1;  // share of the smaller side; plate theory's customary limit
+  std::map<std::string, std::vector<std::string>> said;  // of which leaves
   for (const LeafSpring& leaf : mechanism.leaves) {
     const double leg = leaf.fold ? std::min(leaf.fold->place, 1 - leaf.fold->place) : 1,
                  side = std::min(leg * leaf.length, leaf.width);
     if (leaf.section != Section::circular && leaf.thickness > thin * side)
-      notes.push_back(
-          fmt::format("{} is {:.2g} times as thick as its smaller side; plate theory "
-                      "wants at most {:g}.",
-                      leaf.name, leaf.thickness / side, thin));
-  }
-  for (const LeafSpring& leaf : mechanism.leaves)
+      said[fmt::format("{:.2g} times as thick as its smaller side; plate theory wants at most {:g}",
+                       leaf.thickness / side, thin)]
+          .push_back(leaf.name);
     if (leaf.curve && leaf.thickness * std::abs(*leaf.curve) > thin * leaf.length)
-      notes.push_back(
-          fmt::format("{} is {:.2g} times as thick as its radius; thin shells want at most {:g}.",
-                      leaf.name, leaf.thickness * std::abs(*leaf.curve) / leaf.length, thin));
+      said[fmt::format("{:.2g} times as thick as its radius; thin shells want at most {:g}",
+                       leaf.thickness * std::abs(*leaf.curve) / leaf.length, thin)]
+          .push_back(leaf.name);
+  }
+  for (const auto& [text, leaves] : said)
+    notes.push_back(
+        fmt::format("{} {} {}.", few_of(leaves), leaves.size() == 1 ? "is" : "are each", text));
 }
 
 /// Reads a job from its document. Each part is read as far as what it depends on is sound.

@@ -20,6 +20,11 @@ SpecError wrong(const json& read, const Pointer& at, const char* key, const std:
   return {(at / key).to_string(), shown(read.at(key)), rule};
 }
 
+std::string few_of(const std::vector<std::string>& names) {
+  if (names.size() <= 3) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{}, {} and {} more", names[0], names[1], names.size() - 2);
+}
+
 double read_in_units(const json& value, const std::vector<std::string>& units, const Pointer& at) {
   if (value.is_number()) return value.get<double>();
   for (std::size_t i = 0; i + 1 < units.size(); ++i) try {

@@ -297,14 +297,14 @@ void read_surroundings(const json& read, const Mechanism& mechanism, const Model
   read_assembly(read["assembly"], mechanism, faults, loads);
   if (model.accuracy == Accuracy::full || !faults.sound("/temperature")) return;
   const Mechanism warm = warmed(mechanism, loads);
-  std::string full;
+  std::vector<std::string> full;
   for (const LeafSpring& leaf : warm.leaves)
-    if (!is_reducible(leaf, loads)) full += (full.empty() ? "" : ", ") + leaf.name;
+    if (!is_reducible(leaf, loads)) full.push_back(leaf.name);
   if (!full.empty())
     notes.push_back(
         fmt::format("What acts inside a leaf (its weight, its warmth, that of its clamps) needs "
                     "the full model: not reduced are {}.",
-                    full));
+                    few_of(full)));
 }
 
 }  // namespace flexopt

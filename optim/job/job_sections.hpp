@@ -21,6 +21,9 @@ namespace flexopt {
 SpecError wrong(const nlohmann::json& read, const JsonPointer& at, const char* key,
                 const std::string& rule);
 
+/// "a, b, c", or of more than three names the first two and how many others there are.
+std::string few_of(const std::vector<std::string>& names);
+
 /// A number in SI, or a quantity in one of these units. Throws SpecError.
 double read_in_units(const nlohmann::json& value, const std::vector<std::string>& units,
                      const JsonPointer& at);

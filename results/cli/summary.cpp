@@ -208,8 +208,11 @@ Points shown_points(const StrokeResponse& response) {
   for (const PathPoint& point : response.path)
     if (point.status == PointStatus::converged) points.push_back(&point);
   if (points.size() <= 2) return points;
-  const auto rest = std::ranges::min_element(
-      points, {}, [](const PathPoint* point) { return std::abs(point->stroke); });
+  const auto rest = std::ranges::min_element(points, {}, [](const PathPoint* point) {
+    double farthest = point->drive_names.empty() ? std::abs(point->stroke) : 0;
+    for (const double stroke : point->strokes) farthest = std::max(farthest, std::abs(stroke));
+    return farthest;
+  });
   Points chosen{points.front()};
   if (*rest != points.front() && *rest != points.back()) chosen.push_back(*rest);
   chosen.push_back(points.back());

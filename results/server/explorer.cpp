@@ -87,6 +87,13 @@ OrderedJson look_at(const Job& job) {
   OrderedJson answer{{"ok", true}, {"result", make_result(record)}, {"scene", make_scene(record)}};
   answer["result"].erase("shapes");  // the scene has them
   answer["goals"] = job.optimise ? goals_of(job, record) : OrderedJson::array();
+  for (const OrderedJson& goal : answer["goals"])
+    if (!goal.value("met", true) && answer["result"]["verdict"]["tone"] != "bad")
+      answer["result"]["verdict"] = {
+          {"tone", "bad"},
+          {"word", "misses a bound"},
+          {"text", fmt::format("{} is {}.", goal["label"].get<std::string>(),
+                               quantity_text(goal["value"], goal["unit"], 4))}};
   return answer;
 }
 

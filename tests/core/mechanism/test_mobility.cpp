@@ -270,3 +270,32 @@ TEST_CASE("folded legs hold a body in their plane, those beyond three once too o
     CHECK(std::abs(r.axis.z()) < 1e-6);
   }
 }
+
+TEST_CASE("a leaf in three parts with links between them counts as one") {
+  const Mechanism whole = named_guide();
+  Mechanism m = whole;
+  for (const double cut : {0.7, 0.3}) {  // from the tip on
+    LeafSpring &first = m.leaves[0], second = first;
+    RigidBody link = named("link", first.origin + cut * 0.1 * first.axes.col(0));
+    link.mass = 0;
+    link.inertia.setZero();
+    second.length = first.length - cut * 0.1;
+    second.origin = link.reference;
+    second.base = first.tip = static_cast<int>(m.bodies.size());
+    second.tip = whole.leaves[0].tip;
+    if (cut < 0.5) second.tip = second.base - 1;
+    first.length = cut * 0.1;
+    first.name = "leaf +y/base", second.name = "leaf +y/tip";
+    link.role = BodyRole::intermediate;
+    m.bodies.push_back(link);
+    m.leaves.push_back(second);
+  }
+  CHECK(counts(mobility(m)) == counts(mobility(whole)));
+  CHECK(mobility(m).end_effector_degrees_of_freedom ==
+        mobility(whole).end_effector_degrees_of_freedom);
+  REQUIRE(mobility(m).redundant.size() == mobility(whole).redundant.size());
+  for (std::size_t k = 0; k < mobility(m).redundant.size(); ++k)
+    CHECK(mobility(m).redundant[k].text == mobility(whole).redundant[k].text);
+  m.bodies[1].mass = 0.01;  // a body of its own
+  CHECK(mobility(m).degrees_of_freedom == mobility(whole).degrees_of_freedom + 3);
+}
