@@ -64,7 +64,7 @@ Shape edge_shape() {
 
 EdgeTolerance read_edge(const json& read, const Mechanism& mechanism, const Pointer& at) {
   const AssemblySpec spec = assembly_table().read(read);
-  const int leaf = find_leaf(mechanism, spec.leaf, at / "leaf");
+  const int leaf = find_leaf(mechanism, spec.leaf, at / "leaf", spec.end);
   if (spec.end == 1 && mechanism.leaves[static_cast<std::size_t>(leaf)].tip == free_edge)
     throw wrong(read, at, "end", "the tip of this leaf is free: no body holds it");
   for (const auto& [key, sizes] : {std::pair{"move", spec.move}, {"turn", spec.turn}})

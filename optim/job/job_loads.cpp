@@ -34,7 +34,7 @@ void read_assembly(const json& read, const Mechanism& mechanism, FaultList& faul
   std::set<std::pair<int, int>> edges;
   faults.each(read, Pointer("/assembly"), [&](const json& item, const Pointer& at) {
     const AssemblySpec error = assembly_table().read(item);
-    const int leaf = find_leaf(mechanism, error.leaf, at / "leaf");
+    const int leaf = find_leaf(mechanism, error.leaf, at / "leaf", error.end);
     if (error.end == 1 && mechanism.leaves[static_cast<std::size_t>(leaf)].tip == free_edge)
       throw wrong(item, at, "end", "the tip of this leaf is free: no body holds it");
     if (!edges.insert({leaf, error.end}).second)
@@ -188,9 +188,14 @@ void read_buckling(const json& read, StrokeRequest& request) {
 
 }  // namespace
 
-int find_leaf(const Mechanism& mechanism, const std::string& name, const Pointer& at) {
+int find_leaf(const Mechanism& mechanism, const std::string& name, const Pointer& at,
+              std::optional<int> end) {
   const std::vector<std::string> known = names_in(mechanism.leaves);
   const auto found = std::ranges::find(known, name);
+  const std::string part = name + (end == 0 ? "/base" : "/tip");
+  if (found == known.end() && end && std::ranges::find(known, part) != known.end())
+    throw SpecError(at, shown(name),
+                    fmt::format("the leaf is in parts; this edge is that of '{}'", part));
   if (found == known.end())
     throw SpecError(at, shown(name), "no leaf has this name; " + known_names(name, known));
   return static_cast<int>(found - known.begin());
