@@ -52,15 +52,15 @@ std::string label_suffix(const ToleranceMargin& margin, bool worst_assembly);
 
 /// A number of a design that counts, with its bounds where it is a constraint.
 struct Constraint {
-  std::string quantity;     ///< a quantity of a path point, or
-  std::string expression;   ///< a formula of the design parameters; one of the two is empty
-  std::string unit = "SI";  ///< SI unit of the formula's value, where it is known
+  std::string quantity;    ///< a quantity of a path point, or
+  std::string expression;  ///< a formula of the design parameters; one of the two is empty
   OverStroke over_stroke = OverStroke::max;  ///< unused for an expression
   std::optional<double> min, max;            ///< SI; of a constraint, at least one
   std::string label;                         ///< "max_stress max over stroke"
   std::string load_case;                     ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
   bool worst_assembly = false;  ///< its worst in the box of errors of assembly counts
+  std::string unit = "SI";      ///< SI unit of the formula's value, where it is known
 };
 
 struct Objective : Constraint {

@@ -36,11 +36,15 @@ LookInBox looking(const std::vector<Function>& functions) {
 
 TEST_CASE("a number that is linear in many errors is worst in the corner of its slopes") {
   const VectorXd slopes = VectorXd{{3, -1, 0.5, 2, -4, 1}};
-  const auto found =
-      worst_places({6, 2, 1, 1}, {0}, looking({[&](const VectorXd& z) { return z.dot(slopes); }}));
+  int looks = 0;
+  const LookInBox look = looking({[&](const VectorXd& z) { return z.dot(slopes); }});
+  const auto found = worst_places({6, 2, 1, 1}, {0}, [&](const VectorXd& z) {
+    ++looks;
+    return look(z);
+  });
   REQUIRE(found);
   CHECK(found->places[0][0] == VectorXd(slopes.cwiseSign()));
-  CHECK(found->looks < 10);
+  CHECK(looks < 10);
 }
 
 TEST_CASE("a place inside the box is found to rounding, and the other sides are at their bounds") {
@@ -80,7 +84,6 @@ TEST_CASE("several numbers share what is looked at, and have their own places") 
   CHECK(found->places[0][0] == VectorXd{{1, 1}});
   CHECK(found->places[1][0] == VectorXd{{-1, 1}});
   CHECK(looks == 6);  // the middle, a start and four corners
-  CHECK(found->looks == looks);
 }
 
 TEST_CASE("places that are as bad, or nearly so, come after the worst") {

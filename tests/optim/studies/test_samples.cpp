@@ -80,7 +80,7 @@ TEST_CASE("material and end-effector may differ from design to design") {
     REQUIRE(s.refused.empty());
     const double E = s.parameters.at("material.youngs_modulus"), t = s.parameters.at("thickness");
     CHECK(E * t * t * t == Approx(2e11 * 1.25e-10));
-    const Mechanism mechanism = make_mechanism(job, s);
+    const Mechanism mechanism = make_mechanism(job, s.parameters);
     CHECK(mechanism.leaves[0].material.youngs_modulus == E);
     CHECK(mechanism.bodies[mechanism.end_effector].mass == s.parameters.at("end_effector.mass"));
   }
