@@ -1,4 +1,5 @@
 #include "results/export/exported.hpp"
+#include "results/files/result_parts.hpp"
 #include "support/vtu.hpp"
 #include "tests/results/export/gallery.hpp"
 

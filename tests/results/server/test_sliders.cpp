@@ -1,3 +1,4 @@
+#include "optim/job/found_design.hpp"
 #include "results/server/serve.hpp"
 #include "tests/results/results_tests.hpp"
 
