@@ -1,0 +1,79 @@
+// The verdict on a run: failures first, then instability, numbers that are not believed, stress.
+#include "results/files/result_parts.hpp"
+#include "tests/results/results_tests.hpp"
+
+namespace {
+
+Verdict verdict_where(const std::function<void(RunRecord&)>& change) {
+  RunRecord record = test::evaluated_hinge();
+  record.status = "ok";
+  change(record);
+  return verdict_of(record);
+}
+
+}  // namespace
+
+TEST_CASE("the most pressing word comes first") {
+  const Verdict works = verdict_where([](RunRecord&) {});
+  CHECK(works.word == "works");
+  CHECK(works.tone == "good");
+  const auto stressed = [](RunRecord& r) {
+    double most = 0;
+    for (const PathPoint& p : r.response.path)
+      if (p.max_stress) most = std::max(most, p.max_stress->value);
+    REQUIRE(most > 0);
+    r.job.design.material.allowable_stress = most / 1.24;
+  };
+  const Verdict over = verdict_where(stressed);
+  CHECK(over.word == "overstressed");
+  CHECK(over.tone == "bad");
+  CHECK_THAT(over.text, Contains("124 % of what the material allows, at "));
+  const auto doubted = [&](RunRecord& r) {
+    stressed(r);
+    r.status = "tolerance_not_met", r.message = "Off by 35 %.";
+  };
+  CHECK(verdict_where(doubted).word == "tolerance not met");
+  const Verdict unstable = verdict_where([&](RunRecord& r) {
+    doubted(r);
+    for (PathPoint& p : r.response.path) p.stable = false;
+  });
+  CHECK(unstable.word == "unstable");
+  CHECK_THAT(unstable.text, Contains("With the drive held it is unstable at ") &&
+                                Contains("more points") && Contains("Off by 35 %."));
+  const Verdict failed = verdict_where([&](RunRecord& r) {
+    doubted(r);
+    for (PathPoint& p : r.response.path) p.stable = false;
+    r.status = "no_equilibrium", r.message = "Two points.";
+  });
+  CHECK(failed.word == "no equilibrium");
+  CHECK(failed.text == "Two points.");
+}
+
+TEST_CASE("an optimum is told with what was asked of it") {
+  RunRecord record = test::optimised_hinge();
+  record.status = "ok";
+  record.job.design.material.allowable_stress.reset();
+  const Verdict optimal = verdict_of(record);
+  CHECK(optimal.word == "optimal");
+  CHECK_THAT(optimal.text, Contains("arasitic frequency over the stroke") && Contains("169.2 Hz") &&
+                               Contains("all requirements are met"));
+  record.optimum->status = OptimumStatus::local;
+  CHECK(verdict_of(record).tone == "warn");
+  CHECK_THAT(verdict_of(record).text, Contains("try more starts"));
+}
+
+TEST_CASE("numbers are written as a designer reads them") {
+  CHECK(quantity_text(0.0308, "m") == "30.8 mm");
+  CHECK(quantity_text(3.1327e6, "N/m") == "3.1327 N/um");
+  CHECK(quantity_text(3450, "N/m") == "3450 N/m");
+  CHECK(quantity_text(0.7, "1") == "0.7");
+  CHECK(quantity_text(4.5e8, "Pa", 3) == "450 MPa");
+  const DriveList drive(Direction::uy);
+  CHECK(extreme_name("parasitic_frequency", OverStroke::min, drive) ==
+        "lowest parasitic frequency over the stroke");
+  CHECK(extreme_name("max_stress", OverStroke::max, drive) ==
+        "largest von Mises stress over the stroke");
+  CHECK(extreme_name("drive_load", OverStroke::max_abs, drive) ==
+        "largest size of the drive load over the stroke");
+  CHECK(extreme_name("drive_load", OverStroke::last, drive) == "drive load at the last point");
+}
