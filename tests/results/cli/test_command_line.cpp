@@ -257,7 +257,7 @@ TEST_CASE("An optimisation resumes from its log and ends with the same bytes") {
   const auto result = OrderedJson::parse(test::content_of(out / "result.json"));
   CHECK(result["optimum"]["status"] == "optimal");
   CHECK(result["optimum"]["verified"]["status"] == "ok");
-  CHECK_THAT(whole.out, Contains("support_stiffness.uz") && Contains("full accuracy"));
+  CHECK_THAT(whole.out, Contains("support_stiffness.uz") && Contains("maximised"));
 
   // Interrupted in the middle of a line: job.json and a torn log are all that is there.
   const fs::path torn = folder / "torn";

@@ -50,7 +50,7 @@ TEST_CASE("bash completes commands, options, families, files and values") {
   CHECK(offered({""}) == commands);
   CHECK(offered({"co"}) == Words{"completion"});
   CHECK(offered({"run", "--"}) ==
-        Words{"--help", "--json", "--out", "--quiet", "--set", "--shard", "--threads"});
+        Words{"--help", "--json", "--out", "--quiet", "--result", "--set", "--shard", "--threads"});
   CHECK(offered({"run", ""}) == Words{"guide.json", "a hinge.json", "jobs"});
   CHECK(offered({"run", "gu"}) == Words{"guide.json"});
   CHECK(offered({"run", "guide.json", "--out", ""}) == Words{"jobs"});

@@ -48,7 +48,7 @@ TEST_CASE("On a terminal an optimisation has one line, wiped before the summary"
       frames.back(), std::regex(R"(^\[=* *\] \d+(/80)? evaluations.*, best support_stiffness\.uz )"
                                 R"([-+.e\d]+ N/m, worst drive_load max_abs over stroke )"
                                 R"([-+.e\d]+ %$)")));
-  const std::size_t summary = outcome.out.find("leaf: ok");
+  const std::size_t summary = outcome.out.find("leaf: optimal");
   REQUIRE(summary != std::string::npos);
   CHECK(outcome.out.substr(summary - wipe.size(), wipe.size()) == wipe);
   CHECK(outcome.out.find(wipe, summary) == std::string::npos);
