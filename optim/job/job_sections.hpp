@@ -183,8 +183,9 @@ void read_request(nlohmann::json& read, const nlohmann::json& as_written, const 
 /// Checks that nothing rigid is attached to O where O is a material point of a leaf.
 void check_material_point(const Job& job, FaultList& faults);
 
-/// Place of the leaf of that name; `at` is where it stands. Throws SpecError where none has it. `end`:
-/// which edge of it is meant, 0 base, 1 tip: of a leaf in parts that of its name is suggested.
+/// Place of the leaf of that name; `at` is where it stands. Throws SpecError where none has it.
+/// `end`: which edge of it is meant, 0 base, 1 tip: of a leaf in parts that of its name is
+/// suggested.
 int find_leaf(const Mechanism& mechanism, const std::string& name, const JsonPointer& at,
               std::optional<int> end = {});
 

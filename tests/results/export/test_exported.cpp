@@ -41,8 +41,7 @@ TEST_CASE("Strokes that the job does not have are refused") {
   CHECK_THAT(refused("cross_hinge", at({"1 deg", "2 deg"})), Contains("there is one drive"));
   CHECK_THAT(refused("tip_tilt_stage", at({"1 deg"})), Contains("expected NAME=STROKE"));
   CHECK_THAT(refused("tip_tilt_stage", at({"no=1 deg"})), Contains("expected NAME=STROKE"));
-  CHECK_THAT(refused("cross_hinge", {.at = {}, .load_case = "lift"}),
-             Contains("one load case"));
+  CHECK_THAT(refused("cross_hinge", {.at = {}, .load_case = "lift"}), Contains("one load case"));
 }
 
 TEST_CASE("The place on a load path is a factor") {
