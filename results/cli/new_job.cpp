@@ -260,12 +260,12 @@ StartDesign start_design(const nlohmann::json& design, const std::string& folder
   start.choices = default_choices(*start.family);
   start.values = usual_values(*start.family);
   start.material = materials().front().material;
-  if (design.contains("parameters"))  // of a run: what it found
-    for (const auto& [name, value] : design["parameters"].items())
-      if (value.is_number())
-        start.values[name] = value;
-      else if (value.is_string())
-        start.choices[name] = value;
+  const nlohmann::json found = design.value("parameters", nlohmann::json::object());
+  for (const auto& [name, value] : found.items())  // of a run
+    if (value.is_number())
+      start.values[name] = value;
+    else if (value.is_string())
+      start.choices[name] = value;
   if (design.contains("material"))
     start.material =
         material_of(design["material"], nlohmann::json::json_pointer("/design/material"), true);
