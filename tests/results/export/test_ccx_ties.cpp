@@ -124,5 +124,7 @@ TEST_CASE("A ball is one pin, a hinge two on its axis, a slide holds all but its
 TEST_CASE("An equation begins with its largest component") {
   CcxLines lines;
   write_equation(terms_along(7, Vector3d(0.6, 0, -0.8)), lines);
-  CHECK(std::move(lines).text() == "*EQUATION\n2\n7, 3, -0.8,\n7, 1, 0.6\n");
+  const std::string text = std::move(lines).text(),
+                    expected = "*EQUATION\n2\n7, 3, -0.8,\n7, 1, 0.6\n";
+  CHECK(text == expected);
 }
