@@ -145,7 +145,7 @@ class System {
 
   /// Longest leaf: the length that displacements are compared with [m].
   double length() const { return length_; }
-  /// Of the coordinates: that length for displacements, 1 for rotations.
+  /// Units of the coordinates are the length for displacements, 1 for rotations.
   const VectorXd& units() const { return units_; }
   /// What is kept of the patterns where the equations are solved sparse; else null.
   const std::shared_ptr<SparseAnalyses>& analyses() const { return analyses_; }

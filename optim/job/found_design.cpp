@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <fstream>
 
-#include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
@@ -57,8 +57,9 @@ json finished_result(const fs::path& folder, const std::string& pointer) {
   };
   if (!fs::is_directory(folder)) throw refuse(": there is no such folder");
   if (!fs::exists(folder / "result.json")) throw refuse(": it has no result.json");
-  const auto read = [&](const char* name) {
-    return parse_json(read_text((folder / name).string()).text, (folder / name).string());
+  const auto read = [&](const char* name) {  // results may be larger than files of users
+    std::ifstream file(folder / name);
+    return json::parse(file, nullptr, false);
   };
   json result = read("result.json");
   if (!result.is_object() || !result.contains("job"))
@@ -110,6 +111,7 @@ json with_found_design(json document, const std::string& folder, FaultList& faul
     document["design"] = design_of(found_design(at.string(), "/design/result"));
     json own = written;
     own.erase("result");
+    if (own.contains("material")) document["design"].erase("material");  // one or the other
     document["design"].merge_patch(own);
   });
   return document;

@@ -43,7 +43,7 @@ struct Scales {
   double objective = 1;             ///< the size of the goal there
   std::vector<double> constraints;  ///< the larger bound; where it is 0, the size of the goal
 
-  /// Of one of the goals: the objective, then the constraints.
+  /// Value of a goal: 0 is the objective, the constraints follow.
   double of(std::size_t goal) const { return goal == 0 ? objective : constraints[goal - 1]; }
 };
 
@@ -146,7 +146,7 @@ class DesignProblem {
   /// The goals without margins, with derivatives by `names_`.
   DesignValues look(const ParameterValues& parameters, bool gradient,
                     const ModelOptions& model) const;
-  /// The same with derivatives by the variables instead of `names_`.
+  /// Converts derivatives by `names_` into those by the variables.
   DesignValues chained(DesignValues values, const ParameterValues& parameters) const;
 
   Evaluators evaluators_;

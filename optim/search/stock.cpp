@@ -76,9 +76,9 @@ class Sizes {
   /// variables of x, the nearest ones first.
   std::vector<Neighbour> combined(
       const VectorXd& x, const std::function<std::vector<Size>(std::size_t variable)>& sizes) const;
-  /// Of the next smaller and the next larger sizes.
+  /// Combinations of the next smaller and the next larger sizes.
   std::vector<Neighbour> neighbours(const VectorXd& x) const;
-  /// Of sizes that differ from those of x by at most one step each.
+  /// Combinations of sizes that differ from those of x by at most one step each.
   std::vector<Neighbour> beside(const VectorXd& x) const;
   std::vector<double> key_of(const VectorXd& x) const;
   Pose held_at(const VectorXd& x) const;

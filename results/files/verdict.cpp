@@ -58,14 +58,16 @@ std::string instability(const std::vector<Placed>& points) {
                      count > 1 ? fmt::format(" and at {} more points", count - 1) : "");
 }
 
-/// What is said of the largest stress; `share`: of what the material allows.
+/// What is said of the largest stress; `share`: of what the material of its leaf allows.
 std::string stress_text(const RunRecord& record, const std::vector<Placed>& points, double& share) {
-  const auto& allowable = record.job.design.material.allowable_stress;
   const auto stress = [](const Placed& p) {
     return p.point->max_stress ? p.point->max_stress->value : -1;
   };
   const auto most = std::ranges::max_element(points, {}, stress);
-  if (!allowable || most == points.end() || stress(*most) < 0) return "";
+  if (most == points.end() || stress(*most) < 0) return "";
+  const auto leaf = static_cast<std::size_t>(most->point->max_stress->leaf);
+  const auto& allowable = record.mechanism.leaves.at(leaf).material.allowable_stress;
+  if (!allowable) return "";
   share = stress(*most) / *allowable;
   return fmt::format("the stress is {}{:.3g} % of what the material allows, {}",
                      share > beyond ? "" : "at most ", 100 * share, most->where);

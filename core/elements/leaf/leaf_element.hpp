@@ -148,7 +148,7 @@ class LeafElement {
   /// internal shapes at all.
   virtual LeafDynamics dynamics(DynamicsRequest request) = 0;
 
-  /// What is read of the stress at the present state.
+  /// Tells the stress at the present state.
   virtual LeafStress stress() = 0;
   virtual LeafShape shape() = 0;
   /// Present places of points (along, across) of the mid-surface, each in [0, 1]².

@@ -1,5 +1,6 @@
 #pragma once
-// Where the points of a plate or beam leaf are, whichever model its nodal dofs came from.
+// Functions here place the points of a plate or beam leaf, whichever model its nodal dofs came
+// from.
 #include <array>
 #include <vector>
 

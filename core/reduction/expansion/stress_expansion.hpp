@@ -13,7 +13,7 @@ struct StressPlaces {
   std::vector<double> lines, nodes;  ///< of the mesh, over L
 
   explicit StressPlaces(const PlateShape& shape);
-  /// Of a leaf of default sizes, for the numbers of places alone.
+  /// Takes a leaf of default sizes: only the numbers of places count then.
   explicit StressPlaces(std::array<int, 2> mesh) : StressPlaces(PlateShape{.mesh = mesh}) {}
   int stations_along() const { return static_cast<int>(x.size()); }
   int half_across() const { return static_cast<int>(y.size()) / 2; }

@@ -48,7 +48,7 @@ class MechanismFactor {
   /// State and drive loads (last rows) that balance forces B while the strokes (rows) grow by
   /// `strokes` (column by column), or where nothing is driven.
   MatrixXd balance(const MatrixXd& B, const std::optional<MatrixXd>& strokes) const;
-  /// The same while the strokes stay, or where nothing is driven.
+  /// Balances while the strokes stay (`driven`), or where nothing is driven.
   MatrixXd balance(const MatrixXd& B, bool driven) const {
     return balance(
         B, driven ? std::optional<MatrixXd>(MatrixXd::Zero(drives(), B.cols())) : std::nullopt);

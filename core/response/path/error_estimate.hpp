@@ -90,12 +90,12 @@ struct LargestError {
   std::size_t path = 0, point = 0;
   double relative = 0, along = 0, across = 0, reduction = 0, theory = 0;  ///< relative
 };
-/// Of all numbers but stresses, or of these.
+/// Returns the largest relative error of all numbers but stresses, or of these.
 std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,
                                           bool of_stresses);
 
-/// Of stresses and of what follows from them, the largest relative error where each decides: of a
-/// stress where it is largest, of a safety or a life where it is least.
+/// Returns the largest relative error of stresses, safeties and lives, each taken where it decides:
+/// a stress where it is largest, a safety or a life where it is least.
 std::optional<EstimatedError> decisive_stress_error(const std::vector<StrokeErrors>& errors);
 
 /// For every number but stresses, the largest error that exceeds the tolerance, in descending

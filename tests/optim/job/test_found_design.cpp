@@ -9,6 +9,7 @@
 using namespace flexopt;
 using Catch::Matchers::Contains;
 using nlohmann::json;
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -38,6 +39,27 @@ TEST_CASE("an evaluated design is its own result, an optimum goes before") {
   CHECK(of["parameters"]["width"] == 0.02);
   CHECK(of["parameters"]["thickness"] == design["parameters"]["thickness"]);  // stays a formula
   CHECK(of["material"]["density"] == 7000.0);
+}
+
+TEST_CASE("a result may be larger than what users write") {
+  json result = result_of({});
+  result["shapes"] = std::string(std::size_t{17} << 20, 'x');
+  CHECK(found_in(result).parameters.at("length") == 0.1);
+}
+
+TEST_CASE("a material of the job's own replaces that of the result") {
+  const test::TemporaryFolder folder;
+  fs::create_directory(folder.path() / "run");
+  test::put(folder.path() / "run/result.json", result_of({}).dump());
+  FaultList faults;
+  const json own = {{"youngs_modulus", 2e11}, {"shear_modulus", 8e10}};
+  const json document = with_found_design(
+      {{"design", {{"result", "run"}, {"material", own}, {"parameters", {{"width", 0.03}}}}}},
+      folder.path().string(), faults);
+  CHECK(faults.faults().empty());
+  CHECK(document["design"]["material"] == own);
+  CHECK(document["design"]["parameters"]["width"] == 0.03);
+  CHECK(document["design"]["parameters"]["length"] == 0.1);
 }
 
 TEST_CASE("of ranked designs the best one is what was found") {
