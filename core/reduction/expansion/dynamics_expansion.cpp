@@ -100,11 +100,25 @@ LoadParity load_parity() {
   return parity;
 }
 
+// The interpolated shapes of a coarse mesh are not orthogonal: that of four nodal lines across has
+// a mean, which bends a narrow leaf far more than the rest of it does, so that the loads would
+// differ from each other by rounding alone. Each shape is therefore freed of those before it.
 InternalLoads internal_loads(const PlateMesh& mesh) {
-  InternalLoads result{MatrixXd(3 * mesh.functions_per_line() * mesh.lines(), P), load_parity()};
+  const Eigen::Index rows = 3 * mesh.functions_per_line() * mesh.lines();
+  InternalLoads result{MatrixXd(rows, P), load_parity()};
+  const LoadParity& parity = result.parity;
+  MatrixXd shapes(rows, P);
   for (int p = 0; p < P; ++p) {
-    const VectorXd nodal = nodal_shape(mesh, load_shapes[p]), load = nodal_mass_times(mesh, nodal);
-    result.loads.col(p) = load / std::sqrt(load.dot(nodal));
+    VectorXd shape = nodal_shape(mesh, load_shapes[p]), load = nodal_mass_times(mesh, shape);
+    for (int q = 0; q < p; ++q)
+      if (parity.normal[q] == parity.normal[p] && parity.across[q] == parity.across[p]) {
+        const double share = load.dot(shapes.col(q));
+        shape -= share * shapes.col(q);
+        load -= share * result.loads.col(q);
+      }
+    const double size = std::sqrt(load.dot(shape));
+    shapes.col(p) = shape / size;
+    result.loads.col(p) = load / size;
   }
   return result;
 }
