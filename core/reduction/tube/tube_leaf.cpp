@@ -167,7 +167,6 @@ void TubeModel::cover(double sigma) {
 }
 
 bool TubeModel::extend(double sigma) {
-  equal_states_ = {};
   kept_ = {};
   if (known_) {  // its own states, mesh and all, take the place of the known ones
     const TubeRange before = range_;

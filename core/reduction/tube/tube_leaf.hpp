@@ -10,7 +10,6 @@
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/reduction/expansion/tube_expansion.hpp"
 #include "core/reduction/tube/dynamics_form.hpp"
-#include "core/reduction/tube/equal_states.hpp"
 #include "core/reduction/tube/kept_places.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
 #include "core/reduction/tube/plate_pool.hpp"
@@ -129,8 +128,6 @@ class TubeModel {
   void cover(double sigma);
 
   PlatePool& pool();
-  /// Leaves that were condensed, for reuse by others in the same deformation.
-  EqualStates& equal_states() { return equal_states_; }
   /// Answers of the tables at the latest places where they were asked.
   struct KeptAnswers {
     KeptPlaces<TubeStress::Answer> strains;
@@ -165,7 +162,6 @@ class TubeModel {
   StressRateSource known_stress_rates_;  ///< derivatives of the present tables of stress
   bool successor_ = false;               ///< of other forces or another degree: it has no tables
   std::shared_ptr<PlatePool> pool_;
-  EqualStates equal_states_;
   KeptAnswers kept_;                       ///< of the present tables
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone
   bool covered_ = false;                   ///< no bent state was found beyond the last of them
@@ -248,9 +244,6 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   /// assembled there where its membrane force was off or there were several. Where it is not to be
   /// believed check_rebuilt() says so.
   PlateLeaf& condensed();
-  /// Dynamics of the condensed leaf, or taken from a leaf in the same deformation.
-  LeafDynamics condensed_dynamics(DynamicsRequest request);
-  LeafStand stand() const;
   std::vector<MatrixXd> rebuilt_nodal();
   /// What the stress is taken from where it is not from tables: of a leaf that has some, after
   /// the steps of condensed().

@@ -198,37 +198,11 @@ double TubeLeaf::station_weight(Eigen::Index rows) const {
   return std::sqrt(scale_.mass * model_->shape().width * 6 / static_cast<double>(rows));
 }
 
-LeafStand TubeLeaf::stand() const {
-  return {response_.frame.e, state_.mixed.f, response_.frame.axes,
-          scale_.axes,       edges_,         scale_.length,
-          scale_.energy,     scale_.mass,    {leaf_.base >= 0, leaf_.tip >= 0}};
-}
-
-LeafDynamics TubeLeaf::condensed_dynamics(DynamicsRequest request) {
-  constexpr long most_kept = 32;
-  EqualStates& states = model_->equal_states();
-  const long others = model_.use_count() - 1;  // leaves of this model
-  const LeafStand here = stand();
-  if (others > 0)
-    if (std::optional<CondensedLeaf> known = states.find(*model_->mesh(), here, request)) {
-      check_ = known->check;
-      full_state_ = PlateLeaf::State{edges_, std::move(known->unknowns)};
-      state_number_ = 0;
-      return std::move(known->dynamics);
-    }
-  PlateLeaf& plate = condensed();
-  LeafDynamics dynamics = plate_dynamics(plate, leaf_, scale_, request);
-  if (others > 0 && rebuilt_believed_)
-    states.keep(here, request, {full_state_->x, check_, dynamics},
-                static_cast<std::size_t>(std::min(others, most_kept)));
-  return dynamics;
-}
-
 LeafDynamics TubeLeaf::dynamics(DynamicsRequest request) {
   // the tables have no motions of points between their stations
   if (!request.shapes)
     if (std::optional<LeafDynamics> tabulated = tabulated_dynamics(request)) return *tabulated;
-  LeafDynamics dynamics = condensed_dynamics(request);
+  LeafDynamics dynamics = plate_dynamics(condensed(), leaf_, scale_, request);
   dynamics.check = check_;
   return dynamics;
 }
