@@ -66,7 +66,6 @@ set(tested_by
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_stress core/reduction/tube/test_tube_stress
-  core/reduction/superelement/linear_plate core/reduction/superelement/test_plate_body
   core/reduction/superelement/superelement_grid core/reduction/superelement/test_superelement_points
   core/reduction/superelement/superelement_leaf_results
     core/reduction/superelement/test_superelement_leaf

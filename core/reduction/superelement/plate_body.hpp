@@ -13,32 +13,24 @@
 
 namespace flexopt {
 
-/// A flat plate on a tensor mesh of Bogner–Fox–Schmit elements, x along, y across from −w/2.
-struct PlateBody {
-  LeafSpring plate;  ///< length, width, thickness [m] and material are used
-  std::array<int, 2> mesh{4, 4};
-  /// Thickness of each cell over that of the plate; 0: the cell is left out. Empty: uniform.
-  MatrixXd cells;
-  /// Sides y = ∓w/2 with the torsion layer of a free edge, (E2) of core/elements.
-  std::array<bool, 2> free_edges{false, false};
-  bool transverse_shear = true;  ///< of a leaf between rigid edges, (E10) of core/elements
-};
-
 /// How interface nodes hold a body.
 enum class Interface {
   /// Two nodes: the middles of the edges x = 0 and x = L, each edge rigid as in a leaf (E3).
   rigid_edges,
   /// Four nodes: the corners (0, −), (0, +), (L, −), (L, +). The sides between them are
   /// interpolated, so that constant strains, curvatures and twist pass exactly (R12), (R13).
-  corners,
-  /// Nodes of the mesh, their displacement and mean rotation; all else is free.
-  mesh_nodes
+  corners
 };
 
-struct PlateCondensation {
+/// A flat plate on a tensor mesh of Bogner–Fox–Schmit elements, x along, y across from −w/2.
+struct PlateBody {
+  LeafSpring plate;  ///< length, width, thickness [m] and material are used
+  std::array<int, 2> mesh{4, 4};
   Interface interface = Interface::corners;
-  std::vector<std::array<int, 2>> mesh_nodes;  ///< (along, across), for Interface::mesh_nodes
-  int vibration_modes = 0;                     ///< fixed-interface modes kept
+  /// Sides y = ∓w/2 with the torsion layer of a free edge, (E2) of core/elements.
+  std::array<bool, 2> free_edges{false, false};
+  bool transverse_shear = true;  ///< of a leaf between rigid edges, (E10) of core/elements
+  int vibration_modes = 0;       ///< fixed-interface modes kept
 };
 
 /// A condensed body: the superelement and the fields it stands for.
@@ -51,16 +43,12 @@ struct CondensedPlate {
   SuperelementModel superelement;
 };
 
-/// The mesh of a body: between rigid edges that of the leaf, whose sides are both free or neither;
-/// else that of a linear plate, without free-edge term, which depends on the sides.
-std::shared_ptr<const PlateMesh> plate_body_mesh(const PlateBody& body, Interface interface);
-
-/// Static condensation to the interface nodes, and the lowest fixed-interface modes. The middle of
-/// the plate, where the frame sits, must not lie in a cell that was left out.
-CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation);
+/// Static condensation to the interface nodes, and the lowest fixed-interface modes. The mesh is,
+/// between rigid edges, that of a leaf, whose sides are both free or neither; else that of a linear
+/// plate, without free-edge term, which depends on the sides. The frame sits in the middle.
+CondensedPlate condense(const PlateBody& body);
 /// On a mesh of one's own, of a beam too.
-CondensedPlate condense(const PlateBody& body, const PlateCondensation& condensation,
-                        std::shared_ptr<const PlateMesh> mesh);
+CondensedPlate condense(const PlateBody& body, std::shared_ptr<const PlateMesh> mesh);
 
 /// A straight beam or wire between two nodes, the middles of its ends, which hold it as rigid edges
 /// hold a leaf: beams.md, "Ends". `elements`: along, even; the frame sits in the middle. The

@@ -51,15 +51,13 @@ SuperelementGrid::SuperelementGrid(const LeafSpring& leaf, const ModelOptions& m
   body.mesh = {own_elements(model.mesh[0], along_), own_elements(model.mesh[1], rows())};
   body.transverse_shear = model.transverse_shear;
   const bool edge = model.free_edge_torsion;
-  const PlateCondensation condensation{
-      .interface = across_ == 0 ? Interface::rigid_edges : Interface::corners,
-      .mesh_nodes = {},
-      .vibration_modes = modes_};
+  body.interface = across_ == 0 ? Interface::rigid_edges : Interface::corners;
+  body.vibration_modes = modes_;
   std::vector<std::array<bool, 2>> kinds{{edge, edge}};
   if (rows() > 1) kinds = {{edge, false}, {false, false}, {false, edge}};
   for (const auto& free_edges : kinds) {
     body.free_edges = free_edges;
-    kinds_.push_back(std::make_shared<CondensedPlate>(condense(body, condensation)));
+    kinds_.push_back(std::make_shared<CondensedPlate>(condense(body)));
   }
 }
 

@@ -1,9 +1,8 @@
 #pragma once
-// Irregular plates, condensed to interface nodes, and places of the nodes to test them at.
-#include <algorithm>
-#include <set>
+// Bodies of interface nodes, and places of the nodes to test them at.
 #include <vector>
 
+#include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 #include "core/reduction/superelement/plate_body.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
@@ -12,34 +11,37 @@
 
 namespace flexopt::bodies {
 
-/// A 5 × 4 plate of varying thickness with cells left out at a corner and in the inside.
-inline PlateBody irregular_plate(unsigned seed) {
+/// A body of m nodes at random places: its stiffness is any that rigid motions do not meet.
+inline SuperelementModel irregular(unsigned seed, int m, int vibration_modes = 0) {
   synthetic::Random random(seed);
-  PlateBody body;
-  body.plate = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.06 + random(0.02), 0.004 + random(0.001));
-  body.mesh = {5, 4};
-  body.cells.resize(5, 4);
-  for (double& t : body.cells.reshaped()) t = 1 + random(0.4);
-  body.cells(0, 3) = body.cells(3, 1) = 0;
-  body.free_edges = {true, false};
-  return body;
-}
-
-/// m different mesh nodes of it.
-inline std::vector<std::array<int, 2>> interface_nodes(unsigned seed, int m) {
-  std::mt19937 engine(seed);
-  std::set<std::array<int, 2>> nodes;
-  while (static_cast<int>(nodes.size()) < m) {
-    const std::array<int, 2> node{static_cast<int>(engine() % 6), static_cast<int>(engine() % 5)};
-    if (node != std::array<int, 2>{0, 4}) nodes.insert(node);  // the corner left out
+  const auto any = [&](int rows, int columns) {
+    return MatrixXd(MatrixXd::NullaryExpr(rows, columns, [&] { return random(); }));
+  };
+  const int n = 6 * m, all = n + vibration_modes;
+  SuperelementModel model;
+  MatrixXd rigid(n, 6);
+  VectorXd unit = VectorXd::Ones(all);  // of forces and moments, times the size
+  for (int a = 0; a < m; ++a) {
+    model.nodes.push_back(random.vector<3>(0.1));
+    rigid.middleRows<6>(6 * a).setIdentity();
+    rigid.block<3, 3>(6 * a, 3) = -hat(model.nodes.back());
+    unit.segment<3>(6 * a).setConstant(10);
   }
-  return {nodes.begin(), nodes.end()};
-}
-
-inline CondensedPlate irregular(unsigned seed, int m, int vibration_modes = 0) {
-  return condense(irregular_plate(seed), {.interface = Interface::mesh_nodes,
-                                          .mesh_nodes = interface_nodes(seed + 1, m),
-                                          .vibration_modes = vibration_modes});
+  const auto scaled_square = [&](int size) {
+    const MatrixXd A = any(size, size);
+    return MatrixXd(unit.head(size).asDiagonal() *
+                    (A * A.transpose() + MatrixXd::Identity(size, size)) *
+                    unit.head(size).asDiagonal());
+  };
+  const MatrixXd scatter = unit.head<6>().cwiseInverse().asDiagonal() * any(6, n) *
+                           unit.head(n).asDiagonal(),
+                 mean = (MatrixXd::Identity(6, 6).replicate(1, m) + 0.3 * scatter) / m;
+  model.frame_modes = Lu(MatrixXd(mean * rigid)).solve(mean);
+  const MatrixXd deforming = MatrixXd::Identity(n, n) - rigid * model.frame_modes;
+  model.stiffness = MatrixXd::Identity(all, all);
+  model.stiffness.topLeftCorner(n, n) = deforming.transpose() * scaled_square(n) * deforming;
+  model.mass = scaled_square(all);
+  return model;
 }
 
 inline Matrix3d random_rotation(synthetic::Random& random, double limit) {

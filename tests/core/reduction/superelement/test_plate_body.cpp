@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 
 #include "core/elements/plate/plate_leaf.hpp"
-#include "core/reduction/superelement/linear_plate.hpp"
 #include "superelement_bodies.hpp"
 #include "superelement_law.hpp"
 
@@ -29,74 +28,18 @@ PlateBody seed_patch() {
 }  // namespace
 
 TEST_CASE("condensed bodies have six motions without energy and no more") {
-  for (int m = 2; m <= 8; ++m) {
-    const VectorXd eigen = scaled_eigenvalues(irregular(20 + m, m).superelement);
-    INFO("m = " << m);
-    CHECK(eigen.head<6>().cwiseAbs().maxCoeff() < 1e-12 * eigen.maxCoeff());
-    CHECK(eigen[6] > 1e-7 * eigen.maxCoeff());
-  }
-  const VectorXd eigen =
-      scaled_eigenvalues(condense(seed_patch(), {.interface = Interface::corners}).superelement);
+  const VectorXd eigen = scaled_eigenvalues(condense(seed_patch()).superelement);
   CHECK(eigen.head<6>().cwiseAbs().maxCoeff() < 1e-12 * eigen.maxCoeff());
   CHECK(eigen[6] > 1e-8 * eigen.maxCoeff());  // bending against membrane: (t/L)² / 12
 }
 
-TEST_CASE("reduced linear statics are those of the unreduced body") {
-  for (int m = 2; m <= 8; ++m) {
-    const PlateBody body = irregular_plate(30 + m);
-    const auto nodes = interface_nodes(40 + m, m);
-    const CondensedPlate condensed =
-        condense(body, {.interface = Interface::mesh_nodes, .mesh_nodes = nodes});
-    const int n = 6 * m;
-    const double L = body.plate.length, D = condensed.scale.energy;
-    // coordinates of the nodes as rows over the unreduced dofs, written out once more
-    const PlateMesh& mesh = *condensed.mesh;
-    const MatrixXd K = linear_plate::assemble(body, mesh).stiffness;
-    const int per_line = mesh.functions_per_line(), dofs = static_cast<int>(K.rows());
-    MatrixXd C = MatrixXd::Zero(n, dofs);
-    for (int a = 0; a < m; ++a) {
-      const int at = 3 * per_line * nodes[a][0] + 4 * nodes[a][1];
-      for (int d = 0; d < 3; ++d) C(6 * a + d, at + d * per_line) = L;
-      C(6 * a + 3, at + 2 * per_line + 2) = 1;
-      C(6 * a + 4, at + 2 * per_line + 1) = -1;
-      C(6 * a + 5, at + per_line + 1) = 0.5;
-      C(6 * a + 5, at + 2) = -0.5;
-    }
-    // the first node is held, the others are loaded: forces of a newton, moments to match
-    VectorXd load = units(condensed.superelement);
-    load.head<6>().setZero();
-    for (int i = 6; i < n; ++i) load[i] *= std::cos(1.7 * i) / load[6];
-    std::vector<int> active;
-    for (int i = 0; i < dofs; ++i)
-      if (K(i, i) > 0) active.push_back(i);
-    const int k = static_cast<int>(active.size());
-    MatrixXd A = MatrixXd::Zero(k + 6, k + 6);
-    A.topLeftCorner(k, k) = K(active, active);
-    A.topRightCorner(k, 6) = C.topRows(6)(Eigen::all, active).transpose();
-    A.bottomLeftCorner(6, k) = C.topRows(6)(Eigen::all, active);
-    VectorXd b = VectorXd::Zero(k + 6);
-    b.head(k) = C(Eigen::all, active).transpose() * load / D;
-    const Lu lu(A);
-    VectorXd x = lu.solve(b);
-    x += lu.solve(VectorXd(b - A * x));
-    VectorXd full = C(Eigen::all, active) * x.head(k);
-
-    VectorXd reduced = VectorXd::Zero(n);
-    reduced.tail(n - 6) = Lu(condensed.superelement.stiffness.bottomRightCorner(n - 6, n - 6))
-                              .solve(load.tail(n - 6));
-    INFO("m = " << m);
-    const VectorXd unit = units(condensed.superelement).cwiseInverse();
-    REQUIRE(full.norm() > 0);
-    CHECK((unit.asDiagonal() * (reduced - full)).norm() <
-          1e-10 * (unit.asDiagonal() * full).norm());
-  }
-}
-
 TEST_CASE("a segment between rigid edges is the undeflected plate leaf") {
   const LeafSpring leaf = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4);
-  PlateBody body{leaf, {10, 4}, {}, {true, true}};
-  const CondensedPlate condensed =
-      condense(body, {.interface = Interface::rigid_edges, .vibration_modes = 2});
+  const CondensedPlate condensed = condense({.plate = leaf,
+                                             .mesh = {10, 4},
+                                             .interface = Interface::rigid_edges,
+                                             .free_edges = {true, true},
+                                             .vibration_modes = 2});
   check_superelement(condensed.superelement);
   LeafSpring flat = leaf;
   flat.axes.setIdentity();
@@ -124,7 +67,7 @@ TEST_CASE("a segment between rigid edges is the undeflected plate leaf") {
 
 TEST_CASE("a four-node patch passes constant strains, curvatures and twist exactly") {
   const PlateBody body = seed_patch();
-  const SuperelementModel model = condense(body, {.interface = Interface::corners}).superelement;
+  const SuperelementModel model = condense(body).superelement;
   check_superelement(model);
   const double a = 0.04, b = 0.05, t = body.plate.thickness, E = 21.5e9, nu = 0.3;
   const double A = E * t / (1 - nu * nu), D = A * t * t / 12, G = E / 2 / (1 + nu), area = a * b;
@@ -158,7 +101,7 @@ TEST_CASE("a four-node patch passes constant strains, curvatures and twist exact
 TEST_CASE("the forces of a constantly strained patch are its edge stresses") {
   // consistent nodal forces of a constant ε11: half of A ε b at each corner, no drilling moments
   const PlateBody body = seed_patch();
-  const SuperelementModel model = condense(body, {.interface = Interface::corners}).superelement;
+  const SuperelementModel model = condense(body).superelement;
   const double t = body.plate.thickness, A = 21.5e9 * t / (1 - 0.09);
   VectorXd q = VectorXd::Zero(24);
   for (int k = 0; k < 4; ++k) q[6 * k] = model.nodes[k][0];

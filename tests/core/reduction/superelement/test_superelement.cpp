@@ -88,8 +88,7 @@ Derivatives along(const RealBody& body, const std::vector<NodePose>& nodes,
 
 TEST_CASE("a superelement's force and tangent are the derivatives of its energy") {
   for (int m = 2; m <= 8; ++m) {
-    const CondensedPlate body = irregular(10 + m, m, m % 3);
-    const SuperelementModel& model = body.superelement;
+    const SuperelementModel model = irregular(10 + m, m, m % 3);
     check_superelement(model);
     Random random(m);
     const std::vector<NodePose> nodes = exact(deformed(model, random, 0.03, 0.25));
@@ -121,13 +120,13 @@ TEST_CASE("a superelement's force and tangent are the derivatives of its energy"
 
 TEST_CASE("the geometric terms of a superelement's tangent are there") {
   // with the stresses of another state the tangent differs: the test above would see it missing
-  const CondensedPlate body = irregular(3, 4);
+  const SuperelementModel model = irregular(3, 4);
   Random random(3);
-  const std::vector<NodePose> nodes = deformed(body.superelement, random, 0.03, 0.25);
-  Superelement element(body.superelement);
+  const std::vector<NodePose> nodes = deformed(model, random, 0.03, 0.25);
+  Superelement element(model);
   REQUIRE(element.evaluate(nodes));
   const MatrixXd K = element.tangent();
-  const VectorXd none = VectorXd::Zero(body.superelement.coordinates());
+  const VectorXd none = VectorXd::Zero(model.coordinates());
   REQUIRE(element.evaluate(nodes, &none));
   CHECK((K - element.tangent()).norm() > 1e-4 * K.norm());
   const VectorXd present = element.local();
@@ -136,8 +135,7 @@ TEST_CASE("the geometric terms of a superelement's tangent are there") {
 }
 
 TEST_CASE("a superelement does not notice a thousand rigid motions") {
-  const CondensedPlate body = irregular(7, 5);
-  const SuperelementModel& model = body.superelement;
+  const SuperelementModel model = irregular(7, 5);
   Random random(7);
   const std::vector<NodePose> nodes = deformed(model, random, 0.02, 0.2);
   Superelement element(model);
@@ -229,8 +227,10 @@ TEST_CASE("the chord frame of a leaf is a case of the floating frame") {
 }
 
 TEST_CASE("a superelement's mass is that of the body, turned") {
-  const CondensedPlate body = irregular(12, 4, 3);
-  const SuperelementModel& model = body.superelement;
+  const PlateBody plate{.plate = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.06, 0.004),
+                        .mesh = {5, 4},
+                        .vibration_modes = 3};
+  const SuperelementModel model = condense(plate).superelement;
   Random random(12);
   const auto nodes = deformed(model, random, 0.0, 0.0);
   Superelement element(model);
@@ -238,15 +238,7 @@ TEST_CASE("a superelement's mass is that of the body, turned") {
   const MatrixXd M = element.mass();
   REQUIRE(M.rows() == model.coordinates() + 3);
   // translations carry the whole mass, in every direction
-  const PlateBody plate = irregular_plate(12);
-  const auto mesh = plate_body_mesh(plate, Interface::mesh_nodes);
-  double area = 0;
-  for (int i = 0; i < 5; ++i)
-    for (int j = 0; j < 4; ++j)
-      area +=
-          plate.cells(i, j) * (mesh->x()[i + 1] - mesh->x()[i]) * (mesh->y()[j + 1] - mesh->y()[j]);
-  const LeafSpring& p = plate.plate;
-  const double mass = p.material.density * p.thickness * area * p.length * p.length;
+  const double mass = plate.plate.material.density * 0.1 * 0.06 * 0.004;
   for (int d = 0; d < 3; ++d) {
     VectorXd v = VectorXd::Zero(M.rows());
     for (int a = 0; a < 4; ++a) v[6 * a + d] = 1;
@@ -255,7 +247,7 @@ TEST_CASE("a superelement's mass is that of the body, turned") {
 }
 
 TEST_CASE("places that are not finite have no frame") {
-  const SuperelementModel model = irregular(14, 3).superelement;
+  const SuperelementModel model = irregular(14, 3);
   Random random(14);
   std::vector<NodePose> nodes = deformed(model, random, 0.01, 0.1);
   Superelement element(model);
