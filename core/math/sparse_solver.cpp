@@ -6,66 +6,32 @@ extern "C" {  // which this header lacks
 #include <ldl.h>
 }
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <limits>
 #include <list>
 #include <new>
-#include <numeric>
 
 namespace flexopt {
 namespace {
 
 using Index = SuiteSparse_long;
 
-// A sparse matrix by columns, rows ascending.
-struct Columns {
-  std::vector<Index> begin, row;
-  std::vector<double> value;
+using Columns = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
 
-  bool same_pattern(const Columns& other) const { return begin == other.begin && row == other.row; }
-};
+bool same_pattern(const Columns& A, const Columns& B) {
+  return A.cols() == B.cols() && A.nonZeros() == B.nonZeros() &&
+         std::equal(A.outerIndexPtr(), A.outerIndexPtr() + A.cols(), B.outerIndexPtr()) &&
+         std::equal(A.innerIndexPtr(), A.innerIndexPtr() + A.nonZeros(), B.innerIndexPtr());
+}
 
-// Sorts the entries by counting, twice: by rows, then by columns.
 Columns columns_of(const SparseMatrix& A, bool lower_only) {
-  const auto n = static_cast<std::size_t>(A.size());
-  const std::vector<SparseEntry>& entries = A.entries();
-  const auto left_out = [&](std::size_t k) {
-    return lower_only && entries[k].row < entries[k].column;
-  };
-  std::vector<std::size_t> by_row(n + 1, 0);
-  std::vector<std::size_t> places;
-  places.reserve(entries.size());
-  for (std::size_t k = 0; k < entries.size(); ++k)
-    if (!left_out(k)) ++by_row[static_cast<std::size_t>(entries[k].row) + 1];
-  for (std::size_t r = 0; r < n; ++r) by_row[r + 1] += by_row[r];
-  places.resize(by_row[n]);
-  for (std::size_t k = 0; k < entries.size(); ++k)
-    if (!left_out(k)) places[by_row[entries[k].row]++] = k;
-
-  std::vector<std::size_t> by_column(n + 1, 0);
-  for (const std::size_t k : places) ++by_column[static_cast<std::size_t>(entries[k].column) + 1];
-  for (std::size_t c = 0; c < n; ++c) by_column[c + 1] += by_column[c];
-  std::vector<std::size_t> sorted(places.size()), next(by_column.begin(), by_column.end() - 1);
-  for (const std::size_t k : places) sorted[next[entries[k].column]++] = k;
-
-  Columns columns;
-  columns.begin.reserve(n + 1);
-  columns.row.reserve(sorted.size());
-  columns.value.reserve(sorted.size());
-  for (std::size_t c = 0; c < n; ++c) {
-    columns.begin.push_back(static_cast<Index>(columns.row.size()));
-    const std::size_t first = columns.row.size();
-    for (std::size_t s = by_column[c]; s < by_column[c + 1]; ++s) {
-      const SparseEntry& e = entries[sorted[s]];
-      if (columns.row.size() > first && columns.row.back() == e.row) {
-        columns.value.back() += e.value;
-      } else {
-        columns.row.push_back(e.row);
-        columns.value.push_back(e.value);
-      }
-    }
-  }
-  columns.begin.push_back(static_cast<Index>(columns.row.size()));
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(A.entries().size());
+  for (const SparseEntry& e : A.entries())
+    if (!lower_only || e.row >= e.column) entries.emplace_back(e.row, e.column, e.value);
+  Columns columns(A.size(), A.size());
+  columns.setFromTriplets(entries.begin(), entries.end());
   return columns;
 }
 
@@ -73,10 +39,9 @@ constexpr std::size_t most_kept = 8;
 
 /// Order of elimination by approximate minimum degree, of the pattern of A + Aᵀ.
 std::vector<Index> minimum_degree(const Columns& A) {
-  const std::size_t n = A.begin.size() - 1;
-  std::vector<Index> order(n);
-  if (amd_l_order(static_cast<Index>(n), A.begin.data(), A.row.data(), order.data(), nullptr,
-                  nullptr) < AMD_OK)
+  std::vector<Index> order(static_cast<std::size_t>(A.cols()));
+  if (amd_l_order(A.cols(), A.outerIndexPtr(), A.innerIndexPtr(), order.data(), nullptr, nullptr) <
+      AMD_OK)
     throw std::bad_alloc();
   return order;
 }
@@ -93,7 +58,7 @@ struct LdlPattern {
     parent.resize(n);
     count.resize(n);
     std::vector<Index> flag(n);
-    ldl_l_symbolic(static_cast<Index>(n), A.begin.data(), A.row.data(), begin.data(), parent.data(),
+    ldl_l_symbolic(A.cols(), A.outerIndexPtr(), A.innerIndexPtr(), begin.data(), parent.data(),
                    count.data(), flag.data(), order.data(), place.data());
   }
 };
@@ -151,28 +116,26 @@ struct LinearSolver::Factor {
   /// Residual B − A X.
   MatrixXd rest(const Eigen::Ref<const MatrixXd>& B, const MatrixXd& X) const {
     MatrixXd R = B;
-    for (Eigen::Index k = 0; k < B.cols(); ++k)
-      for (std::size_t c = 0; c + 1 < A.begin.size(); ++c)
-        for (Index e = A.begin[c]; e < A.begin[c + 1]; ++e) R(A.row[e], k) -= A.value[e] * X(c, k);
+    R.noalias() -= A * X;
     return R;
   }
 };
 
 LinearSolver::Factor::Factor(Columns columns, SparseAnalyses::Kept& kept) : A(std::move(columns)) {
   auto at =
-      std::ranges::find_if(kept.lu, [&](const auto& lu) { return lu.pattern.same_pattern(A); });
+      std::ranges::find_if(kept.lu, [&](const auto& lu) { return same_pattern(lu.pattern, A); });
   if (at == kept.lu.end()) {
-    Symbolic found = owned(klu_l_analyze(static_cast<Index>(A.begin.size()) - 1, A.begin.data(),
-                                         A.row.data(), &common));
+    Symbolic found = owned(klu_l_analyze(A.cols(), A.outerIndexPtr(), A.innerIndexPtr(), &common));
     if (!found && common.status != KLU_SINGULAR) throw std::bad_alloc();
     if (!found) return;  // singular by its pattern alone
     if (kept.lu.size() == most_kept) kept.lu.pop_back();
-    kept.lu.push_front({{A.begin, A.row, {}}, std::move(found)});
+    kept.lu.push_front({A, std::move(found)});
   } else {
     kept.lu.splice(kept.lu.begin(), kept.lu, at);
   }
   symbolic = kept.lu.front().symbolic;
-  numeric = klu_l_factor(A.begin.data(), A.row.data(), A.value.data(), symbolic.get(), &common);
+  numeric =
+      klu_l_factor(A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr(), symbolic.get(), &common);
   if (!numeric && common.status != KLU_SINGULAR) throw std::bad_alloc();
 }
 
@@ -200,13 +163,13 @@ std::optional<int> negative_eigenvalues(const SparseMatrix& A, const std::vector
   SparseAnalyses::Kept& kept = analyses.kept();
   Columns columns = columns_of(A, false);
   auto at = std::ranges::find_if(kept.ldl, [&](const auto& ldl) {
-    return ldl.order == order && ldl.pattern.same_pattern(columns);
+    return ldl.order == order && same_pattern(ldl.pattern, columns);
   });
   if (at == kept.ldl.end()) {
     LdlPattern tree(columns, order.empty() ? minimum_degree(columns)
                                            : std::vector<Index>(order.begin(), order.end()));
     if (kept.ldl.size() == most_kept) kept.ldl.pop_back();
-    kept.ldl.push_front({{columns.begin, columns.row, {}}, order, std::move(tree)});
+    kept.ldl.push_front({columns, order, std::move(tree)});
     at = kept.ldl.begin();
   }
   LdlPattern& tree = at->tree;
@@ -214,7 +177,7 @@ std::optional<int> negative_eigenvalues(const SparseMatrix& A, const std::vector
   std::vector<Index> row(entries), pattern(n), flag(n);
   std::vector<double> factor(entries), pivot(n), work(n);
   const Index done = ldl_l_numeric(
-      static_cast<Index>(n), columns.begin.data(), columns.row.data(), columns.value.data(),
+      columns.cols(), columns.outerIndexPtr(), columns.innerIndexPtr(), columns.valuePtr(),
       tree.begin.data(), tree.parent.data(), tree.count.data(), row.data(), factor.data(),
       pivot.data(), work.data(), pattern.data(), flag.data(), tree.order.data(), tree.place.data());
   if (done < static_cast<Index>(n)) return std::nullopt;

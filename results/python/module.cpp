@@ -103,30 +103,7 @@ json json_within(py::handle value, const std::string& pointer, int depth) {
 }
 
 py::object python_of(const OrderedJson& value) {
-  switch (value.type()) {
-    case OrderedJson::value_t::object: {
-      py::dict dict;
-      for (const auto& [key, entry] : value.items()) dict[py::str(key)] = python_of(entry);
-      return dict;
-    }
-    case OrderedJson::value_t::array: {
-      py::list list(value.size());
-      for (std::size_t k = 0; k < value.size(); ++k) list[k] = python_of(value[k]);
-      return list;
-    }
-    case OrderedJson::value_t::string:
-      return py::str(value.get_ref<const std::string&>());
-    case OrderedJson::value_t::boolean:
-      return py::bool_(value.get<bool>());
-    case OrderedJson::value_t::number_integer:
-      return py::int_(value.get<std::int64_t>());
-    case OrderedJson::value_t::number_unsigned:
-      return py::int_(value.get<std::uint64_t>());
-    case OrderedJson::value_t::number_float:
-      return py::float_(value.get<double>());
-    default:
-      return py::none();
-  }
+  return py::module_::import("json").attr("loads")(compact_text(value));
 }
 
 JobKind kind_of(const std::string& name) {

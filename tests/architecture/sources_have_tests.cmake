@@ -5,7 +5,6 @@ cmake_minimum_required(VERSION 3.25)
 
 # Source, and the test under tests/ that is about it although it has another name.
 set(tested_by
-  core/elements/leaf/leaf_chain core/reduction/superelement/test_modal_leaf
   core/elements/plate/beam_element core/elements/plate/test_beam_leaf
   core/elements/plate/beam_stress core/elements/plate/test_beam_leaf
   core/elements/plate/full_leaf_linear core/response/gradients/test_point_gradients
@@ -66,6 +65,7 @@ set(tested_by
   core/reduction/tube/state_table core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_dynamics core/reduction/tube/test_tube_dynamics
   core/reduction/tube/tube_leaf_stress core/reduction/tube/test_tube_stress
+  core/reduction/superelement/leaf_chain core/reduction/superelement/test_modal_leaf
   core/reduction/superelement/superelement_grid core/reduction/superelement/test_superelement_points
   core/reduction/superelement/superelement_leaf_results
     core/reduction/superelement/test_superelement_leaf

@@ -13,10 +13,10 @@
 #include <numbers>
 #include <optional>
 
-#include "core/elements/leaf/leaf_chain.hpp"
 #include "core/elements/plate/full_leaf.hpp"
 #include "core/elements/plate/full_model.hpp"
 #include "core/equilibrium/end_effector_compliance.hpp"
+#include "core/reduction/superelement/leaf_chain.hpp"
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/modes/frequencies.hpp"
 #include "support/models.hpp"
@@ -115,13 +115,8 @@ Leaves full_segments(const Mechanism& mechanism, const ModelOptions& model) {
     Leaves segments;
     for (int k = 0; k < n; ++k)
       segments.push_back(std::make_unique<FullLeaf>(leaf_segment(leaf, k, n), mesh, 0));
-    const auto in_one_piece = [leaf, shape = leaf_shape(leaf, model)](LeafElement& chain,
-                                                                      const EdgePoses& edges,
-                                                                      const std::string& reason) {
-      return full_model_in_place(chain, {edges}, leaf, std::make_shared<PlateMesh>(shape), 0,
-                                 reason);
-    };
-    leaves.push_back(std::make_unique<LeafChain>(leaf, std::move(segments), in_one_piece));
+    leaves.push_back(
+        std::make_unique<LeafChain>(leaf, std::move(segments), leaf_shape(leaf, model), 0));
   }
   return leaves;
 }

@@ -83,7 +83,7 @@ ChordLeaf::Solution ChordLeaf::solve(const Vector3d& s, const Vector3d& f, int m
     const Vector3d ds = s - s_;
     const Vector12d dq_soft = soft_map() * ds;
     const Vector3d r = G.transpose() * (plate_.force() + plate_.tangent() * dq_soft) - f;
-    const Vector3d dc = -SmallLu<3>(S).solve(r);
+    const Vector3d dc = -Eigen::PartialPivLU<Matrix3d>(S).solve(r);
     const double size =
         std::max({dc.cwiseAbs().maxCoeff(), plate_.correction(), ds.cwiseAbs().maxCoeff()});
     solution.iterations = it;
@@ -154,7 +154,7 @@ MatrixXd FieldSolver::operator()(const MatrixXd& R) const {
   MatrixXd Y(n + 3, R.cols());
   MatrixXd top = -R.topRows(n);
   plate_.solve(top);
-  Y.bottomRows(3) = S_.solve_columns(-R.bottomRows(3) - KcT_ * top);
+  Y.bottomRows<3>() = S_.solve(Eigen::Matrix3Xd(-R.bottomRows(3) - KcT_ * top));
   Y.topRows(n) = top - X_ * Y.bottomRows(3);
   return Y;
 }

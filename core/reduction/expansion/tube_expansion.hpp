@@ -2,12 +2,12 @@
 // Expansion of a leaf's mixed potential W*(s, f) about a bent state by static perturbation of the
 // full plate leaf: the coefficients of the tube and the fields to rebuild the leaf from.
 // Scaled units of plate_mesh.hpp. Equations (R1)–(R4) of core/reduction/README.md.
+#include <Eigen/LU>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/elements/plate/plate_leaf.hpp"
-#include "core/math/small_lu.hpp"
 
 namespace flexopt {
 
@@ -82,7 +82,7 @@ class FieldSolver {
 
  private:
   const PlateLeaf& plate_;
-  SmallLu<3> S_;
+  Eigen::PartialPivLU<Matrix3d> S_;
   MatrixXd X_, KcT_;
 };
 

@@ -181,13 +181,6 @@ MatrixXd ModalLeaf::rates() const {
   return T;
 }
 
-MatrixXd ModalLeaf::station_motion(const MatrixXd& T) const {
-  MatrixXd stations = leaf_station_motion(plate_, scale_, T);
-  for (Eigen::Index k = 0; k < stations.rows(); k += 3)
-    stations.middleRows<3>(k) = (frame_.axes * stations.middleRows<3>(k)).eval();
-  return stations;
-}
-
 LeafDynamics ModalLeaf::dynamics(DynamicsRequest request) {
   if (!evaluated_) evaluate();
   const int m = model_->amplitudes();
@@ -211,11 +204,9 @@ LeafDynamics ModalLeaf::dynamics(DynamicsRequest request) {
 
   LeafDynamics dynamics;
   dynamics.mass = scale_.mass * (units * (S.transpose() * M * S) * units.transpose());
-  const MatrixXd all_rates = T * (S * units.transpose());
-  dynamics.stations = station_motion(all_rates);
-  LeafScale seen = scale_;  // the plate lies in the frame
-  seen.axes = scale_.axes * frame_.axes;
-  if (request.shapes) dynamics.shape_motion = leaf_shape_motion(plate_, seen, all_rates);
+  dynamics.stations = leaf_station_motion(plate_, scale_, T * (S * units.transpose()));
+  for (Eigen::Index k = 0; k < dynamics.stations.rows(); k += 3)
+    dynamics.stations.middleRows<3>(k) = (frame_.axes * dynamics.stations.middleRows<3>(k)).eval();
   set_modes(dynamics, scale_.energy / scale_.mass * omega2);
   return dynamics;
 }

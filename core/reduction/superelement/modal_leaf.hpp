@@ -33,8 +33,6 @@ class ModalLeaf final : public LeafElement {
   MatrixXd rates() const;
   /// Nodal values in the leaf's axes, from the base's undeflected place.
   std::vector<MatrixXd> nodal() const;
-  /// Motion of the stations for such rates: LeafDynamics::stations.
-  MatrixXd station_motion(const MatrixXd& T) const;
   /// Puts the plate into the state of the present edges and amplitudes.
   bool place();
   /// Sets V_, g_ and H_ there.

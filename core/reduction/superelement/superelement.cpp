@@ -1,12 +1,12 @@
 #include "core/reduction/superelement/superelement.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
 #include "core/math/nearest_rotation.hpp"
 #include "core/math/rotation.hpp"
-#include "core/math/small_lu.hpp"
 
 namespace flexopt {
 namespace {
@@ -75,13 +75,13 @@ bool Superelement::find_frame(std::span<const NodePose> nodes) {
   for (frame_.iterations = 0;; ++frame_.iterations) {
     place(nodes);
     const Vector6d c = model_->frame_modes * q_;
-    const SmallLu<6> lu(A_);
+    const Eigen::PartialPivLU<Matrix6d> lu(A_);
     const Vector6d d = lu.solve(c);
     frame_.residual =
         std::max(d.head<3>().cwiseAbs().maxCoeff() / size_, d.tail<3>().cwiseAbs().maxCoeff());
     const bool rounding = frame_.residual < rounding_floor && frame_.residual >= 0.3 * previous;
     if (frame_.residual < frame_tolerance || rounding) {
-      Z_ = lu.solve_columns(PhiD_);
+      Z_ = lu.solve(PhiD_);
       return frame_.converged = true;
     }
     // also when not a number
@@ -111,13 +111,13 @@ bool Superelement::evaluate(std::span<const NodePose> nodes, const VectorXd* str
     DT_.middleRows<3>(6 * a + 3) = (to_rate_[a] * DT_.middleRows<3>(6 * a + 3)).eval();
 
   // Forces in frame axes f = Dᵀ(K q − Φ_CBᵀ λ) with λ such that Φ_rigᵀ f = 0                   (R8)
-  const SmallLu<6> lu(A_.transpose());
+  const Eigen::PartialPivLU<Matrix6d> lu(A_.transpose());
   const auto forces = [&](const VectorXd& q) {
     s_.noalias() = K * q;
     f_ = s_;
     for (int a = 0; a < m; ++a)
       f_.segment<3>(6 * a + 3) = to_rate_[a].transpose() * s_.segment<3>(6 * a + 3);
-    const Vector6d lambda = lu.solve(Vector6d(Phi_rig_.transpose() * f_));
+    const Vector6d lambda = lu.solve(Phi_rig_.transpose() * f_);
     r_ = s_;
     r_.noalias() -= model_->frame_modes.transpose() * lambda;
     f_.noalias() -= PhiD_.transpose() * lambda;

@@ -281,9 +281,6 @@ LeafDynamics SuperelementLeaf::dynamics(DynamicsRequest request) {
     const MatrixXd R = rates(e, T);
     dynamics.mass.noalias() += R.transpose() * (masses[e] * R);
   }
-  MatrixXd of_nodes(nodal + 12, T.cols());
-  of_nodes << T.topRows(nodal), T.bottomRows(12);
-  if (request.shapes) dynamics.shape_motion = shape_motion(of_nodes);
   set_modes(dynamics, pairs.values);
   if (modes > 0 && modes < request.modes)  // there are no others
     dynamics.highest_mode = std::numeric_limits<double>::infinity();

@@ -60,9 +60,6 @@ class SuperelementLeaf final : public LeafElement {
   /// Rates of a superelement's nodes for the columns of T (unknowns + 12 rows).
   MatrixXd node_rates(int element, const MatrixXd& T) const;
   SuperelementGrid::State grid_state() const;
-  /// LeafDynamics::shape_motion of superelements one after the other: cubics between their nodes,
-  /// without their own vibration. `T`: rates of the unknowns of the nodes and of the edges.
-  MatrixXd shape_motion(const MatrixXd& T);
 
   LeafSpring leaf_;
   std::shared_ptr<const SuperelementGrid> grid_;

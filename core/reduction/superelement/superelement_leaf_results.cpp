@@ -74,38 +74,6 @@ LeafShape SuperelementLeaf::shape() {
   return shape;
 }
 
-MatrixXd SuperelementLeaf::shape_motion(const MatrixXd& T) {
-  if (grid_->nodes_per_line() > 1) return MatrixXd(0, T.cols());
-  const LeafShape leaf = shape();
-  const int n = grid_->along(), lines = leaf.points_along, own = (lines - 1) / n;
-  MatrixXd motion(3 * lines * leaf.points_across, T.cols());
-  for (int e = 0; e < n; ++e) {
-    const MatrixXd rates = node_rates(e, T);
-    for (int j = 0; j < leaf.points_across; ++j) {
-      const auto at = [&](int i) -> const Vector3d& {
-        return leaf.deflected[static_cast<std::size_t>(j * lines + e * own + i)];
-      };
-      std::array<MatrixXd, 2> shift, turn;  // of the ends of this row, and of the way between them
-      for (const int end : {0, 1}) {
-        const auto spin = rates.middleRows<3>(6 * end + 3);
-        const Vector3d arm = at(end * own) - nodes_[node_index(grid_->node(e, end))].position;
-        shift[end] = rates.middleRows<3>(6 * end) - hat(arm) * spin;
-        turn[end] = -hat(Vector3d(at(own) - at(0))) * spin;
-      }
-      double length = 0, s = 0;
-      for (int i = 0; i < own; ++i) length += (at(i + 1) - at(i)).norm();
-      for (int i = 0; i <= own; ++i) {
-        if (i > 0) s += (at(i) - at(i - 1)).norm() / length;
-        const double r = 1 - s;
-        motion.middleRows<3>(3 * (j * lines + e * own + i)) =
-            (1 + 2 * s) * r * r * shift[0] + s * s * (3 - 2 * s) * shift[1] + s * r * r * turn[0] -
-            s * s * r * turn[1];
-      }
-    }
-  }
-  return motion;
-}
-
 std::unique_ptr<LeafElement> SuperelementLeaf::full_model(const std::string& reason) {
   evaluate();
   LeafHold hold;

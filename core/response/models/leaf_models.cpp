@@ -7,14 +7,13 @@
 #include <map>
 #include <numbers>
 
-#include "core/elements/leaf/leaf_chain.hpp"
 #include "core/elements/plate/full_leaf.hpp"
-#include "core/elements/plate/full_model.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/equilibrium/system.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/joint.hpp"
 #include "core/reduction/atlas/tube_atlas.hpp"
+#include "core/reduction/superelement/leaf_chain.hpp"
 #include "core/reduction/superelement/modal_leaf.hpp"
 #include "core/reduction/superelement/superelement_leaf.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
@@ -268,13 +267,8 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
     std::vector<std::unique_ptr<LeafElement>> segments;
     for (int k = 0; k < n; ++k)
       segments.push_back(std::make_unique<ModalLeaf>(leaf_segment(leaf, k, n), modal, i));
-    leaves.push_back(std::make_unique<LeafChain>(
-        leaf, std::move(segments),
-        [leaf, shape = leaf_shape(leaf, model), i](LeafElement& chain, const EdgePoses& edges,
-                                                   const std::string& reason) {
-          return full_model_in_place(chain, {edges}, leaf, std::make_shared<PlateMesh>(shape), i,
-                                     reason);
-        }));
+    leaves.push_back(
+        std::make_unique<LeafChain>(leaf, std::move(segments), leaf_shape(leaf, model), i));
   }
   return leaves;
 }

@@ -2,7 +2,7 @@
 
 #include <Eigen/Dense>
 
-#include "core/elements/leaf/leaf_chain.hpp"
+#include "core/reduction/superelement/leaf_chain.hpp"
 #include "support/leaf_laws.hpp"
 #include "support/strokes.hpp"
 #include "support/synthetic_leaf.hpp"

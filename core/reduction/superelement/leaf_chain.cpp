@@ -1,11 +1,11 @@
-#include "core/elements/leaf/leaf_chain.hpp"
+#include "core/reduction/superelement/leaf_chain.hpp"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
 
-#include "core/elements/leaf/leaf_scale.hpp"
+#include "core/elements/plate/full_model.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 
@@ -21,10 +21,11 @@ LeafSpring leaf_segment(const LeafSpring& leaf, int i, int n) {
 }
 
 LeafChain::LeafChain(const LeafSpring& leaf, std::vector<std::unique_ptr<LeafElement>> segments,
-                     FullModel full_model)
+                     PlateShape shape, int index)
     : leaf_(leaf),
       segments_(std::move(segments)),
-      full_model_(std::move(full_model)),
+      shape_(std::move(shape)),
+      index_(index),
       unit_energy_(LeafScale(leaf).energy) {
   const int n = this->segments();
   assert(n >= 2 && !leaf.point);
@@ -128,34 +129,6 @@ void LeafChain::restore(const LeafState& state) {
   condensed_ = false;
 }
 
-// Rows in the order of shape(), columns over (inner lines, modes of the segments, edges).
-MatrixXd LeafChain::shape_motion(const std::vector<LeafDynamics>& parts, const MatrixXd& lines) {
-  const auto points = [](const LeafDynamics& part) { return part.shape_motion.rows() / 3; };
-  if (points(parts.front()) == 0) return MatrixXd(0, lines.cols());
-  if (points_across_ == 0) points_across_ = segments_.front()->shape().points_across;
-  const int n = segments(), across = points_across_;
-  const auto along = [&](int i) { return points(parts[i]) / across; };
-  Eigen::Index all_along = 1;
-  for (int i = 0; i < n; ++i) all_along += along(i) - 1;
-  MatrixXd motion = MatrixXd::Zero(3 * all_along * across, lines.cols());
-  Eigen::Index begin = 0;
-  for (int i = 0, o = unknowns(); i < n; ++i) {
-    const int k = static_cast<int>(parts[i].mode_frequencies.size());
-    const MatrixXd own = parts[i].shape_motion.leftCols(12) * edge_rows(i, lines);
-    const auto own_modes = parts[i].shape_motion.rightCols(k);
-    for (int j = 0; j < across; ++j)
-      for (Eigen::Index a = 0; a < along(i); ++a) {
-        auto rows = motion.middleRows<3>(3 * (j * all_along + begin + a));
-        const Eigen::Index from = 3 * (j * along(i) + a);
-        rows = own.middleRows<3>(from);
-        rows.middleCols(o, k) += own_modes.middleRows<3>(from);
-      }
-    begin += along(i) - 1;
-    o += k;
-  }
-  return motion;
-}
-
 namespace {
 
 // Modes between held edges, through the inverted pencil where K is positive definite: the lowest
@@ -187,7 +160,7 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   std::vector<LeafDynamics> parts;
   int own = 0, stations = 0;
   for (auto& segment : segments_) {
-    parts.push_back(segment->dynamics({std::max(1, (count + n - 1) / n), request.shapes}));
+    parts.push_back(segment->dynamics(std::max(1, (count + n - 1) / n)));
     own += static_cast<int>(parts.back().mode_frequencies.size());
     stations += static_cast<int>(parts.back().stations.rows());
   }
@@ -222,7 +195,6 @@ LeafDynamics LeafChain::dynamics(DynamicsRequest request) {
   LeafDynamics dynamics;
   dynamics.mass = R.transpose() * M * R;
   dynamics.stations = motion * R;
-  dynamics.shape_motion = shape_motion(parts, lines) * R;
   set_modes(dynamics, modes.omega2);
   return dynamics;
 }
@@ -246,13 +218,8 @@ LeafStress LeafChain::stress() {
 }
 
 std::unique_ptr<LeafElement> LeafChain::full_model(const std::string& reason) {
-  return full_model_(*this, {lines_.front(), lines_.back()}, reason);
-}
-
-Check LeafChain::check_rebuilt() const {
-  for (const auto& segment : segments_)
-    if (Check believed = segment->check_rebuilt(); !believed) return believed;
-  return {};
+  return full_model_in_place(*this, {{lines_.front(), lines_.back()}}, leaf_,
+                             std::make_shared<PlateMesh>(shape_), index_, reason);
 }
 
 LeafShape LeafChain::shape() {
