@@ -70,23 +70,22 @@ bool Superelement::find_frame(std::span<const NodePose> nodes) {
   }
   frame_.axes = nearest_rotation(mean);
   frame_.position = p - frame_.axes * X;
-  frame_.converged = false;
-  double previous = 1e300;
-  for (frame_.iterations = 0;; ++frame_.iterations) {
+  double previous = 1e300;  // size of the last step, lengths over that of the body
+  for (int step = 0;; ++step) {
     place(nodes);
     const Vector6d c = model_->frame_modes * q_;
     const Eigen::PartialPivLU<Matrix6d> lu(A_);
     const Vector6d d = lu.solve(c);
-    frame_.residual =
+    const double residual =
         std::max(d.head<3>().cwiseAbs().maxCoeff() / size_, d.tail<3>().cwiseAbs().maxCoeff());
-    const bool rounding = frame_.residual < rounding_floor && frame_.residual >= 0.3 * previous;
-    if (frame_.residual < frame_tolerance || rounding) {
+    const bool rounding = residual < rounding_floor && residual >= 0.3 * previous;
+    if (residual < frame_tolerance || rounding) {
       Z_ = lu.solve(PhiD_);
-      return frame_.converged = true;
+      return true;
     }
     // also when not a number
-    if (!(frame_.residual < 1e3) || frame_.iterations == max_frame_steps) return false;
-    previous = frame_.residual;
+    if (!(residual < 1e3) || step == max_frame_steps) return false;
+    previous = residual;
     frame_.position += frame_.axes * d.head<3>();
     frame_.axes = orthonormalised(frame_.axes * rotation_exp(d.tail<3>()));
   }

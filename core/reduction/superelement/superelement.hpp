@@ -25,17 +25,9 @@ struct SuperelementModel {
   double size() const;  ///< largest distance of two nodes [m]
 };
 
-/// Place of an interface node: position [m] and the axes of the body as the node carries them.
+/// Place of an interface node: position [m] and the axes of the body as the node carries them; or
+/// of the floating frame.
 struct NodePose {
-  Vector3d position;
-  Matrix3d axes;
-};
-
-/// Where the undeformed body fits the deformed one: Φ_CB q = 0.
-struct FloatingFrame {
-  bool converged = false;
-  int iterations = 0;
-  double residual = 0;  ///< size of the last Newton step (lengths / size of the body)
   Vector3d position = Vector3d::Zero();
   Matrix3d axes = Matrix3d::Identity();
 };
@@ -53,7 +45,8 @@ class Superelement {
   bool evaluate(std::span<const NodePose> nodes, const VectorXd* stress_coordinates = nullptr);
 
   const SuperelementModel& model() const { return *model_; }
-  const FloatingFrame& frame() const { return frame_; }
+  /// Where the undeformed body fits the deformed one: Φ_CB q = 0.
+  const NodePose& frame() const { return frame_; }
   /// Local coordinates q = (u, θ) of the nodes in the frame: u = Fᵀ(p − x) − X, θ = log(Fᵀ R).
   const VectorXd& local() const { return q_; }
   const MatrixXd& local_rate() const { return B_; }  ///< dq = B · (displacement, spin) of the nodes
@@ -72,7 +65,7 @@ class Superelement {
 
   const SuperelementModel* model_;
   double size_;
-  FloatingFrame frame_;
+  NodePose frame_;
   std::vector<Vector3d> place_;    ///< deformed places y in the frame
   std::vector<Matrix3d> to_rate_;  ///< J⁻¹(θ): dθ = J⁻¹ spin
   Eigen::Matrix<double, 6, Eigen::Dynamic> PhiD_, Z_;

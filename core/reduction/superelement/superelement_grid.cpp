@@ -149,7 +149,7 @@ Vector3d SuperelementGrid::place(const State& state, double along, double across
   Vector3d r(at.along, (at.across - 0.5) * p.mesh->shape().width, 0);
   for (const NodalWeight& w : point_weights(*p.mesh, at.along, at.across))
     r += w.weight * nodal[w.line].row(w.function).transpose();
-  const FloatingFrame& frame = *state.frames[at.element];
+  const NodePose& frame = *state.frames[at.element];
   return frame.position + frame.axes * (p.scale.length * r - p.frame_point);
 }
 

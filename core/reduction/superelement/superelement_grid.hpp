@@ -54,7 +54,7 @@ class SuperelementGrid {
   /// Local coordinates and frames of all superelements, in their order.
   struct State {
     std::vector<const VectorXd*> q;
-    std::vector<const FloatingFrame*> frames;
+    std::vector<const NodePose*> frames;
   };
   /// Nodal displacements of a superelement over its length, in its frame.
   std::vector<MatrixXd> displacements(const State& state, int element) const;

@@ -29,7 +29,7 @@ struct RealBody {
   }
 
   // Nodes at exp(t v) of the given ones.
-  Real energy(const std::vector<NodePose>& nodes, const FloatingFrame& near, const VectorXd& v,
+  Real energy(const std::vector<NodePose>& nodes, const NodePose& near, const VectorXd& v,
               Real t) const {
     const int m = static_cast<int>(nodes.size());
     std::vector<R3> p(m);
@@ -62,7 +62,7 @@ std::vector<NodePose> exact(std::vector<NodePose> nodes) {
 }
 
 VectorXd local_coordinates(const SuperelementModel& model, const std::vector<NodePose>& nodes,
-                           const FloatingFrame& frame) {
+                           const NodePose& frame) {
   VectorXd q(model.coordinates());
   for (std::size_t a = 0; a < nodes.size(); ++a)
     q.segment<6>(6 * static_cast<Eigen::Index>(a))
@@ -74,8 +74,8 @@ VectorXd local_coordinates(const SuperelementModel& model, const std::vector<Nod
 struct Derivatives {
   Real first, second;
 };
-Derivatives along(const RealBody& body, const std::vector<NodePose>& nodes,
-                  const FloatingFrame& frame, const VectorXd& v) {
+Derivatives along(const RealBody& body, const std::vector<NodePose>& nodes, const NodePose& frame,
+                  const VectorXd& v) {
   const Real h = 2e-3L;  // truncation h⁶, rounding 1e-19 / h²
   Real E[7];
   for (int k = -3; k <= 3; ++k) E[k + 3] = body.energy(nodes, frame, v, k * h);
