@@ -77,12 +77,14 @@ const MaterialNumber material_numbers[] = {
     {"ultimate_strength", "Pa", [](const Material& m) { return m.ultimate_strength; }, 1e6, 1e10},
     {"endurance_limit", "Pa", [](const Material& m) { return m.endurance_limit; }, 1e6, 1e10}};
 
-/// The number in the next unit with which it is usual.
+/// The number in another unit, in which it comes nearest to the middle of its range.
 std::optional<double> in_other_unit(double value, const MaterialNumber& usual) {
+  const auto off = [&](double x) { return std::abs(std::log(x * x / usual.least / usual.most)); };
+  std::optional<double> nearest;
   for (const double factor : {1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9, 1e12, 1e-12})
     if (const double other = value * factor; other >= usual.least && other <= usual.most)
-      return other;
-  return std::nullopt;
+      if (!nearest || off(other) < off(*nearest)) nearest = other;
+  return nearest;
 }
 
 /// Place in a design: a pointer into the job, or behind the name of its file.
@@ -95,32 +97,36 @@ std::string place_in(const DesignSource& source, const std::string& pointer) {
 /// Place of a key of the item with this name; that of the design where a copy or a part has it.
 template <class Items>
 std::string place_of_item(const DesignPlan& plan, const Items& items, const std::string& name,
-                          const char* key) {
+                          const std::string& key) {
   const auto item = std::ranges::find(items, name, &DesignItem::name);
   return item == items.end() ? "/design" : place_in(plan.source, item->pointer + key);
 }
 
 void look_at_units(Looked& at) {
-  const auto look = [&](const Material& material, const std::string& place,
+  const auto look = [&](const Material& material, const auto& place,
                         const std::vector<std::string>& of) {
     for (const MaterialNumber& number : material_numbers) {
       const std::optional<double> value = number.of(material);
       if (!value || (*value >= number.least && *value <= number.most)) continue;
       const auto other = in_other_unit(*value, number);
-      at.warn({place + number.key, with_unit(*value, number.unit),
+      at.warn({place(number.key), with_unit(*value, number.unit),
                fmt::format("stiff solids have {} to {}{}", with_unit(number.least, number.unit),
                            with_unit(number.most, number.unit),
                            other ? "; probably meant: " + with_unit(*other, number.unit) : ""),
                of});
     }
   };
-  look(at.job.design.material, "/design/material/", {});
+  const Material& own = at.job.design.material;
+  look(own, [](const std::string& key) { return "/design/material/" + key; }, {});
   const DesignPlan& plan = *at.family().plan;
   for (const LeafSpring& leaf : at.mechanism.leaves)
-    if (leaf.material.name != at.job.design.material.name ||
-        leaf.material.youngs_modulus != at.job.design.material.youngs_modulus ||
-        leaf.material.density != at.job.design.material.density)
-      look(leaf.material, place_of_item(plan, plan.leaves, leaf.name, "/material/"), {leaf.name});
+    if (leaf.material.youngs_modulus != own.youngs_modulus ||
+        leaf.material.density != own.density || leaf.material.yield_strength != own.yield_strength)
+      look(leaf.material,
+           [&](const std::string& key) {
+             return place_of_item(plan, plan.leaves, leaf.name, "/material/" + key);
+           },
+           {leaf.name});
 }
 
 void look_at_poissons_ratio(Looked& at) {
