@@ -149,8 +149,8 @@ void look_at_names(Looked& at, const DesignPlan& plan) {
 
 void look_at_names(Looked& at) { look_at_names(at, *at.family().plan); }
 
-/// A drive along what leaves hold. Several drives of one body prescribe its place, as of leaves
-/// that are mounted bent.
+/// A drive along what leaves hold, while other directions are free: not of a mount, which holds all
+/// of them. Several drives of one body prescribe its place, as of leaves that are mounted bent.
 void look_at_drives(Looked& at) {
   if (!at.job.request.loads.driven()) return;
   const DesignPlan& plan = *at.family().plan;
@@ -167,13 +167,13 @@ void look_at_drives(Looked& at) {
       turned.drives[0].direction = static_cast<Direction>(d);
       if (held_drives(turned).empty()) free.emplace_back(direction_names[d]);
     }
+    if (free.empty()) continue;
     at.warn({place_in(plan.source,
                       plan.named_drives ? fmt::format("/drives/{}", held.drive) : "/drive"),
              std::string(direction_names[static_cast<std::size_t>(index(drive.direction))]),
              fmt::format("held by {}, the mechanism does not guide this direction: its drive "
                          "stiffness is that of a support; free: {}",
-                         few_of(held.held_by),
-                         free.empty() ? "none" : fmt::format("{}", fmt::join(free, ", "))),
+                         few_of(held.held_by), fmt::join(free, ", ")),
              {}});
   }
 }

@@ -85,6 +85,12 @@ TEST_CASE("a drive along what the leaves hold names them and the free directions
   const std::string text = note_on_own(R"({"drive": {"direction": "ux"}})");
   CHECK_THAT(text, StartsWith("/design/mechanism/drive = ux: held by leaf, "));
   CHECK_THAT(text, EndsWith("free: uy, rx, rz."));
+  // a mount holds all directions, and is driven in one of them
+  json document = base_job("evaluate");
+  document["design"] = {
+      {"family", "hexapod"}, {"material", "stavax"}, {"parameters", json::object()}};
+  document.erase("model");
+  CHECK(parse_job(document).notes.empty());
 }
 
 TEST_CASE("strips that are far wider than long, and thin, are told to be notches") {
