@@ -164,13 +164,13 @@ def test_names_of_a_design_are_checked_when_it_is_made(guide, tmp_path):
     assert error.value.pointer == "/design/parameters/thicknes"
     with pytest.raises(flexopt.JobError, match="did you mean 'material'"):
         flexopt.design({**guide["design"], "materiel": "stavax"})
-    own = {"flexopt_design": 1, "parameters": {"reach": {"unit": "m"}}}
+    own = {"flexopt_design": 1, "parameters": {"overhang": {"unit": "m"}}}
     assert flexopt.design(own)["parameters"] == {}  # values may come later
     file = tmp_path / "own.json"
     file.write_text(json.dumps(own))
     for source in (own, file):
-        with pytest.raises(flexopt.JobError, match="did you mean 'reach'"):
-            flexopt.design(source, raech=0.1)
+        with pytest.raises(flexopt.JobError, match="did you mean 'overhang'"):
+            flexopt.design(source, overhnag=0.1)
 
 
 def test_derivatives_say_whose_they_are(guide):
