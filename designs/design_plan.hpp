@@ -161,7 +161,8 @@ struct DesignPlan {
   std::string name, summary, drawing;  ///< empty where the file does not say
   std::vector<int> mesh;               ///< elements along and across, or empty
   std::vector<Parameter> parameters;
-  ParameterValues examples;  ///< examples of parameters without default
+  ParameterValues examples;         ///< examples of parameters without default
+  std::vector<std::string> unused;  ///< pointers of parameters and lets that no formula uses
   std::vector<FamilyOption> options;
   std::vector<FormulaName> lets;  ///< in an order in which each needs earlier ones alone
   std::vector<DesignNumber> let_numbers;

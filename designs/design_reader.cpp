@@ -60,6 +60,10 @@ std::shared_ptr<const DesignPlan> PlanReader::read() {
   read_springs();
   read_parts();
   read_drives();
+  for (const Parameter& p : plan_.parameters)
+    if (!used_.contains(p.name)) plan_.unused.push_back("/parameters/" + p.name);
+  for (const FormulaName& let : plan_.lets)
+    if (!used_.contains(let.name)) plan_.unused.push_back("/let/" + let.name);
   return std::make_shared<const DesignPlan>(std::move(plan_));
 }
 
@@ -86,6 +90,11 @@ void PlanReader::check_name(const std::string& name, const Pointer& at) {
   if (is_formula_word(name)) refuse("it has a meaning of its own in formulas: another name");
   if (std::ranges::find(names_, name, &FormulaName::name) != names_.end())
     refuse("another parameter, \"let\" or index has this name");
+}
+
+std::shared_ptr<const Formula> PlanReader::used(Formula formula) {
+  used_.insert(formula.names().begin(), formula.names().end());
+  return std::make_shared<const Formula>(std::move(formula));
 }
 
 void PlanReader::read_parameter(const std::string& name, const json& from, const Pointer& at) {
@@ -195,7 +204,7 @@ void PlanReader::read_lets() {
       if (!has_names) text = compound_quantity(text).value_or(text);
       Formula formula(text, names_, at.to_string());
       if (formula.dimension()) unit = unit_of(*formula.dimension());
-      value.formula = std::make_shared<const Formula>(std::move(formula));
+      value.formula = used(std::move(formula));
     });
     plan_.lets.push_back({name, unit});
     plan_.let_numbers.push_back(std::move(value));
@@ -210,7 +219,7 @@ void PlanReader::read_rules() {
     const std::string that = from["that"], where = (at / "that").to_string();
     if (that.find_first_of("<>=") == std::string::npos)
       throw SpecError(where, shown(that), "a rule compares: \"spacing > 2*thickness\"");
-    plan_.rules.push_back({where, Formula(that, names_, where), from["else"]});
+    plan_.rules.push_back({where, *used(Formula(that, names_, where)), from["else"]});
   });
 }
 
@@ -290,7 +299,7 @@ DesignNumber PlanReader::number(const json& from, const std::string& unit, const
     }
     Formula formula(text, names_, at.to_string());
     formula.check_unit(unit);
-    result.formula = std::make_shared<const Formula>(std::move(formula));
+    result.formula = used(std::move(formula));
   });
   return result;
 }
@@ -328,7 +337,7 @@ DesignSize PlanReader::size(const json& from, const Pointer& at) {
     names.push_back({"s", "1"});
     Formula formula(from["profile"].get<std::string>(), names, where);
     formula.check_unit("m");
-    result.profile = std::make_shared<const Formula>(std::move(formula));
+    result.profile = used(std::move(formula));
   } else if (from.is_array()) {
     result.base = number(from[0], "m", at / 0);
     result.tip = number(from[1], "m", at / 1);

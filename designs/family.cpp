@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/math/dual.hpp"
+#include "core/mechanism/arc.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/spec/names.hpp"
 #include "designs/describe.hpp"
@@ -106,22 +107,33 @@ EndEffectorT<S> payload_of(const EndEffector& payload, const Seed& seed) {
   return result;
 }
 
-/// A leaf is thinner than long and wide.
-void check_thin(const Family& family, const ParameterValues& values, const FlatLeaf<double>& flat,
-                const LeafSpring& leaf) {
-  const bool wire = leaf.section == Section::circular;
-  const double smallest = wire ? leaf.length : std::min(leaf.length, leaf.width);
-  if (leaf.thickness < smallest) return;
-  const ItemSource& source = flat.source;
+/// The shorter of its length and its width; its length alone where it is a wire [m].
+double smaller_side(const FlatLeaf<double>& leaf) {
+  const Vector3d middle = leaf.fold.value_or(leaf.base_at);
+  const double legs = (middle - leaf.base_at).norm() + (leaf.tip_at - middle).norm(),
+               length = leaf.curve ? legs / sine_ratio<double>(0.5 * *leaf.curve) : legs;
+  return leaf.wire ? length : std::min(length, std::ranges::min(leaf.width.values));
+}
+
+/// A leaf is thinner than long and wide. A thickness in a wrong unit breaks rules of other sizes
+/// too, so that it is looked at before these.
+void check_thin(const Family& family, const ParameterValues& values, const FlatLeaf<double>& leaf) {
+  const double thickness = std::ranges::min(leaf.thickness.values), side = smaller_side(leaf);
+  if (thickness < side || side == 0) return;  // ends in one place are told as that
+  const ItemSource& source = leaf.source;
   const bool of_parameter = values.contains("thickness") && source.instance.empty() &&
                             source.source == &family.plan->source;  // which alone determines it
-  throw located(
-      source,
-      SpecError(of_parameter ? pointer_to("thickness") : source.pointer + "/thickness",
-                fmt::format("{:g} m", of_parameter ? values.at("thickness") : leaf.thickness),
-                fmt::format("a leaf is thinner than long and wide: thickness < {:g} m "
-                            "({})",
-                            smallest, leaf.name)));
+  const double given = of_parameter ? values.at("thickness") : thickness;
+  const std::string meant = thickness > 2 * side && thickness < 1000 * side
+                                ? fmt::format("; if {:g} mm is meant, it is {:g} or \"{:g} mm\"",
+                                              given, given / 1000, given)
+                                : "";
+  throw located(source,
+                SpecError(of_parameter ? pointer_to("thickness") : source.pointer + "/thickness",
+                          fmt::format("{:g} m", given),
+                          fmt::format("a leaf is thinner than long and wide: thickness < {:g} m "
+                                      "({}){}",
+                                      side, leaf.name, meant)));
 }
 
 /// The rule that a mechanism breaks, at the item whose name it begins with.
@@ -187,16 +199,17 @@ Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choic
       throw SpecError(pointer_to(count), fmt::format("{:g}", value),
                       "it says how many there are: a whole number");
   const auto plain = [](const std::string&, double x) { return x; };
+  FaultList faults;
   const FlatDesign<double> flat =
-      flatten(*plan, input_of<double>(*this, values, choices, material, plain));
+      flatten(*plan, input_of<double>(*this, values, choices, material, plain), faults);
+  for (const FlatLeaf<double>& leaf : flat.leaves) check_thin(*this, values, leaf);
+  faults.raise();
   if (flat.drives.size() != drives.items.size())
     throw located(plan->source,
                   SpecError("/drives",
                             fmt::format("{} of {} drives", flat.drives.size(), drives.items.size()),
                             "drives do not depend on options: the job's stroke names all of them"));
   Mechanism mechanism = mechanism_of(flat, material, payload);
-  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
-    check_thin(*this, values, flat.leaves[i], mechanism.leaves[i]);
   if (const Check kept = check_rules(mechanism); !kept)
     throw broken(*this, values, flat, kept.error());
   return mechanism;

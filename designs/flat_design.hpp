@@ -103,6 +103,9 @@ struct DesignInput {
 /// Throws SpecError with all that is wrong, each with its place.
 template <class S>
 FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input);
+/// The items that are sound; what is wrong is added to `faults`.
+template <class S>
+FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input, FaultList& faults);
 
 /// The mechanism of a flat design. Throws SpecError.
 template <class S>

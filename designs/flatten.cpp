@@ -324,14 +324,21 @@ template class Flattener<double>;
 template class Flattener<Dual1>;
 
 template <class S>
-FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input) {
+FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input, FaultList& faults) {
   FlatDesign<S> design;
-  FaultList faults;
   Flattener<S>(plan, input, {}, design, faults).run();
+  return design;
+}
+
+template <class S>
+FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input) {
+  FaultList faults;
+  FlatDesign<S> design = flatten(plan, input, faults);
   faults.raise();
   return design;
 }
 
+template FlatDesign<double> flatten(const DesignPlan&, const DesignInput<double>&, FaultList&);
 template FlatDesign<double> flatten(const DesignPlan&, const DesignInput<double>&);
 template FlatDesign<Dual1> flatten(const DesignPlan&, const DesignInput<Dual1>&);
 

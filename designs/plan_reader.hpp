@@ -1,6 +1,8 @@
 #pragma once
 // Private to design_reader.cpp and its companion design_items.cpp.
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -60,12 +62,15 @@ class PlanReader {
                       const nlohmann::json::json_pointer& at);
   DesignSize size(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
   void check_name(const std::string& name, const nlohmann::json::json_pointer& at);
+  /// The formula, whose names count as used.
+  std::shared_ptr<const Formula> used(Formula formula);
 
   FaultList& faults_;
   std::vector<std::string> within_;
   nlohmann::json read_;
   DesignPlan plan_;
   std::vector<FormulaName> names_;  ///< names of parameters and lets; then of the item's indices
+  std::set<std::string> used_;      ///< those of them that formulas use
 };
 
 template <class Read>

@@ -80,6 +80,17 @@ class Conditions {
     for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b) add_held(b);
   }
 
+  /// The stroke of a drive stays as it is.
+  void add(const Drive& drive) {
+    const int m = member(drive.name, drive.body, drive.other);
+    const Vector3d axis = drive.axes.col(index(drive.direction) % 3),
+                   place = mechanism_->bodies[drive.body].reference;
+    const auto motion = [&](int body) {
+      return is_rotation(drive.direction) ? rotation(axis) : displacement(body, place, axis);
+    };
+    add(m, motion(drive.body), -motion(drive.other));
+  }
+
   double length() const { return length_; }
   const std::vector<Member>& members() const { return members_; }
   const std::vector<Condition>& all() const { return conditions_; }
@@ -256,6 +267,35 @@ Mobility mobility(const Mechanism& mechanism) {
   for (const auto& sum : all.sums)
     result.redundant.push_back(redundancy(mechanism, conditions, sum));
   return result;
+}
+
+// One pass finds what each drive alone would: the independent conditions make any other in one way
+// only, which therefore has no other drive where leaves and joints suffice.
+std::vector<HeldDrive> held_drives(const Mechanism& mechanism) {
+  constexpr double nothing = 1e-6;
+  Mechanism holding = mechanism;
+  std::erase_if(holding.leaves, [](const LeafSpring& leaf) { return leaf.curve.has_value(); });
+  std::vector<HeldDrive> held;
+  if (holding.leaves.empty()) return held;
+  Conditions conditions(holding, holding.leaves);
+  const int first = static_cast<int>(conditions.all().size());  // condition of a drive
+  for (const Drive& drive : mechanism.drives) conditions.add(drive);
+  const DependentRows rows = dependent_rows(static_cast<int>(conditions.all().size()),
+                                            6 * static_cast<int>(mechanism.bodies.size()),
+                                            conditions.entries(ground), Mobility::tolerance);
+  for (const auto& sum : rows.sums) {
+    HeldDrive own{sum.back().first - first, {}};
+    bool alone = own.drive >= 0;
+    for (std::size_t i = 0; i + 1 < sum.size(); ++i) {
+      const auto& [k, factor] = sum[i];
+      if (std::abs(factor) <= nothing) continue;
+      alone &= k < first;
+      const std::string& name = conditions.members()[conditions.all()[k].member].name;
+      if (std::ranges::find(own.held_by, name) == own.held_by.end()) own.held_by.push_back(name);
+    }
+    if (alone) held.push_back(std::move(own));
+  }
+  return held;
 }
 
 }  // namespace flexopt

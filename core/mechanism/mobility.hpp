@@ -29,4 +29,14 @@ struct Mobility {
 
 Mobility mobility(const Mechanism& mechanism);
 
+/// A drive along which nothing moves unless leaves stretch or bend in their plane.
+struct HeldDrive {
+  int drive = 0;                     ///< among the mechanism's drives
+  std::vector<std::string> held_by;  ///< leaves and joints; "<body> (held)" for held directions
+};
+
+/// The drives whose condition is a combination of those of (K1). Springs and curved leaves,
+/// which are soft along their chord, hold nothing.
+std::vector<HeldDrive> held_drives(const Mechanism& mechanism);
+
 }  // namespace flexopt

@@ -2,18 +2,18 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
-#include "core/mechanism/body_inertia.hpp"
 #include "core/reduction/superelement/superelement_rule.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/found_design.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
+#include "optim/job/job_warnings.hpp"
 
 namespace flexopt {
 
@@ -50,13 +50,6 @@ void check_superelements(const Mechanism& mechanism, const ModelOptions& model, 
     }
 }
 
-/// Bodies of the design whose inertia no body has, as of those who think in a plane.
-void note_inertia(const Mechanism& mechanism, std::vector<std::string>& notes) {
-  for (const RigidBody& body : mechanism.bodies)
-    if (const auto fault = inertia_fault(body.inertia))
-      notes.push_back(fmt::format("Inertia of {}: {}; {}.", body.name, fault->value, fault->rule));
-}
-
 /// `mechanism`: null where the geometry is not known.
 std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, FaultList& faults) {
   std::vector<Probe> probes;
@@ -75,26 +68,6 @@ std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, Fau
       faults.add(at / "at", shown(read[i]["at"]) + " m", "no leaf is there when undeflected");
   }
   return probes;
-}
-
-void note_thick_leaves(const Mechanism& mechanism, std::vector<std::string>& notes) {
-  constexpr double thin = 0.1;  // share of the smaller side; plate theory's customary limit
-  std::map<std::string, std::vector<std::string>> said;  // of which leaves
-  for (const LeafSpring& leaf : mechanism.leaves) {
-    const double leg = leaf.fold ? std::min(leaf.fold->place, 1 - leaf.fold->place) : 1,
-                 side = std::min(leg * leaf.length, leaf.width);
-    if (leaf.section != Section::circular && leaf.thickness > thin * side)
-      said[fmt::format("{:.2g} times as thick as its smaller side; plate theory wants at most {:g}",
-                       leaf.thickness / side, thin)]
-          .push_back(leaf.name);
-    if (leaf.curve && leaf.thickness * std::abs(*leaf.curve) > thin * leaf.length)
-      said[fmt::format("{:.2g} times as thick as its radius; thin shells want at most {:g}",
-                       leaf.thickness * std::abs(*leaf.curve) / leaf.length, thin)]
-          .push_back(leaf.name);
-  }
-  for (const auto& [text, leaves] : said)
-    notes.push_back(
-        fmt::format("{} {} {}.", few_of(leaves), leaves.size() == 1 ? "is" : "are each", text));
 }
 
 /// Reads a job from its document. Each part is read as far as what it depends on is sound.
@@ -124,7 +97,8 @@ class JobReader {
   FaultList& faults_;
   const std::string& folder_;
   std::shared_ptr<const Family> source_;
-  const Family* family_;  ///< the family of source_
+  const Family* family_;                ///< the family of source_
+  std::optional<Mechanism> mechanism_;  ///< at the job's own parameters, where these make one
   json read_;
   Job job_;
 };
@@ -139,8 +113,8 @@ Job JobReader::read() {
     read_["model"]["mesh"] = family_->mesh;
   head_table().read(read_, job_);
   if (read_.contains("design"))
-    job_.design = read_design(read_["design"], document_["design"], source_, faults_, job_.notes);
-  job_.end_effector = read_end_effector(read_["end_effector"], faults_, job_.notes);
+    job_.design = read_design(read_["design"], document_["design"], source_, faults_);
+  job_.end_effector = read_end_effector(read_["end_effector"], faults_);
   const ModelChoice choice = read_model(read_["model"], Pointer("/model"), faults_);
   job_.model = choice.model;
   job_.accuracy = choice.accuracy;
@@ -153,14 +127,16 @@ Job JobReader::read() {
   read_mechanism();
   check_sections();
   if (family_) read_sections();
-  if (family_ && faults_.faults().empty()) write_whole_design(read_["design"], folder_);
+  if (mechanism_ && faults_.faults().empty()) {
+    std::ranges::move(warnings_of(job_, *mechanism_, document_), std::back_inserter(job_.notes));
+    write_whole_design(read_["design"], folder_);
+  }
   job_.as_read = std::make_shared<const json>(std::move(read_));
   return std::move(job_);
 }
 
 /// What needs the geometry.
 void JobReader::read_mechanism() {
-  std::optional<Mechanism> mechanism;
   if (family_ && is_geometry_sound(*family_, faults_)) {
     const Pointer flexure("/model/flexure");  // wires are beams by default
     if (!document_.contains(flexure) && read_.contains(flexure) &&
@@ -170,31 +146,29 @@ void JobReader::read_mechanism() {
     }
     if (sound("/design/material") && sound("/model/flexure"))
       faults_.attempt([&] { check_leaf_model(job_.design, job_.model, Pointer("/model")); });
-    faults_.attempt([&] { mechanism = make_mechanism(job_, job_.design.parameters); });
-    if (mechanism) {
-      note_inertia(*mechanism, job_.notes);
-      find_loaded_bodies(read_["loads"], *mechanism, faults_, job_.request.loads.constant);
-      read_surroundings(read_, *mechanism, job_.model, faults_, job_.request.loads, job_.notes);
-      read_stress_rules(read_, *mechanism, faults_, job_.request);
-      read_dynamics(read_, *mechanism, job_.model, faults_, job_.request);
-      read_load_capacity(read_, *mechanism, faults_, job_.request);
+    faults_.attempt([&] { mechanism_ = make_mechanism(job_, job_.design.parameters); });
+    if (mechanism_) {
+      find_loaded_bodies(read_["loads"], *mechanism_, faults_, job_.request.loads.constant);
+      read_surroundings(read_, *mechanism_, job_.model, faults_, job_.request.loads, job_.notes);
+      read_stress_rules(read_, *mechanism_, faults_, job_.request);
+      read_dynamics(read_, *mechanism_, job_.model, faults_, job_.request);
+      read_load_capacity(read_, *mechanism_, faults_, job_.request);
       if (read_.contains("assembly_tolerances") && faults_.sound("/assembly_tolerances"))
         job_.assembly_tolerances =
-            read_assembly_tolerances(read_["assembly_tolerances"], *mechanism,
+            read_assembly_tolerances(read_["assembly_tolerances"], *mechanism_,
                                      job_.kind == JobKind::optimise && names_the_box(read_),
                                      GoalContext(*family_, job_, cases_, {}, faults_));
     }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
-  if (mechanism && has_fold(*mechanism) &&
+  if (mechanism_ && has_fold(*mechanism_) &&
       (job_.model.accuracy == Accuracy::reduced || job_.model.flexure == Flexure::beam))
     job_.notes.push_back("Leaves with an elastic fold are evaluated in full, as plates.");
-  if (mechanism && job_.model.flexure == Flexure::plate) note_thick_leaves(*mechanism, job_.notes);
   if (job_.model.flexure == Flexure::plate && job_.model.warping == Warping::free)
     job_.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");
-  if (mechanism && sound("/model"))
-    faults_.attempt([&] { check_superelements(*mechanism, job_.model, read_["model"]); });
-  job_.request.probes = read_probes(read_["probes"], mechanism ? &*mechanism : nullptr, faults_);
+  if (mechanism_ && sound("/model"))
+    faults_.attempt([&] { check_superelements(*mechanism_, job_.model, read_["model"]); });
+  job_.request.probes = read_probes(read_["probes"], mechanism_ ? &*mechanism_ : nullptr, faults_);
 }
 
 /// What does not go with the kind of the job.
@@ -300,6 +274,17 @@ Job parse_job_in(const std::string& folder, const json& document) {
   Job job = read_document(document, folder, faults);
   faults.raise();
   return job;
+}
+
+void check_names(const json& design) {
+  const json document{{"design", design}};
+  FaultList faults, wrong;
+  const std::shared_ptr<const Family> family = design_source(document, "", faults);
+  faults.raise();
+  (void)read_value(job_shape(family.get()), document, Pointer(), faults);
+  for (const Fault& fault : faults.faults())
+    if (fault.of_key || fault.pointer == "/design/family") wrong.add(fault);
+  wrong.raise();
 }
 
 Job read_job(const std::string& file, const std::vector<std::string>& overrides) {

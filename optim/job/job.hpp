@@ -294,6 +294,9 @@ struct Job {
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
 /// Reads and checks a job from a parsed document. Throws SpecError with all that is wrong.
 Job parse_job(const nlohmann::json& document);
+/// Checks the names alone of the part "design" of a job, whose values may be missing. Throws
+/// SpecError.
+void check_names(const nlohmann::json& design);
 
 /// The load cases of a job: its own, or the one without a name.
 std::vector<JobCase> cases_of(const Job& job);

@@ -24,8 +24,7 @@ namespace {
 const Pointer parameters_at("/design/parameters");
 
 /// `written` is what stands in the job; the material must have passed its table.
-Material read_material(json& read, const json& written, FaultList& faults,
-                       std::vector<std::string>& notes) {
+Material read_material(json& read, const json& written, FaultList& faults) {
   const Pointer at("/design/material");
   Material material;
   const bool nu = written.contains("poissons_ratio"), shear = written.contains("shear_modulus");
@@ -34,9 +33,6 @@ Material read_material(json& read, const json& written, FaultList& faults,
                "give poissons_ratio or shear_modulus, one of the two");
   if (!faults.sound(at)) return material;
   if (!faults.attempt([&] { material = material_of(read, at, true); })) return material;
-  if (read.is_object() && (material.poissons_ratio < 0.2 || material.poissons_ratio > 0.4))
-    notes.push_back(fmt::format("The material's Poisson's ratio {}is {:g}; metals have 0.2 to 0.4.",
-                                shear ? "E/(2G) - 1 " : "", material.poissons_ratio));
   read = written_material(material, true);
   return material;
 }
@@ -197,7 +193,7 @@ bool is_geometry_sound(const Family& family, const FaultList& faults) {
 }
 
 DesignSpec read_design(json& read, const json& written, const std::shared_ptr<const Family>& family,
-                       FaultList& faults, std::vector<std::string>& notes) {
+                       FaultList& faults) {
   DesignSpec design;
   if (family) design.family = family->name;
   if (family && read.contains("parameters")) read_parameters(read, *family, faults, design);
@@ -208,7 +204,7 @@ DesignSpec read_design(json& read, const json& written, const std::shared_ptr<co
           std::make_shared<const ParametricDesign>(family, design.choices, design.expressions);
     });
   if (written.contains("material"))
-    design.material = read_material(read["material"], written["material"], faults, notes);
+    design.material = read_material(read["material"], written["material"], faults);
   if (!faults.sound("/design/material"))
     design.material = materials().front().material;  // any will do to look at the geometry
   return design;

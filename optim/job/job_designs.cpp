@@ -71,6 +71,10 @@ json document_of_design(const json& document, std::size_t k, const std::string& 
   return one;
 }
 
+bool shares_material(const json& document, std::size_t k) {
+  return !document["designs"][k].contains("material") && document.contains("material");
+}
+
 /// Pointer in the document of the job for a pointer in the document of one design.
 std::string place_in_list(const std::string& pointer, std::size_t k, bool shared_material) {
   const auto moved = [&](const std::string& from, const std::string& to) -> std::string {
@@ -187,7 +191,7 @@ Job read_listed_designs(
   for (std::size_t k = 0; k < list.size(); ++k) {
     FaultList own;
     jobs.push_back(read_one(document_of_design(document, k, labels[k]), own));
-    const bool shared_material = !list[k].contains("material") && document.contains("material");
+    const bool shared_material = shares_material(document, k);
     for (Fault fault : own.faults()) {
       if (fault.source.empty()) fault.pointer = place_in_list(fault.pointer, k, shared_material);
       found.push_back({std::move(fault), k});
@@ -200,8 +204,9 @@ Job read_listed_designs(
   job.notes.clear();
   std::set<std::string> folders;
   for (std::size_t k = 0; k < jobs.size(); ++k) {
-    for (const std::string& note : jobs[k].notes) {
-      const std::string text = labels[k] + ": " + note;
+    const bool shared_material = shares_material(document, k);
+    for (const std::string& note : jobs[k].notes) {  // one of a warning begins with its pointer
+      const std::string text = labels[k] + ": " + place_in_list(note, k, shared_material);
       job.notes.push_back(text);
     }
     jobs[k].expect.clear();

@@ -201,16 +201,13 @@ int find_leaf(const Mechanism& mechanism, const std::string& name, const Pointer
   return static_cast<int>(found - known.begin());
 }
 
-EndEffector read_end_effector(const json& read, FaultList& faults,
-                              std::vector<std::string>& notes) {
+EndEffector read_end_effector(const json& read, FaultList& faults) {
   EndEffector body = end_effector_table().read(read);
   if (!faults.attempt([&] { check_inertia(body.inertia); })) {
     body.inertia.setZero();
     return body;
   }
   body.inertia = (0.5 * (body.inertia + body.inertia.transpose())).eval();  // to rounding
-  if (faults.sound("/end_effector") && body.mass > 0 && body.inertia.isZero(0))
-    notes.push_back("The end-effector has mass but no inertia: it is a point mass.");
   return body;
 }
 

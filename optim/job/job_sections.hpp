@@ -153,8 +153,7 @@ bool is_geometry_sound(const Family& family, const FaultList& faults);
 
 /// Reads the design of a job. Without a family, the material alone.
 DesignSpec read_design(nlohmann::json& read, const nlohmann::json& written,
-                       const std::shared_ptr<const Family>& family, FaultList& faults,
-                       std::vector<std::string>& notes);
+                       const std::shared_ptr<const Family>& family, FaultList& faults);
 
 // A job that lists several designs: as many jobs of one design each, which share all else.
 
@@ -173,8 +172,7 @@ Job parse_job_in(const std::string& folder, const nlohmann::json& document);
 
 // What acts on the mechanism of a job: the end-effector's body, the stroke, loads.
 
-EndEffector read_end_effector(const nlohmann::json& read, FaultList& faults,
-                              std::vector<std::string>& notes);
+EndEffector read_end_effector(const nlohmann::json& read, FaultList& faults);
 
 /// Adds to `request`, which holds what stands at the head of the job.
 void read_request(nlohmann::json& read, const nlohmann::json& as_written, const Family* family,

@@ -11,6 +11,7 @@
 #include "designs/describe.hpp"
 #include "designs/family.hpp"
 #include "optim/job/found_design.hpp"
+#include "optim/job/job_warnings.hpp"
 #include "optim/problem/check_gradients.hpp"
 #include "optim/studies/comparison.hpp"
 #include "results/cli/new_job.hpp"
@@ -61,8 +62,17 @@ int validate_design(const CommandLine& line) {
   const auto design = read_family_file(line.job);
   ParameterValues values;
   const std::string without = take_defaults(*design, values);
-  if (without.empty())
-    (void)design->make(values, default_choices(*design), materials().front().material, {});
+  Job job;
+  job.design = {.family = design->name,
+                .parameters = values,
+                .choices = default_choices(*design),
+                .material = materials().front().material};
+  job.design.resolved =
+      std::make_shared<const ParametricDesign>(design, job.design.choices, job.design.expressions);
+  Mechanism mechanism;
+  if (without.empty()) mechanism = make_mechanism(job, values);
+  for (const std::string& warning : warnings_of(job, mechanism, nullptr))
+    fmt::print("note: {}\n", warning);
   fmt::print("{}: a valid design ({}, {} parameters)\n", line.job, design->name,
              design->parameters.size());
   if (!without.empty())

@@ -279,6 +279,8 @@ PYBIND11_MODULE(_core, m) {
       names.push_back(option.name);
     return names;
   });
+  m.def("check_names",
+        [](const py::dict& design) { check_names(json_within(design, "/design", 0)); });
   add_job(m);
   add_run(m);
   add_problem(m);

@@ -92,8 +92,8 @@ def design(source: str | os.PathLike[str] | Mapping[str, Any], **parameters: Any
     """A mechanism: the name of a family, a design file, or a design (or a job's) as a dict.
 
     ``parameters``: numbers in SI units or texts with a unit, ``"0.5 mm"``; ``material`` is the name
-    of one or a dict, and the family's options go here too. All is checked when the design is
-    evaluated.
+    of one or a dict, and the family's options go here too. Raises ``JobError`` for a name that the
+    mechanism does not have; values are checked when the design is evaluated.
     """
     if isinstance(source, Mapping):
         made = Design(source)
@@ -107,6 +107,8 @@ def design(source: str | os.PathLike[str] | Mapping[str, Any], **parameters: Any
     made["parameters"] = dict(made.get("parameters", {}))
     for name, value in parameters.items():
         (made if name in ("material", *options) else made["parameters"])[name] = value
+    if not {"family", "file", "mechanism"}.isdisjoint(made):
+        _core.check_names(made)
     return made
 
 

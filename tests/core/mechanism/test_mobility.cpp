@@ -1,6 +1,7 @@
 // Degrees of freedom and overconstraints that are known on paper.
 #include "core/mechanism/mobility.hpp"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
 #include "support/models.hpp"
@@ -298,4 +299,36 @@ TEST_CASE("a leaf in three parts with links between them counts as one") {
     CHECK(mobility(m).redundant[k].text == mobility(whole).redundant[k].text);
   m.bodies[1].mass = 0.01;  // a body of its own
   CHECK(mobility(m).degrees_of_freedom == mobility(whole).degrees_of_freedom + 3);
+}
+
+TEST_CASE("a drive is held where leaves would have to stretch, and free where they bend") {
+  Mechanism m = named_guide();
+  const auto held = [&](Direction direction) {
+    m.drives = {{.name = "drive", .body = 0, .direction = direction}};
+    return held_drives(m);
+  };
+  for (const Direction d :
+       {Direction::ux, Direction::uz, Direction::rx, Direction::ry, Direction::rz}) {
+    REQUIRE(held(d).size() == 1);
+    CHECK(held(d)[0].drive == 0);
+  }
+  CHECK(held(Direction::uy).empty());
+  CHECK(held(Direction::rx)[0].held_by == std::vector<std::string>{"leaf +y", "leaf -y"});
+  // axes of its own: oblique ones are free in part
+  m.drives = {{.name = "drive", .body = 0, .direction = Direction::ux}};
+  m.drives[0].axes = Eigen::AngleAxisd(0.3, Vector3d::UnitZ()).toRotationMatrix();
+  CHECK(held_drives(m).empty());
+  // an arc gives way along its chord
+  for (LeafSpring& leaf : m.leaves) leaf.curve = 0.5;
+  CHECK(held(Direction::ux).empty());
+}
+
+TEST_CASE("a drive between two bodies is held by what is between them") {
+  Mechanism m = double_parallelogram();
+  m.drives = {{.name = "along", .body = 0, .other = 1, .direction = Direction::ux},
+              {.name = "across", .body = 0, .other = 1, .direction = Direction::uy}};
+  const auto held = held_drives(m);
+  REQUIRE(held.size() == 1);
+  CHECK(held[0].drive == 0);
+  for (const std::string& name : held[0].held_by) CHECK(name.starts_with("inner"));
 }

@@ -253,7 +253,7 @@ TEST_CASE("odd but allowed input leaves a note") {
           "leaves": [{"name": "leaf", "base": {"body": "ground", "at": [0, 0, 0]},
                       "tip": {"body": "end_effector", "at": [0.08, 0, 0]},
                       "across": [0, 0, 1], "width": 0.02, "thickness": 3e-4}]}}})"),
-             Contains("Inertia of end_effector: principal values 0, 0, 1 kg m^2"));
+             Contains("/design/mechanism/bodies/0/inertia = principal values 0, 0, 1 kg m^2"));
 }
 
 TEST_CASE("mechanisms of wires alone are beams where the job does not say") {

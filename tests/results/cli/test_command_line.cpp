@@ -126,9 +126,11 @@ TEST_CASE("A wrong command line exits 2 and says why") {
   CHECK(folder.json("leaf.json") == test::leaf_job());
   CHECK_THAT(folder.run("designs no_such_family").err, Contains("parallel_guide"));
   CHECK_THAT(folder.run("vaildate leaf.json").err, Contains("did you mean 'validate'"));
+  CHECK_THAT(folder.run("run leaf.json --sett /stroke/to=1").err, Contains("did you mean '--set'"));
   CHECK_THAT(folder.run("check-gradients leaf.json --tolerance -1").err, Contains("--tolerance"));
   folder.put("stage.json", test::cantilever().dump());
   CHECK_THAT(folder.run("run stage.json").err, Contains("it is a design file"));
+  CHECK_THAT(folder.run("validate stage.json").out, Contains("/parameters/count: no formula"));
 }
 
 TEST_CASE("A stream that takes no text ends no run, and one may bring the job") {

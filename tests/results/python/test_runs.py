@@ -158,6 +158,21 @@ def test_a_design_as_a_dict_is_a_design(guide):
         flexopt.design("paralel_guide")
 
 
+def test_names_of_a_design_are_checked_when_it_is_made(guide, tmp_path):
+    with pytest.raises(flexopt.JobError, match="did you mean 'thickness'") as error:
+        flexopt.design("parallel_guide", thicknes="0.5 mm")
+    assert error.value.pointer == "/design/parameters/thicknes"
+    with pytest.raises(flexopt.JobError, match="did you mean 'material'"):
+        flexopt.design({**guide["design"], "materiel": "stavax"})
+    own = {"flexopt_design": 1, "parameters": {"overhang": {"unit": "m"}}}
+    assert flexopt.design(own)["parameters"] == {}  # values may come later
+    file = tmp_path / "own.json"
+    file.write_text(json.dumps(own))
+    for source in (own, file):
+        with pytest.raises(flexopt.JobError, match="did you mean 'overhang'"):
+            flexopt.design(source, overhnag=0.1)
+
+
 def test_derivatives_say_whose_they_are(guide):
     for named in ("thickness", ["thickness"], {"thickness"}, np.array(["thickness"])):
         r = flexopt.evaluate(guide, gradients=named)

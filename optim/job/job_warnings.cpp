@@ -1,0 +1,288 @@
+#include "optim/job/job_warnings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "core/mechanism/body_inertia.hpp"
+#include "core/mechanism/mobility.hpp"
+#include "designs/design_plan.hpp"
+#include "optim/job/job_sections.hpp"
+
+namespace flexopt {
+
+using nlohmann::json;
+using Pointer = json::json_pointer;
+
+namespace {
+
+struct Warning {
+  std::string pointer;          ///< JSON pointer, behind the file where it is not one of the job
+  std::string value;            ///< what stands there, with its unit; empty: nothing to show
+  std::string meant;            ///< why it is odd, and what is probably meant
+  std::vector<std::string> of;  ///< leaves or bodies that it is about; none: it says so itself
+};
+
+/// What the rules look at, and what they find.
+struct Looked {
+  const Job& job;
+  const Mechanism& mechanism;
+  const json& written;
+  std::vector<Warning> found = {};
+
+  const Family& family() const { return job.design.resolved->family(); }
+  bool says(const char* pointer) const { return written.contains(Pointer(pointer)); }
+  /// One warning for all that it is about.
+  void warn(Warning warning) {
+    const auto same = std::ranges::find_if(found, [&](const Warning& other) {
+      return std::tie(other.pointer, other.value, other.meant) ==
+             std::tie(warning.pointer, warning.value, warning.meant);
+    });
+    if (same == found.end())
+      found.push_back(std::move(warning));
+    else
+      same->of.insert(same->of.end(), warning.of.begin(), warning.of.end());
+  }
+};
+
+/// "210 GPa", "7800 kg/m^3".
+std::string with_unit(double value, const std::string& unit) {
+  if (unit == "1") return fmt::format("{:g}", value);
+  if (unit == "m") return fmt::format("{:.4g} mm", 1000 * value);
+  if (unit == "Pa")
+    for (const auto& [size, prefix] : {std::pair{1e9, "G"}, {1e6, "M"}, {1e3, "k"}})
+      if (std::abs(value) >= size) return fmt::format("{:g} {}Pa", value / size, prefix);
+  return fmt::format("{:g} {}", value, unit);
+}
+
+/// A number of a material, and its range in solids that springs are made of: from soft plastics to
+/// diamond, from light wood to osmium, from plastics that creep to whiskers.
+struct MaterialNumber {
+  const char *key, *unit;
+  std::optional<double> (*of)(const Material&);
+  double least, most;
+};
+
+const MaterialNumber material_numbers[] = {
+    {"youngs_modulus", "Pa", [](const Material& m) { return std::optional(m.youngs_modulus); },
+     0.3e9, 1.3e12},
+    {"density", "kg/m^3", [](const Material& m) { return std::optional(m.density); }, 100, 23e3},
+    {"allowable_stress", "Pa", [](const Material& m) { return m.allowable_stress; }, 1e6, 1e10},
+    {"yield_strength", "Pa", [](const Material& m) { return m.yield_strength; }, 1e6, 1e10},
+    {"ultimate_strength", "Pa", [](const Material& m) { return m.ultimate_strength; }, 1e6, 1e10},
+    {"endurance_limit", "Pa", [](const Material& m) { return m.endurance_limit; }, 1e6, 1e10}};
+
+/// The number in another unit, in which it comes nearest to the middle of its range.
+std::optional<double> in_other_unit(double value, const MaterialNumber& usual) {
+  const auto off = [&](double x) { return std::abs(std::log(x * x / usual.least / usual.most)); };
+  std::optional<double> nearest;
+  for (const double factor : {1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9, 1e12, 1e-12})
+    if (const double other = value * factor; other >= usual.least && other <= usual.most)
+      if (!nearest || off(other) < off(*nearest)) nearest = other;
+  return nearest;
+}
+
+/// Place in a design: a pointer into the job, or behind the name of its file.
+std::string place_in(const DesignSource& source, const std::string& pointer) {
+  if (source.kind == DesignSource::Kind::library) return "/design/family";
+  return (source.kind == DesignSource::Kind::job ? source.lead : source.text.origin + ": ") +
+         pointer;
+}
+
+/// Place of a key of the item with this name; that of the design where a copy or a part has it.
+template <class Items>
+std::string place_of_item(const DesignPlan& plan, const Items& items, const std::string& name,
+                          const std::string& key) {
+  const auto item = std::ranges::find(items, name, &DesignItem::name);
+  return item == items.end() ? "/design" : place_in(plan.source, item->pointer + key);
+}
+
+void look_at_units(Looked& at) {
+  const auto look = [&](const Material& material, const auto& place,
+                        const std::vector<std::string>& of) {
+    for (const MaterialNumber& number : material_numbers) {
+      const std::optional<double> value = number.of(material);
+      if (!value || (*value >= number.least && *value <= number.most)) continue;
+      const auto other = in_other_unit(*value, number);
+      at.warn({place(number.key), with_unit(*value, number.unit),
+               fmt::format("stiff solids have {} to {}{}", with_unit(number.least, number.unit),
+                           with_unit(number.most, number.unit),
+                           other ? "; probably meant: " + with_unit(*other, number.unit) : ""),
+               of});
+    }
+  };
+  const Material& own = at.job.design.material;
+  look(own, [](const std::string& key) { return "/design/material/" + key; }, {});
+  const DesignPlan& plan = *at.family().plan;
+  for (const LeafSpring& leaf : at.mechanism.leaves)
+    if (leaf.material.youngs_modulus != own.youngs_modulus ||
+        leaf.material.density != own.density || leaf.material.yield_strength != own.yield_strength)
+      look(leaf.material,
+           [&](const std::string& key) {
+             return place_of_item(plan, plan.leaves, leaf.name, "/material/" + key);
+           },
+           {leaf.name});
+}
+
+void look_at_poissons_ratio(Looked& at) {
+  const double ratio = at.job.design.material.poissons_ratio;
+  if (!at.says("/design/material/youngs_modulus") || (ratio >= 0.2 && ratio <= 0.4)) return;
+  const bool shear = at.says("/design/material/shear_modulus");
+  at.warn({shear ? "/design/material/shear_modulus" : "/design/material/poissons_ratio",
+           shear ? with_unit(at.job.design.material.shear_modulus(), "Pa") : with_unit(ratio, "1"),
+           fmt::format("Poisson's ratio {}is {:g}; metals have 0.2 to 0.4",
+                       shear ? "E/(2G) - 1 " : "", ratio),
+           {}});
+}
+
+void look_at_names(Looked& at, const DesignPlan& plan) {
+  if (plan.source.kind != DesignSource::Kind::library)
+    for (const std::string& name : plan.unused)
+      at.warn({place_in(plan.source, name), "", "no formula of the design uses it", {}});
+  for (const PartItem& part : plan.parts) look_at_names(at, *part.design);
+}
+
+void look_at_names(Looked& at) { look_at_names(at, *at.family().plan); }
+
+/// A drive along what leaves hold, while other directions are free: not of a mount, which holds all
+/// of them. Several drives of one body prescribe its place, as of leaves that are mounted bent.
+void look_at_drives(Looked& at) {
+  if (!at.job.request.loads.driven()) return;
+  const DesignPlan& plan = *at.family().plan;
+  for (const HeldDrive& held : held_drives(at.mechanism)) {
+    const Drive& drive = at.mechanism.drives[static_cast<std::size_t>(held.drive)];
+    if (std::ranges::count_if(at.mechanism.drives, [&](const Drive& other) {
+          return std::pair(other.body, other.other) == std::pair(drive.body, drive.other);
+        }) > 1)
+      continue;
+    std::vector<std::string> free;
+    Mechanism turned = at.mechanism;
+    turned.drives = {drive};
+    for (std::size_t d = 0; d < direction_names.size(); ++d) {
+      turned.drives[0].direction = static_cast<Direction>(d);
+      if (held_drives(turned).empty()) free.emplace_back(direction_names[d]);
+    }
+    if (free.empty()) continue;
+    at.warn({place_in(plan.source,
+                      plan.named_drives ? fmt::format("/drives/{}", held.drive) : "/drive"),
+             std::string(direction_names[static_cast<std::size_t>(index(drive.direction))]),
+             fmt::format("held by {}, the mechanism does not guide this direction: its drive "
+                         "stiffness is that of a support; free: {}",
+                         few_of(held.held_by), fmt::join(free, ", ")),
+             {}});
+  }
+}
+
+/// The parameter that alone has this value.
+std::string place_of_size(const Looked& at, double size) {
+  std::string place;
+  for (const auto& [name, value] : at.job.design.parameters)
+    if (std::abs(value - size) <= 1e-12 * size)
+      place = place.empty() ? "/design/parameters/" + name : "/design/parameters";
+  return place.empty() ? "/design" : place;
+}
+
+void look_at_thick_leaves(Looked& at) {
+  constexpr double thin = 0.1;  // share of the smaller side; plate theory's customary limit
+  if (at.job.model.flexure != Flexure::plate) return;
+  for (const LeafSpring& leaf : at.mechanism.leaves) {
+    const std::string place = place_of_size(at, leaf.thickness);
+    const double leg = leaf.fold ? std::min(leaf.fold->place, 1 - leaf.fold->place) : 1,
+                 side = std::min(leg * leaf.length, leaf.width);
+    const auto warn = [&](double share, const char* of) {
+      if (share > thin)
+        at.warn({place,
+                 with_unit(leaf.thickness, "m"),
+                 fmt::format("{:.2g} of {} at most {:g}", share, of, thin),
+                 {leaf.name}});
+    };
+    if (leaf.section != Section::circular)
+      warn(leaf.thickness / side, "the smaller side; plate theory wants");
+    if (leaf.curve)
+      warn(leaf.thickness * std::abs(*leaf.curve) / leaf.length, "the radius; thin shells want");
+  }
+}
+
+/// Strips that are far wider than long. Their clamps hold the twist, with the stiffness of clamped
+/// warping E w³t³/(12 (1 − ν²) L³) over that of Saint-Venant's torsion, G w t³/(3 L).
+void look_at_strips(Looked& at) {
+  constexpr double wide = 5, thin = 1000;  // w/L and w²/(L t) of what nobody guides with
+  for (const LeafSpring& leaf : at.mechanism.leaves) {
+    const double ratio = leaf.width / leaf.length, shape = ratio * leaf.width / leaf.thickness;
+    if (ratio <= wide || shape <= thin || leaf.has_profile() || leaf.curve || leaf.fold) continue;
+    at.warn({place_of_size(at, leaf.width),
+             with_unit(leaf.width, "m"),
+             fmt::format("{:.2g} times the length, w^2/(L t) = {:.3g}: the clamps hold the twist, "
+                         "{:.2g} times as stiff as by Saint-Venant, and the anticlastic bending{}; "
+                         "the strip turns about its width alone, as a notch does; to guide or to "
+                         "twist it wants more length, or length and width are exchanged",
+                         ratio, shape, ratio * ratio / (2 * (1 - leaf.material.poissons_ratio)),
+                         at.job.model.flexure == Flexure::beam ? ", which beams leave free" : ""),
+             {leaf.name}});
+  }
+}
+
+void look_at_inertia(Looked& at) {
+  if (at.job.end_effector.mass > 0 && at.job.end_effector.inertia.isZero(0))
+    at.warn({"/end_effector/mass",
+             with_unit(at.job.end_effector.mass, "kg"),
+             "mass without inertia is a point mass",
+             {}});
+  const DesignPlan& plan = *at.family().plan;
+  for (const RigidBody& body : at.mechanism.bodies)
+    if (const auto fault = inertia_fault(body.inertia))
+      at.warn({place_of_item(plan, plan.bodies, body.name, "/inertia"),
+               fault->value,
+               fault->rule,
+               {body.name}});
+}
+
+/// Frequencies of leaves alone. Who writes a mass of zero means it.
+void look_at_mass(Looked& at) {
+  const auto of_modes = [&](const Constraint& goal) {
+    return std::ranges::any_of(quantities(at.family().drives), [&](const Quantity& q) {
+      return q.name == goal.quantity && q.row->needs.need_frequencies();
+    });
+  };
+  const auto& search = at.job.optimise;
+  const bool asked = (at.says("/frequencies") && at.job.request.frequencies > 0) ||
+                     (search && (of_modes(search->objective) ||
+                                 std::ranges::any_of(search->constraints, of_modes)));
+  if (!asked || at.says("/end_effector/mass") ||
+      !at.family().has_end_effector(at.job.design.choices) ||
+      std::ranges::any_of(at.mechanism.bodies, [](const RigidBody& b) { return b.mass > 0; }))
+    return;
+  at.warn({"/end_effector/mass",
+           "nothing",
+           "no body has a mass: the frequencies are those of the leaves alone; write the payload, "
+           "or 0 kg if there is none",
+           {}});
+}
+
+/// The rules, in the order in which their warnings are told.
+constexpr void (*warning_rules[])(Looked&) = {
+    look_at_units,        look_at_poissons_ratio, look_at_names,   look_at_drives,
+    look_at_thick_leaves, look_at_strips,         look_at_inertia, look_at_mass};
+
+std::string text_of(const Warning& w) {
+  return fmt::format("{}{}{}: {}.", w.pointer, w.value.empty() ? "" : " = " + w.value,
+                     w.of.empty() ? "" : " (" + few_of(w.of) + ")", w.meant);
+}
+
+}  // namespace
+
+std::vector<std::string> warnings_of(const Job& job, const Mechanism& mechanism,
+                                     const json& written) {
+  Looked at{job, mechanism, written};
+  for (const auto rule : warning_rules) rule(at);
+  std::vector<std::string> texts;
+  for (const Warning& warning : at.found) texts.push_back(text_of(warning));
+  return texts;
+}
+
+}  // namespace flexopt
