@@ -42,10 +42,9 @@ void add_quantity_units(const DriveList& drives, Json& units) {
   for (const Quantity& q : quantities(drives)) of_key[key_of(q.name)].insert(q.unit);
   for (const Quantity& q : quantities(drives)) {
     const std::string key = key_of(q.name);
-    if (of_key[key].size() == 1)
-      units[key] = q.unit;
-    else
-      units[key][q.name.substr(key.size() + 1)] = q.unit;
+    std::string pointer = "/" + (of_key[key].size() == 1 ? key : q.name);
+    std::ranges::replace(pointer, '.', '/');
+    units[Json::json_pointer(pointer)] = q.unit;
   }
 }
 
