@@ -10,11 +10,10 @@
 namespace flexopt {
 namespace {
 
-// Stiffness of each drive from the compliance EᵀK⁻¹E of all: the diagonal of the inverse.
-VectorXd stiffness_of(const MatrixXd& compliance) {
-  if (compliance.rows() == 0) return {};
-  if (compliance.rows() == 1) return compliance.diagonal().cwiseInverse();
-  return Lu(compliance).inverse().diagonal();
+// Drive loads by strokes from the compliance EᵀK⁻¹E of all drives.
+MatrixXd stiffness_of(const MatrixXd& compliance) {
+  if (compliance.rows() == 1) return compliance.cwiseInverse();
+  return Lu(compliance).inverse();
 }
 
 }  // namespace
@@ -54,8 +53,10 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
     if (locked) {
       result.negative_pivots = system.negative_pivots() + motions.negative_pivots();
     } else if (drives.cols() > 0) {
-      const MatrixXd compliance = drives.transpose() * answers.rightCols(drives.cols());
-      result.drive_stiffness = stiffness_of(compliance);
+      const auto of_loads = answers.rightCols(drives.cols());
+      const MatrixXd stiffness = stiffness_of(drives.transpose() * of_loads);
+      result.drive_stiffness = stiffness.diagonal();
+      result.drive_motion = of_loads.middleRows<6>(ee) * stiffness;
     }
   }
   const std::array<bool, 6> prescribed = prescribed_directions(system.mechanism());

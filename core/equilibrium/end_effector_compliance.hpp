@@ -13,6 +13,9 @@ struct EndEffectorCompliance {
   Matrix6d drive_locked = Matrix6d::Zero();  ///< zero row and column at the drive
   /// Load of each drive over its own stroke, other drives held [N/m, N m/rad].
   VectorXd drive_stiffness;
+  /// Displacement of O and spin of the end-effector by unit stroke of each drive, the others held:
+  /// 6 × drives [m/m, rad/m, m/rad, rad/rad].
+  MatrixXd drive_motion;
   int negative_pivots = 0;  ///< of the whole tangent with the drives held, leaf interiors included
   /// Directions in which the end-effector cannot move with the drives held, those that a drive
   /// prescribes among them.

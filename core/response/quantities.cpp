@@ -11,18 +11,19 @@
 namespace flexopt {
 namespace {
 
-Quantity named(const QuantityRow& row, int component) {
-  Quantity q{row.name, {}, row.label, &row, component};
-  if (!row.components.empty()) {
-    const std::string& of = row.components[component];
-    q.name += "." + of;
-    q.label += " " + of;
-  }
-  return q;
-}
-
 int components_of(const QuantityRow& row) {
   return std::max(1, static_cast<int>(row.components.size()));
+}
+
+Quantity named(const QuantityRow& row, int component, const std::string& drive = "") {
+  Quantity q{row.name, {}, row.label, &row, component};
+  const auto add = [&](const std::string& of) {
+    q.name += "." + of;
+    q.label += " " + of;
+  };
+  if (!drive.empty()) add(drive);
+  if (!row.components.empty()) add(row.components[component % components_of(row)]);
+  return q;
 }
 
 const Quantity& find(std::string_view name) {
@@ -80,26 +81,30 @@ bool is_answered(const Quantity& quantity, const StrokeRequest& request) {
 DriveList::DriveList(Direction drive) : items{{{}, drive}} { prescribed[index(drive)] = true; }
 
 DriveList::DriveList(const Mechanism& mechanism) : prescribed(prescribed_directions(mechanism)) {
-  for (const Drive& drive : mechanism.drives) items.push_back({drive.name, drive.direction});
+  for (const Drive& drive : mechanism.drives)
+    items.push_back({drive.name, drive.direction, !end_effector_direction(mechanism, drive)});
+}
+
+bool DriveList::offers(const QuantityRow& row, int component) const {
+  if (row.of_supports && prescribed[component % 6]) return false;
+  const auto drive = static_cast<std::size_t>(component / components_of(row));
+  return !row.of_remote_drives || (drive < items.size() && items[drive].remote);
 }
 
 std::vector<Quantity> quantities(const DriveList& drives) {
   std::vector<Quantity> list;
   for (const QuantityRow& row : quantity_rows()) {
     if (row.of_drives) {
-      for (std::size_t k = 0; k < drives.items.size(); ++k) {
-        const auto& [name, direction] = drives.items[k];
-        Quantity q{row.name, row.unit(direction, 0), row.label, &row, static_cast<int>(k)};
-        if (drives.named()) {
-          q.name += "." + name;
-          q.label += " " + name;
+      for (int k = 0; k < std::ssize(drives.items) * components_of(row); ++k)
+        if (drives.offers(row, k)) {
+          const DriveList::Item& drive = drives.items[k / components_of(row)];
+          list.push_back(named(row, k, drives.named() ? drive.name : ""));
+          list.back().unit = row.unit(drive.direction, k % components_of(row));
         }
-        list.push_back(std::move(q));
-      }
       continue;
     }
     for (int k = 0; k < components_of(row); ++k) {
-      if (row.of_supports && drives.prescribed[k % 6]) continue;
+      if (!drives.offers(row, k)) continue;
       list.push_back(named(row, k));
       list.back().unit = row.unit(drives.first(), k);
     }
@@ -109,15 +114,14 @@ std::vector<Quantity> quantities(const DriveList& drives) {
 
 namespace {
 
-// "drive_load.x": the row, of the drive of that name where the point has it.
+// "drive_load.x", "gain.x.uy": the row, of the drive of that name where the point has it.
 std::optional<Quantity> of_named_drive(const PathPoint& point, std::string_view name) {
-  const std::size_t dot = name.find('.');
-  if (dot == std::string_view::npos) return std::nullopt;
-  const auto drive = std::ranges::find(point.drive_names, name.substr(dot + 1));
-  for (const QuantityRow& row : quantity_rows())
-    if (row.of_drives && row.name == name.substr(0, dot) && drive != point.drive_names.end())
-      return Quantity{
-          std::string(name), {}, {}, &row, static_cast<int>(drive - point.drive_names.begin())};
+  for (const QuantityRow& row : quantity_rows()) {
+    if (!row.of_drives || !name.starts_with(row.name + ".")) continue;
+    const int each = components_of(row);
+    for (int k = 0; k < std::ssize(point.drive_names) * each; ++k)
+      if (Quantity q = named(row, k, point.drive_names[k / each]); q.name == name) return q;
+  }
   return std::nullopt;
 }
 

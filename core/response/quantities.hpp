@@ -17,11 +17,14 @@ namespace flexopt {
 std::string load_unit(Direction direction);       ///< N | N m
 std::string stiffness_unit(Direction direction);  ///< N/m | N m/rad
 
+struct QuantityRow;
+
 /// What the table must know of the drives of a mechanism.
 struct DriveList {
   struct Item {
     std::string name;
     Direction direction = Direction::uy;
+    bool remote = false;  ///< it is none of the end-effector along a global axis
   };
   std::vector<Item> items;
   std::array<bool, 6> prescribed{};  ///< directions of the end-effector
@@ -34,6 +37,8 @@ struct DriveList {
   /// Whether strokes, loads and stiffnesses stand under the names of the drives.
   bool named() const { return items.size() > 1 || (!items.empty() && !items[0].name.empty()); }
   Direction first() const { return items.empty() ? Direction::uy : items.front().direction; }
+  /// Whether these drives leave the number of a row with a meaning.
+  bool offers(const QuantityRow& row, int component) const;
 };
 
 /// How the numbers of a row stand in result.json.
@@ -71,8 +76,11 @@ struct QuantityRow {
   std::optional<Vector3d> (*direction)(const PathPoint&) = nullptr;
   ErrorKind error = ErrorKind::none;  ///< how its errors are estimated, if they are
   bool of_supports = false;           ///< the components are directions; a drive's is not offered
-  bool of_drives = false;             ///< of drives with names the components are the drives
-  bool of_design = false;             ///< one number of the design: the same at every point
+  /// One number for each drive, or all components: those of drives with names are called
+  /// "name.drive" or "name.drive.component".
+  bool of_drives = false;
+  bool of_remote_drives = false;  ///< only of drives that are not of the end-effector
+  bool of_design = false;         ///< one number of the design: the same at every point
   bool in_csv = true;  ///< as columns of their own; the frequencies have their kinds beside
   SummaryLine in_summary = SummaryLine::none;
   bool in_report = false;  ///< a row of the report's tables

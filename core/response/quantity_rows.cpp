@@ -1,4 +1,5 @@
 // The rows of the table of quantities, by topic.
+#include "core/response/gain.hpp"
 #include "core/response/principal_stiffness.hpp"
 #include "core/response/quantities.hpp"
 
@@ -388,8 +389,8 @@ const std::vector<QuantityRow>& quantity_rows() {
   static const std::vector<QuantityRow> rows = [] {
     std::vector<QuantityRow> all;
     for (const auto& topic :
-         {load_and_motion(), frequencies_and_stress(), stress_safety(), softest_translation(),
-          room_taken(), buckling(), dynamics(), load_capacity()})
+         {load_and_motion(), gain_rows(), frequencies_and_stress(), stress_safety(),
+          softest_translation(), room_taken(), buckling(), dynamics(), load_capacity()})
       all.insert(all.end(), topic.begin(), topic.end());
     return all;
   }();

@@ -30,6 +30,7 @@ std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, cons
 enum class Output {
   equilibrium,            ///< drive load, motion of O, stability, probes
   stiffness,              ///< compliance at O and what follows from it
+  gain,                   ///< gain and cross-coupling of the drives
   stress,                 ///< largest von Mises stress
   frequencies_free,       ///< natural frequencies and modes, drive free
   frequencies_locked,     ///< natural frequencies and modes, drive held

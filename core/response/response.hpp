@@ -189,9 +189,16 @@ struct PathPoint {
   Vector3d rotation = Vector3d::Zero();           ///< rotation vector of the end-effector [rad]
   Matrix6d compliance_free = Matrix6d::Zero();    ///< drive free
   Matrix6d compliance_locked = Matrix6d::Zero();  ///< drives held; zero row and column at a drive
-  std::array<std::optional<double>, 6> support_stiffness;    ///< 1/C_dd locked [N/m or N m/rad]
-  double drive_stiffness = 0;                                ///< own load by own stroke
-  std::vector<double> drive_stiffnesses;                     ///< of each drive, the others held
+  std::array<std::optional<double>, 6> support_stiffness;  ///< 1/C_dd locked [N/m or N m/rad]
+  double drive_stiffness = 0;                              ///< own load by own stroke
+  std::vector<double> drive_stiffnesses;                   ///< of each drive, the others held
+  /// Motion of the end-effector by unit stroke of each drive, the others held, drive by drive six
+  /// numbers [m/m, rad/m, m/rad, rad/rad]; none of a drive of the end-effector along a global axis,
+  /// nor in the direction of one.
+  std::vector<std::optional<double>> gain;
+  /// The same over the motion along the drive's output; none in the direction of a drive of the
+  /// end-effector, nor where there is no output: gain.hpp.
+  std::vector<std::optional<double>> cross_coupling;
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;
   std::optional<double> parasitic_frequency;  ///< [Hz]

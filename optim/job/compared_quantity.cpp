@@ -10,9 +10,10 @@ namespace {
 
 constexpr const char* both_lists = "frequencies";
 
-// Surfaces, or an expansion at rest, for one number: compared where they are listed.
-const Outputs dear{Output::envelope, Output::moving_envelope, Output::clearance,
-                   Output::frequency_derivatives};
+// Surfaces, or an expansion at rest, for one number, and ratios many of which symmetry makes zero:
+// compared where they are listed.
+const Outputs where_listed{Output::envelope, Output::moving_envelope, Output::clearance,
+                           Output::frequency_derivatives, Output::gain};
 
 std::string name_of(const QuantityRow& row) {
   return row.name.starts_with("frequencies.") ? both_lists : row.name;
@@ -27,9 +28,16 @@ std::vector<const QuantityRow*> rows_of(const std::string& name) {
 
 // How many numbers of a row a point has at most.
 int count_of(const QuantityRow& row, const Job& job, const DriveList& drives) {
-  if (row.of_drives) return std::max(1, static_cast<int>(drives.items.size()));
   if (name_of(row) == both_lists) return job.request.frequencies;
-  return std::max(1, static_cast<int>(row.components.size()));
+  return std::max(1, static_cast<int>(row.components.size())) *
+         (row.of_drives ? std::max(1, static_cast<int>(drives.items.size())) : 1);
+}
+
+// "x", or "x.ux", "x.uy", …
+std::vector<std::string> parts_of(const QuantityRow& row, const std::string& drive) {
+  std::vector<std::string> parts;
+  for (const std::string& component : row.components) parts.push_back(drive + "." + component);
+  return parts.empty() ? std::vector{drive} : parts;
 }
 
 ComparedQuantity compared(const std::string& name, const Job& job, const DriveList& drives) {
@@ -41,8 +49,9 @@ ComparedQuantity compared(const std::string& name, const Job& job, const DriveLi
     for (int k = 0; k < count_of(*row, job, drives); ++k) quantity.numbers.push_back({row, k, -1});
     if (name == both_lists || quantity.motion) continue;
     if (row->of_drives && drives.named())
-      for (const DriveList::Item& drive : drives.items) quantity.parts.push_back(drive.name);
-    else if (!row->of_drives)
+      for (const DriveList::Item& drive : drives.items)
+        for (const std::string& part : parts_of(*row, drive.name)) quantity.parts.push_back(part);
+    else
       quantity.parts = row->components;
     const bool directions = row->of_supports || row->needs.has(Output::load_capacity);
     if (!quantity.parts.empty()) quantity.part_key = directions ? "by_direction" : "by_component";
@@ -57,7 +66,7 @@ bool is_answered(const std::string& name, const Job& job) {
   const std::vector<const QuantityRow*> rows = rows_of(name);
   return std::ranges::any_of(cases_of(job), [&](const JobCase& one) {
     return std::ranges::any_of(rows, [&](const QuantityRow* row) {
-      return flexopt::is_answered(*row, one.request) && !row->needs.has_any(dear);
+      return flexopt::is_answered(*row, one.request) && !row->needs.has_any(where_listed);
     });
   });
 }

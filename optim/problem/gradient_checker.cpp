@@ -268,7 +268,11 @@ double GradientChecker::size_of(std::size_t i, double x, double difference, doub
                         : names_[q].unit == "m"   ? stroke_ * (turns_ ? leaf_length_ : 1.0)
                         : names_[q].unit == "rad" ? stroke_ / (turns_ ? 1.0 : leaf_length_)
                                                   : 0.0;
-  const double floor = std::max(1e-2 * largest_[q], 0.1 * motion);
+  const double ratio = !names_[q].row->needs.has(Output::gain) ? 0.0
+                       : names_[q].unit == "m/rad"             ? leaf_length_
+                       : names_[q].unit == "rad/m"             ? 1 / leaf_length_
+                                                               : 1.0;
+  const double floor = std::max({1e-2 * largest_[q], 0.1 * motion, 0.1 * ratio});
   return std::max({std::abs(difference), 1e-2 * steepest,
                    0.1 * std::max(std::abs(*here_[i]), floor) / x, 1e-300});
 }

@@ -44,10 +44,11 @@ ComparedPoint compared_point(const std::vector<ComparedQuantity>& quantities, co
 }
 
 /// Size of rounding of a number at rest without loads, where it should be zero [m, rad, N, N m,
-/// Pa].
+/// Pa], and of ratios of motions.
 double rounding_of(const QuantityRow& row) {
   if (row.error == ErrorKind::motion) return 1e-15;
   if (row.error == ErrorKind::load) return 1e-11;
+  if (row.needs.has(Output::gain)) return 1e-9;
   return row.name.ends_with("_stress") ? 1 : 0;
 }
 

@@ -200,8 +200,10 @@ int describe_designs(const CommandLine& line) {
 }
 
 int list_quantities(const CommandLine& line) {
-  fmt::print("{}", describe_quantities(line.family ? family_of(*line.family)->drives
-                                                   : DriveList(Direction::uy)));
+  DriveList drives(Direction::uy);
+  drives.items.front().remote = true;  // without a family all rows are listed
+  if (line.family) drives = family_of(*line.family)->drives;
+  fmt::print("{}", describe_quantities(drives));
   return exit_usable;
 }
 

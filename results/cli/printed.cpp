@@ -124,6 +124,7 @@ void print(Json document) {
 std::string cost_of(const QuantityRow& row) {
   constexpr std::pair<Output, const char*> words[] = {
       {Output::stiffness, "stiffness"},
+      {Output::gain, "stiffness"},
       {Output::stress, "stress"},
       {Output::frequencies_free, "frequencies"},
       {Output::frequencies_locked, "frequencies"},

@@ -187,7 +187,7 @@ bool has_column(const Job& job, const DriveList& drives, const ComparedQuantity&
                 std::size_t part) {
   const ComparedQuantity::Number& number = quantity.numbers[part];
   const auto component = static_cast<std::size_t>(number.component);
-  if (number.row->of_supports && drives.prescribed[component % 6]) return false;
+  if (!drives.offers(*number.row, number.component)) return false;
   return !number.row->needs.has(Output::load_capacity) ||
          job.request.capacity.directions[component];
 }

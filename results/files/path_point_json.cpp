@@ -197,12 +197,24 @@ Json principal_json(const PathPoint& point, bool rotations) {
   return list;
 }
 
+/// Numbers of a row under the names of its components, those that there are.
+Json components_json(const QuantityRow& row, const PathPoint& point, int first) {
+  Json values = Json::object();
+  for (std::size_t k = 0; k < row.components.size(); ++k)
+    if (const auto value = row.value(point, first + static_cast<int>(k)))
+      values[row.components[k]] = *value;
+  return values;
+}
+
 /// The numbers of a row, as many as the point has.
 Json row_json(const QuantityRow& row, const PathPoint& point) {
   if (row.of_drives && !point.drive_names.empty()) {
     Json values = Json::object();
     for (std::size_t k = 0; k < point.drive_names.size(); ++k)
-      values[point.drive_names[k]] = optional_json(row.value(point, static_cast<int>(k)));
+      values[point.drive_names[k]] =
+          row.layout == Layout::number
+              ? optional_json(row.value(point, static_cast<int>(k)))
+              : components_json(row, point, static_cast<int>(k * row.components.size()));
     return values;
   }
   if (row.layout == Layout::number) {
@@ -215,13 +227,9 @@ Json row_json(const QuantityRow& row, const PathPoint& point) {
             {"translations", principal_json(point, false)},
             {"rotations", principal_json(point, true)}};
   }
-  Json values = row.layout == Layout::list ? Json::array() : Json::object();
-  if (row.layout == Layout::list)
-    for (int k = 0; const auto value = row.value(point, k); ++k) values.push_back(*value);
-  else
-    for (std::size_t k = 0; k < row.components.size(); ++k)
-      if (const auto value = row.value(point, static_cast<int>(k)))
-        values[row.components[k]] = *value;
+  if (row.layout == Layout::object) return components_json(row, point, 0);
+  Json values = Json::array();
+  for (int k = 0; const auto value = row.value(point, k); ++k) values.push_back(*value);
   return values;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <ranges>
 #include <set>
 #include <utility>
 
@@ -41,10 +42,9 @@ void add_quantity_units(const DriveList& drives, Json& units) {
   for (const Quantity& q : quantities(drives)) of_key[key_of(q.name)].insert(q.unit);
   for (const Quantity& q : quantities(drives)) {
     const std::string key = key_of(q.name);
-    if (of_key[key].size() == 1)
-      units[key] = q.unit;
-    else
-      units[key][q.name.substr(key.size() + 1)] = q.unit;
+    std::string pointer = "/" + (of_key[key].size() == 1 ? key : q.name);
+    std::ranges::replace(pointer, '.', '/');
+    units[Json::json_pointer(pointer)] = q.unit;
   }
 }
 
@@ -209,9 +209,9 @@ Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
   for (const Quantity& q : quantities(drives)) {
     if (!q.row->in_report) continue;
     if (!is_answered(q, request)) continue;
-    Json at = {key_of(q.name)};
-    if (const std::size_t dot = q.name.find('.'); dot != std::string::npos)
-      at.push_back(q.name.substr(dot + 1));
+    Json at = Json::array();
+    for (const auto part : std::views::split(q.name, '.'))
+      at.push_back(std::string(part.begin(), part.end()));
     if (q.row->direction) at.push_back("value");
     list.push_back({{"name", q.name}, {"label", q.label}, {"unit", q.unit}, {"at", std::move(at)}});
   }

@@ -193,6 +193,7 @@ std::map<std::string, double> sizes_of(const StrokeResponse& response,
   for (const Quantity& q : all) {
     double& size = largest[q.row->name];
     if (q.row->error == ErrorKind::motion) size = q.unit == "m" ? motion * length : motion;
+    if (q.row->needs.has(Output::gain)) size = std::max({size, 1.0, length, 1 / length});
     for (const PathPoint& point : response.path)
       if (const auto value = q.value(point)) size = std::max(size, std::abs(*value));
   }

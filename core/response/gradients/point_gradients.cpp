@@ -7,6 +7,7 @@
 
 #include "core/math/eigenvalue_branches.hpp"
 #include "core/math/rotation.hpp"
+#include "core/response/gain.hpp"
 #include "core/response/gradients/moving_places.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/response/stress_safety.hpp"
@@ -194,6 +195,42 @@ void set_stiffness(const StiffnessColumns& of, const std::vector<Column>& column
   }
 }
 
+// Two columns whose forms differ by 4 yᵀK′c/by: the motion c of a unit stroke, and to either side
+// of it the answer y of the mechanism, its drives held, to a unit load of the end-effector.
+struct GainColumns {
+  int row;  ///< of PointGradients::gain
+  int column;
+  double by;  ///< 1 over the enlargement of y to the size of c, against rounding
+};
+
+// (S34): (y, its multipliers) solve the equations of c transposed, so that c′ = −yᵀK′c.
+std::vector<GainColumns> gain_columns(const MechanismFactor& factor, std::vector<Column>& columns) {
+  MatrixXd loads = MatrixXd::Zero(factor.size(), 6);
+  loads.middleRows<6>(6 * factor.system().mechanism().end_effector).setIdentity();
+  const MatrixXd answers = factor.solve_locked(loads), shapes = factor.drive_shapes();
+  std::vector<GainColumns> all;
+  for (int k = 0; k < factor.drives(); ++k)
+    for (int d = 0; d < 6; ++d) {
+      const VectorXd c = shapes.col(k), y = answers.col(d);
+      const double by = y.norm() / c.norm();
+      if (by == 0) continue;  // held, or driven
+      all.push_back({6 * k + d, static_cast<int>(columns.size()), by});
+      columns.push_back({0, c + y / by});
+      columns.push_back({0, c - y / by});
+    }
+  return all;
+}
+
+void set_drive_motions(const MechanismFactor& factor, const std::vector<GainColumns>& all,
+                       const MatrixXd& rates, PointGradients& gradients) {
+  const Mechanism& mechanism = factor.system().mechanism();
+  MatrixXd of_motions = MatrixXd::Zero(6 * factor.drives(), rates.cols());
+  for (const GainColumns& of : all)
+    of_motions.row(of.row) = of.by / 4 * (rates.row(of.column + 1) - rates.row(of.column));
+  set_gain_gradients(mechanism, factor.drive_shapes().middleRows<6>(6 * mechanism.end_effector),
+                     of_motions, gradients);
+}
+
 void set_motion(const MechanismFactor& factor, const PathPoint& point,
                 const std::vector<Mechanism>& directions, const MatrixXd& moved,
                 MovingFields& fields, PointGradients& gradients) {
@@ -311,11 +348,14 @@ PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<
   std::vector<Column> columns;
   std::optional<StiffnessColumns> stiffness;
   if (request.outputs.has(Output::stiffness)) stiffness = stiffness_columns(factor, point, columns);
+  std::vector<GainColumns> gains;
+  if (request.outputs.has(Output::gain)) gains = gain_columns(factor, columns);
   const ModeColumns free_columns = mode_columns(factor, lists.free, columns),
                     locked_columns = mode_columns(factor, lists.locked, columns);
   if (columns.empty()) return gradients;
   const MatrixXd rates = column_rates(design, columns, state_rates);
   if (stiffness) set_stiffness(*stiffness, columns, rates, 6 * mechanism.end_effector, gradients);
+  if (request.outputs.has(Output::gain)) set_drive_motions(factor, gains, rates, gradients);
   set_frequencies(free_columns, rates, gradients.frequencies_free, gradients.clusters_free);
   set_frequencies(locked_columns, rates, gradients.frequencies_locked, gradients.clusters_locked);
   set_parasitic_frequency(point, request.parasitic.drive, gradients);

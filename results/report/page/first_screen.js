@@ -48,7 +48,7 @@ function five_numbers() {
     const most = least_at((p) => q.value(p) === null ? null : -Math.abs(q.value(p)));
     if (most) add(`Largest ${q.label}`, Math.abs(q.value(most)), q.unit, at_stroke(most));
   }
-  for (const key of ["max_stress", "drive_load", "support_stiffness", "parasitic_frequency"]) used.add(key);
+  for (const key of ["max_stress", "drive_load", "support_stiffness", "parasitic_frequency", "gain", "cross_coupling"]) used.add(key);
   for (const q of quantities) {  // jobs without some of these: others of the table
     if (used.has(q.at[0])) continue;
     const most = least_at((p) => q.value(p) === null ? null : -Math.abs(q.value(p)));

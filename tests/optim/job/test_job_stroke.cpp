@@ -71,6 +71,13 @@ TEST_CASE("quantities of drives with names have their names") {
   CHECK(value_of(point, "drive_load.x") == 3.0);
   CHECK(value_of(point, "drive_load.turn") == 4.0);
   CHECK(value_of(point, "drive_stiffness.turn") == 6.0);
+  point.gain.assign(12, std::nullopt);
+  point.gain[0] = 0.5;
+  point.gain[11] = 7;
+  CHECK(value_of(point, "gain.x.ux") == 0.5);
+  CHECK(value_of(point, "gain.turn.rz") == 7.0);
+  CHECK_FALSE(value_of(point, "gain.turn.ry"));
+  CHECK_THROWS_AS(value_of(point, "gain.turn"), std::invalid_argument);
   CHECK_THROWS_AS(value_of(point, "drive_load.other"), std::invalid_argument);
   CHECK(needs_of("drive_stiffness.turn") == Outputs{Output::stiffness});
   std::vector<std::string> names;
@@ -81,5 +88,17 @@ TEST_CASE("quantities of drives with names have their names") {
   CHECK(has("drive_load.x [N]"));
   CHECK(has("drive_load.turn [N m]"));
   CHECK(has("drive_stiffness.turn [N m/rad]"));
+  CHECK(has("cross_coupling.x.ux [1]"));
+  CHECK(has("cross_coupling.x.rz [rad/m]"));
+  CHECK(has("cross_coupling.turn.ux [m/rad]"));
   CHECK_FALSE(has("drive_load [N]"));
+  CHECK_FALSE(has("gain.x.ux [1]"));
+
+  DriveList elsewhere = two();
+  elsewhere.items[0].remote = true;
+  std::vector<std::string> gains;
+  for (const Quantity& q : quantities(elsewhere))
+    if (q.row->name == "gain") gains.push_back(q.name);
+  CHECK(gains == std::vector<std::string>{"gain.x.ux", "gain.x.uy", "gain.x.uz", "gain.x.rx",
+                                          "gain.x.ry", "gain.x.rz"});
 }

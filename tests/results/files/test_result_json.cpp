@@ -17,13 +17,17 @@ TEST_CASE("strokes, loads and stiffnesses of drives with names stand under these
     p.strokes = {1e-3, p.stroke};
     p.drive_loads = {p.drive_load, 7};
     p.drive_stiffnesses = {p.drive_stiffness, 9};
+    p.gain.assign(12, std::nullopt);
+    p.gain[1] = 3;
+    p.gain[11] = 4;
   }
   record.response.path[1].status = PointStatus::not_reached;
   const OrderedJson result = make_result(record);
   const PathPoint& point = record.response.path[0];
   CHECK(unlike(result["path"][0], {{"stroke", {{"x", 1e-3}, {"turn", point.stroke}}},
                                    {"drive_load", {{"x", point.drive_load}, {"turn", 7}}},
-                                   {"drive_stiffness", {{"turn", 9}}}}) == "");
+                                   {"drive_stiffness", {{"turn", 9}}},
+                                   {"gain", {{"x", {{"uy", 3}}}, {"turn", {{"rz", 4}}}}}}) == "");
   CHECK(unlike_text(result["path"][1], R"({"stroke": {"x": 1e-3}, "drive_load": null})") == "");
   CHECK(unlike_text(result, R"({
     "units": {"stroke": {"x": "m", "turn": "rad"}, "drive_load": {"turn": "N m"}},

@@ -40,6 +40,9 @@ TEST_CASE("every quantity has a derivative of its own") {
   point.transmissibility = vector();
   for (auto& d : point.load_capacity) d = vector();
 
+  point.gain = numbered(6);
+  point.cross_coupling = numbered(6);
+
   PathPoint at;  // with a derivative of its own behind every number that is made of others
   at.compliance_locked = (Vector6d() << 2, 3, 4, 5, 6, 7).finished().asDiagonal();
   at.support_stiffness.fill(1.0);
@@ -64,6 +67,7 @@ TEST_CASE("every quantity has a derivative of its own") {
   CHECK(*gradient_of(at, point, "frequencies.drive_locked.11") ==
         VectorXd(point.frequencies_locked.row(11)));
   CHECK(*gradient_of(at, point, "support_stiffness.ry") == *point.support_stiffness[4]);
+  CHECK(*gradient_of(at, point, "gain.ry") == VectorXd(point.gain.row(4)));
   point.frequencies_free = numbered(2);
   CHECK_FALSE(gradient_of(at, point, "frequencies.drive_free.2"));
 }

@@ -1,0 +1,92 @@
+#include "core/response/gain.hpp"
+
+#include "core/mechanism/drive.hpp"
+
+namespace flexopt {
+namespace {
+
+template <auto Member>
+std::optional<double> of_motion(const PathPoint& p, int k) {
+  return k < std::ssize(p.*Member) ? (p.*Member)[static_cast<std::size_t>(k)] : std::nullopt;
+}
+template <auto Member>
+std::optional<VectorXd> of_motion(const PathPoint&, const PointGradients& g, int k) {
+  return k < (g.*Member).rows() ? std::optional<VectorXd>((g.*Member).row(k)) : std::nullopt;
+}
+
+QuantityRow motion_row(std::string name, std::string label, std::string meaning) {
+  return {.name = std::move(name),
+          .components = {direction_names.begin(), direction_names.end()},
+          .layout = Layout::object,
+          .label = std::move(label),
+          .meaning = std::move(meaning),
+          .needs = {Output::equilibrium, Output::gain},
+          .unit = [](Direction drive, int d) -> std::string {
+            const bool turned = is_rotation(static_cast<Direction>(d));
+            return turned == is_rotation(drive) ? "1" : turned ? "rad/m" : "m/rad";
+          },
+          .of_supports = true,
+          .of_drives = true,
+          .in_report = true};
+}
+
+}  // namespace
+
+std::optional<int> output_of(const Drive& drive, const Vector6d& motion) {
+  constexpr double rounding = 1e-9;
+  const int first = is_rotation(drive.direction) ? 3 : 0;
+  int largest = 0;
+  if (!(motion.segment<3>(first).cwiseAbs().maxCoeff(&largest) > rounding)) return std::nullopt;
+  return first + largest;
+}
+
+void set_gain(const Mechanism& mechanism, const MatrixXd& motions, PathPoint& point) {
+  const std::array<bool, 6> prescribed = prescribed_directions(mechanism);
+  point.gain.assign(6 * mechanism.drives.size(), std::nullopt);
+  point.cross_coupling = point.gain;
+  for (std::size_t k = 0; k < mechanism.drives.size(); ++k) {
+    const Vector6d motion = motions.col(static_cast<Eigen::Index>(k));
+    const bool remote = !end_effector_direction(mechanism, mechanism.drives[k]);
+    const std::optional<int> output = output_of(mechanism.drives[k], motion);
+    for (std::size_t d = 0; d < 6; ++d) {
+      if (prescribed[d]) continue;
+      if (remote) point.gain[6 * k + d] = motion[d];
+      if (output) point.cross_coupling[6 * k + d] = motion[d] / motion[*output];
+    }
+  }
+}
+
+void set_gain_gradients(const Mechanism& mechanism, const MatrixXd& motions, const MatrixXd& rates,
+                        PointGradients& gradients) {
+  gradients.gain = rates;
+  gradients.cross_coupling = MatrixXd::Zero(rates.rows(), rates.cols());
+  for (Eigen::Index k = 0; k < motions.cols(); ++k) {
+    const Vector6d motion = motions.col(k);
+    const auto output = output_of(mechanism.drives[static_cast<std::size_t>(k)], motion);
+    if (!output) continue;
+    const auto of_drive = rates.middleRows<6>(6 * k);
+    gradients.cross_coupling.middleRows<6>(6 * k) =
+        (of_drive - motion / motion[*output] * of_drive.row(*output)) / motion[*output];
+  }
+}
+
+std::vector<QuantityRow> gain_rows() {
+  QuantityRow gain = motion_row(
+      "gain", "gain",
+      "derivative of the end-effector's motion in a direction (displacement of O, spin, along "
+      "global axes) by the stroke of a drive that acts elsewhere, other drives locked; along the "
+      "output of an amplifier its amplification ratio");
+  gain.value = of_motion<&PathPoint::gain>;
+  gain.gradient = of_motion<&PointGradients::gain>;
+  gain.of_remote_drives = true;
+  QuantityRow coupling = motion_row(
+      "cross_coupling", "cross-coupling",
+      "motion of the end-effector in a direction over that along the output of the drive, while "
+      "this drive alone moves on; the output is the global axis along which a sliding drive moves "
+      "O most, or about which a turning one turns the end-effector most");
+  coupling.value = of_motion<&PathPoint::cross_coupling>;
+  coupling.gradient = of_motion<&PointGradients::cross_coupling>;
+  return {gain, coupling};
+}
+
+}  // namespace flexopt
