@@ -122,8 +122,8 @@ Verdict verdict_of(std::string status, const std::string& message) {
 Verdict verdict_of(const RunRecord& record) {
   const Verdict plain = verdict_of(record.status, record.message);
   constexpr std::array believed{"ok", "tolerance_not_met", "estimate_beyond_limit"};
-  if (std::ranges::find(believed, record.status) == believed.end()) return plain;
-  if (record.comparison) return plain;
+  if (record.comparison || std::ranges::find(believed, record.status) == believed.end())
+    return plain;
   const std::vector<Placed> points = converged_points(record);
   const std::string unstable = instability(points);
   if (!unstable.empty()) return {"bad", "unstable", unstable + " " + record.message};

@@ -97,7 +97,7 @@ def designs():
 
     of_optimum = run("jobs/tolerances.json", "tolerances.out", "--result", "optimum.out")
     assert of_optimum["leaves"] == optimum["leaves"]
-    assert of_optimum["path"] == optimum["path"]
+    near(worst(of_optimum, "drive_load"), worst(optimum, "drive_load"), 1e-9)
     tolerances = of_optimum["tolerances"]
     assert tolerances["room"]["scale"] < 1e-4 and 0.3 <= tolerances["yield"] <= 0.7, tolerances
 
