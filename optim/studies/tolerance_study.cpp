@@ -80,6 +80,11 @@ class Study {
     return gradients * tolerance_changes(spec_.entries, names, parameters_);
   }
   ParameterValues deviated(const VectorXd& unit_point) const;
+  /// How far beyond its bounds a goal still counts as within, as in an optimisation.
+  double allowance(const ToleratedGoal& goal) const {
+    return job_.optimise->constraint_tolerance *
+           std::max(std::abs(goal.min.value_or(0)), std::abs(goal.max.value_or(0)));
+  }
   Check check_values(const ParameterValues& values) const;
 
   Job job_;
@@ -149,7 +154,7 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     of.number.slopes = linear.slopes;
     of.low = linear.low, of.high = linear.high;
     if (g == 0) continue;
-    of.room = room_of(goal, reading->values, reading->gradient, of.min, of.max);
+    of.room = room_of(goal, reading->values, reading->gradient, of.min, of.max, allowance(of));
     if (of.room && (!report.room || *of.room < *report.room))
       report.room = of.room, report.room_of = of.label;
   }
@@ -270,8 +275,7 @@ void Study::sample(int threads, const LoopProgress& progress, SharedUnits* share
     bool kept = true;
     for (std::size_t g = 0; g < design.goals.size(); ++g) {
       const ToleratedGoal& goal = report.goals[g];
-      kept = kept && !(goal.max && design.goals[g] > *goal.max) &&
-             !(goal.min && design.goals[g] < *goal.min);
+      kept = kept && excess(design.goals[g], goal.min, goal.max, 1) <= allowance(goal);
     }
     keep += kept ? 1 : 0;
   }
@@ -337,11 +341,13 @@ LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixX
 }
 
 std::optional<double> room_of(const Goal& goal, const GoalValues& values, const MatrixXd& slopes,
-                              const std::optional<double>& min, const std::optional<double>& max) {
+                              const std::optional<double>& min, const std::optional<double>& max,
+                              double allowance) {
+  constexpr double rounding = 1e-9;  // of the allowance: what moves a value by less does not
   std::optional<double> room;
   const auto take = [&](double distance, double size) {
-    if (distance < 0) room = 0;
-    if (size > 0)
+    if (distance < -allowance) room = 0;
+    if (size > rounding * allowance)
       room = std::min(room.value_or(std::numeric_limits<double>::infinity()),
                       std::max(distance, 0.0) / size);
   };

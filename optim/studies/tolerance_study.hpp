@@ -20,11 +20,13 @@ struct LinearGoal {
 /// `slopes`: of each value of the goal, a row each.
 LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixXd& slopes);
 
-/// The largest scale of all limits that keeps a bound, first order: 0 where it is missed already,
-/// nothing where no scale can miss it. Bounds that hold for every value of the goal hold each at
-/// its own worst; of others (the last point, say) the decisive value counts.
+/// The largest scale of all limits that keeps a bound, first order: 0 where it is missed already by
+/// more than `allowance` (the goal's unit), nothing where no scale can miss it. Bounds that hold
+/// for every value of the goal hold each at its own worst; of others (the last point, say) the
+/// decisive value counts.
 std::optional<double> room_of(const Goal& goal, const GoalValues& values, const MatrixXd& slopes,
-                              const std::optional<double>& min, const std::optional<double>& max);
+                              const std::optional<double>& min, const std::optional<double>& max,
+                              double allowance = 0);
 
 // What the tolerances of a job do to its numbers: to first order by exact derivatives, and by
 // designs sampled within the tolerances.

@@ -171,6 +171,9 @@ OrderedJson make_listed_result(const Job& job, const std::vector<OrderedJson>& r
     add_ranking(job, results, whole);
   else
     add_designs(job, results, whole);
+  if (whole["status"] != "ok" || !job.optimise)  // else that of the best design
+    whole["verdict"] = verdict_json(verdict_of(whole["status"], whole["message"]));
+  whole["verdict"]["text"] = whole["message"];
   whole["job"] = Json(document_of(job));
   whole["notes"] = job.notes;
   return whole;
@@ -205,9 +208,10 @@ std::string ranking_csv(const OrderedJson& result) {
 
 std::string listed_summary(const OrderedJson& result) {
   const std::string name = result["job"].value("name", "");
+  const OrderedJson& verdict = result["verdict"];
   std::string text =
-      fmt::format("{}: {}. {}\n", name.empty() ? "run" : name, result["status"].get<std::string>(),
-                  result["message"].get<std::string>());
+      fmt::format("{}: {}. {}\n", name.empty() ? "run" : name, verdict["word"].get<std::string>(),
+                  verdict["text"].get<std::string>());
   const auto line = [&](const std::string& place, const Json& entry, const std::string& rest) {
     text += fmt::format("  {:>3} {:<28} {:<14} {}\n", place, entry["name"].get<std::string>(),
                         entry["status"].get<std::string>(), rest);

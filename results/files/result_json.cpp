@@ -226,15 +226,18 @@ OrderedJson place_json(const Job& job, const Mechanism& mechanism, const GoalPla
   return {{"case", name}, {"point", place.point}, {"stroke", std::move(stroke)}};
 }
 
+OrderedJson verdict_json(const Verdict& verdict) {
+  return {{"tone", verdict.tone}, {"word", verdict.word}, {"text", verdict.text}};
+}
+
 OrderedJson make_result(const RunRecord& record) {
   const StrokeResponse& response = response_of(record);
-  const Verdict verdict = verdict_of(record);
   Json result = {
       {"flexopt", {{"format", result_format}, {"version", version()}, {"commit", commit()}}},
       {"job", Json(document_of(record.job))},
       {"status", record.status},
       {"message", record.message},
-      {"verdict", {{"tone", verdict.tone}, {"word", verdict.word}, {"text", verdict.text}}},
+      {"verdict", verdict_json(verdict_of(record))},
       {"notes", record.job.notes},
       {"units", units_json(record.job, record.mechanism, record.job.request)},
       {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},

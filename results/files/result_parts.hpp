@@ -31,6 +31,8 @@ OrderedJson known_json(bool known, const Value& value) {
   return known ? OrderedJson(value) : OrderedJson();
 }
 
+OrderedJson verdict_json(const Verdict& verdict);
+
 // A stroke point in result.json.
 
 /// One stroke point; numbers that a point without equilibrium does not have are null.

@@ -60,6 +60,8 @@ struct Verdict {
   std::string text;  ///< sentences with the figures
 };
 
+/// What a status says by itself.
+Verdict verdict_of(std::string status, const std::string& message);
 /// The verdict of a run that is concluded: failures first, then instability, then numbers that are
 /// not believed, then stress beyond what the material allows.
 Verdict verdict_of(const RunRecord& record);

@@ -113,19 +113,21 @@ std::string extreme_name(const std::string& quantity, OverStroke over, const Dri
   return name;
 }
 
+Verdict verdict_of(std::string status, const std::string& message) {
+  if (status == "ok") return {"good", "done", message};
+  std::ranges::replace(status, '_', ' ');
+  return {"bad", status, message};
+}
+
 Verdict verdict_of(const RunRecord& record) {
-  const auto readable = [](std::string word) {
-    std::ranges::replace(word, '_', ' ');
-    return word;
-  };
-  const Verdict failed{"bad", readable(record.status), record.message};
+  const Verdict plain = verdict_of(record.status, record.message);
   constexpr std::array believed{"ok", "tolerance_not_met", "estimate_beyond_limit"};
-  if (std::ranges::find(believed, record.status) == believed.end()) return failed;
-  if (record.comparison) return {"good", "done", record.message};
+  if (record.comparison || std::ranges::find(believed, record.status) == believed.end())
+    return plain;
   const std::vector<Placed> points = converged_points(record);
   const std::string unstable = instability(points);
   if (!unstable.empty()) return {"bad", "unstable", unstable + " " + record.message};
-  if (record.status != "ok") return failed;
+  if (record.status != "ok") return plain;
   double share = 0;
   const std::string stress = stress_text(record, points, share);
   Verdict verdict{"good", "works", ""};

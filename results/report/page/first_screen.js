@@ -20,7 +20,6 @@ const lowest_buckling = () => {
 export function verdict() {
   if (undeflected) return {tone: "good", word: "undeflected", text: result.message};
   if (result.status === "running") return {tone: "warn", word: "running", text: result.message ?? ""};
-  if (listed.length && result.status === "ok") return {tone: "good", word: "done", text: result.message ?? ""};
   return result.verdict ?? {tone: result.status === "ok" ? "good" : "bad", word: readable(result.status ?? "unknown"), text: result.message ?? ""};
 }
 

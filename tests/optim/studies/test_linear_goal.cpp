@@ -27,6 +27,11 @@ TEST_CASE("the room is the scale at which the first point meets its bound") {
   CHECK(*room_of(goal(OverStroke::first), values, slopes, 4.0, {}) == Approx(6));
   CHECK(*room_of(goal(OverStroke::min), values, slopes, 3.0, {}) == Approx(2));
   CHECK_FALSE(room_of(goal(OverStroke::max), values, MatrixXd::Zero(2, 1), {}, 15.0));
+  // an optimum is at its bound to rounding, also where no tolerance moves it
+  const MatrixXd still = MatrixXd::Constant(2, 1, 1e-20);
+  CHECK_FALSE(room_of(goal(OverStroke::max), values, still, {}, 10 - 1e-12, 1e-3));
+  CHECK(*room_of(goal(OverStroke::max), values, still, {}, 9.99, 1e-3) == 0);
+  CHECK(*room_of(goal(OverStroke::max), values, slopes, {}, 10 - 1e-12, 1e-3) == 0);
   const GoalValues signs{-10, 9};
   CHECK(*room_of(goal(OverStroke::max_abs), signs, slopes, {}, 15.0) == Approx(2));
 }

@@ -66,6 +66,19 @@ TEST_CASE("the room of a linear constraint is exact, and the least of all is tha
   CHECK(*report.room == least);
 }
 
+TEST_CASE("a bound that an optimum meets to rounding spoils neither room nor yield") {
+  json document = guide();
+  document["tolerance_samples"] = {{"count", 20}};
+  const ToleranceReport before = study(document);
+  REQUIRE(*before.yield > 0);
+  const double width = parse_job(document).design.parameters.at("width");
+  document["optimise"]["constraints"].push_back(
+      {{"expression", "width"}, {"max", width * (1 - 1e-12)}});
+  const ToleranceReport report = study(document);
+  CHECK(report.room == before.room);
+  CHECK(report.yield == before.yield);
+}
+
 TEST_CASE("designs at the room's scale keep the constraints, and just", "[slow]") {
   json document = guide();
   document["optimise"]["constraints"].erase(2);

@@ -20,6 +20,7 @@ OrderedJson result_of(const std::string& status, const OrderedJson& objective, d
       {"label": "max_stress max over stroke", "bound": 500e6, "unit": "Pa"},
       {"label": "loose", "value": 1, "bound": 10, "unit": "m", "margin": 9}]}})");
   result["status"] = status == "optimal" ? "ok" : status;
+  result["verdict"] = {{"tone", "good"}, {"word", status}, {"text", "of this design"}};
   result["optimum"].update({{"status", status}, {"objective", objective}});
   result["optimum"]["constraints"][0].update({{"value", 500e6 - margin}, {"margin", margin}});
   return result;
@@ -87,4 +88,27 @@ TEST_CASE("the ranking as a table has a row a design") {
   CHECK(head.find("objective: parasitic_frequency min [Hz]") != std::string::npos);
   CHECK(first.starts_with("1,\"a, with comma\",,ok,true,1,max_stress max over stroke,"));
   CHECK(second.starts_with("2,b,,failed,false,,"));
+}
+
+TEST_CASE("the verdict on a list is that of the best design, or says what the whole did not find") {
+  const auto verdict_in = [](OrderedJson result) {  // the summary says the same
+    result["job"] = {{"name", "which"}};
+    const std::string word = result["verdict"]["word"];
+    CHECK(result["verdict"]["text"] == result["message"]);
+    CHECK_THAT(listed_summary(result),
+               Catch::Matchers::StartsWith("which: " + word + ". " +
+                                           result["message"].get<std::string>() + "\n"));
+    return word;
+  };
+  const OrderedJson good = result_of("optimal", 2, 1e6), missed = result_of("infeasible", 1, -9e6);
+  CHECK(verdict_in(make_listed_result(job_of({"a", "b"}, true), {missed, good})) == "optimal");
+  CHECK(verdict_in(make_listed_result(job_of({"a", "b"}, true), {missed, missed})) == "infeasible");
+  CHECK(verdict_in(make_listed_result(job_of({"a", "b"}, true), {OrderedJson(), good})) ==
+        "interrupted");
+  Job evaluated = job_of({"a", "b"}, true);
+  evaluated.optimise.reset();
+  CHECK(verdict_in(make_listed_result(evaluated, {good, good})) == "done");
+  const OrderedJson fell = make_listed_result(evaluated, {good, missed});
+  CHECK(verdict_in(fell) == "no equilibrium");
+  CHECK(fell["verdict"]["tone"] == "bad");
 }

@@ -1,6 +1,6 @@
 // Every kind of job has a page that opens without error and without network, shows its numbers with
 // units, and fits the window: node test_opens.mjs FOLDER
-import {existsSync, readdirSync, statSync} from "node:fs";
+import {existsSync, readdirSync, readFileSync, statSync} from "node:fs";
 import {join} from "node:path";
 import {checker, launch, need_chromium, open, picture} from "./browser.mjs";
 
@@ -23,6 +23,7 @@ for (const name of names) for (const [width, dark] of [[1440, false], [420, true
     wide: document.documentElement.scrollWidth - innerWidth,
     text: document.querySelector("main").innerText,
     verdict: document.querySelector(".pill")?.textContent,
+    lead: [...document.querySelector(".lead").childNodes].slice(0, 2).map((n) => n.textContent).join(""),
     tiles: [...document.querySelectorAll(".tile")].map((t) => t.querySelector(".number").textContent),
     svgs: document.querySelectorAll(".figure svg").length,
     cut: [...document.querySelectorAll(".tile, .limits li, .controls > *, .figure figcaption, h1, h2, .lead")].filter((e) => {
@@ -56,6 +57,8 @@ for (const name of names) for (const [width, dark] of [[1440, false], [420, true
     await page.close();
     continue;
   }
+  const said = JSON.parse(readFileSync(join(folder, name, "result.json"))).verdict;
+  check(seen.verdict === said.word && seen.lead === said.word + said.text, `${what}: the verdict of result.json`, seen.lead);
   if (name !== "compare") {
     check(seen.tiles.length >= 1 && seen.tiles.length <= 5, `${what}: up to five numbers`, seen.tiles);
     for (const tile of seen.tiles) check(/^[−\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+( ?[A-Za-z°%].*)?$/.test(tile) && digits(tile) <= 3, `${what}: three digits and a unit`, tile);
