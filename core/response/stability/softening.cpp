@@ -132,50 +132,56 @@ VectorXd any_force(const MechanismFactor& factor) {
 
 // Lanczos with K⁻¹ dK/dσ in the product of K: of v = K⁻¹ r it is vᵀr.
 Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool drives_locked,
-                 const VectorXd& start) {
+                 const VectorXd& start, bool behind) {
   const LinearMap solve = factor.solver(drives_locked);
   const Eigen::Index n = factor.size();
+  const bool known = start.size() == n;
   VectorXd r = any_force(factor);
-  if (start.size() == n) {
+  if (known) {
     const VectorXd w = rate.times(start);
     if (w.norm() > 0) r = w / w.norm() + 1e-3 * r / r.norm();
   }
   const int most = std::min<int>(most_vectors, static_cast<int>(n));
-  MatrixXd V(n, most), R(n, most), W(n, most);
+  MatrixXd V(n, most), R(n, most), W(n, most), T(most, most);
   int count = 0;
   VectorXd values;
   MatrixXd vectors;
-  double ahead = 0, behind = 0;
+  double first_end = 0, last_end = 0;
   while (count < most) {
     VectorXd v = solve(r);
-    for (int pass = 0; pass < 2; ++pass)
-      for (int k = 0; k < count; ++k) {
-        const double by = R.col(k).dot(v);
-        v -= by * V.col(k);
-        r -= by * R.col(k);
-      }
+    for (int pass = 0; pass < 2; ++pass) {
+      const VectorXd by = R.leftCols(count).transpose() * v;
+      v.noalias() -= V.leftCols(count) * by;
+      r.noalias() -= R.leftCols(count) * by;
+    }
     const double size = v.dot(r);
     if (!(size > 1e-26 * std::abs(v.norm() * r.norm()))) break;
     V.col(count) = v / std::sqrt(size);
     R.col(count) = r / std::sqrt(size);
-    W.col(count) = rate.times(V.col(count));
-    r = W.col(count++);
-    const MatrixXd T = V.leftCols(count).transpose() * W.leftCols(count);
-    const SymmetricEigen eigen(0.5 * (T + T.transpose()));
+    r = rate.times(V.col(count));
+    W.col(count) = r;
+    const int last = count++;
+    T.col(last).head(count) = 0.5 * (V.leftCols(count).transpose() * W.col(last) +
+                                     W.leftCols(count).transpose() * V.col(last));
+    T.row(last).head(count) = T.col(last).head(count).transpose();
+    const SymmetricEigen eigen(T.topLeftCorner(count, count));
     values = eigen.eigenvalues();
     vectors = eigen.eigenvectors();
-    // both ends of the spectrum stand still
-    const double size_of_all = values.cwiseAbs().maxCoeff();
-    const bool still = std::abs(values[0] - ahead) < 1e-9 * size_of_all &&
-                       std::abs(values[count - 1] - behind) < 1e-9 * size_of_all;
-    ahead = values[0];
-    behind = values[count - 1];
-    if (still && count >= (start.size() == n ? 5 : 12)) break;
+    // the ends of the spectrum that are wanted stand still
+    const double rounding = 1e-9 * values.cwiseAbs().maxCoeff();
+    const bool still =
+        behind ? std::abs(values[0] - first_end) < rounding &&
+                     std::abs(values[last] - last_end) < rounding
+               : std::abs(values[0] - first_end) < std::max(rounding, 1e-6 * std::abs(values[0]));
+    first_end = values[0];
+    last_end = values[last];
+    if (still && count >= (known ? 5 : 12)) break;
   }
   if (count == 0) return {};
   std::vector<int> wanted;
   for (int k = 0; k < std::min(exact_vectors, count); ++k) wanted.push_back(k);
-  for (int k = std::max(count - exact_vectors, static_cast<int>(wanted.size())); k < count; ++k)
+  for (int k = std::max(count - exact_vectors, static_cast<int>(wanted.size()));
+       behind && k < count; ++k)
     wanted.push_back(k);
   return roots_in(V.leftCols(count) * vectors(Eigen::all, wanted), rate);
 }
