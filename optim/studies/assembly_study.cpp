@@ -289,8 +289,7 @@ WorstAssembly worst_of(Box& box, const Constraint& of, const Paths& nominal) {
   for (const VectorXd& other : as_bad) result.as_bad.push_back(box.errors(other));
   result.place = reading.place;
   if (reading.ok) result.worst = side * reading.value;
-  if (!reading.ok) result.reason = reading.what;
-  if (box.spent()) result.reason = box.limit();
+  result.reason = box.spent() ? box.limit() : reading.ok ? "" : reading.what;
   return result;
 }
 
@@ -343,10 +342,8 @@ CriticalAssembly critical_of(Box& box, const AssemblyTolerances& spec, const Pat
       break;
     }
     const auto [end, there] = end_along(box, of, z, scale, spec.largest_scale);
-    if (box.spent() && !there.ok && !there.unstable) {
-      within = end;
-      break;
-    }
+    within = end;
+    if (box.spent() && !there.ok && !there.unstable) break;
     const bool smaller = end < result.scale;
     const bool same = std::abs(end - result.scale) < same_scale * end;
     if (smaller) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "core/elements/leaf/leaf_element.hpp"
@@ -27,14 +28,20 @@ StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism,
   return evaluate_stroke(mechanism, job.model, drawn(request));
 }
 
-/// The request, of which the listener is told how far its evaluation is.
+/// The request, of whose evaluation the listener is told: of every point and load that is done, and
+/// ten times a second of the Newton iterations.
 StrokeRequest watched(RunListener& listener, StrokeRequest request) {
+  using Clock = std::chrono::steady_clock;
   const bool loads = request.growing_load() || request.wants_capacity();
-  request.progress = [&listener, loads](const StrokeProgress& progress) {
-    listener.step({.done = progress.done,
-                   .total = progress.total,
+  request.progress = [&listener, loads, last = Clock::time_point(),
+                      done = -1](const StrokeProgress& now) mutable {
+    if (now.done == done && Clock::now() - last < std::chrono::milliseconds(100)) return;
+    last = Clock::now();
+    done = now.done;
+    listener.step({.done = done,
+                   .total = now.total,
                    .what = loads ? "stroke points and critical loads" : "stroke points",
-                   .goals = fmt::format("{} Newton iterations", progress.iterations)});
+                   .goals = fmt::format("{} Newton iterations", now.iterations)});
   };
   return request;
 }
@@ -151,10 +158,10 @@ void look_around(const ParameterValues& parameters, const ModelOptions& model,
                                          counted(listener, "sampled designs"), shared.get());
   }
   if (job.assembly_tolerances && (!sharing || sharing->complete())) {
-    listener.say(
-        fmt::format("errors of assembly: the worst of the box, {} paths at most", most_paths(job)));
-    record.assembly = study_assembly(job, parameters, model, [&listener](int done, int total) {
-      listener.step({.done = done, .total = total, .what = "paths", .at_most = true});
+    const int most = most_paths(job);
+    listener.say(fmt::format("errors of assembly: the worst of the box, {} paths at most", most));
+    record.assembly = study_assembly(job, parameters, model, [&](int paths) {
+      listener.step({.done = paths, .total = most, .what = "paths", .at_most = true});
     });
   }
   const std::size_t count = job.maps.size();
