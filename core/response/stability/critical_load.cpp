@@ -88,7 +88,8 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
       result.load.reason = reason + "; " + result.load.reason;
     }
   }
-  if (result.load.factor.value_or(-1) < 0 && followed >= largest) result.load.at_least = largest;
+  if (stable && result.load.factor.value_or(-1) < 0 && followed >= largest)
+    result.load.at_least = largest;
   if (stable) result.load.linearised = ahead ? ahead : behind;
   return result;
 }

@@ -11,8 +11,9 @@
 namespace flexopt {
 namespace {
 
-constexpr int most_vectors = 60;  // of a Krylov space
-constexpr int exact_vectors = 4;  // of either sign whose forms are computed exactly
+constexpr int most_vectors = 60;        // of a Krylov space
+constexpr double enough_digits = 1e-6;  // of a root; next to a singular state it is all but exact
+constexpr int exact_vectors = 4;        // of either sign whose forms are computed exactly
 
 // No force on what is held, and nothing in the rows of conditions (joints, drives, material
 // points): answers that keep them alone have a positive product with K.
@@ -169,10 +170,10 @@ Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool 
     vectors = eigen.eigenvectors();
     // the ends of the spectrum that are wanted stand still
     const double rounding = 1e-9 * values.cwiseAbs().maxCoeff();
-    const bool still =
-        behind ? std::abs(values[0] - first_end) < rounding &&
-                     std::abs(values[last] - last_end) < rounding
-               : std::abs(values[0] - first_end) < std::max(rounding, 1e-6 * std::abs(values[0]));
+    const auto stands = [&](double now, double before) {
+      return std::abs(now - before) < std::max(rounding, enough_digits * std::abs(now));
+    };
+    const bool still = stands(values[0], first_end) && (!behind || stands(values[last], last_end));
     first_end = values[0];
     last_end = values[last];
     if (still && count >= (known ? 5 : 12)) break;
