@@ -12,7 +12,7 @@ namespace flexopt {
 namespace {
 
 constexpr int most_vectors = 60;        // of a Krylov space
-constexpr double enough_digits = 1e-6;  // of a root; next to a singular state it is all but exact
+constexpr double enough_digits = 1e-6;  // of a root that a step is made by
 constexpr int exact_vectors = 4;        // of either sign whose forms are computed exactly
 
 // No force on what is held, and nothing in the rows of conditions (joints, drives, material
@@ -170,10 +170,10 @@ Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool 
     vectors = eigen.eigenvectors();
     // the ends of the spectrum that are wanted stand still
     const double rounding = 1e-9 * values.cwiseAbs().maxCoeff();
-    const auto stands = [&](double now, double before) {
-      return std::abs(now - before) < std::max(rounding, enough_digits * std::abs(now));
-    };
-    const bool still = stands(values[0], first_end) && (!behind || stands(values[last], last_end));
+    const double enough =
+        behind ? rounding : std::max(rounding, enough_digits * std::abs(values[0]));
+    const bool still = std::abs(values[0] - first_end) < enough &&
+                       (!behind || std::abs(values[last] - last_end) < enough);
     first_end = values[0];
     last_end = values[last];
     if (still && count >= (known ? 5 : 12)) break;

@@ -94,7 +94,7 @@ StrokeRequest pressed() {
 
 TEST_CASE("a limit that ends the search for a critical load leaves the point what is known") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
-  const ModelOptions model{.mesh = {6, 2}, .accuracy = Accuracy::full};
+  const ModelOptions model{.accuracy = Accuracy::full, .mesh = {6, 2}};
   StrokeRequest request = pressed();
   request.points = {0.005};
   const StrokeResponse plain = test::evaluated(m, model, request);
@@ -123,7 +123,7 @@ TEST_CASE("an evaluation tells its Newton iterations, points and critical loads"
   request.outputs.add({Output::buckling, Output::load_capacity});
   std::vector<StrokeProgress> told;
   request.progress = [&](const StrokeProgress& progress) { told.push_back(progress); };
-  test::evaluated(m, {.mesh = {6, 2}, .accuracy = Accuracy::full}, request);
+  test::evaluated(m, {.accuracy = Accuracy::full, .mesh = {6, 2}}, request);
   REQUIRE(told.size() > 10);
   CHECK(told.front().done == 0);
   for (std::size_t k = 0; k < told.size(); ++k) {
