@@ -34,12 +34,11 @@ StiffnessRate::StiffnessRate(const MechanismFactor& factor, DesignDirections& st
 // Derivative by the state of yᵀK y of the leaves, column by column.
 MatrixXd StiffnessRate::leaf_gradients_of(const MatrixXd& Y) const {
   MatrixXd forces = MatrixXd::Zero(factor_->size(), Y.cols());
-  const VectorXd none = VectorXd::Zero(Y.cols());
   for (std::size_t i = 0; i < factor_->leaves().size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor_->leaves()[i];
     const MatrixXd rows = factor_->leaf_rows(leaf, Y);
     factor_->add_leaf_force(leaf, leaf.linear->scale().energy,
-                            design_.leaf(static_cast<int>(i)).quadratic(rows, none).state, forces);
+                            design_.leaf(static_cast<int>(i)).state_rates(rows), forces);
   }
   return forces;
 }

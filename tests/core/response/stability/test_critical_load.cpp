@@ -274,6 +274,24 @@ TEST_CASE("the factor is inverse to the load and turns its sign with it", "[slow
   }
 }
 
+TEST_CASE("what the forms of a leaf change by along its state is the same without the shape") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  System system(m, make_full_leaves(m, coarse_plates()), LoadCase{.gravity = {1, 2, 3}});
+  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+  REQUIRE(step_to(system, 0.01, {}).converged);
+  const Answer<MechanismFactor> factor = MechanismFactor::of(system);
+  REQUIRE(factor);
+  DesignDirections still(m, {zero_rate(m)});
+  for (const MechanismFactor::Leaf& leaf : factor->leaves()) {
+    const auto gradient = leaf.linear->gradient(still.rates, leaf.rows);
+    REQUIRE(gradient);
+    const MatrixXd Y = MatrixXd::Random((*gradient)->size(), 3),
+                   all = (*gradient)->quadratic(Y, VectorXd::Zero(3)).state;
+    CHECK((*gradient)->state_rates(Y).isApprox(all, 1e-14));
+    CHECK(all.norm() > 0);
+  }
+}
+
 TEST_CASE("a factor is looked for up to the largest that is asked for, either way") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const auto up_to = [&](double largest, double force) {
