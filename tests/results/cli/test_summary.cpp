@@ -31,6 +31,5 @@ TEST_CASE("The summary says why a number is missing, or no more than a lower bou
   CHECK_THAT(text, Contains("buckling load factor") && Contains("> 50 "));
   CHECK_THAT(text, Contains("buckling load factor at stroke rz 20 deg: the branch ends\n"));
   CHECK_THAT(text, Contains("load capacity -uz at stroke rz -20 deg: a leaf is stretched\n"));
-  CHECK_THAT(text,
-             !Contains("no singular tangent"));
+  CHECK_THAT(text, !Contains("no singular tangent"));
 }
