@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <utility>
 
 #include "core/math/work_count.hpp"
 
@@ -18,7 +19,8 @@ double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-LimitedWork::LimitedWork(const WorkLimits& limits) : limits_(limits), outer_(present) {
+LimitedWork::LimitedWork(const WorkLimits& limits, std::function<void(int)> told)
+    : limits_(limits), told_(std::move(told)), outer_(present) {
   if (limits_.seconds) begin_ = limits_.clock();
   present = this;
 }
@@ -28,6 +30,7 @@ LimitedWork::~LimitedWork() { present = outer_; }
 // What was needed is not said: it differs from run to run.
 void LimitedWork::check(int iterations) {
   iterations_ += iterations;
+  if (told_ && iterations > 0) told_(iterations_);
   if (limits_.iterations && iterations_ > *limits_.iterations)
     throw WorkLimitReached(
         fmt::format("iteration limit: more than {} Newton iterations", *limits_.iterations));

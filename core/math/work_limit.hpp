@@ -1,6 +1,7 @@
 #pragma once
 // How much work one evaluation may do, and its end where that is used up.
 #include <exception>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -34,7 +35,8 @@ class WorkLimitReached : public std::exception {
 /// outer one until it ends.
 class LimitedWork {
  public:
-  explicit LimitedWork(const WorkLimits& limits);
+  /// `told`: of the number of Newton iterations so far, at each.
+  explicit LimitedWork(const WorkLimits& limits, std::function<void(int)> told = {});
   ~LimitedWork();
   LimitedWork(const LimitedWork&) = delete;
   LimitedWork& operator=(const LimitedWork&) = delete;
@@ -48,6 +50,7 @@ class LimitedWork {
   WorkLimits limits_;
   double begin_ = 0;
   int iterations_ = 0;
+  std::function<void(int)> told_;
   LimitedWork* outer_;
 };
 

@@ -78,6 +78,18 @@ bool is_answered(const Quantity& quantity, const StrokeRequest& request) {
   return is_answered(*quantity.row, request);
 }
 
+std::string why_missing(const PathPoint& point, const QuantityRow& row, int component) {
+  if (row.needs.has(Output::buckling) && point.buckling)
+    return (component == 0 ? point.buckling->drive_locked : point.buckling->drive_free).reason;
+  if (row.needs.has(Output::load_capacity)) {
+    const auto& capacity = point.load_capacity[component];
+    return capacity ? capacity->reason : "";
+  }
+  if (!row.needs.has(Output::stress)) return "";
+  return row.name.starts_with("fatigue") && point.fillet_fault.empty() ? point.fatigue_fault
+                                                                       : point.fillet_fault;
+}
+
 DriveList::DriveList(Direction drive) : items{{{}, drive}} { prescribed[index(drive)] = true; }
 
 DriveList::DriveList(const Mechanism& mechanism) : prescribed(prescribed_directions(mechanism)) {
@@ -148,6 +160,11 @@ const QuantityRow& row_of(std::string_view name) {
   return *find(name).row;
 }
 }  // namespace
+
+std::string why_missing(const PathPoint& point, std::string_view name) {
+  const QuantityRow& row = row_of(name);
+  return why_missing(point, row, row.of_drives ? 0 : component_of(name));
+}
 
 bool is_of_design(std::string_view name) { return row_of(name).of_design; }
 

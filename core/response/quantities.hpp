@@ -112,6 +112,11 @@ bool is_answered(const Quantity& quantity, const StrokeRequest& request);
 /// Every quantity of the table for these drives, in its order.
 std::vector<Quantity> quantities(const DriveList& drives);
 
+/// Why a point has no such number, or no more than a lower bound of it; empty where it does not
+/// say.
+std::string why_missing(const PathPoint& point, const QuantityRow& row, int component);
+std::string why_missing(const PathPoint& point, std::string_view name);
+
 /// Value and derivatives by name ("drive_load.x" for a drive with a name: the point knows its
 /// drives). Throw std::invalid_argument for a name that the table does not have.
 std::optional<double> value_of(const PathPoint& point, std::string_view name);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bitset>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -185,6 +186,15 @@ enum class BranchChoice {
   stable    ///< the one that is stable, where the bodies can be led to it
 };
 
+/// What a factor or a safety counts as in goals where there is none.
+inline constexpr double no_critical_factor = 1e6;
+
+/// How far an evaluation is.
+struct StrokeProgress {
+  int done = 0, total = 0;  ///< points, and at each its critical loads and load capacities
+  int iterations = 0;       ///< Newton iterations, as WorkLimits counts them
+};
+
 struct StrokeRequest {
   /// Stroke of the drive, in the order wanted [m or rad]; factors of the growing loads where the
   /// load case has some.
@@ -198,6 +208,7 @@ struct StrokeRequest {
   LoadCase loads;
   /// Name of the constant load that grows until the tangent is singular; empty for none.
   std::string buckling_load;
+  double largest_factor = no_critical_factor;  ///< of it, either way: beyond, none is looked for
   /// What is wanted. Other numbers of a path point may come along where they cost nothing.
   Outputs outputs = Outputs::numbers();
   PathValues values = PathValues::as_modelled;
@@ -213,6 +224,8 @@ struct StrokeRequest {
   std::vector<Probe> probes;
   NewtonOptions newton;
   WorkLimits limits;  ///< of one evaluation of these points
+  /// Told of every Newton iteration.
+  std::function<void(const StrokeProgress&)> progress;
 
   /// Strokes of all drives of a mechanism at a point.
   VectorXd strokes_at(std::size_t point, std::size_t drives) const;

@@ -101,6 +101,8 @@ struct CriticalLoad {
   bool fold = false;  ///< the load is the largest of the branch there; else branches meet
   /// The branch was followed to its bound on both sides, and its tangent is not singular.
   bool none = false;
+  /// Largest factor of the request, where the branch was followed so far and none was met.
+  std::optional<double> at_least;
   std::string reason;  ///< why there is no factor
   /// Motion of every body in the buckling mode, relative to the largest unknown of bodies and
   /// leaves, with lengths over the longest leaf.
@@ -127,9 +129,6 @@ struct LoadCapacity {
   std::optional<Direction> support;  ///< of a stiffness: which one
   double stiffness = 0;              ///< of a stiffness: its value there [N/m or N m/rad]
 };
-
-/// What a factor or a safety counts as in goals where there is none.
-inline constexpr double no_critical_factor = 1e6;
 
 /// Life that counts in goals where there is none: decimal logarithm of the number of cycles.
 inline constexpr double longest_life = 30;

@@ -242,6 +242,7 @@ struct AssemblyTolerances {
   double largest_scale = 100;  ///< largest scale of the box
   int starts = 4;              ///< starts of each search
   unsigned seed = 1;
+  std::optional<int> max_paths;  ///< after so many the study ends with what it has found
 
   bool wants_critical() const { return stiffness_share || drive_load_change; }
 };

@@ -49,7 +49,10 @@ const RecordTable<AssemblyTolerances>& box_table() {
           .with_default("starts", shape::integer(2, 1000), &AssemblyTolerances::starts,
                         "of each search, the middle of the box among them")
           .with_default("seed", shape::integer(0, 4294967295.0), &AssemblyTolerances::seed,
-                        "of the starts");
+                        "of the starts")
+          .optional("max_paths", shape::integer(1, 1e9), &AssemblyTolerances::max_paths,
+                    "after so many the study ends with the worst that it has found; default: "
+                    "none ends it");
   return table;
 }
 

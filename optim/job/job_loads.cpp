@@ -171,6 +171,7 @@ void read_temperature(const json& read, const Mechanism& mechanism, FaultList& f
 /// Throws SpecError.
 void read_buckling(const json& read, StrokeRequest& request) {
   request.buckling_load = read["load"];
+  request.largest_factor = read["largest_factor"];
   std::vector<std::string> names;
   for (const DeadLoad& load : request.loads.constant)
     if (!load.name.empty()) names.push_back(load.name);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "core/response/quantities.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
@@ -170,6 +171,14 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
       context.faults.attempt([&, key = key, place = place] { read[key] = *(*place = bound(key)); });
+  const double most = context.request.largest_factor;
+  if (!formula && context.counts(constraint.load_case) &&
+      needs_of(constraint.quantity).has(Output::buckling) &&
+      std::max(constraint.min.value_or(0), constraint.max.value_or(0)) > most)
+    throw SpecError(at, shown(read),
+                    fmt::format("factors beyond {:g} are not looked for: give \"buckling\" a "
+                                "largest_factor that is no less than the bound",
+                                most));
   if (constraint.min && constraint.max && !(*constraint.min <= *constraint.max))
     throw SpecError(at / "min", fmt::format("{:g}", *constraint.min),
                     fmt::format("expected min <= max = {:g}", *constraint.max));

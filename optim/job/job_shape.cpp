@@ -265,7 +265,10 @@ Shape job_shape(const Family* family) {
       optional("buckling",
                record({required("load", text(100),
                                 "name of the dead load that grows, all else kept, until the "
-                                "tangent is singular")}),
+                                "tangent is singular"),
+                       with_default("largest_factor", quantity("1", 1, no_critical_factor), 50,
+                                    "up to which it grows, and is reversed: larger factors are "
+                                    "not looked for")}),
                "at every point the factor of a load at which the mechanism becomes unstable"),
       load_capacity_field(),
       with_default("branch", choice({"primary", "stable"}), "primary",

@@ -22,8 +22,8 @@ constexpr double endless_bandwidth = 1e6;  // [Hz]: more than any bound asks for
 
 // What a quantity counts as where there is nothing that it could be: no mode that the drive feels
 // beside its own, no pair that can touch, no load, but for a reversed one, at which the tangent is
-// singular; no stress to speak of; no limit of a load as far as it was followed, which counts as
-// that.
+// singular (as far as it was followed, where that is known); no stress to speak of; no limit of a
+// load as far as it was followed, which counts as that.
 std::optional<double> value_of_nothing(const PathPoint& point, const std::string& quantity) {
   if (quantity == "clearance")
     return point.clearance ? std::nullopt : std::optional(clearance_without_pairs);
@@ -45,7 +45,7 @@ std::optional<double> value_of_nothing(const PathPoint& point, const std::string
       quantity == "buckling.drive_free" ? point.buckling->drive_free : point.buckling->drive_locked;
   const bool asked = quantity == "buckling_load_factor" || quantity.starts_with("buckling.");
   const bool never = load.none || load.factor.value_or(0) < 0;
-  return asked && never ? std::optional(no_critical_factor) : std::nullopt;
+  return asked && never ? std::optional(load.at_least.value_or(no_critical_factor)) : std::nullopt;
 }
 
 // The quantities whose lowest over the stroke is that of several modes.
@@ -160,18 +160,6 @@ Answer<void, Why> check_point(const PathPoint& point, const StrokeResponse& resp
                     unstable ? "unstable equilibrium" : beyond});
 }
 
-/// What the point tells of a missing value: ": the reason", or nothing.
-std::string why_no_value(const PathPoint& point, const std::string& quantity) {
-  std::string why;
-  if (!point.fillet_fault.empty() && needs_of(quantity).has(Output::stress))
-    why = ": " + point.fillet_fault;
-  else if (quantity.starts_with("fatigue") && !point.fatigue_fault.empty())
-    why = ": " + point.fatigue_fault;
-  if (!point.buckling || !quantity.starts_with("buckling")) return why;
-  const bool free = quantity == "buckling.drive_free";
-  return why + ": " + (free ? point.buckling->drive_free : point.buckling->drive_locked).reason;
-}
-
 /// Extreme among the values first, first + 1, …, last − 1.
 Extreme extreme_within(const Goal& goal, const GoalValues& values, std::size_t first,
                        std::size_t last) {
@@ -258,8 +246,9 @@ Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& respo
         value.value_or(-1) < 0 ? value_of_nothing(point, goal.quantity) : std::nullopt;
     if (!nothing && (!value || !std::isfinite(*value))) {
       const std::string reason = fmt::format("{} has no value", goal.quantity);
-      return BecauseOf({fmt::format("{} at stroke {:.6g}{}", reason, point.stroke,
-                                    why_no_value(point, goal.quantity)),
+      const std::string why = why_missing(point, goal.quantity);
+      return BecauseOf({fmt::format("{} at stroke {:.6g}{}{}", reason, point.stroke,
+                                    why.empty() ? "" : ": ", why),
                         reason});
     }
     std::vector<PointValue> found;

@@ -18,6 +18,7 @@ namespace {
 
 // A box of so many errors has few corners: all are looked at.
 constexpr int few_sides = 4;
+constexpr int most_steps = 40;  // of the search from one start
 
 // Places of the box that far apart are two, and two values that near are the same.
 constexpr double same_place = 1e-2, as_bad_as = 1e-7;
@@ -46,10 +47,13 @@ struct Read {
 
 class Box {
  public:
-  Box(const Job& job, const ParameterValues& parameters, const ModelOptions& model);
+  Box(const Job& job, const ParameterValues& parameters, const ModelOptions& model,
+      const PathsSoFar& progress);
 
   int size() const { return box_.size(); }
   int evaluations() const { return evaluations_; }
+  bool spent() const { return evaluations_ >= spec_.max_paths.value_or(evaluations_ + 1); }
+  std::string limit() const { return fmt::format("ended by its limit of {} paths", evaluations_); }
   std::vector<AssemblyError> errors(const VectorXd& z) const { return box_.errors(z); }
   /// Index of the named load case; of all where there is no name.
   std::vector<std::size_t> cases_named(const std::string& name = "") const;
@@ -72,15 +76,18 @@ class Box {
   ModelOptions model_;
   Mechanism mechanism_;
   std::vector<JobCase> cases_;
+  PathsSoFar progress_;
   int evaluations_ = 0;
 };
 
-Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& model)
+Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& model,
+         const PathsSoFar& progress)
     : box_(*job.assembly_tolerances),
       spec_(*job.assembly_tolerances),
       model_(model),
       mechanism_(make_mechanism(job, parameters)),
-      cases_(cases_of(job)) {
+      cases_(cases_of(job)),
+      progress_(progress) {
   for (JobCase& one : cases_) {
     one.request.outputs = {Output::equilibrium};
     for (const Constraint& c : spec_.quantities) one.request.outputs.add(needs_of(c.quantity));
@@ -98,6 +105,7 @@ std::vector<std::size_t> Box::cases_named(const std::string& name) const {
 Paths Box::evaluate(const VectorXd& z, const std::vector<std::size_t>& cases) {
   Paths found(cases_.size());
   for (const std::size_t k : cases) {
+    if (progress_) progress_(evaluations_);
     ++evaluations_;
     found[k] = evaluate_stroke(mechanism_, model_, box_.with_errors(cases_[k].request, z));
   }
@@ -105,6 +113,7 @@ Paths Box::evaluate(const VectorXd& z, const std::vector<std::size_t>& cases) {
 }
 
 Reading Box::read(const VectorXd& z, double scale, const Read& of) {
+  if (spent()) return {.what = limit()};
   const Paths found = evaluate(scale * z, of.cases);
   for (const std::size_t k : of.cases)
     for (const PathPoint& point : found[k].path)
@@ -158,7 +167,7 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
     keep(z, r);
     Problem::Value value;
     value.ok = r.ok;
-    value.enough = r.unstable;
+    value.enough = r.unstable || spent();
     value.f = -r.value / unit;
     if (!r.ok || !differentiated) return value;
     const auto rates = gradient(z, r, scale, of);
@@ -167,7 +176,7 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
     return value;
   };
   const std::vector<VectorXd> spread = sobol_points(size(), spec_.starts, spec_.seed);
-  for (int k = 0; k < spec_.starts && !best.second.unstable; ++k) {
+  for (int k = 0; k < spec_.starts && !best.second.unstable && !spent(); ++k) {
     // the first start is the middle, or what is known
     VectorXd from = start;
     if (k > 0) from = (2 * spread[k].array() - 1).matrix();
@@ -185,14 +194,14 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
     if (k == 0 && corner && there.ok) *corner = there.value;
     OptimiserOptions options;
     options.name = "LD_SLSQP";
-    options.max_evaluations = 40;
+    options.max_evaluations = most_steps;
     options.tolerance = 1e-6;
-    if (!best.second.unstable)
+    if (!best.second.unstable && !spent())
       minimise(problem, there.ok && there.value > here.value ? to : from, options);
   }
   // where several ends are as bad but for little, a search may take any of them
   if (corner && size() <= few_sides)
-    for (int k = 0; k < 1 << size() && !best.second.unstable; ++k) {
+    for (int k = 0; k < 1 << size() && !best.second.unstable && !spent(); ++k) {
       VectorXd z(size());
       for (Eigen::Index i = 0; i < z.size(); ++i) z[i] = k >> i & 1 ? 1 : -1;
       keep(z, read(z, scale, of));
@@ -280,7 +289,7 @@ WorstAssembly worst_of(Box& box, const Constraint& of, const Paths& nominal) {
   for (const VectorXd& other : as_bad) result.as_bad.push_back(box.errors(other));
   result.place = reading.place;
   if (reading.ok) result.worst = side * reading.value;
-  if (!reading.ok) result.reason = reading.what;
+  result.reason = box.spent() ? box.limit() : reading.ok ? "" : reading.what;
   return result;
 }
 
@@ -290,17 +299,17 @@ std::pair<double, Reading> end_along(Box& box, const Read& of, const VectorXd& z
   const auto beyond = [](const Reading& r) { return r.unstable || (r.ok && r.value > 0); };
   double low = 0, high = std::min(from, largest);
   Reading at_low = box.read(z, 0, of), at_high = box.read(z, high, of);
-  while (!beyond(at_high) && high < largest) {
+  while (!beyond(at_high) && high < largest && !box.spent()) {
     low = high;
     at_low = at_high;
     high = std::min(growth * high, largest);
     at_high = box.read(z, high, of);
   }
-  if (!beyond(at_high)) return {largest, {}};
+  if (!beyond(at_high)) return {box.spent() ? low : largest, {.what = box.limit()}};
   double below = at_low.ok ? at_low.value : 0;
   double above = at_high.ok ? at_high.value : 0;
   int last = 0;
-  while (high - low > scale_accuracy * high) {
+  while (high - low > scale_accuracy * high && !box.spent()) {
     // regula falsi in the Illinois way; halves where one end is unstable
     double middle = 0.5 * (low + high);
     if (at_high.ok && below < 0 && above > 0)
@@ -324,16 +333,17 @@ CriticalAssembly critical_of(Box& box, const AssemblyTolerances& spec, const Pat
                 box.cases_named()};
   result.scale = spec.largest_scale;
   result.limit = "none";
-  result.text = fmt::format("nothing critical up to {:g} times the box", spec.largest_scale);
   VectorXd pattern = VectorXd::Zero(box.size());
-  double scale = std::min(1.0, spec.largest_scale);
+  double scale = std::min(1.0, spec.largest_scale), within = 0;
   for (int round = 0; round < most_rounds; ++round) {
     const auto [z, reading] = box.worst(scale, of, pattern, nullptr);
     if (!reading.ok && !reading.unstable) {
-      result.text = reading.what;
+      if (!box.spent()) result.text = reading.what;
       break;
     }
     const auto [end, there] = end_along(box, of, z, scale, spec.largest_scale);
+    within = end;
+    if (box.spent() && !there.ok && !there.unstable) break;
     const bool smaller = end < result.scale;
     const bool same = std::abs(end - result.scale) < same_scale * end;
     if (smaller) {
@@ -349,17 +359,32 @@ CriticalAssembly critical_of(Box& box, const AssemblyTolerances& spec, const Pat
     pattern = z;
     scale = end;
   }
+  if (box.spent() && result.limit == "none") result.scale = within;
+  if (result.text.empty())
+    result.text = fmt::format("nothing critical up to {:g} times the box", result.scale);
+  if (box.spent()) result.text += "; " + box.limit();
   result.evaluations = box.evaluations() - before;
   return result;
 }
 
 }  // namespace
 
+int most_paths(const Job& job) {
+  const AssemblyTolerances& spec = *job.assembly_tolerances;
+  const int sides = AssemblyBox(spec).size(), cases = static_cast<int>(cases_of(job).size());
+  const int start = 2 + 2 * sides + most_steps * (1 + 2 * sides);
+  const int searches =
+      static_cast<int>(spec.quantities.size()) + (spec.wants_critical() ? most_rounds : 0);
+  const int paths =
+      cases * (1 + searches * (spec.starts * start + (sides <= few_sides ? 1 << sides : 0)));
+  return std::min(paths, spec.max_paths.value_or(paths));
+}
+
 AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
-                              const ModelOptions& model) {
+                              const ModelOptions& model, const PathsSoFar& progress) {
   AssemblyReport report;
   const AssemblyTolerances& spec = *job.assembly_tolerances;
-  Box box(job, parameters, model);
+  Box box(job, parameters, model, progress);
   const Paths nominal = box.evaluate(VectorXd::Zero(box.size()), box.cases_named());
   for (const StrokeResponse& one : nominal)
     if (one.status != Status::ok) {

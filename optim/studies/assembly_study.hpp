@@ -1,5 +1,6 @@
 #pragma once
 // The worst errors of assembly in a box, and the size of the box at which they become critical.
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,9 +39,16 @@ struct AssemblyReport {
   std::optional<CriticalAssembly> critical;
 };
 
+/// Is told the number of paths so far.
+using PathsSoFar = std::function<void(int paths)>;
+
+/// How many paths the study of a job evaluates at most, about: all of its searches to their ends.
+int most_paths(const Job& job);
+
 /// Study of the assembly errors of the job's design with these parameters, by this model, over the
-/// worst of its load cases. Derivatives along the errors are central differences.
+/// worst of its load cases. Derivatives along the errors are central differences. Where max_paths
+/// ends it, the worst that was found has the reason.
 AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
-                              const ModelOptions& model);
+                              const ModelOptions& model, const PathsSoFar& progress = {});
 
 }  // namespace flexopt

@@ -12,19 +12,6 @@
 namespace flexopt {
 namespace {
 
-/// Why a point has no such number, where it says so.
-std::string reason_of(const ComparedQuantity::Number& number, const PathPoint& p) {
-  const Outputs& needs = number.row->needs;
-  if (needs.has(Output::buckling) && p.buckling)
-    return (number.component == 0 ? p.buckling->drive_locked : p.buckling->drive_free).reason;
-  if (needs.has(Output::load_capacity)) {
-    const auto& capacity = p.load_capacity[number.component];
-    return capacity ? capacity->reason : "";
-  }
-  if (!needs.has(Output::stress)) return "";
-  return p.fatigue_fault.empty() ? p.fillet_fault : p.fatigue_fault;
-}
-
 ComparedPoint compared_point(const std::vector<ComparedQuantity>& quantities, const PathPoint& p) {
   ComparedPoint c;
   c.stroke = p.stroke;
@@ -37,7 +24,7 @@ ComparedPoint compared_point(const std::vector<ComparedQuantity>& quantities, co
     auto& reasons = c.reasons.emplace_back();
     for (const ComparedQuantity::Number& number : quantity.numbers) {
       numbers.push_back(number.row->value(p, number.component));
-      reasons.push_back(numbers.back() ? "" : reason_of(number, p));
+      reasons.push_back(numbers.back() ? "" : why_missing(p, *number.row, number.component));
     }
   }
   return c;

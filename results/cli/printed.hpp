@@ -23,6 +23,7 @@ struct StrokeCell {
   std::optional<double> value;  ///< SI
   std::string direction;        ///< direction of the weakest of several; empty: there is one number
   bool at_least = false;        ///< where nothing ended its growth: what is borne at least
+  std::string reason;           ///< why there is none, or a lower bound alone; empty: nothing known
 };
 
 struct StrokeRow {

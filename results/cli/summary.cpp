@@ -44,8 +44,9 @@ std::string line(const std::string& name, const std::vector<std::string>& cells)
 /// The rows of the table with a designer's units.
 std::string stroke_lines(const StrokeResponse& response, const DriveList& drives,
                          const StrokeRequest& request) {
-  std::string text;
-  for (const StrokeRow& row : stroke_table(response, drives, request)) {
+  std::string text, reasons;
+  const std::vector<StrokeRow> table = stroke_table(response, drives, request);
+  for (const StrokeRow& row : table) {
     std::vector<std::string> cells;
     for (const StrokeCell& cell : row.cells) {
       std::optional<double> value = cell.value;
@@ -54,8 +55,13 @@ std::string stroke_lines(const StrokeResponse& response, const DriveList& drives
                       (cell.at_least ? "> " : "") + (value ? shown(value, row.unit) : row.absent));
     }
     text += line(row.label, cells);
+    for (std::size_t k = 0; k < row.cells.size(); ++k)
+      if (const std::string& why = row.cells[k].reason;
+          !why.empty() && (k == 0 || why != row.cells[k - 1].reason))
+        reasons += fmt::format("  {} at {} {}: {}\n", row.label, table.front().label,
+                               shown(table.front().cells[k].value, table.front().unit), why);
   }
-  return text;
+  return text + reasons;
 }
 
 std::string difference(double relative) { return fmt::format("{:+.3f} %", 100 * relative); }
@@ -253,7 +259,14 @@ void add_number(const QuantityRow& row, const StrokeResponse& response, const Po
   for (const PathPoint& p : response.path)
     if (p.status == PointStatus::converged)
       added.largest = std::max(added.largest, std::abs(row.value(p, component).value_or(0)));
-  for (const PathPoint* p : points) added.cells.push_back({row.value(*p, component)});
+  for (const PathPoint* p : points) {
+    StrokeCell& cell = added.cells.emplace_back(StrokeCell{row.value(*p, component)});
+    if (cell.value) continue;
+    if (row.needs.has(Output::buckling) && p->buckling)
+      cell.value = p->buckling->drive_locked.at_least;
+    cell.at_least = cell.value.has_value();
+    if (!cell.value) cell.reason = why_missing(*p, row, component);
+  }
 }
 
 /// A row for each load that a capacity was asked for.
@@ -270,6 +283,7 @@ void add_capacities(const QuantityRow& row, const Points& points, const StrokeRe
       if (const auto& capacity = p->load_capacity[k]) {
         cell.value = capacity->value;
         cell.at_least = capacity->limit == CapacityLimit::none;
+        if (cell.at_least) cell.reason = capacity->reason;
       }
     }
   }

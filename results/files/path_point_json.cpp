@@ -122,13 +122,14 @@ Json motion_json(const BodyMotion& motion) {
 Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mechanism) {
   if (!buckling) return nullptr;
   Json factors = Json::object(), linearised = Json::object(), kind = Json::object(),
-       mode = Json::object(), reason = Json::object();
+       mode = Json::object(), reason = Json::object(), at_least = Json::object();
   for (const auto& [drive, load] : {std::pair{"drive_locked", &buckling->drive_locked},
                                     {"drive_free", &buckling->drive_free}}) {
     factors[drive] = optional_json(load->factor);
     linearised[drive] = optional_json(load->linearised);
     kind[drive] = !load->factor ? Json() : Json(load->fold ? "fold" : "bifurcation");
     reason[drive] = load->reason;
+    at_least[drive] = optional_json(load->at_least);
     mode[drive] = nullptr;
     for (std::size_t b = 0; b < load->mode.size(); ++b)
       mode[drive][mechanism.bodies[b].name] = motion_json(load->mode[b]);
@@ -137,6 +138,7 @@ Json buckling_json(const std::optional<Buckling>& buckling, const Mechanism& mec
   factors["kind"] = std::move(kind);
   factors["mode"] = std::move(mode);
   factors["reason"] = std::move(reason);
+  factors["at_least"] = std::move(at_least);
   return factors;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "core/elements/leaf/leaf_element.hpp"
@@ -27,14 +28,33 @@ StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism,
   return evaluate_stroke(mechanism, job.model, drawn(request));
 }
 
+/// The request, of whose evaluation the listener is told: of every point and load that is done, and
+/// ten times a second of the Newton iterations.
+StrokeRequest watched(RunListener& listener, StrokeRequest request) {
+  using Clock = std::chrono::steady_clock;
+  const bool loads = request.growing_load() || request.wants_capacity();
+  request.progress = [&listener, loads, last = Clock::time_point(),
+                      done = -1](const StrokeProgress& now) mutable {
+    if (now.done == done && Clock::now() - last < std::chrono::milliseconds(100)) return;
+    last = Clock::now();
+    done = now.done;
+    listener.step({.done = done,
+                   .total = now.total,
+                   .what = loads ? "stroke points and critical loads" : "stroke points",
+                   .goals = fmt::format("{} Newton iterations", now.iterations)});
+  };
+  return request;
+}
+
 /// Evaluates every path of the job with shapes and with derivatives along these names. Where one
 /// path has no derivatives, none are kept.
-void differentiate(const std::vector<std::string>& along, RunRecord& record) {
+void differentiate(const std::vector<std::string>& along, RunListener& listener,
+                   RunRecord& record) {
   for (JobCase& one : cases_of(record.job)) {
     one.request.outputs.add(Output::shapes);
     one.request.values = PathValues::differentiable;
     StrokeSensitivity found = stroke_sensitivity(record.job, record.job.design.parameters, along,
-                                                 record.job.model, one.request);
+                                                 record.job.model, watched(listener, one.request));
     if (!found.gradients && record.no_gradients.empty()) record.no_gradients = found.message;
     if (found.gradients) record.gradients.push_back(std::move(*found.gradients));
     (one.name.empty() ? record.response : record.cases.emplace_back()) = std::move(found.response);
@@ -138,8 +158,11 @@ void look_around(const ParameterValues& parameters, const ModelOptions& model,
                                          counted(listener, "sampled designs"), shared.get());
   }
   if (job.assembly_tolerances && (!sharing || sharing->complete())) {
-    listener.say("errors of assembly: the worst of the box");
-    record.assembly = study_assembly(job, parameters, model);
+    const int most = most_paths(job);
+    listener.say(fmt::format("errors of assembly: the worst of the box, {} paths at most", most));
+    record.assembly = study_assembly(job, parameters, model, [&](int paths) {
+      listener.step({.done = paths, .total = most, .what = "paths", .at_most = true});
+    });
   }
   const std::size_t count = job.maps.size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -215,14 +238,14 @@ RunRecord run_evaluation(const Job& job, const RunOptions& options, RunListener&
   const std::string cases =
       job.cases.empty() ? "" : fmt::format(" in {} load cases", job.cases.size());
   listener.say(fmt::format("evaluating {} at {} stroke points{}", job.name, points, cases));
-  if (!options.along.empty()) differentiate(options.along, record);
+  if (!options.along.empty()) differentiate(options.along, listener, record);
   for (std::size_t k = record.cases.size(); k < job.cases.size(); ++k)
-    record.cases.push_back(
-        drawn_response(record.job, record.mechanism, record.job.cases[k].request));
+    record.cases.push_back(drawn_response(record.job, record.mechanism,
+                                          watched(listener, record.job.cases[k].request)));
   if (!job.cases.empty())
     record.response = record.cases.front();
   else if (options.along.empty())
-    record.response = drawn_response(record.job, record.mechanism, job.request);
+    record.response = drawn_response(record.job, record.mechanism, watched(listener, job.request));
   add_errors(record.job.model, listener, record);
   add_timings(record);
   conclude(record);

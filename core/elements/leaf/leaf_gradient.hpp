@@ -78,6 +78,10 @@ class LeafGradient {
   /// Derivatives of the residual along the variations, at constant scales: size × variations.
   virtual Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const = 0;
   virtual LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const = 0;
+  /// Derivatives along the state alone, of μ = 0: LeafQuadratic::state.
+  virtual Matrix state_rates(const Matrix& Y) const {
+    return quadratic(Y, Vector::Zero(Y.cols())).state;
+  }
   /// Derivatives of the fields along every variation; for each variation the state moves by one
   /// column of `rows`. None for series.
   virtual std::unique_ptr<LeafFields> fields(

@@ -31,7 +31,7 @@ class ElementQuadratic {
         columns_(static_cast<int>(mu.size())),
         s0_(16, 3 * columns_),
         s1_(16, 3 * columns_),
-        along_(static_cast<std::size_t>(rate.directions())) {}
+        along_(static_cast<std::size_t>(q.shape.rows())) {}
 
   /// Nodes of the element, N2 where `curved`; covectors of N1 are wanted where `moved`.
   void add(const DeflectedElement<S>& e, const ElementBlock& U0, const Block& U1, const Block* U2,
@@ -74,7 +74,7 @@ class ElementQuadratic {
   PointBlock a1_, a2_, s0_, s1_;  ///< gradients, and covectors of a0 and a1
   Matrix b1_, b2_;                ///< fields of a curved leaf
   Block BU_, F0_, F1_;
-  std::vector<Along> along_;  ///< every direction of the shape
+  std::vector<Along> along_;  ///< every direction of the shape that is wanted
 };
 
 // Sets, for every direction of the shape, the changes of the gradient operators and of the stresses
@@ -82,7 +82,7 @@ class ElementQuadratic {
 template <class S, int Side>
 void ElementQuadratic<S, Side>::set_along(const DeflectedElement<S>& e, const ElementBlock& U0,
                                           const Block& U1, const Block* U2) {
-  for (int p = 0; p < rate_.directions(); ++p) {
+  for (int p = 0; p < q_.shape.rows(); ++p) {
     const PlateMeshRate::Shape& by = rate_.shape[p];
     Along& a = along_[p];
     a.moves = !by.gradient.empty();
@@ -121,7 +121,7 @@ void ElementQuadratic<S, Side>::add_membrane(const DeflectedElement<S>& e, int k
   column(s0_, k) = c0;
   column(s1_, k) = c1;
   // shape: the operators alone
-  for (int p = 0; p < rate_.directions(); ++p) {
+  for (int p = 0; p < q_.shape.rows(); ++p) {
     const Along& a = along_[p];
     if (a.moves) {
       q_.shape(p, k) += c0.cwiseProduct(a.da0).sum() + c1.cwiseProduct(column(a.da1, k)).sum();
@@ -163,7 +163,7 @@ void ElementQuadratic<S, Side>::add_curvature_rates(const DeflectedElement<S>& e
                                                     const Matrix& c0, const Matrix& c1,
                                                     const Matrix& c2, bool curved) {
   const auto b1k = column(b1_, k);
-  for (int p = 0; p < rate_.directions(); ++p) {
+  for (int p = 0; p < q_.shape.rows(); ++p) {
     const Along& a = along_[p];
     if (a.bends) {
       q_.shape(p, k) += c0.cwiseProduct(a.db0).sum() + c1.cwiseProduct(column(a.db1, k)).sum();
@@ -183,7 +183,7 @@ template <class S, int Side>
 void ElementQuadratic<S, Side>::add_operator_rates(const DeflectedElement<S>& e,
                                                    const ElementBlock& U0, const Block& U1,
                                                    const Block* U2) {
-  for (int p = 0; p < rate_.directions(); ++p) {
+  for (int p = 0; p < q_.shape.rows(); ++p) {
     const PlateMeshRate::Shape& by = rate_.shape[p];
     const auto dB = by.bending[e.index].template topLeftCorner<functions, functions>();
     if (!dB.isZero(0)) {

@@ -118,7 +118,7 @@ void PlateGradient<S>::add_fold_quadratic(const Matrix& Y, const std::vector<Mat
                   fold_product(n1[line], j, k, opened.first(u, y)) +
                   fold_product(nodal_force_[line], j, 0, opened.second(u, y, y));
     }
-    for (int p = 0; p < directions(); ++p)
+    for (int p = 0; p < q.shape.rows(); ++p)
       if (const double turn = rate_->direction[p].fold.angle; turn != 0)
         q.shape(p, k) += turn * by_angle;
   }

@@ -36,7 +36,12 @@ class PlateGradient final : public LeafGradient<S> {
 
   Matrix force_rates(const std::vector<LeafVariation<S>>& variations) const override;
 
-  LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const override;
+  LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu) const override {
+    return quadratic(Y, mu, directions());
+  }
+  Matrix state_rates(const Matrix& Y) const override {
+    return quadratic(Y, Vector::Zero(Y.cols()), 0).state;
+  }
   std::unique_ptr<LeafFields> fields(
       const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const override;
 
@@ -67,6 +72,8 @@ class PlateGradient final : public LeafGradient<S> {
   void add_fold_quadratic(const Matrix& Y, const std::vector<Matrix>& n0,
                           const std::vector<Matrix>& n1, LeafQuadratic<S>& q) const;
   int directions() const { return rate_->directions(); }
+  /// With derivatives along so many of the directions of the shape, from the first.
+  LeafQuadratic<S> quadratic(const Matrix& Y, const Vector& mu, int shape) const;
   template <int Side>
   void prepare();
   template <int Side>

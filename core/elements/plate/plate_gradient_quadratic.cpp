@@ -86,7 +86,7 @@ void PlateGradient<S>::add_edge_quadratic(int e, const Matrix& Y, const Matrix& 
         g.displacement += f1;
         g.arm += R.transpose() * c;
       }
-      for (int p = 0; p < directions(); ++p)
+      for (int p = 0; p < q.shape.rows(); ++p)
         if (!rate_->shape[p].reference.empty())
           q.shape(p, k) +=
               held(e, s) * c.dot(R * rate_->shape[p].reference[line].row(s).transpose());
@@ -121,14 +121,15 @@ void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>& N2,
       const Vector3<S> whole = moved(mesh_->mass_moment(line));
       q.stiffness[k] -= weight.dot(whole);
       q.weight.col(k) -= whole;
-      for (int p = 0; p < directions(); ++p)
+      for (int p = 0; p < q.shape.rows(); ++p)
         q.shape(p, k) -= weight.dot(moved(moment_rates_[p][static_cast<std::size_t>(line)]));
     }
   }
 }
 
 template <class S>
-auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> LeafQuadratic<S> {
+auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu, int shape) const
+    -> LeafQuadratic<S> {
   const int n = mesh_->functions_per_line(), lines = mesh_->lines(),
             columns = static_cast<int>(Y.cols());
   assert(Y.rows() == size() && mu.size() == columns);
@@ -141,7 +142,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
     N2[edges_[e].line] = second_nodes(e, Y);
     n1[edges_[e].line] = Matrix::Zero(n, 3 * columns);
   }
-  LeafQuadratic<S> q(size(), columns, directions());
+  LeafQuadratic<S> q(size(), columns, shape);
   mesh_->with_side(
       [&]<int Side>() { this->template quadratic_elements<Side>(N1, N2, mu, q, n0, n1); });
   add_point_quadratic(Y, N1, N2, q, n1);
@@ -167,7 +168,7 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu) const -> Lea
                                                      const Matrix&, LeafQuadratic<S>&) const; \
   template void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>&,            \
                                                        LeafQuadratic<S>&) const;              \
-  template LeafQuadratic<S> PlateGradient<S>::quadratic(const Matrix&, const Vector&) const;
+  template LeafQuadratic<S> PlateGradient<S>::quadratic(const Matrix&, const Vector&, int) const;
 INSTANTIATE(double)
 INSTANTIATE(Jet)
 #undef INSTANTIATE

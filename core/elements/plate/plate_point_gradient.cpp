@@ -84,7 +84,7 @@ void PlateGradient<S>::add_point_quadratic(const Matrix& Y, const std::vector<Ma
       q.state.template block<3, 1>(rows_.unknowns, k) -=
           w.weight * N2[w.line].template block<1, 3>(w.function, 3 * k).transpose();
     }
-    for (int p = 0; p < directions(); ++p)
+    for (int p = 0; p < q.shape.rows(); ++p)
       for (const NodalWeight& w : point_rates_[p]) q.shape(p, k) -= w.weight * product(w);
     for (int a = 0; a < 2; ++a)
       for (const NodalWeight& w : plate_->support().point_slopes[a])

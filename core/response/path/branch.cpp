@@ -128,6 +128,8 @@ class BranchWalk {
   void visit(std::size_t k);
   // Why the way has ended; empty where it goes on.
   const std::string& lost() const { return lost_; }
+  // Which limit of work has left out critical loads or load capacities of a point, if one has.
+  const std::optional<std::string>& cut_short() const { return cut_short_; }
 
  private:
   // A part of a way: to a point, or nothing: the constant loads come.
@@ -155,6 +157,7 @@ class BranchWalk {
   std::unique_ptr<System> away_;   // has taken over on this way
   std::vector<std::size_t> done_;  // points of this way that are passed, where it goes in order
   std::string lost_, not_loaded_;
+  std::optional<std::string> cut_short_;
   std::string under_loads_;           // what was passed while the constant loads came
   bool bifurcation_passed_ = false;   // on this way
   std::optional<Push> other_branch_;  // what led there; nothing on the primary one
@@ -297,14 +300,19 @@ Equilibrium BranchWalk::reach(std::size_t k) {
   return equilibrium;
 }
 
-// What follows other branches from the point.
+// What follows other branches from the point. Where a limit of work ends that, the point keeps what
+// is known of it.
 void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::size_t k,
-                               PathPoint& point, PointGradients* own) {
+                               PathPoint& point, PointGradients* own) try {
   const auto whole = finish_on_full_leaves(system, model_, request_, k, check_full(system),
                                            equilibrium);  // reduced leaves do not reach so far
   System& loaded = whole ? *whole : system;
   if (request_.growing_load()) outputs_.add_buckling(loaded, equilibrium, k, point, own);
   if (request_.wants_capacity()) outputs_.add_load_capacity(loaded, k, point, own);
+} catch (const WorkLimitReached& reached) {
+  cut_short_ = reached.what();
+  outputs_.miss_branching(*cut_short_, point);
+  response_.message = "critical loads and load capacities are missing: " + *cut_short_;
 }
 
 void BranchWalk::visit(std::size_t k) {
@@ -349,7 +357,7 @@ void BranchWalk::visit(std::size_t k) {
 
 }  // namespace
 
-void follow_ways(const Mechanism& mechanism, const ModelOptions& model,
+bool follow_ways(const Mechanism& mechanism, const ModelOptions& model,
                  const StrokeRequest& request, const std::vector<std::vector<int>>& ways,
                  DifferentiablePath* differentiable, StrokeResponse& response) {
   const auto start = Clock::now();
@@ -379,9 +387,11 @@ void follow_ways(const Mechanism& mechanism, const ModelOptions& model,
         continue;
       }
       within_limits(k, [&] { walk.visit(static_cast<std::size_t>(k)); });
+      if (walk.cut_short()) limit = walk.cut_short();
     }
   }
   response.seconds_path += seconds_since(start) - (response.seconds_coefficients - coefficients);
+  return limit.has_value();
 }
 
 }  // namespace flexopt

@@ -20,9 +20,10 @@ bool refine_leaves(System& system);
 /// Follows each of the ways, which begin at rest under the constant loads, through its points of
 /// the response, and evaluates each. `differentiable`: null for points as they are modelled. After
 /// a point that is not reached the rest of its way is not either. Where the limits of this thread's
-/// work are used up (LimitedWork), the point has the status limit_reached and all that is left is
-/// not reached.
-void follow_ways(const Mechanism& mechanism, const ModelOptions& model,
+/// work are used up (LimitedWork), the point has the status limit_reached, or where only critical
+/// loads and load capacities are left of it keeps what it has, with the reason in them; all points
+/// behind are not reached. Returns whether the limits were used up.
+bool follow_ways(const Mechanism& mechanism, const ModelOptions& model,
                  const StrokeRequest& request, const std::vector<std::vector<int>>& ways,
                  DifferentiablePath* differentiable, StrokeResponse& response);
 

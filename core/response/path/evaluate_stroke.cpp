@@ -185,6 +185,24 @@ void summarise(StrokeResponse& response) {
   if (!remark.empty()) response.message += "; " + remark;
 }
 
+// Of a point its critical loads, both of them, and its load capacities count as the point itself.
+StrokeProgress progress_of(const StrokeRequest& request, const StrokeResponse& response,
+                           int iterations) {
+  StrokeProgress progress{.iterations = iterations};
+  const auto capacities = std::ranges::count(request.capacity.directions, true);
+  const int each = 1 + (request.growing_load() ? 2 : 0) +
+                   (request.wants_capacity() ? static_cast<int>(capacities) : 0);
+  progress.total = each * static_cast<int>(response.path.size());
+  for (const PathPoint& point : response.path) {
+    progress.done += point.status != PointStatus::not_reached;
+    if (const auto& buckling = point.buckling)
+      for (const CriticalLoad* load : {&buckling->drive_locked, &buckling->drive_free})
+        progress.done += load->factor || !load->reason.empty();
+    for (const auto& capacity : point.load_capacity) progress.done += capacity.has_value();
+  }
+  return progress;
+}
+
 StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
                         const StrokeRequest& request, DifferentiablePath* differentiable) {
   StrokeResponse response;
@@ -209,16 +227,20 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
     for (PathPoint& point : response.path) point.message = response.message;
     return response;
   }
-  const LimitedWork limits(request.limits);
+  std::function<void(int)> told;
+  if (request.progress)
+    told = [&](int iterations) { request.progress(progress_of(request, response, iterations)); };
+  const LimitedWork limits(request.limits, told);
+  bool cut_short = false;
   const bool path = request.outputs.need_path();
   if (path)
-    follow_ways(mechanism, model, request, ways_to_points(request), differentiable, response);
+    cut_short =
+        follow_ways(mechanism, model, request, ways_to_points(request), differentiable, response);
   if (path && request.outputs.has(Output::stress) && request.stress.need_history()) {
     StrokeGradients* gradients = gradients_of(differentiable);
     add_fatigue(mechanism, request.stress, gradients ? &differentiable->design.list : nullptr,
                 response, gradients);
   }
-  bool cut_short = false;
   if (request.wants_frequency_derivatives()) try {
       add_frequency_derivatives(mechanism, model, request, differentiable, response);
     } catch (const WorkLimitReached& reached) {

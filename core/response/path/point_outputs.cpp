@@ -153,8 +153,9 @@ void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, 
     }
     LoadBranch branch(system, *request_->growing_load(), growing, drive, equilibrium.drive_loads,
                       request_->newton);
-    CriticalLoadResult found = find_critical_load(
-        branch, *model_, gradients ? &differentiable_->design : nullptr, request_->loads.driven());
+    CriticalLoadResult found =
+        find_critical_load(branch, *model_, gradients ? &differentiable_->design : nullptr,
+                           request_->loads.driven(), request_->largest_factor);
     (locked ? buckling.drive_locked : buckling.drive_free) = std::move(found.load);
     if (gradients)
       (locked ? gradients->buckling_locked : gradients->buckling_free) = std::move(found.gradient);
@@ -172,6 +173,16 @@ void PointOutputs::add_load_capacity(System& system, std::size_t index, PathPoin
     point.load_capacity[k] = std::move(found.capacity);
     if (gradients) gradients->load_capacity[k] = std::move(found.gradient);
   }
+}
+
+void PointOutputs::miss_branching(const std::string& why, PathPoint& point) const {
+  if (request_->growing_load() && !point.buckling) point.buckling.emplace();
+  if (point.buckling)
+    for (CriticalLoad* load : {&point.buckling->drive_locked, &point.buckling->drive_free})
+      if (!load->factor && load->reason.empty()) load->reason = why;
+  for (std::size_t k = 0; request_->wants_capacity() && k < point.load_capacity.size(); ++k)
+    if (request_->capacity.directions[k] && !point.load_capacity[k])
+      point.load_capacity[k] = LoadCapacity{.reason = why};
 }
 
 Check PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, std::size_t index,

@@ -53,6 +53,8 @@ class PointOutputs {
   /// Likewise the largest loads that the request asks for.
   void add_load_capacity(System& system, std::size_t index, PathPoint& point,
                          PointGradients* gradients);
+  /// Why those of both that the point does not have yet are missing.
+  void miss_branching(const std::string& why, PathPoint& point) const;
 
  private:
   static void add_reports(System& system, PathPoint& point);

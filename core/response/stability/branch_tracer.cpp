@@ -13,6 +13,8 @@ namespace flexopt {
 namespace {
 
 constexpr int most_states = 60;
+// The last step ends so far beyond the bound, over it.
+constexpr double past_bound = 1 + 1e-6;
 // Change of the factor without a critical state that is believed where the states are spent.
 constexpr double enough = 10;
 // A critical state counts as reached at this distance on the way, over the size of the factor.
@@ -68,7 +70,7 @@ double BranchTracer::product(const BranchDirection& a, const BranchDirection& b)
 }
 
 // The motions of bodies count as the factor does, by how they go with it where the branch begins.
-BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
+BranchTracer::Look BranchTracer::look(int side, const VectorXd& start, bool behind) {
   Look here;
   Answer<MechanismFactor> linear = MechanismFactor::of(branch_->system());
   assert(linear);  // full leaves have interiors
@@ -88,7 +90,7 @@ BranchTracer::Look BranchTracer::look(int side, const VectorXd& start) {
   here.along = {side / size * bodies, side / size};
   here.rate = std::make_unique<StiffnessRate>(factor, still_, *model_, branch_->named());
   here.rate->set_direction(side / size * state, side / size);
-  static_cast<Softening&>(here) = soften(factor, *here.rate, branch_->locked(), start);
+  static_cast<Softening&>(here) = soften(factor, *here.rate, branch_->locked(), start, behind);
   return here;
 }
 
@@ -275,9 +277,11 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
       result.reason = where_it_ended(at, !result.none);
       return result;
     }
-    const double step =
-        std::min(here.ahead ? heading.trust * here.ahead->step : size / std::abs(here.along.factor),
-                 heading.longest);
+    const double step = std::min(
+        {here.ahead ? heading.trust * here.ahead->step : size / std::abs(here.along.factor),
+         heading.longest,
+         std::max(past_bound * bound - std::abs(at - begin), least_step) /
+             std::abs(here.along.factor)});
     std::optional<LoadBranch::State> from;
     if (limit_) from = branch_->save();
     const Stride went = stride(here.along, step);
@@ -290,7 +294,9 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     }
     if (went.taken) {
       heading.longest = std::max(heading.longest - step, 2 * step);
-      here = look_on(side, std::move(here), at, step, heading);
+      here = std::abs(branch_->factor() - begin) > bound
+                 ? Look()
+                 : look_on(side, std::move(here), at, step, heading);
       continue;
     }
     heading.longest = 0.5 * step;

@@ -43,8 +43,8 @@ class BranchTracer {
     double distance() const { return ahead->step * std::abs(along.factor); }
   };
   /// Linearises where the branch stands, to larger factors (`side` 1) or smaller ones (-1).
-  /// `start`: near the mode, or empty.
-  Look look(int side, const VectorXd& start);
+  /// `start`, `behind`: as for soften().
+  Look look(int side, const VectorXd& start, bool behind = false);
 
   /// From where the branch stands until its tangent is singular, the limit is reached (the branch
   /// then stands there), or the factor has changed by `bound`.

@@ -38,7 +38,7 @@ MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model, DesignD
 }  // namespace
 
 CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& model,
-                                      DesignDirections* design, bool driven) {
+                                      DesignDirections* design, bool driven, double largest) {
   CriticalLoadResult result;
   const bool stable = branch.negative_pivots() == 0;
   MatrixXd of_drives;
@@ -50,19 +50,21 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
   BranchTracer tracer(branch, model);
   const LoadBranch::State begin = branch.save();
   const double at = branch.factor();
-  BranchTracer::Look first = tracer.look(1, {});
+  BranchTracer::Look first = tracer.look(1, {}, true);
   const auto estimate = [&](const std::optional<SoftMode>& mode) -> std::optional<double> {
     if (!mode || std::abs(first.estimate(at, *mode)) > largest_factor) return std::nullopt;
     return first.estimate(at, *mode);
   };
   const std::optional<double> ahead = estimate(first.ahead), behind = estimate(first.behind);
   if (!ahead) first.ahead.reset();
+  const VectorXd known_behind = first.behind ? first.behind->mode : VectorXd();
   double bound = 100;
   for (const auto& e : {ahead, behind})
     if (e) bound = std::max(bound, 10 * std::abs(*e - at));
   // the derivative is that of the state where the branch stands: before the load is put on
   const auto follow = [&](int side) {
-    result.load = tracer.follow(side, std::move(first), bound);
+    result.load =
+        tracer.follow(side, std::move(first), std::min(bound, std::max(0.0, largest - side * at)));
     if (!result.load.factor) return;
     if (design) result.gradient = tracer.gradient(*design, of_drives);
     const BranchTracer::Trial trial = tracer.put_on(begin, *result.load.factor);
@@ -73,11 +75,12 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
     result.load.reason = "a singular tangent is not confirmed: " + trial.doubt;
   };
   follow(1);
+  const double followed = branch.factor();
   if (!result.load.factor && stable) {
     const std::string reason = result.load.reason;
     const bool none = result.load.none;
     branch.restore(begin);
-    first = tracer.look(-1, {});
+    first = tracer.look(-1, known_behind);
     if (!behind) first.ahead.reset();
     follow(-1);
     if (!result.load.factor) {
@@ -85,6 +88,8 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
       result.load.reason = reason + "; " + result.load.reason;
     }
   }
+  if (stable && result.load.factor.value_or(-1) < 0 && followed >= largest)
+    result.load.at_least = largest;
   if (stable) result.load.linearised = ahead ? ahead : behind;
   return result;
 }

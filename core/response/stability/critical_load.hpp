@@ -15,8 +15,9 @@ struct CriticalLoadResult {
 
 /// Follows the branch from where it stands, first to larger factors, then to smaller ones.
 /// `design`: null where no derivatives are wanted. `driven`: the drives' loads are those of their
-/// strokes; else there are none.
+/// strokes; else there are none. `largest`: size of a factor beyond which nothing is looked for.
 CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& model,
-                                      DesignDirections* design, bool driven = true);
+                                      DesignDirections* design, bool driven = true,
+                                      double largest = no_critical_factor);
 
 }  // namespace flexopt

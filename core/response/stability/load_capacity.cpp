@@ -28,16 +28,20 @@ std::vector<Mechanism> with_load(const Mechanism& mechanism, std::vector<Mechani
   return directions;
 }
 
-// About as large as the load gets: to a singular tangent as the state foretells it, or to large
-// motions.
-double size_of_load(LoadBranch& branch, const ModelOptions& model) {
+// About how large the load gets: to a singular tangent as the state foretells it, with its mode, or
+// to large motions.
+struct Outlook {
+  double size = 0;
+  VectorXd mode;
+};
+Outlook outlook_of(LoadBranch& branch, const ModelOptions& model) {
   BranchTracer tracer(branch, model);
   const BranchTracer::Look here = tracer.look(1, {});
   const double motion =
       here.along.bodies.cwiseQuotient(branch.system().units()).cwiseAbs().maxCoeff();
-  double size = large_motion * std::abs(here.along.factor) / std::max(motion, 1e-300);
-  if (here.ahead) size = std::min(size, std::abs(here.estimate(0, *here.ahead)));
-  return size;
+  const double large = large_motion * std::abs(here.along.factor) / std::max(motion, 1e-300);
+  if (!here.ahead) return {large, {}};
+  return {std::min(large, std::abs(here.estimate(0, *here.ahead))), here.ahead->mode};
 }
 
 LoadCapacity none_left(const CapacityLimits& limits) {
@@ -71,7 +75,8 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   if (limits.beyond(unit.system()) >= 0) return without_load(none_left(limits));
   std::optional<UnloadedStiffness> unloaded;
   if (design) unloaded = limits.unloaded(unit.system(), *design, model);
-  const double size = size_of_load(unit, model);
+  const Outlook outlook = outlook_of(unit, model);
+  const double size = outlook.size;
   LoadBranch branch(system, load_along(direction, size), growing, request.newton);
   const LoadBranch::State begin = branch.save();
   BranchTracer tracer(
@@ -79,7 +84,7 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   const std::optional<double>& largest =
       direction % 6 < 3 ? request.capacity.largest_force : request.capacity.largest_moment;
   const double bound = largest ? *largest / size : std::numeric_limits<double>::infinity();
-  CriticalLoad end = tracer.follow(1, tracer.look(1, {}), bound);
+  CriticalLoad end = tracer.follow(1, tracer.look(1, outlook.mode), bound);
   const double reached = end.factor.value_or(branch.factor());
   if (reached > bound || (!end.factor && !tracer.at_limit())) {
     capacity.limit = CapacityLimit::none;

@@ -11,8 +11,9 @@
 namespace flexopt {
 namespace {
 
-constexpr int most_vectors = 60;  // of a Krylov space
-constexpr int exact_vectors = 4;  // of either sign whose forms are computed exactly
+constexpr int most_vectors = 60;        // of a Krylov space
+constexpr double enough_digits = 1e-6;  // of a root that a step is made by
+constexpr int exact_vectors = 4;        // of either sign whose forms are computed exactly
 
 // No force on what is held, and nothing in the rows of conditions (joints, drives, material
 // points): answers that keep them alone have a positive product with K.
@@ -33,12 +34,11 @@ StiffnessRate::StiffnessRate(const MechanismFactor& factor, DesignDirections& st
 // Derivative by the state of yᵀK y of the leaves, column by column.
 MatrixXd StiffnessRate::leaf_gradients_of(const MatrixXd& Y) const {
   MatrixXd forces = MatrixXd::Zero(factor_->size(), Y.cols());
-  const VectorXd none = VectorXd::Zero(Y.cols());
   for (std::size_t i = 0; i < factor_->leaves().size(); ++i) {
     const MechanismFactor::Leaf& leaf = factor_->leaves()[i];
     const MatrixXd rows = factor_->leaf_rows(leaf, Y);
     factor_->add_leaf_force(leaf, leaf.linear->scale().energy,
-                            design_.leaf(static_cast<int>(i)).quadratic(rows, none).state, forces);
+                            design_.leaf(static_cast<int>(i)).state_rates(rows), forces);
   }
   return forces;
 }
@@ -132,50 +132,56 @@ VectorXd any_force(const MechanismFactor& factor) {
 
 // Lanczos with K⁻¹ dK/dσ in the product of K: of v = K⁻¹ r it is vᵀr.
 Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool drives_locked,
-                 const VectorXd& start) {
+                 const VectorXd& start, bool behind) {
   const LinearMap solve = factor.solver(drives_locked);
   const Eigen::Index n = factor.size();
+  const bool known = start.size() == n;
   VectorXd r = any_force(factor);
-  if (start.size() == n) {
+  if (known) {
     const VectorXd w = rate.times(start);
     if (w.norm() > 0) r = w / w.norm() + 1e-3 * r / r.norm();
   }
   const int most = std::min<int>(most_vectors, static_cast<int>(n));
-  MatrixXd V(n, most), R(n, most), W(n, most);
+  MatrixXd V(n, most), R(n, most), W(n, most), T(most, most);
   int count = 0;
   VectorXd values;
   MatrixXd vectors;
-  double ahead = 0, behind = 0;
+  double first_end = 0, last_end = 0;
   while (count < most) {
     VectorXd v = solve(r);
-    for (int pass = 0; pass < 2; ++pass)
-      for (int k = 0; k < count; ++k) {
-        const double by = R.col(k).dot(v);
-        v -= by * V.col(k);
-        r -= by * R.col(k);
-      }
+    for (int pass = 0; pass < 2; ++pass) {
+      const VectorXd by = R.leftCols(count).transpose() * v;
+      v.noalias() -= V.leftCols(count) * by;
+      r.noalias() -= R.leftCols(count) * by;
+    }
     const double size = v.dot(r);
     if (!(size > 1e-26 * std::abs(v.norm() * r.norm()))) break;
     V.col(count) = v / std::sqrt(size);
     R.col(count) = r / std::sqrt(size);
-    W.col(count) = rate.times(V.col(count));
-    r = W.col(count++);
-    const MatrixXd T = V.leftCols(count).transpose() * W.leftCols(count);
-    const SymmetricEigen eigen(0.5 * (T + T.transpose()));
+    r = rate.times(V.col(count));
+    W.col(count) = r;
+    const int last = count++;
+    T.col(last).head(count) = 0.5 * (V.leftCols(count).transpose() * W.col(last) +
+                                     W.leftCols(count).transpose() * V.col(last));
+    T.row(last).head(count) = T.col(last).head(count).transpose();
+    const SymmetricEigen eigen(T.topLeftCorner(count, count));
     values = eigen.eigenvalues();
     vectors = eigen.eigenvectors();
-    // both ends of the spectrum stand still
-    const double size_of_all = values.cwiseAbs().maxCoeff();
-    const bool still = std::abs(values[0] - ahead) < 1e-9 * size_of_all &&
-                       std::abs(values[count - 1] - behind) < 1e-9 * size_of_all;
-    ahead = values[0];
-    behind = values[count - 1];
-    if (still && count >= (start.size() == n ? 5 : 12)) break;
+    // the ends of the spectrum that are wanted stand still
+    const double rounding = 1e-9 * values.cwiseAbs().maxCoeff();
+    const double enough =
+        behind ? rounding : std::max(rounding, enough_digits * std::abs(values[0]));
+    const bool still = std::abs(values[0] - first_end) < enough &&
+                       (!behind || std::abs(values[last] - last_end) < enough);
+    first_end = values[0];
+    last_end = values[last];
+    if (still && count >= (known ? 5 : 12)) break;
   }
   if (count == 0) return {};
   std::vector<int> wanted;
   for (int k = 0; k < std::min(exact_vectors, count); ++k) wanted.push_back(k);
-  for (int k = std::max(count - exact_vectors, static_cast<int>(wanted.size())); k < count; ++k)
+  for (int k = std::max(count - exact_vectors, static_cast<int>(wanted.size()));
+       behind && k < count; ++k)
     wanted.push_back(k);
   return roots_in(V.leftCols(count) * vectors(Eigen::all, wanted), rate);
 }

@@ -49,8 +49,9 @@ struct Softening {
 };
 /// A force on every row that has no symmetry.
 VectorXd any_force(const MechanismFactor& factor);
-/// `start`: near the mode; empty where nothing is known.
+/// `start`: near the mode ahead; empty where nothing is known. `behind`: whether the root behind is
+/// wanted, too.
 Softening soften(const MechanismFactor& factor, const StiffnessRate& rate, bool drives_locked,
-                 const VectorXd& start);
+                 const VectorXd& start, bool behind);
 
 }  // namespace flexopt

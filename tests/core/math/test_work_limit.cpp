@@ -1,6 +1,7 @@
 #include "core/math/work_limit.hpp"
 
 #include <catch2/catch.hpp>
+#include <vector>
 
 #include "core/math/work_count.hpp"
 
@@ -31,6 +32,15 @@ TEST_CASE("so many iterations are done, and not one more") {
   CHECK_THROWS_MATCHES(count_iteration(), WorkLimitReached,
                        Message("iteration limit: more than 3 Newton iterations"));
   CHECK_THROWS_AS(check_work(), WorkLimitReached);  // and so it stays
+}
+
+TEST_CASE("who is told of the work hears of every iteration, and of no look at the clock") {
+  std::vector<int> told;
+  const LimitedWork work({}, [&](int iterations) { told.push_back(iterations); });
+  count_iteration();
+  check_work();
+  count_iteration();
+  CHECK(told == std::vector<int>{1, 2});
 }
 
 TEST_CASE("the clock ends work at any look at it") {

@@ -99,6 +99,8 @@ TEST_CASE(
   CHECK(read_goal(g, response, job.request).value().values == GoalValues{3});
   response.path[0].buckling->drive_locked = {.none = true};
   CHECK(read_goal(g, response, job.request).value().values == GoalValues{no_critical_factor});
+  response.path[0].buckling->drive_locked.at_least = 50;  // no larger one was looked for
+  CHECK(read_goal(g, response, job.request).value().values == GoalValues{50});
   response.path[0].buckling->drive_locked = {.factor = -2};  // of the reversed load
   CHECK(read_goal(g, response, job.request).value().values == GoalValues{no_critical_factor});
   response.path[0].buckling->drive_locked = {.reason = "the branch of equilibria ends"};

@@ -111,6 +111,33 @@ TEST_CASE("at the critical scale something is critical, and nothing short of it"
   CHECK(none.critical->scale == 0.01);
 }
 
+TEST_CASE("a limit of paths ends the study with the worst so far, and every path is told") {
+  json document = guide();
+  document["assembly_tolerances"]["stiffness_share"] = 0.8;
+  const int all = most_paths(parse_job(document));
+  document["assembly_tolerances"]["max_paths"] = 12;
+  const Job job = parse_job(document);
+  CHECK(all > 1000);
+  CHECK(most_paths(job) == 12);
+  std::vector<int> told;
+  const AssemblyReport report = study_assembly(job, job.design.parameters, job.model,
+                                               [&](int paths) { told.push_back(paths); });
+  REQUIRE(told.size() == 12);
+  for (int k = 0; k < 12; ++k) CHECK(told[k] == k);
+  REQUIRE(report.quantities.size() == 2);
+  const WorstAssembly &first = report.quantities[0], &second = report.quantities[1];
+  REQUIRE(first.worst);
+  CHECK(*first.worst < first.nominal);
+  CHECK(*first.worst == Approx(worst_in(with(job, first.misalignment), first.of)).epsilon(1e-9));
+  CHECK(first.reason == "ended by its limit of 12 paths");
+  CHECK_FALSE(second.worst);
+  CHECK(second.reason == first.reason);
+  REQUIRE(report.critical);
+  CHECK(report.critical->limit == "none");
+  CHECK(report.critical->scale == 0);
+  CHECK_THAT(report.critical->text, Contains("ended by its limit of 12 paths"));
+}
+
 TEST_CASE("a guide that is turned loses the drive stiffness that solids lose", "[slow]") {
   json document = guide();
   document["model"] = json::object();

@@ -308,6 +308,7 @@ TEST_CASE("Critical factors have both drive states, estimate, kind, mode and rea
   buckling.drive_locked.linearised = 4.0;
   buckling.drive_locked.mode.assign(bodies, {{0, 0.5, 0}, {0, 0, 1}});
   buckling.drive_free.none = true;
+  buckling.drive_free.at_least = 50;
   buckling.drive_free.reason = "no singular tangent";
   const OrderedJson result = OrderedJson::parse(json_text(make_result(record)));
   CHECK(unlike_text(result["path"][0], R"({"buckling": null, "buckling_load_factor": null})") ==
@@ -316,7 +317,8 @@ TEST_CASE("Critical factors have both drive states, estimate, kind, mode and rea
     "buckling_load_factor": 4.5,
     "buckling": {"drive_locked": 4.5, "drive_free": null, "linearised": {"drive_locked": 4},
                  "kind": {"drive_locked": "bifurcation"},
-                 "reason": {"drive_free": "no singular tangent"}}})") == "");
+                 "reason": {"drive_free": "no singular tangent"},
+                 "at_least": {"drive_locked": null, "drive_free": 50}}})") == "");
   CHECK(result["path"][1]["buckling"]["mode"]["drive_locked"][record.mechanism.bodies[0].name]
               ["displacement"][1] == 0.5);
 }

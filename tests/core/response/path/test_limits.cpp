@@ -1,5 +1,6 @@
 // Limits of work, and failures that are told at once.
 #include "core/math/work_limit.hpp"
+#include "core/response/quantities.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -75,6 +76,62 @@ TEST_CASE("the clock that a request brings ends all outputs") {
   }
   request.limits.seconds = 1e9;
   CHECK(evaluate_stroke(m, {}, request).status == Status::ok);
+}
+
+namespace {
+
+// A guide that a load presses on, whose buckling and whose load capacity are wanted at two points.
+StrokeRequest pressed() {
+  StrokeRequest request = request_of({0, 0.005});
+  request.loads.constant = {{.force = {-10, 0, 0}, .name = "payload"}};
+  request.buckling_load = "payload";
+  request.capacity.directions[6] = true;  // -ux
+  request.capacity.stress = 4e8;
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("a limit that ends the search for a critical load leaves the point what is known") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const ModelOptions model{.accuracy = Accuracy::full, .mesh = {6, 2}};
+  StrokeRequest request = pressed();
+  request.points = {0.005};
+  const StrokeResponse plain = test::evaluated(m, model, request);
+  request.limits.iterations = iterations_of(m, model, request) + 2;
+  request.outputs.add({Output::buckling, Output::load_capacity});
+  const StrokeResponse r = evaluate_stroke(m, model, request);
+  CHECK(r.status == Status::limit_reached);
+  CHECK_THAT(r.message,
+             Contains("critical loads and load capacities are missing: iteration limit"));
+  const PathPoint& point = r.path[0];
+  CHECK(point.status == PointStatus::converged);
+  CHECK(point.drive_load == plain.path[0].drive_load);
+  REQUIRE(point.buckling);
+  CHECK_FALSE(point.buckling->drive_locked.factor);
+  CHECK_THAT(point.buckling->drive_locked.reason, Contains("iteration limit"));
+  CHECK_THAT(why_missing(point, "buckling.drive_free"), Contains("iteration limit"));
+  REQUIRE(point.load_capacity[6]);
+  CHECK(point.load_capacity[6]->limit == CapacityLimit::none);
+  CHECK(point.load_capacity[6]->value == 0);
+  CHECK_THAT(why_missing(point, "load_capacity.-ux"), Contains("iteration limit"));
+}
+
+TEST_CASE("an evaluation tells its Newton iterations, points and critical loads") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request = pressed();
+  request.outputs.add({Output::buckling, Output::load_capacity});
+  std::vector<StrokeProgress> told;
+  request.progress = [&](const StrokeProgress& progress) { told.push_back(progress); };
+  test::evaluated(m, {.accuracy = Accuracy::full, .mesh = {6, 2}}, request);
+  REQUIRE(told.size() > 10);
+  CHECK(told.front().done == 0);
+  for (std::size_t k = 0; k < told.size(); ++k) {
+    CHECK(told[k].total == 2 * (1 + 2 + 1));
+    CHECK(told[k].iterations == static_cast<int>(k) + 1);
+    if (k > 0) CHECK(told[k].done >= told[k - 1].done);
+  }
+  CHECK(told.back().done == 7);  // nothing is told after the last capacity
 }
 
 TEST_CASE("a leaf that is stretched too far is told within a few states") {

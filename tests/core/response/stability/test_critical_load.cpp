@@ -20,7 +20,8 @@ ModelOptions coarse_plates() { return {.mesh = {6, 2}}; }
 /// The equilibrium on full leaves at a stroke under one load, then its critical factor.
 CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& model,
                             const DeadLoad& load, DriveState drive, double stroke = 0,
-                            const std::vector<Mechanism>* directions = nullptr) {
+                            const std::vector<Mechanism>* directions = nullptr,
+                            double largest = no_critical_factor) {
   NewtonOptions newton{.tolerance = 1e-11};
   LoadCase loads{.constant = {load}};
   System system(mechanism, make_full_leaves(mechanism, model), loads);
@@ -28,7 +29,7 @@ CriticalLoadResult critical(const Mechanism& mechanism, const ModelOptions& mode
   const Equilibrium at = step_to(system, stroke, newton);
   REQUIRE(at.converged);
   LoadBranch branch(system, 0, 0, drive, at.drive_loads, newton);
-  if (!directions) return find_critical_load(branch, model, nullptr);
+  if (!directions) return find_critical_load(branch, model, nullptr, true, largest);
   DesignDirections design(mechanism, *directions);
   return find_critical_load(branch, model, &design);
 }
@@ -271,6 +272,47 @@ TEST_CASE("the factor is inverse to the load and turns its sign with it", "[slow
     CHECK(ten == Approx(one / 10).epsilon(1e-8));
     CHECK(pulled == Approx(-one / 10).epsilon(1e-8));
   }
+}
+
+TEST_CASE("what the forms of a leaf change by along its state is the same without the shape") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  System system(m, make_full_leaves(m, coarse_plates()), LoadCase{.gravity = {1, 2, 3}});
+  REQUIRE(step_load(system, {.constant = 1}, {}).converged);
+  REQUIRE(step_to(system, 0.01, {}).converged);
+  const Answer<MechanismFactor> factor = MechanismFactor::of(system);
+  REQUIRE(factor);
+  DesignDirections still(m, {zero_rate(m)});
+  for (const MechanismFactor::Leaf& leaf : factor->leaves()) {
+    const auto gradient = leaf.linear->gradient(still.rates, leaf.rows);
+    REQUIRE(gradient);
+    const MatrixXd Y = MatrixXd::Random((*gradient)->size(), 3),
+                   all = (*gradient)->quadratic(Y, VectorXd::Zero(3)).state;
+    CHECK((*gradient)->state_rates(Y).isApprox(all, 1e-14));
+    CHECK(all.norm() > 0);
+  }
+}
+
+TEST_CASE("a factor is looked for up to the largest that is asked for, either way") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const auto up_to = [&](double largest, double force) {
+    return critical(m, coarse_plates(), along_x(force), DriveState::locked, 0, nullptr, largest)
+        .load;
+  };
+  const double factor = *up_to(no_critical_factor, -10).factor;
+  const CriticalLoad within = up_to(1.05 * factor, -10), beyond = up_to(0.95 * factor, -10);
+  CHECK(*within.factor == Approx(factor).epsilon(1e-8));
+  CHECK_FALSE(within.at_least);
+  CHECK_FALSE(beyond.factor);
+  CHECK(beyond.none);
+  CHECK(beyond.at_least == 0.95 * factor);
+  CHECK_THAT(beyond.reason, Catch::Contains("no singular tangent"));
+  CHECK(*beyond.linearised == Approx(factor).epsilon(1e-3));
+  // the load that pulls is reversed
+  const CriticalLoad pulled = up_to(1.05 * factor, 10), neither = up_to(0.95 * factor, 10);
+  CHECK(*pulled.factor == Approx(-factor).epsilon(1e-8));
+  CHECK(pulled.at_least == 1.05 * factor);
+  CHECK_FALSE(neither.factor);
+  CHECK(neither.at_least == 0.95 * factor);
 }
 
 TEST_CASE("the tangent is definite below the factor and indefinite above") {
