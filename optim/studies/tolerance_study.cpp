@@ -199,7 +199,7 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
                          ? 2 * u - 1
                          : entry.standard_deviation() * normal_quantile(u);
     for (const ToleranceTerm& term : entry.terms)
-      values[term.parameter] += term.change_of(parameters_.at(term.parameter)) * z;
+      values[term.parameter] += term.change_in(parameters_) * z;
   }
   return values;
 }
@@ -207,8 +207,9 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
 /// Whether there is a design with these values.
 Check Study::check_values(const ParameterValues& values) const {
   for (const std::string& name : names_) {
-    const Parameter& p = *find_parameter(resolve(job_.design)->family(), name);
-    const double v = values.at(name);
+    const OfLeaf of = parts_of_name(name);
+    const Parameter& p = *find_parameter(resolve(job_.design)->family(), of.parameter);
+    const double v = values.at(of.parameter) + (of.leaf.empty() ? 0 : values.at(name));
     if (p.open_min ? v <= p.min : v < p.min)
       return Because(fmt::format("{} = {:g} {} is too small", name, v, p.unit));
     if (p.open_max ? v >= p.max : v > p.max)
@@ -299,7 +300,7 @@ ToleranceReport Study::run(int threads, const LoopProgress& progress, SharedUnit
   report.entries = spec_.entries;
   for (Tolerance& entry : report.entries)
     for (ToleranceTerm& term : entry.terms)
-      term = {term.parameter, term.change_of(parameters_.at(term.parameter)), false};
+      term = {term.parameter, term.change_in(parameters_), false};
   linearise(report);
   sample(threads, progress, shared, report);
   return report;
