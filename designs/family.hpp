@@ -56,8 +56,8 @@ struct FamilyOption {
   std::string meaning;
 };
 
-/// Values by the names of parameters. Under a name_of_one_leaf stands what is added to the parameter
-/// for that leaf alone; without such a name nothing is.
+/// Values by the names of parameters. Under a name_of_one_leaf stands what is added to the
+/// parameter for that leaf alone; without such a name nothing is.
 using ParameterValues = std::map<std::string, double>;
 using FamilyChoices = std::map<std::string, std::string>;  ///< option → choice
 

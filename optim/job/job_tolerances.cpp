@@ -126,15 +126,14 @@ std::vector<Tolerance> EntryReader::leaf_by_leaf(const Tolerance& tolerance,
   const ParameterValues values = complete_parameters(job_.design, job_.design.parameters);
   std::vector<Tolerance> all;
   for (const ToleranceTerm& term : tolerance.terms) {
-    const std::vector<std::string> leaves = family_.leaves_along(
-        values, job_.design.choices, job_.design.material, term.parameter);
+    const std::vector<std::string> leaves =
+        family_.leaves_along(values, job_.design.choices, job_.design.material, term.parameter);
     if (leaves.empty())
       throw SpecError(at / "each", "\"leaf\"", "no leaf depends on " + term.parameter);
     for (const std::string& leaf : leaves) {
       const std::string name = name_of_one_leaf(tolerance.name, leaf);
       auto own = std::ranges::find(all, name, &Tolerance::name);
-      if (own == all.end())
-        own = all.insert(own, {name, tolerance.spread, {}, tolerance.name});
+      if (own == all.end()) own = all.insert(own, {name, tolerance.spread, {}, tolerance.name});
       own->terms.push_back({name_of_one_leaf(term.parameter, leaf), term.change, term.relative});
     }
   }

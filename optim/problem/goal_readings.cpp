@@ -59,8 +59,8 @@ std::optional<MatrixXd> DesignProblem::parameter_derivatives(
 
 namespace {
 
-/// Rows of `all` (one for each of `parameters`) of the named ones; zero for those of one leaf, which
-/// no variable moves.
+/// Rows of `all` (one for each of `parameters`) of the named ones; zero for those of one leaf,
+/// which no variable moves.
 MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
                  const std::vector<std::string>& names) {
   MatrixXd rows = MatrixXd::Zero(names.size(), all.cols());

@@ -14,6 +14,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
+#include "optim/problem/design_problem.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/solvers/unit_points.hpp"
 
@@ -69,6 +70,8 @@ class Study {
   /// Adds the values and first-order deviations of all numbers.
   void linearise(ToleranceReport& report) const;
   void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
+  /// `values`: of all goals, or not ok.
+  void allow(const DesignValues& values, ToleranceReport& report) const;
   void sample(int threads, const LoopProgress& progress, SharedUnits* shared,
               ToleranceReport& report) const;
   SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
@@ -128,6 +131,7 @@ Answer<GoalReading, Why> Study::read(const Goal& goal, const ParameterValues& pa
 void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
                             ToleranceReport& report) const {
   const OptimiseSpec& spec = *job_.optimise;
+  DesignValues values{.ok = true};
   for (std::size_t g = 0; g < goals_.size(); ++g) {
     const Goal& goal = goals_[g];
     ToleratedGoal& of = report.goals.emplace_back();
@@ -139,8 +143,10 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     if (!reading) {
       report.message += fmt::format("{}{}: {}", report.message.empty() ? "" : "; ", goal.label,
                                     reading.error().message);
+      values.ok = false;
       continue;
     }
+    values.goals.push_back(reading->values);
     const Extreme e = extreme(goal, reading->values);
     of.number.value = e.sign * reading->values[e.entry];
     if (!goal.expression) of.decisive = place_of(goal, e.entry);
@@ -153,9 +159,17 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     if (of.room && (!report.room || *of.room < *report.room))
       report.room = of.room, report.room_of = of.label;
   }
+  allow(values, report);
   // room that is not known of all constraints is not told
   if (std::ranges::any_of(report.goals, [](const ToleratedGoal& g) { return !g.number.slopes; }))
     report.room.reset(), report.room_of.clear();
+}
+
+void Study::allow(const DesignValues& values, ToleranceReport& report) const {
+  // by differences: goals then have as many values as here
+  const Scales scales = DesignProblem(job_, {evaluate_stroke, by_differences}).scales(&values);
+  for (std::size_t g = 1; g < goals_.size(); ++g)
+    report.goals[g].allowed = job_.optimise->constraint_tolerance * scales.of(g);
 }
 
 void Study::linearise(ToleranceReport& report) const {
@@ -262,6 +276,7 @@ void Study::sample(int threads, const LoopProgress& progress, SharedUnits* share
     return;
   report.samples = spec_.samples;
   int keep = 0;
+  std::vector<int> missed(goals_.size(), 0);
   for (const SampledDesign& design : designs) {
     if (!design.failure.empty()) {
       ++report.failed;
@@ -271,13 +286,15 @@ void Study::sample(int threads, const LoopProgress& progress, SharedUnits* share
     bool kept = true;
     for (std::size_t g = 0; g < design.goals.size(); ++g) {
       const ToleratedGoal& goal = report.goals[g];
-      kept = kept && !(goal.max && design.goals[g] > *goal.max) &&
-             !(goal.min && design.goals[g] < *goal.min);
+      if (excess(design.goals[g], goal.min, goal.max, 1) <= goal.allowed) continue;
+      kept = false;
+      ++missed[g];
     }
     keep += kept ? 1 : 0;
   }
-  if (spec_.goals && !spec_.goals->constraints.empty())
-    report.yield = static_cast<double>(keep) / spec_.samples;
+  const auto share = [&](int count) { return static_cast<double>(count) / spec_.samples; };
+  if (goals_.size() > 1) report.yield = share(keep);
+  for (std::size_t g = 1; g < goals_.size(); ++g) report.goals[g].missed = share(missed[g]);
   std::vector<double> values;
   for (std::size_t q = 0; q < report.quantities.size(); ++q) {
     values.clear();
