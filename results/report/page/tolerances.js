@@ -1,8 +1,9 @@
 // What tolerances do to the goals and to every quantity, and which of them does it; and what errors
 // of assembly do.
 import {groups, rollup, sum} from "d3";
+import {place_of} from "./cases.js";
 import {bar_chart} from "./charts.js";
-import {cases, goal_text, heading, quantities, result, shown_case, stroke_unit} from "./result.js";
+import {cases, goal_text, heading, quantities, result, shown_case} from "./result.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of} from "./text.js";
 
 const per_cent = (share) => `${number_text(100 * share, 2)} %`;
@@ -40,8 +41,8 @@ export function assembly_section() {
   return [element("p", {class: "lead"}, [critical && `Critical errors of assembly: the box times ${number_text(critical.scale)}; ${critical.reason}.`, message].filter(Boolean).join(" ")),
     worst_case.length ? table_of(worst_case, [{name: "Quantity", left: true, text: (w) => heading(readable(w.quantity)) + `, ${readable(w.over_stroke)}`},
       {name: "As designed", text: (w) => quantity_text(w.nominal, w.unit)}, {name: "Worst in the box", text: (w) => w.worst === null ? w.reason : quantity_text(w.worst, w.unit)},
-      {name: "At", text: (w) => `${w.case ? `${w.case}, ` : ""}${quantity_text(w.stroke, stroke_unit)}`},
-      {name: "Where", left: true, text: (w) => w.misalignment.map(error_text).join("; ")}]) : null];
+      {name: "Where", left: true, text: place_of},
+      {name: "By", left: true, text: (w) => w.misalignment.map(error_text).join("; ")}]) : null];
 }
 
 export function tolerance_section() {
