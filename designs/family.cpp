@@ -166,6 +166,67 @@ SpecError broken(const Family& family, const ParameterValues& values,
   return {"/design/parameters", given.empty() ? "none" : given, rule};
 }
 
+constexpr std::string_view of_one = " of ";
+
+/// What a leaf that differs from the others would have if all were as it is.
+struct LeafValues {
+  ParameterValues values;
+  Material material;
+};
+
+/// Values without those of single leaves, and of each leaf that has some.
+std::pair<ParameterValues, std::map<std::string, LeafValues>> sorted_by_leaf(
+    const ParameterValues& values, const Material& material) {
+  ParameterValues all = values;
+  std::erase_if(all, [](const auto& value) { return !parts_of_name(value.first).leaf.empty(); });
+  std::map<std::string, LeafValues> own;
+  for (const auto& [name, by] : values) {
+    const OfLeaf of = parts_of_name(name);
+    if (of.leaf.empty() || by == 0) continue;
+    LeafValues& leaf = own.try_emplace(of.leaf, LeafValues{all, material}).first->second;
+    leaf.values[of.parameter] += by;
+    each_material_number(leaf.material, [&, by = by](std::string_view number, double& x) {
+      if (of.parameter == "material." + std::string(number)) x += by;
+    });
+  }
+  return {std::move(all), std::move(own)};
+}
+
+/// Puts the leaves that are pieces of this one in the places of those of another mechanism.
+void take_leaves(const std::string& leaf, const std::vector<std::string>& wholes,
+                 const Mechanism& from, Mechanism& to) {
+  for (std::size_t i = 0; i < wholes.size(); ++i)
+    if (wholes[i] == leaf) to.leaves[i] = from.leaves[i];
+}
+
+/// Derivative of a mechanism along one number, and of which leaf of the design file each leaf is.
+struct FamilyRate {
+  Mechanism rate;
+  std::vector<std::string> leaves;
+};
+
+/// `values`: of all leaves. Throws std::invalid_argument for a name that is none.
+FamilyRate rate_along(const Family& family, const ParameterValues& values,
+                      const FamilyChoices& choices, const Material& material,
+                      const EndEffector& payload, const std::string& along) {
+  bool known = false;
+  const auto seed = [&](const std::string& name, double x) {
+    if (name != along) return Dual1(x);
+    known = true;
+    return Dual1::variable(x, 0);
+  };
+  const auto input = input_of<Dual1>(family, values, choices, material, seed);
+  const auto mounted = payload_of<Dual1>(payload, seed);
+  if (!known || (along.starts_with("end_effector.") && !family.has_end_effector(choices)))
+    throw std::invalid_argument("no number of the design: " + along);
+  const FlatDesign<Dual1> flat = flatten(*family.plan, input);
+  FamilyRate found{with_numbers<double>(mechanism_of(flat, input.material, mounted),
+                                        [](const Dual1& x) { return x.derivatives[0]; }),
+                   {}};
+  for (const FlatLeaf<Dual1>& leaf : flat.leaves) found.leaves.push_back(leaf.whole);
+  return found;
+}
+
 // A family of the library, read when it is first asked for.
 const Family& library_family(const std::string& name) {
   static std::mutex mutex;
@@ -200,10 +261,11 @@ Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choic
       throw SpecError(pointer_to(count), fmt::format("{:g}", value),
                       "it says how many there are: a whole number");
   const auto plain = [](const std::string&, double x) { return x; };
+  const auto [all, own] = sorted_by_leaf(values, material);
   FaultList faults;
   const FlatDesign<double> flat =
-      flatten(*plan, input_of<double>(*this, values, choices, material, plain), faults);
-  for (const FlatLeaf<double>& leaf : flat.leaves) check_thin(*this, values, leaf);
+      flatten(*plan, input_of<double>(*this, all, choices, material, plain), faults);
+  for (const FlatLeaf<double>& leaf : flat.leaves) check_thin(*this, all, leaf);
   faults.raise();
   if (flat.drives.size() != drives.items.size())
     throw located(plan->source,
@@ -213,6 +275,10 @@ Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choic
   Mechanism mechanism = mechanism_of(flat, material, payload);
   if (const Check kept = check_rules(mechanism); !kept)
     throw broken(*this, values, flat, kept.error());
+  std::vector<std::string> wholes;
+  for (const FlatLeaf<double>& leaf : flat.leaves) wholes.push_back(leaf.whole);
+  for (const auto& [leaf, has] : own)
+    take_leaves(leaf, wholes, make(has.values, choices, has.material, payload), mechanism);
   return mechanism;
 }
 
@@ -223,23 +289,53 @@ std::vector<MechanismDirection> Family::directions(const ParameterValues& values
                                                    const std::vector<std::string>& names) const {
   // One direction after the other: directions that nobody wants cost nothing, and there may be any
   // number.
+  const auto [all, own] = sorted_by_leaf(values, material);
   std::vector<MechanismDirection> directions;
   for (const std::string& along : names) {
-    bool known = false;
-    const auto seed = [&](const std::string& name, double x) {
-      if (name != along) return Dual1(x);
-      known = true;
-      return Dual1::variable(x, 0);
-    };
-    const auto input = input_of<Dual1>(*this, values, choices, material, seed);
-    const auto mounted = payload_of<Dual1>(payload, seed);
-    if (!known || (along.starts_with("end_effector.") && !has_end_effector(choices)))
-      throw std::invalid_argument("no number of the design: " + along);
-    directions.push_back(
-        {along, with_numbers<double>(mechanism_of(flatten(*plan, input), input.material, mounted),
-                                     [](const Dual1& x) { return x.derivatives[0]; })});
+    const OfLeaf of = parts_of_name(along);
+    FamilyRate found = rate_along(*this, all, choices, material, payload, of.parameter);
+    if (!of.leaf.empty() && std::ranges::find(found.leaves, of.leaf) == found.leaves.end())
+      throw std::invalid_argument("no leaf of the design: " + along);
+    for (const auto& [leaf, has] : own) {
+      const Mechanism rate =
+          rate_along(*this, has.values, choices, has.material, payload, of.parameter).rate;
+      take_leaves(leaf, found.leaves, rate, found.rate);
+    }
+    if (of.leaf.empty()) {
+      directions.push_back({along, std::move(found.rate)});
+    } else {
+      directions.push_back({along, zero_rate(found.rate)});
+      take_leaves(of.leaf, found.leaves, found.rate, directions.back().rate);
+    }
   }
   return directions;
+}
+
+std::vector<std::string> Family::leaves_along(const ParameterValues& values,
+                                              const FamilyChoices& choices,
+                                              const Material& material,
+                                              const std::string& parameter) const {
+  const FamilyRate found = rate_along(*this, values, choices, material, {}, parameter);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < found.leaves.size(); ++i) {
+    bool depends = false;
+    Mechanism one;
+    one.leaves = {found.rate.leaves[i]};
+    each_number(one, [&](double rate) { depends |= rate != 0; });
+    if (depends && std::ranges::find(names, found.leaves[i]) == names.end())
+      names.push_back(found.leaves[i]);
+  }
+  return names;
+}
+
+std::string name_of_one_leaf(const std::string& parameter, const std::string& leaf) {
+  return parameter + std::string(of_one) + leaf;
+}
+
+OfLeaf parts_of_name(const std::string& name) {
+  const std::size_t at = name.find(of_one);
+  if (at == std::string::npos) return {name, ""};
+  return {name.substr(0, at), name.substr(at + of_one.size())};
 }
 
 FamilyChoices default_choices(const Family& family) {

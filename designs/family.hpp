@@ -56,8 +56,19 @@ struct FamilyOption {
   std::string meaning;
 };
 
+/// Values by the names of parameters. Under a name_of_one_leaf stands what is added to the
+/// parameter for that leaf alone; without such a name nothing is.
 using ParameterValues = std::map<std::string, double>;
 using FamilyChoices = std::map<std::string, std::string>;  ///< option → choice
+
+/// "thickness of leaf +y": the parameter, or the number of its material, as one leaf of the design
+/// file has it. Its place and sizes follow; bodies, joints, springs and other leaves stay.
+std::string name_of_one_leaf(const std::string& parameter, const std::string& leaf);
+struct OfLeaf {
+  std::string parameter, leaf;  ///< no leaf: the parameter of all
+};
+/// The two parts of such a name, or a plain parameter.
+OfLeaf parts_of_name(const std::string& name);
 
 // A family: a design file with its parameters → a mechanism. Nothing downstream knows families.
 
@@ -88,12 +99,16 @@ struct Family {
                  const Material& material, const EndEffector& payload) const;
   /// Exact derivative of every number of the mechanism along each of the named ones: parameters,
   /// `material.youngs_modulus`, `.poissons_ratio`, `.density`, `end_effector.mass`,
-  /// `.center_of_mass.x` …, `.inertia.xx`, `.inertia.xy` …. For what `make` accepts. Throws
-  /// std::invalid_argument for another name.
+  /// `.center_of_mass.x` …, `.inertia.xx`, `.inertia.xy` …, and those of one leaf. For what `make`
+  /// accepts. Throws std::invalid_argument for another name.
   std::vector<MechanismDirection> directions(const ParameterValues& values,
                                              const FamilyChoices& choices, const Material& material,
                                              const EndEffector& payload,
                                              const std::vector<std::string>& names) const;
+  /// Names of the leaves of the design file of which some number depends on the parameter.
+  std::vector<std::string> leaves_along(const ParameterValues& values, const FamilyChoices& choices,
+                                        const Material& material,
+                                        const std::string& parameter) const;
 };
 
 /// The first choice of every option.

@@ -85,7 +85,7 @@ template <class S>
 FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
   const Placement<S> at = frame(item.frame, item);
   FlatLeaf<S> leaf;
-  leaf.name = scope_.prefix + instance_name(item, item.name);
+  leaf.name = leaf.whole = scope_.prefix + instance_name(item, item.name);
   leaf.source = source_of(item);
   leaf.base = body(item, item.base.body, "/base/body");
   leaf.tip = item.tip.body.empty() ? free_edge : body(item, item.tip.body, "/tip/body");

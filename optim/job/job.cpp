@@ -190,7 +190,8 @@ void JobReader::check_sections() {
   for (const auto& [section, rule] :
        {std::pair{"export", "a job \"compare\" looks at models and exports nothing"},
         {"maps", "a job \"compare\" looks at models and draws no maps"},
-        {"tolerances", "a job \"compare\" looks at models, not at tolerances"}})
+        {"tolerances", "a job \"compare\" looks at models, not at tolerances"},
+        {"assembly_tolerances", "a job \"compare\" looks at models, not at errors of assembly"}})
     if (compares && read_.contains(section))
       faults_.add("/" + std::string(section), shown(document_[section]), rule);
   if (read_.contains("tolerances") && !compares && sound("/model") &&

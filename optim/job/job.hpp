@@ -199,11 +199,16 @@ std::shared_ptr<const ParametricDesign> resolve(const DesignSpec& design);
 enum class ToleranceSpread { uniform, normal };
 
 struct ToleranceTerm {
-  std::string parameter;  ///< a parameter of the family, or one of job_numbers
+  /// A parameter of the family, or one of job_numbers; or that of one leaf (name_of_one_leaf).
+  std::string parameter;
   double change = 0;      ///< at the entry's upper limit: SI, or
   bool relative = false;  ///< over the size of the parameter
 
+  double value_in(const ParameterValues& values) const {
+    return values.at(parts_of_name(parameter).parameter);
+  }
   double change_of(double value) const { return relative ? change * std::abs(value) : change; }
+  double change_in(const ParameterValues& values) const { return change_of(value_in(values)); }
 };
 
 /// A deviation z, −1 … 1 between its limits, of one parameter or of several together:
@@ -212,6 +217,8 @@ struct Tolerance {
   std::string name;
   ToleranceSpread spread = ToleranceSpread::uniform;
   std::vector<ToleranceTerm> terms;
+  /// Entry of the job that it is of, which a name for one leaf begins with.
+  std::string entry = name;
   /// Standard deviation of z: 1/√3 for a uniform spread, 1/3 for a normal one.
   double standard_deviation() const;
 };

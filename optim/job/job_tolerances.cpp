@@ -38,7 +38,10 @@ const RecordTable<EntrySpec>& tolerance_table() {
                                    "standard deviations")
           .other(shape::optional("parameters", shape::map(shape::quantity("1", -1e6, 1e6)),
                                  "which parameters deviate together, each with its factor, -1 for "
-                                 "the other way; default: that of the entry's name"));
+                                 "the other way; default: that of the entry's name"))
+          .other(shape::optional("each", shape::choice({"leaf"}),
+                                 "leaf: the parameters deviate for each leaf by itself, beside "
+                                 "what all leaves have in common"));
   return table;
 }
 
@@ -58,10 +61,11 @@ class EntryReader {
   EntryReader(const Family& family, const Job& job)
       : family_(family), job_(job), numbers_(numbers_of(job.design.material, job.end_effector)) {}
 
-  /// Throws SpecError.
-  Tolerance read(const std::string& name, json& entry) const;
+  /// One, or one for each leaf. Throws SpecError.
+  std::vector<Tolerance> read(const std::string& name, json& entry) const;
 
  private:
+  std::vector<Tolerance> leaf_by_leaf(const Tolerance& tolerance, const Pointer& at) const;
   void check_parameter(const std::string& name, const Pointer& at) const;
   std::string unit_of(const json& parameters, const Pointer& at) const;
   double nominal(const std::string& name) const {
@@ -116,6 +120,26 @@ void EntryReader::add_width_of_wire(Tolerance& tolerance) const {
       tolerance.terms.push_back({"width", term.change, term.relative});
 }
 
+/// The tolerance of each leaf that depends on some of the parameters.
+std::vector<Tolerance> EntryReader::leaf_by_leaf(const Tolerance& tolerance,
+                                                 const Pointer& at) const {
+  const ParameterValues values = complete_parameters(job_.design, job_.design.parameters);
+  std::vector<Tolerance> all;
+  for (const ToleranceTerm& term : tolerance.terms) {
+    const std::vector<std::string> leaves =
+        family_.leaves_along(values, job_.design.choices, job_.design.material, term.parameter);
+    if (leaves.empty())
+      throw SpecError(at / "each", "\"leaf\"", "no leaf depends on " + term.parameter);
+    for (const std::string& leaf : leaves) {
+      const std::string name = name_of_one_leaf(tolerance.name, leaf);
+      auto own = std::ranges::find(all, name, &Tolerance::name);
+      if (own == all.end()) own = all.insert(own, {name, tolerance.spread, {}, tolerance.name});
+      own->terms.push_back({name_of_one_leaf(term.parameter, leaf), term.change, term.relative});
+    }
+  }
+  return all;
+}
+
 /// The one unit of all parameters of an entry.
 std::string EntryReader::unit_of(const json& parameters, const Pointer& at) const {
   const std::string first = parameters.begin().key();
@@ -129,7 +153,7 @@ std::string EntryReader::unit_of(const json& parameters, const Pointer& at) cons
   return unit;
 }
 
-Tolerance EntryReader::read(const std::string& name, json& entry) const {
+std::vector<Tolerance> EntryReader::read(const std::string& name, json& entry) const {
   const Pointer at = Pointer("/tolerances") / name;
   const bool brief = !entry.is_object();
   if (brief) entry = {{"plus_minus", entry}, {"distribution", "uniform"}};
@@ -159,7 +183,8 @@ Tolerance EntryReader::read(const std::string& name, json& entry) const {
   add_width_of_wire(tolerance);
   check_range(tolerance, written, at_size);
   if (!relative) entry["plus_minus"] = size;
-  return tolerance;
+  if (entry.contains("each")) return leaf_by_leaf(tolerance, at);
+  return {tolerance};
 }
 
 // The k of "mean + k sigma"; also with −, which is the worse side of what is to be large.
@@ -181,7 +206,7 @@ Field tolerances_field() {
   return shape::optional(
       "tolerances", shape::map(shape::one_of({shape::quantity(""), tolerance_table().shape()})),
       "how far parameters may deviate from their values, by the names of these "
-      "parameters or of entries that list several");
+      "parameters or of entries that list several or deviate leaf by leaf");
 }
 
 Field under_field() {
@@ -249,8 +274,14 @@ TolerancesSpec read_tolerances(json& read, const Family& family, const Job& job,
   const EntryReader reader(family, job);
   for (auto& [name, entry] : read["tolerances"].items())
     if (faults.sound(Pointer("/tolerances") / name))
-      faults.attempt(
-          [&, &name = name, &entry = entry] { spec.entries.push_back(reader.read(name, entry)); });
+      faults.attempt([&, &name = name, &entry = entry] {
+        for (Tolerance& one : reader.read(name, entry)) {
+          if (std::ranges::find(spec.entries, one.name, &Tolerance::name) != spec.entries.end())
+            throw SpecError(Pointer("/tolerances") / name, shown(one.name),
+                            "another entry has the name of one of its leaves");
+          spec.entries.push_back(std::move(one));
+        }
+      });
   return spec;
 }
 

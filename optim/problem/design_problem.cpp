@@ -36,7 +36,8 @@ Job prepared(Job job) {
     add(spec.constraints[i].expression, fmt::format("/optimise/constraints/{}", i));
   if (job.tolerances)
     for (const Tolerance& entry : job.tolerances->entries)
-      for (const ToleranceTerm& term : entry.terms) wanted.push_back(term.parameter);
+      for (const ToleranceTerm& term : entry.terms)
+        wanted.push_back(parts_of_name(term.parameter).parameter);
   for (const std::string& name : wanted)
     if (const auto number = numbers.find(name); number != numbers.end())
       job.design.parameters.insert(*number);
@@ -66,6 +67,12 @@ std::vector<std::string> moving_parameters(const Job& job, bool robust) {
         });
     if (moves || deviates(name)) moving.push_back(name);
   }
+  if (robust)
+    for (const Tolerance& entry : job.tolerances->entries)
+      for (const ToleranceTerm& term : entry.terms)
+        if (!parts_of_name(term.parameter).leaf.empty() &&
+            std::ranges::find(moving, term.parameter) == moving.end())
+          moving.push_back(term.parameter);
   return moving;
 }
 

@@ -59,12 +59,14 @@ std::optional<MatrixXd> DesignProblem::parameter_derivatives(
 
 namespace {
 
-/// Rows of `all` (one for each of `parameters`) of the named ones.
+/// Rows of `all` (one for each of `parameters`) of the named ones; zero for those of one leaf,
+/// which no variable moves.
 MatrixXd rows_of(const MatrixXd& all, const ParameterValues& parameters,
                  const std::vector<std::string>& names) {
-  MatrixXd rows(names.size(), all.cols());
+  MatrixXd rows = MatrixXd::Zero(names.size(), all.cols());
   for (std::size_t i = 0; i < names.size(); ++i)
-    rows.row(i) = all.row(std::distance(parameters.begin(), parameters.find(names[i])));
+    if (const auto found = parameters.find(names[i]); found != parameters.end())
+      rows.row(i) = all.row(std::distance(parameters.begin(), found));
   return rows;
 }
 

@@ -53,7 +53,7 @@ void sort_branches(const Goal& goal, GoalValues& values, Eigen::Ref<MatrixXd> ro
 double step_along(const Tolerance& entry, const ParameterValues& parameters) {
   double largest = 0;
   for (const ToleranceTerm& term : entry.terms)
-    if (const double value = parameters.at(term.parameter); value != 0)
+    if (const double value = term.value_in(parameters); value != 0)
       largest = std::max(largest, std::abs(term.change_of(value) / value));
   return largest > 0 ? std::min(1.0, 1e-3 / largest) : 1.0;
 }
@@ -93,7 +93,7 @@ std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters
     const auto beside = [&](double z) {
       ParameterValues moved = parameters;
       for (const ToleranceTerm& term : entry.terms)
-        moved[term.parameter] += z * term.change_of(parameters.at(term.parameter));
+        moved[term.parameter] += z * term.change_in(parameters);
       return look(moved);
     };
     const DesignValues up = beside(h), down = beside(-h);
@@ -107,12 +107,14 @@ std::vector<MatrixXd> RobustGoals::slope_rates(const ParameterValues& parameters
       return in_order_of(here.gradient, one.gradient, goals, here.goals);
     };
     MatrixXd& rate = rates.emplace_back((ordered(up) - ordered(down)) / (2 * h));
-    for (const ToleranceTerm& term : entry.terms)
-      if (term.relative) {
-        const auto p = std::ranges::find(names, term.parameter) - names.begin();
-        const double growth = parameters.at(term.parameter) < 0 ? -term.change : term.change;
-        rate.col(p) += growth * here.gradient.col(p);
-      }
+    for (const ToleranceTerm& term : entry.terms) {
+      // of one leaf: the limit grows with the parameter of all
+      const auto all = std::ranges::find(names, parts_of_name(term.parameter).parameter),
+                 own = std::ranges::find(names, term.parameter);
+      if (!term.relative || all == names.end()) continue;
+      const double growth = term.value_in(parameters) < 0 ? -term.change : term.change;
+      rate.col(all - names.begin()) += growth * here.gradient.col(own - names.begin());
+    }
   }
   return rates;
 }
@@ -163,7 +165,7 @@ MatrixXd tolerance_changes(const std::vector<Tolerance>& entries,
   for (std::size_t e = 0; e < entries.size(); ++e)
     for (const ToleranceTerm& term : entries[e].terms)
       if (const auto found = std::ranges::find(names, term.parameter); found != names.end())
-        changes(found - names.begin(), e) += term.change_of(parameters.at(term.parameter));
+        changes(found - names.begin(), e) += term.change_in(parameters);
   return changes;
 }
 

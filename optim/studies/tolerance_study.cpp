@@ -14,6 +14,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
+#include "optim/problem/design_problem.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/solvers/unit_points.hpp"
 
@@ -69,6 +70,8 @@ class Study {
   /// Adds the values and first-order deviations of all numbers.
   void linearise(ToleranceReport& report) const;
   void linearise_goals(const std::vector<StrokeSensitivity>& found, ToleranceReport& report) const;
+  /// `values`: of all goals, or not ok.
+  void allow(const DesignValues& values, ToleranceReport& report) const;
   void sample(int threads, const LoopProgress& progress, SharedUnits* shared,
               ToleranceReport& report) const;
   SampledDesign evaluate(const VectorXd& unit_point, const ToleranceReport& report) const;
@@ -80,11 +83,6 @@ class Study {
     return gradients * tolerance_changes(spec_.entries, names, parameters_);
   }
   ParameterValues deviated(const VectorXd& unit_point) const;
-  /// How far beyond its bounds a goal still counts as within, as in an optimisation.
-  double allowance(const ToleratedGoal& goal) const {
-    return job_.optimise->constraint_tolerance *
-           std::max(std::abs(goal.min.value_or(0)), std::abs(goal.max.value_or(0)));
-  }
   Check check_values(const ParameterValues& values) const;
 
   Job job_;
@@ -133,6 +131,8 @@ Answer<GoalReading, Why> Study::read(const Goal& goal, const ParameterValues& pa
 void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
                             ToleranceReport& report) const {
   const OptimiseSpec& spec = *job_.optimise;
+  DesignValues values{.ok = true};
+  std::vector<MatrixXd> slopes_of(goals_.size());
   for (std::size_t g = 0; g < goals_.size(); ++g) {
     const Goal& goal = goals_[g];
     ToleratedGoal& of = report.goals.emplace_back();
@@ -144,8 +144,11 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     if (!reading) {
       report.message += fmt::format("{}{}: {}", report.message.empty() ? "" : "; ", goal.label,
                                     reading.error().message);
+      values.ok = false;
+      values.goals.emplace_back();
       continue;
     }
+    values.goals.push_back(reading->values);
     const Extreme e = extreme(goal, reading->values);
     of.number.value = e.sign * reading->values[e.entry];
     if (!goal.expression) of.decisive = place_of(goal, e.entry);
@@ -153,14 +156,26 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     const LinearGoal linear = linear_goal(goal, reading->values, reading->gradient);
     of.number.slopes = linear.slopes;
     of.low = linear.low, of.high = linear.high;
-    if (g == 0) continue;
-    of.room = room_of(goal, reading->values, reading->gradient, of.min, of.max, allowance(of));
+    slopes_of[g] = reading->gradient;
+  }
+  allow(values, report);
+  for (std::size_t g = 1; g < goals_.size(); ++g) {
+    ToleratedGoal& of = report.goals[g];
+    if (slopes_of[g].rows() == 0) continue;
+    of.room = room_of(goals_[g], values.goals[g], slopes_of[g], of.min, of.max, of.allowed);
     if (of.room && (!report.room || *of.room < *report.room))
       report.room = of.room, report.room_of = of.label;
   }
   // room that is not known of all constraints is not told
   if (std::ranges::any_of(report.goals, [](const ToleratedGoal& g) { return !g.number.slopes; }))
     report.room.reset(), report.room_of.clear();
+}
+
+void Study::allow(const DesignValues& values, ToleranceReport& report) const {
+  // by differences: goals then have as many values as here
+  const Scales scales = DesignProblem(job_, {evaluate_stroke, by_differences}).scales(&values);
+  for (std::size_t g = 1; g < goals_.size(); ++g)
+    report.goals[g].allowed = job_.optimise->constraint_tolerance * scales.of(g);
 }
 
 void Study::linearise(ToleranceReport& report) const {
@@ -204,7 +219,7 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
                          ? 2 * u - 1
                          : entry.standard_deviation() * normal_quantile(u);
     for (const ToleranceTerm& term : entry.terms)
-      values[term.parameter] += term.change_of(parameters_.at(term.parameter)) * z;
+      values[term.parameter] += term.change_in(parameters_) * z;
   }
   return values;
 }
@@ -212,8 +227,9 @@ ParameterValues Study::deviated(const VectorXd& unit_point) const {
 /// Whether there is a design with these values.
 Check Study::check_values(const ParameterValues& values) const {
   for (const std::string& name : names_) {
-    const Parameter& p = *find_parameter(resolve(job_.design)->family(), name);
-    const double v = values.at(name);
+    const OfLeaf of = parts_of_name(name);
+    const Parameter& p = *find_parameter(resolve(job_.design)->family(), of.parameter);
+    const double v = values.at(of.parameter) + (of.leaf.empty() ? 0 : values.at(name));
     if (p.open_min ? v <= p.min : v < p.min)
       return Because(fmt::format("{} = {:g} {} is too small", name, v, p.unit));
     if (p.open_max ? v >= p.max : v > p.max)
@@ -266,6 +282,7 @@ void Study::sample(int threads, const LoopProgress& progress, SharedUnits* share
     return;
   report.samples = spec_.samples;
   int keep = 0;
+  std::vector<int> missed(goals_.size(), 0);
   for (const SampledDesign& design : designs) {
     if (!design.failure.empty()) {
       ++report.failed;
@@ -275,12 +292,15 @@ void Study::sample(int threads, const LoopProgress& progress, SharedUnits* share
     bool kept = true;
     for (std::size_t g = 0; g < design.goals.size(); ++g) {
       const ToleratedGoal& goal = report.goals[g];
-      kept = kept && excess(design.goals[g], goal.min, goal.max, 1) <= allowance(goal);
+      if (excess(design.goals[g], goal.min, goal.max, 1) <= goal.allowed) continue;
+      kept = false;
+      ++missed[g];
     }
     keep += kept ? 1 : 0;
   }
-  if (spec_.goals && !spec_.goals->constraints.empty())
-    report.yield = static_cast<double>(keep) / spec_.samples;
+  const auto share = [&](int count) { return static_cast<double>(count) / spec_.samples; };
+  if (goals_.size() > 1) report.yield = share(keep);
+  for (std::size_t g = 1; g < goals_.size(); ++g) report.goals[g].missed = share(missed[g]);
   std::vector<double> values;
   for (std::size_t q = 0; q < report.quantities.size(); ++q) {
     values.clear();
@@ -303,7 +323,7 @@ ToleranceReport Study::run(int threads, const LoopProgress& progress, SharedUnit
   report.entries = spec_.entries;
   for (Tolerance& entry : report.entries)
     for (ToleranceTerm& term : entry.terms)
-      term = {term.parameter, term.change_of(parameters_.at(term.parameter)), false};
+      term = {term.parameter, term.change_in(parameters_), false};
   linearise(report);
   sample(threads, progress, shared, report);
   return report;

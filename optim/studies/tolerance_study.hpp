@@ -57,7 +57,9 @@ struct ToleratedGoal {
   ToleratedNumber number;
   double low = 0, high = 0;           ///< LinearGoal's; where there are slopes
   std::optional<double> min, max;     ///< bounds of a constraint
+  double allowed = 0;                 ///< a bound missed by less is kept, as in the search
   std::optional<double> room;         ///< room_of a constraint
+  std::optional<double> missed;       ///< share of the samples that miss a bound by more
   std::optional<GoalPlace> decisive;  ///< place that decides a quantity
 };
 
@@ -72,7 +74,7 @@ struct ToleranceReport {
   std::string room_of;  ///< the constraint that ends it
   int samples = 0, failed = 0;
   std::string first_failure;
-  std::optional<double> yield;  ///< share of the samples that keep every constraint
+  std::optional<double> yield;  ///< share of the samples that keep every constraint as `allowed`
 };
 
 /// Study of the tolerances of the job's design with these parameters (formulas computed), by this

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <string_view>
 
 #include "results/cli/printed.hpp"
@@ -123,29 +124,57 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
   return text;
 }
 
+/// "thickness 83 %": the entry of the job that makes most of the variance, with all of its leaves.
+std::string largest_share(const std::vector<Tolerance>& entries, const ToleranceSlopes& slopes) {
+  const VectorXd shares = variance_shares(entries, slopes);
+  std::map<std::string, double> sums;
+  for (std::size_t e = 0; e < entries.size(); ++e) sums[entries[e].entry] += shares[e];
+  const auto& [name, share] =
+      *std::ranges::max_element(sums, {}, &decltype(sums)::value_type::second);
+  return share > 0 ? fmt::format("{} {:.0f} %", name, 100 * share) : "-";
+}
+
+std::string tolerated_line(const std::string& name, const ToleratedNumber& n,
+                           const std::string& unit, const std::vector<Tolerance>& entries) {
+  std::vector<std::string> cells{shown(n.value, unit), "-", "-", "-", "-"};
+  if (n.slopes) {
+    cells[1] = shown(farthest(*n.slopes), unit);
+    cells[2] = shown(standard_deviation(entries, *n.slopes), unit);
+    cells[4] = largest_share(entries, *n.slopes);
+  }
+  if (n.sampled) cells[3] = shown(n.sampled->standard_deviation, unit);
+  return line(name, cells);
+}
+
+/// The goals; of a job without any, what a summary shows of the path and how the end-effector
+/// moves, each where it spreads most.
+std::string tolerated_lines(const RunRecord& record, const DriveList& drives) {
+  const std::vector<Tolerance>& entries = record.job.tolerances->entries;
+  std::string text =
+      line("within the tolerances:",
+           {"value", "+- first order", "standard deviation", "sampled", "largest share"});
+  for (const ToleratedGoal& goal : record.tolerances->goals)
+    text += tolerated_line(
+        goal.label == "objective" && !goal.quantity.empty() ? goal.quantity : goal.label,
+        goal.number, shown_unit_of(goal.quantity, drives), entries);
+  if (!record.tolerances->goals.empty()) return text;
+  const std::vector<Quantity> known = quantities(drives);
+  for (const ToleratedQuantity* q : widest_spreads(record)) {
+    const QuantityRow& row = *std::ranges::find(known, q->name, &Quantity::name)->row;
+    if (row.in_summary == SummaryLine::none && row.name != "displacement" && row.name != "rotation")
+      continue;
+    const std::string& of_case = cases_of(record.job)[q->load_case].name;
+    text += tolerated_line(
+        fmt::format("{}, {}point {}", q->name, of_case.empty() ? "" : of_case + " ", q->point),
+        q->number, quantity_unit(q->name, drives), entries);
+  }
+  return text;
+}
+
 std::string tolerance_lines(const RunRecord& record, const DriveList& drives) {
   if (!record.tolerances) return "";
   const ToleranceReport& report = *record.tolerances;
-  const std::vector<Tolerance>& entries = record.job.tolerances->entries;
-  std::string text;
-  if (!report.goals.empty())
-    text += line("within the tolerances:",
-                 {"value", "+- first order", "standard deviation", "sampled", "largest share"});
-  for (const ToleratedGoal& goal : report.goals) {
-    const std::string unit = shown_unit_of(goal.quantity, drives);
-    const ToleratedNumber& n = goal.number;
-    std::vector<std::string> cells{shown(n.value, unit), "-", "-", "-", "-"};
-    if (n.slopes) {
-      cells[1] = shown(farthest(*n.slopes), unit);
-      cells[2] = shown(standard_deviation(entries, *n.slopes), unit);
-      Eigen::Index most = 0;
-      const double share = variance_shares(entries, *n.slopes).maxCoeff(&most);
-      if (share > 0) cells[4] = fmt::format("{} {:.0f} %", entries[most].name, 100 * share);
-    }
-    if (n.sampled) cells[3] = shown(n.sampled->standard_deviation, unit);
-    text += line(goal.label == "objective" && !goal.quantity.empty() ? goal.quantity : goal.label,
-                 cells);
-  }
+  std::string text = tolerated_lines(record, drives);
   if (report.room && *report.room > 1e-4)
     text += fmt::format(
         "  room: all tolerances times {:.3g} keep every constraint (first order); "
@@ -155,9 +184,15 @@ std::string tolerance_lines(const RunRecord& record, const DriveList& drives) {
     text += fmt::format("  no room for any tolerance: {} is at its bound or beyond it\n",
                         report.room_of);
   if (report.yield)
-    text += fmt::format("  {:.1f} % of {} sampled designs keep every constraint{}\n",
-                        100 * *report.yield, report.samples,
-                        report.failed > 0 ? fmt::format(" ({} failed)", report.failed) : "");
+    text += fmt::format("  {:.1f} % of {} sampled designs keep every constraint",
+                        100 * *report.yield, report.samples);
+  else if (report.samples > 0)
+    text += fmt::format("  {} sampled designs", report.samples);
+  if (report.failed > 0) text += fmt::format(" ({} failed)", report.failed);
+  for (const ToleratedGoal& goal : report.goals)
+    if (goal.missed.value_or(0) > 0)
+      text += fmt::format("; {:.1f} % miss {}", 100 * *goal.missed, goal.label);
+  if (report.samples > 0) text += "\n";
   if (!report.message.empty()) text += "  tolerances: " + report.message + "\n";
   return text;
 }

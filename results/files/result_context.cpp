@@ -336,7 +336,7 @@ std::string goal_unit(const std::string& quantity, const DriveList& drives) {
 }
 
 std::string parameter_unit(const Family& family, const std::string& parameter) {
-  const Parameter* found = find_parameter(family, parameter);
+  const Parameter* found = find_parameter(family, parts_of_name(parameter).parameter);
   return found ? found->unit : "";
 }
 

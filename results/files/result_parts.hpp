@@ -102,6 +102,10 @@ void write_maps_csv(const std::filesystem::path& folder, const RunRecord& record
 
 OrderedJson make_tolerances(const RunRecord& record);
 
+/// Of each quantity of each load case the point where it spreads most, in the order of the table;
+/// without those that do not spread.
+std::vector<const ToleratedQuantity*> widest_spreads(const RunRecord& record);
+
 /// A row for each quantity at each stroke point, with a column for the share of each tolerance.
 std::string tolerances_csv(const RunRecord& record);
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -28,6 +29,7 @@ Json entries_json(const std::vector<Tolerance>& entries, const Family& family) {
       deviations[term.parameter] = std::abs(term.change) * entry.standard_deviation();
     }
     list.push_back({{"name", entry.name},
+                    {"entry", entry.entry},
                     {"distribution", name_of(entry.spread)},
                     {"units", std::move(units)},
                     {"at_upper_limit", std::move(changes)},
@@ -61,6 +63,26 @@ Json number_json(const ToleratedNumber& number, const std::vector<Tolerance>& en
   return json;
 }
 
+double spread_of(const ToleratedNumber& number, const std::vector<Tolerance>& entries) {
+  if (number.slopes) return standard_deviation(entries, *number.slopes);
+  return number.sampled ? number.sampled->standard_deviation : 0;
+}
+
+Json widest_json(const RunRecord& record, const DriveList& drives) {
+  Json list = Json::array();
+  for (const ToleratedQuantity* q : widest_spreads(record)) {
+    const JobCase one = cases_of(record.job)[q->load_case];
+    Json& json = list.emplace_back(Json::object());
+    if (!one.name.empty()) json["case"] = one.name;
+    json.update({{"stroke", one.request.points[q->point]},
+                 {"point", q->point},
+                 {"quantity", q->name},
+                 {"unit", quantity_unit(q->name, drives)}});
+    json.update(number_json(q->number, record.job.tolerances->entries));
+  }
+  return list;
+}
+
 /// Point by point the quantities of a load case.
 Json path_json(const RunRecord& record, std::size_t load_case) {
   const JobCase one = cases_of(record.job)[load_case];
@@ -83,7 +105,9 @@ Json goal_json(const RunRecord& record, const ToleratedGoal& goal, const DriveLi
   json["high"] = goal.number.slopes ? Json(goal.high) : Json();
   json["min"] = optional_json(goal.min);
   json["max"] = optional_json(goal.max);
+  json["allowed"] = goal.min || goal.max ? Json(goal.allowed) : Json();
   json["room"] = optional_json(goal.room);
+  json["missed"] = optional_json(goal.missed);
   if (!record.job.cases.empty())
     json["decisive"] =
         goal.decisive ? place_json(record.job, record.mechanism, *goal.decisive) : Json();
@@ -199,6 +223,23 @@ Json worst_json(const WorstAssembly& worst, const RunRecord& record, const Drive
 
 }  // namespace
 
+std::vector<const ToleratedQuantity*> widest_spreads(const RunRecord& record) {
+  const std::vector<Tolerance>& entries = record.job.tolerances->entries;
+  std::vector<const ToleratedQuantity*> widest;
+  for (const ToleratedQuantity& q : record.tolerances->quantities) {
+    const double spread = spread_of(q.number, entries);
+    if (spread <= 1e-9 * std::abs(q.number.value)) continue;
+    const auto known = std::ranges::find_if(widest, [&](const ToleratedQuantity* other) {
+      return other->load_case == q.load_case && other->name == q.name;
+    });
+    if (known == widest.end())
+      widest.push_back(&q);
+    else if (spread > spread_of((*known)->number, entries))
+      *known = &q;
+  }
+  return widest;
+}
+
 OrderedJson make_tolerances(const RunRecord& record) {
   assert(record.tolerances && record.job.tolerances);
   const ToleranceReport& report = *record.tolerances;
@@ -210,7 +251,9 @@ OrderedJson make_tolerances(const RunRecord& record) {
        "first order in the tolerances, by exact derivatives: worst is how far a number gets within "
        "the limits, shares are those of its variance, room is the largest common scale of all "
        "limits that keeps every constraint; a normal tolerance has its limits at three standard "
-       "deviations"},
+       "deviations; yield is the share of the samples that miss no bound by more than allowed (the "
+       "constraint tolerance of the search), missed the share that misses this one; widest is "
+       "where a quantity spreads most"},
       {"message", report.message},
       {"entries", entries_json(report.entries, resolve(record.job.design)->family())},
       {"goals", list_json(report.goals, goal)},
@@ -222,6 +265,7 @@ OrderedJson make_tolerances(const RunRecord& record) {
         {"failed", report.failed},
         {"first_failure", report.first_failure}}},
       {"yield", optional_json(report.yield)},
+      {"widest", widest_json(record, drives)},
       {"path", path_json(record, 0)}};
   for (std::size_t k = 0; k < record.job.cases.size(); ++k)
     json["cases"][record.job.cases[k].name] = {{"path", path_json(record, k)}};

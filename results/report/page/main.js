@@ -18,7 +18,7 @@ import {forget_listeners, listen, set, state} from "./state.js";
 import {stroke_charts} from "./stroke_plots.js";
 import {checks, stroke_table} from "./tables.js";
 import {element} from "./text.js";
-import {tolerance_section} from "./tolerances.js";
+import {assembly_section, tolerance_section} from "./tolerances.js";
 import {redraw_view, view_panel} from "./view_panel.js";
 
 const page = document.getElementById("report");
@@ -71,6 +71,7 @@ function draw() {
   section("Fatigue", fatigue_section());
   section("Maps", map_section());
   section("Tolerances", tolerance_section());
+  section("Errors of assembly", assembly_section());
   section("Load cases", case_section());
   section("Stroke table", stroke_table());
   section("Compliance", [matrix_panel(), principal_panel()]);

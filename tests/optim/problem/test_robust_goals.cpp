@@ -113,7 +113,10 @@ TEST_CASE("goals under tolerances are the nominal ones and what first-order deri
 TEST_CASE("derivatives of goals under tolerances are those of their values") {
   for (const std::string as : {"worst", "mean + 3 sigma"}) {
     INFO(as);
-    const DesignProblem robust(parse_job(under_tolerances(as)));
+    json job = under_tolerances(as);
+    job["tolerances"]["mismatch"] = {
+        {"plus_minus", "1 %"}, {"parameters", {{"thickness", 1}}}, {"each", "leaf"}};
+    const DesignProblem robust(parse_job(job));
     const DesignValues exact = robust.evaluate(at, true), values = robust.evaluate(at);
     REQUIRE(exact.ok);
     REQUIRE(exact.no_gradient == "");

@@ -186,3 +186,111 @@ TEST_CASE("samples that are no mechanism are counted, with the reason, and keep 
   CHECK_FALSE(report.first_failure.empty());
   CHECK(*report.yield == Approx((120.0 - report.failed) / 120));
 }
+
+namespace {
+
+/// The guide with leaves of different thickness, at rest and far out.
+json leaf_by_leaf(const json& entries) {
+  json document = guide();
+  document["stroke"]["at"] = {0, "5 mm"};
+  document["tolerances"] = entries;
+  return document;
+}
+
+}  // namespace
+
+TEST_CASE("what leaves have in common is the sum of what each of them does") {
+  const ToleranceReport report = study(leaf_by_leaf(
+      {{"thickness", "10 um"},
+       {"mismatch",
+        {{"plus_minus", "10 um"}, {"parameters", {{"thickness", 1}}}, {"each", "leaf"}}}}));
+  REQUIRE(report.entries.size() == 3);  // by their names: both leaves, then the thickness of all
+  CHECK(report.entries[0].name == "mismatch of leaf +y");
+  CHECK(report.entries[0].entry == "mismatch");
+  CHECK(report.entries[2].entry == "thickness");
+  int compared = 0;
+  for (const ToleratedQuantity& q : report.quantities) {
+    if (!q.number.slopes) continue;
+    const VectorXd& s = *q.number.slopes;
+    const double size = std::max(std::abs(s[0]), std::abs(s[1]));
+    if (size < std::max(1e-6 * std::abs(q.number.value), 1e-12)) continue;  // rounding
+    INFO(q.name << " at point " << q.point);
+    CHECK(s[0] + s[1] == Approx(s[2]).epsilon(1e-6).margin(1e-6 * size));
+    ++compared;
+  }
+  CHECK(compared > 10);
+}
+
+TEST_CASE("slopes of one leaf are differences of mechanisms in which it alone differs") {
+  json document = leaf_by_leaf({{"thickness", {{"plus_minus", "1 %"}, {"each", "leaf"}}},
+                                {"length", {{"plus_minus", "20 um"}, {"each", "leaf"}}}});
+  document["model"]["accuracy"] = "full";
+  const ToleranceReport report = study(document);
+  const Job job = parse_job(document);
+  StrokeRequest request = job.request;
+  request.values = PathValues::differentiable;
+  request.newton.tolerance = 1e-12;
+  REQUIRE(report.entries.size() == 4);
+  for (std::size_t e = 0; e < 4; ++e) {
+    INFO(report.entries[e].name);
+    const ToleranceTerm& term = report.entries[e].terms.at(0);
+    constexpr double z = 0.1;
+    const auto at = [&](double by) {
+      ParameterValues moved = job.design.parameters;
+      moved[term.parameter] += by * term.change;
+      return evaluate_stroke(make_mechanism(job, moved), job.model, request);
+    };
+    const StrokeResponse up = at(z), down = at(-z);
+    for (const std::string name : {"drive_load", "drive_stiffness", "rotation.z", "displacement.x",
+                                   "support_stiffness.uz"}) {
+      INFO(name);
+      const auto of = std::ranges::find_if(report.quantities, [&](const ToleratedQuantity& q) {
+        return q.name == name && q.point == 1;
+      });
+      REQUIRE(of != report.quantities.end());
+      const double size =
+          std::abs(of->number.value) + std::abs((*of->number.slopes)[static_cast<Eigen::Index>(e)]);
+      CHECK((*of->number.slopes)[static_cast<Eigen::Index>(e)] ==
+            Approx((*value_of(up.path[1], name) - *value_of(down.path[1], name)) / (2 * z))
+                .epsilon(2e-3)
+                .margin(1e-6 * size));
+      // a longer leaf shortens less when bent: unequal leaves turn the body, equal ones hardly do
+      const VectorXd& s = *of->number.slopes;
+      if (name == "rotation.z") CHECK(std::abs(s[0] + s[1]) < 0.1 * std::abs(s[0] - s[1]));
+    }
+  }
+}
+
+TEST_CASE("samples of leaves that differ spread as the first order says", "[slow]") {
+  json document = leaf_by_leaf({{"thickness", {{"plus_minus", "5 um"}, {"each", "leaf"}}}});
+  document["tolerance_samples"] = {{"count", 150}, {"seed", 2}};
+  const ToleranceReport report = study(document);
+  CHECK(report.failed == 0);
+  for (const std::string name : {"rotation.z", "drive_load"}) {
+    INFO(name);
+    const auto of = std::ranges::find_if(report.quantities, [&](const ToleratedQuantity& q) {
+      return q.name == name && q.point == 1;
+    });
+    REQUIRE(of != report.quantities.end());
+    CHECK(of->number.sampled->standard_deviation ==
+          Approx(standard_deviation(report.entries, *of->number.slopes)).epsilon(0.1));
+  }
+}
+
+TEST_CASE("a bound missed by nanometres costs no yield, and each constraint says what it costs") {
+  json document = guide();
+  document["tolerances"] = {{"width", "0.1 mm"}};
+  document["tolerance_samples"] = {{"count", 40}};
+  document["optimise"]["constraints"] = json::parse(R"([
+    {"expression": "length", "max": "99.999988 mm"},
+    {"expression": "width", "max": "30 mm"}])");
+  const ToleranceReport report = study(document);
+  CHECK(*report.goals[1].missed == 0);  // the length is 12 nm too much in every sample
+  CHECK(report.goals[1].allowed == Approx(1e-4 * 0.099999988));
+  CHECK(*report.goals[2].missed == Approx(0.5).margin(0.03));  // the wider half
+  CHECK(*report.yield == Approx(1 - *report.goals[2].missed));
+  CHECK_FALSE(report.goals[0].missed);                         // an objective has no bound
+  document["optimise"]["constraints"][0]["max"] = "99.98 mm";  // 2e-4 of the bound
+  CHECK(*study(document).goals[1].missed == 1);
+  CHECK(*study(document).yield == 0);
+}

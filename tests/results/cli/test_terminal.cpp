@@ -84,6 +84,15 @@ TEST_CASE("Maps and tolerances are counted on a terminal, and in a file there is
   CHECK_THAT(file.err, Contains("tolerances: 8 sampled designs\n") &&
                            Contains("map 1 of 1: 6 designs\n") && !Contains("\r") &&
                            !Contains("\x1b") && !Contains("/8") && !Contains("/6"));
+  // without goals the quantities are told
+  CHECK_THAT(file.out, Contains("within the tolerances:") && Contains("\n  drive_load, point 1 ") &&
+                           Contains("thickness 100 %") && Contains("\n  8 sampled designs\n"));
+  const auto tolerances = folder.json("leaf.out/result.json")["tolerances"];
+  const auto& widest = tolerances["widest"];
+  const auto load =
+      std::ranges::find_if(widest, [](const auto& one) { return one["quantity"] == "drive_load"; });
+  REQUIRE(load != widest.end());
+  CHECK((*load)["sampled"] == tolerances["path"][1]["quantities"]["drive_load"]["sampled"]);
 }
 
 TEST_CASE("run --json prints the summary's numbers in SI") {

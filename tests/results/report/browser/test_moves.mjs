@@ -369,6 +369,7 @@ await on("fatigue", "the fatigue section makes no error", async (page) => {  // 
   }
   const text = await page.evaluate(() => document.querySelector("main").innerText);
   check(/Tolerances/.test(text) && /sampled designs keep every constraint/.test(text), "the tolerances are told");
+  check(/Errors of assembly/.test(text) && /leaf \+y base turned/.test(text), "the worst errors of assembly are told");
   await page.close();
 }
 
