@@ -135,15 +135,21 @@ Files dxf_files(Making& making) {
   Files files;
   if (auto leaves = dxf_leaves(making.of.mechanism))
     files.push_back({making.name("_leaves.dxf"), std::move(*leaves)});
-  if (auto contour = dxf_contour(making.of.mechanism, making.point()))
-    files.push_back({making.name("_contour.dxf"), std::move(*contour)});
   if (files.empty())
     throw SpecError("--format", "dxf", "wires have no outline: expected a leaf with a width");
+  const double kerf = making.options.kerf;
+  DxfContour contour = dxf_contour(making.of, making.point(), kerf);
+  if (!contour.reason.empty() && kerf > 0)
+    throw SpecError("--kerf", fmt::format("{:.9g} m", kerf), contour.reason);
+  if (!contour.reason.empty())
+    making.notes.push_back("dxf: no contour of the whole: " + contour.reason);
+  if (contour.content)
+    files.push_back({making.name("_contour.dxf"), std::move(*contour.content)});
   return files;
 }
 
 Files step_files(Making& making) {
-  StepFile file = step_file(making.of, making.point());
+  StepFile file = step_file(making.of, making.point(), making.options.monolithic);
   making.notes.insert(making.notes.end(), file.notes.begin(), file.notes.end());
   return {{making.name(".step"), std::move(file.content)}};
 }
@@ -287,6 +293,13 @@ std::vector<std::string> read_formats(const std::string& list) {
 
 WrittenExports write_exports(const Exported& exported, const ExportOptions& options,
                              const std::filesystem::path& folder) {
+  const auto made = [&](const char* format) {
+    return std::ranges::find(options.formats, format) != options.formats.end();
+  };
+  if (options.monolithic && !made("step"))
+    throw SpecError("--monolithic", "true", "it is for --format step");
+  if (options.kerf != 0 && !made("dxf"))
+    throw SpecError("--kerf", fmt::format("{:.9g} m", options.kerf), "it is for --format dxf");
   WrittenExports written;
   Making making{exported, options, written.notes};
   Files files;

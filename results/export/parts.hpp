@@ -1,6 +1,8 @@
 #pragma once
 // Surfaces of leaves, triangles, and the parts of a mechanism as other programs draw them.
+#include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,32 @@ LeafSurface undeflected_surface(const LeafSpring& leaf);
 /// each interval of the mesh along. `places`: the shape's undeflected or deflected points.
 LeafSurface surface_of_shape(const LeafSpring& leaf, const LeafShape& shape,
                              const std::vector<Vector3d>& places, int finer = 4);
+
+// The section of a flat leaf along it, with fillets.
+
+/// A line, or an arc through the point `by` [m].
+struct OutlineEdge {
+  Eigen::Vector2d from, to;
+  std::optional<Eigen::Vector2d> by;
+};
+
+/// A flat leaf seen along its width, x along it and y along its normal [m]; of a reinforced one the
+/// part between `from` and `to` has another thickness.
+struct LeafSection {
+  double length = 0, half = 0;  ///< half: of the thickness
+  double radius = 0;            ///< of the fillets at held edges and at steps; 0: none
+  bool free_tip = false;
+  double from = 0, to = 0, middle = 0;  ///< middle: half of the thickness there
+
+  bool stepped() const { return to > from && middle > half; }
+  double step_radius() const { return stepped() ? std::min(radius, middle - half) : 0; }
+  double tip_radius() const { return free_tip ? 0 : radius; }
+  /// Whether the fillets have room along the leaf.
+  bool fits() const;
+  /// Closed, counter-clockwise: by quarter circles at held edges and where the thickness steps.
+  std::vector<OutlineEdge> outline() const;
+  double area() const;  ///< [m²]
+};
 
 // Closed meshes of triangles: leaves with their thickness, boxes, hulls.
 
@@ -86,6 +114,30 @@ std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoin
 /// The surface of a leaf at a point of the path; `finer` as of surface_of_shape.
 LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf,
                           int finer = 4);
+
+/// Diagonal of the box around the undeflected mechanism [m]: what the parts that have no size of
+/// their own are drawn by.
+double drawn_size(const Mechanism& mechanism);
+
+// Bodies as parts to be made, which leave the free length of every leaf free: what STEP and the
+// contour of DXF hold.
+
+/// A body, undeflected, as a union of convex meshes: blocks ∪ (ribs − rooms).
+struct BodyForm {
+  int body = ground;
+  std::string name;
+  std::vector<TriangleMesh> blocks;  ///< behind each edge that the body holds; joints and springs
+  std::vector<TriangleMesh> ribs;    ///< the box of the body, and what joins all
+  std::vector<TriangleMesh> rooms;   ///< of the leaves that it holds
+  int parts = 0;                     ///< that do not hang together
+  std::vector<std::string> bare;     ///< leaves without a block: they meet others of the body there
+  std::vector<std::string> faults;   ///< why it cannot be made as it is, a sentence each
+};
+
+/// The forms of all bodies, then that of the ground. A block is as wide as its leaf. Ribs are the
+/// shortest that meet no other body and no leaf of others. `fillet`: radius that blocks have room for
+/// [m].
+std::vector<BodyForm> body_forms(const Mechanism& mechanism, double fillet);
 
 // Quadratic bricks of an undeflected leaf, for programs that take solid elements.
 
