@@ -235,8 +235,10 @@ int watch_run(const CommandLine& line) {
 int export_job(const CommandLine& line) {
   const std::vector<std::string> formats = read_formats(line.formats);
   const Exported exported = make_exported(job_of(line), {line.at, line.load_case});
-  ExportOptions options{
-      .formats = formats, .stem = fs::path(line.job).stem().string(), .solid = {}, .monolithic = line.monolithic};
+  ExportOptions options{.formats = formats,
+                        .stem = fs::path(line.job).stem().string(),
+                        .solid = {},
+                        .monolithic = line.monolithic};
   if (!line.kerf.empty()) {
     options.kerf = parse_quantity(line.kerf, "m", "--kerf");
     if (!(options.kerf > 0)) throw SpecError("--kerf", line.kerf, "the width of a cut is above 0");

@@ -97,8 +97,9 @@ std::vector<ConvexPiece> convex_pieces_of(const LeafSpring& leaf) {
 
 class Forms {
  public:
-  Forms(const Mechanism& mechanism, double fillet) : mechanism_(&mechanism) {
-    const double size = drawn_size(mechanism);
+  /// `scale`: of blocks, their margins and the room around leaves.
+  Forms(const Mechanism& mechanism, double fillet, double scale) : mechanism_(&mechanism) {
+    const double size = scale * drawn_size(mechanism);
     clear_ = std::max(0.005 * size, 1.5 * fillet);
     margin_ = 3 * clear_;
     depth_ = 0.04 * size;
@@ -110,9 +111,9 @@ class Forms {
     const int bodies = static_cast<int>(mechanism_->bodies.size());
     for (int body = 0; body <= bodies; ++body) add_nodes(body < bodies ? body : ground);
     for (Made& made : made_) join(made);  // the ground last: it gives way
+    for (Made& made : made_) check(made);
     std::vector<BodyForm> forms;
     for (Made& made : made_) {
-      check(made);
       for (ConvexPiece& piece : made.blocks) made.form.blocks.push_back(std::move(piece.mesh));
       for (ConvexPiece& piece : made.ribs) made.form.ribs.push_back(std::move(piece.mesh));
       forms.push_back(std::move(made.form));
@@ -124,6 +125,7 @@ class Forms {
   struct Made {
     BodyForm form;
     std::vector<ConvexPiece> blocks, ribs;
+    bool has_box = false;  ///< the first of the ribs
   };
 
   bool holds(const LeafSpring& leaf, int body) const {
@@ -180,7 +182,7 @@ class Forms {
 
   /// Whether a place is in the body's box or on its faces.
   bool in_box(const Made& made, const Vector3d& place) const {
-    if (made.form.body == ground || !mechanism_->bodies[made.form.body].box) return false;
+    if (!made.has_box) return false;
     const BodyBoxT<double>& box = *mechanism_->bodies[made.form.body].box;
     const Vector3d at = box.half_edges.inverse() * (place - box.center);
     return at.cwiseAbs().maxCoeff() < 1 + 1e-6;
@@ -195,15 +197,15 @@ class Forms {
     Made made;
     made.form.body = body;
     made.form.name = body == ground ? "ground" : mechanism_->bodies[body].name;
-    if (body != ground && mechanism_->bodies[body].box)
-      made.ribs.emplace_back(closed_box(*mechanism_->bodies[body].box));
+    made.has_box = body != ground && mechanism_->bodies[body].box;
+    if (made.has_box) made.ribs.emplace_back(closed_box(*mechanism_->bodies[body].box));
     for (std::size_t i = 0; i < leaves_.size(); ++i)
       for (int end = 0; end < 2; ++end)
         if ((end == 0 ? mechanism_->leaves[i].base : mechanism_->leaves[i].tip) == body)
           add_block(made, i, end);
     const Vector3d half = Vector3d::Constant(0.5 * margin_);
     const auto add_place = [&](const Vector3d& place) {
-      made.blocks.emplace_back(convex_hull(corners_of(place, Matrix3d::Identity(), -half, half)));
+      made.ribs.emplace_back(convex_hull(corners_of(place, Matrix3d::Identity(), -half, half)));
     };
     for (const Joint& joint : mechanism_->joints)
       if (!is_held(joint.type) && (joint.body == body || joint.other == body))
@@ -215,10 +217,19 @@ class Forms {
     made_.push_back(std::move(made));
   }
 
+  /// Whether a joint ties both bodies, so that they meet there.
+  bool tied(int body, int other) const {
+    return std::ranges::any_of(mechanism_->joints, [&](const Joint& joint) {
+      return std::minmax(joint.body, joint.other) == std::minmax(body, other);
+    });
+  }
+
   /// Whether a rib would meet another body, or a leaf of others.
   bool is_in_the_way(const Made& made, const ConvexPiece& rib) const {
     for (const Made& other : made_)
-      if (&other != &made && (hits(rib, other.blocks) || hits(rib, other.ribs))) return true;
+      if (&other != &made && !tied(made.form.body, other.form.body) &&
+          (hits(rib, other.blocks) || hits(rib, other.ribs)))
+        return true;
     for (std::size_t i = 0; i < leaves_.size(); ++i)
       if (!holds(mechanism_->leaves[i], made.form.body) && hits(rib, leaves_[i])) return true;
     return false;
@@ -243,7 +254,7 @@ class Forms {
     for (const auto& [length, i, j] : ways) {
       if (part[i] == part[j]) continue;
       std::vector<Vector3d> points = nodes[i].mesh.points;
-      const bool to_box = j >= made.blocks.size() && made.form.body != ground;
+      const bool to_box = made.has_box && j == made.blocks.size();
       const Vector3d moved = nodes[j].box.center() - nodes[i].box.center();
       for (const Vector3d& p : to_box ? nodes[i].mesh.points : nodes[j].mesh.points)
         points.push_back(to_box ? Vector3d(p + moved) : p);
@@ -266,18 +277,13 @@ class Forms {
           form.name, form.parts));
     for (const Made& other : made_) {
       if (&other == &made) break;
-      const bool tied = std::ranges::any_of(mechanism_->joints, [&](const Joint& joint) {
-        return std::minmax(joint.body, joint.other) ==
-               std::minmax(form.body, other.form.body);
-      });
       const auto meets = [&](const std::vector<ConvexPiece>& own) {
         return std::ranges::any_of(own, [&](const ConvexPiece& piece) {
           return hits(piece, other.blocks) || hits(piece, other.ribs);
         });
       };
-      if (!tied && (meets(made.blocks) || meets(made.ribs)))
-        form.faults.push_back(
-            fmt::format("bodies {} and {} overlap", other.form.name, form.name));
+      if (!tied(form.body, other.form.body) && (meets(made.blocks) || meets(made.ribs)))
+        form.faults.push_back(fmt::format("bodies {} and {} overlap", other.form.name, form.name));
     }
   }
 
@@ -290,9 +296,9 @@ class Forms {
       const double leg = leaf.fold ? (end == 0 ? leaf.fold->place : 1 - leaf.fold->place)
                                    : (leaf.curve ? 0.25 : 1.0),
                    way = leg * leaf.length;
-      form.rooms.push_back(convex_hull(corners_of(edge_place(leaf, end), leaf.edge_axes(end),
-                                                  {end == 0 ? 0 : -way, -w, -t},
-                                                  {end == 0 ? way : 0, w, t})));
+      form.rooms.push_back(
+          convex_hull(corners_of(edge_place(leaf, end), leaf.edge_axes(end),
+                                 {end == 0 ? 0 : -way, -w, -t}, {end == 0 ? way : 0, w, t})));
     }
   }
 
@@ -305,7 +311,12 @@ class Forms {
 }  // namespace
 
 std::vector<BodyForm> body_forms(const Mechanism& mechanism, double fillet) {
-  return Forms(mechanism, fillet).all();
+  std::vector<BodyForm> forms;
+  for (const double scale : {1.0, 0.5, 0.25}) {  // smaller where there is less room
+    forms = Forms(mechanism, fillet, scale).all();
+    if (std::ranges::all_of(forms, [](const BodyForm& form) { return form.faults.empty(); })) break;
+  }
+  return forms;
 }
 
 }  // namespace flexopt

@@ -121,7 +121,8 @@ bool cut_alike(const LeafSpring& a, const LeafSpring& b) {
   };
   return a.section == b.section && near(a.length, b.length) && near(a.width, b.width) &&
          near(a.thickness, b.thickness) && same(a.width_profile, b.width_profile) &&
-         same(a.thickness_profile, b.thickness_profile) && a.fold.has_value() == b.fold.has_value() &&
+         same(a.thickness_profile, b.thickness_profile) &&
+         a.fold.has_value() == b.fold.has_value() &&
          (!a.fold || (near(a.fold->place, b.fold->place) && near(a.fold->angle, b.fold->angle) &&
                       near(a.fold->radius, b.fold->radius))) &&
          a.material.name == b.material.name &&
@@ -217,12 +218,11 @@ ContourAnswer contour_of(const Exported& exported, const PathPoint* point, const
     parts[0].shapes.push_back(leaf_outline(exported, point, i, plane));
   for (const BodyForm& form : body_forms(mechanism, exported.request.stress.fillet.value_or(0))) {
     if (!form.faults.empty()) return {{}, form.faults.front()};
-    const BodyPose pose =
-        form.body == ground ? BodyPose{} : body_pose(mechanism, point, form.body);
+    const BodyPose pose = form.body == ground ? BodyPose{} : body_pose(mechanism, point, form.body);
     PlanarPart& part = parts.emplace_back();
-    for (const auto& [from, to] : {std::pair(&form.blocks, &part.shapes),
-                                   std::pair(&form.ribs, &part.cut),
-                                   std::pair(&form.rooms, &part.rooms)})
+    for (const auto& [from, to] :
+         {std::pair(&form.blocks, &part.shapes), std::pair(&form.ribs, &part.cut),
+          std::pair(&form.rooms, &part.rooms)})
       for (const TriangleMesh& mesh : *from) to->push_back(hull_of(mesh, pose, plane));
   }
   return planar_contour(parts, beside);
@@ -236,6 +236,9 @@ void draw(const PlanarContour& contour, double beside, Drawing& drawing) {
   drawing.outline("CONTOUR", contour.outer);
   for (const Outline& hole : contour.holes) drawing.outline("HOLES", hole);
   for (const Point& start : contour.starts) drawing.point("START", start);
+  for (std::size_t k = 0; k < contour.holes.size(); ++k)
+    drawing.text("TEXT", contour.starts[k + 1] + Point(1, 1), 2,
+                 fmt::format("room of {:.3g} mm diameter", 2 * contour.clear[k]));
   const Point below = contour.starts.front() - Point(0, 4);
   drawing.text("TEXT", below, 2,
                beside > 0
@@ -279,8 +282,8 @@ std::optional<std::string> dxf_leaves(const Mechanism& mechanism) {
       drawing.outline("FOLDS", {{x, middle - h}, {x, middle + h}}, false);
     }
     const ProfileRange thick = profile_range(leaf.thickness_profile);
-    std::string words =
-        fmt::format("{} x  {}  t = {:.6g} mm", count, leaf.name, 1e3 * leaf.thickness * thick.smallest);
+    std::string words = fmt::format("{} x  {}  t = {:.6g} mm", count, leaf.name,
+                                    1e3 * leaf.thickness * thick.smallest);
     if (thick.largest > thick.smallest)
       words += fmt::format(" to {:.6g} mm", 1e3 * leaf.thickness * thick.largest);
     drawing.text("TEXT", {length + 0.05 * widest + 2, middle}, std::max(1.0, 0.08 * widest), words);

@@ -80,8 +80,8 @@ std::vector<std::string> read_formats(const std::string& list);
 
 struct ExportOptions {
   std::vector<std::string> formats;
-  std::string stem;     ///< how the files' names begin
-  SolidMeshSize solid;  ///< size of the solids in decks
+  std::string stem;         ///< how the files' names begin
+  SolidMeshSize solid;      ///< size of the solids in decks
   bool monolithic = false;  ///< STEP: all in one solid
   double kerf = 0;          ///< DXF: width of the cut [m]; 0: the contour itself
 };
@@ -124,9 +124,9 @@ struct DxfContour {
 /// Contour of a mechanism at a point of a path, or undeflected (null), seen along the width of its
 /// leaves. Of one plate: leaves, bodies and ground as one closed outline on CONTOUR, its holes on
 /// HOLES, on START a point outside and one in each hole where the wire begins. `kerf` [m]: width of
-/// the cut; the outlines are then the path of the wire's centre. Where the whole has no one contour:
-/// the section of each leaf on a layer of its own, and the reason. Nothing where the leaves' widths
-/// lie along several directions.
+/// the cut; the outlines are then the path of the wire's centre. Where the whole has no one
+/// contour: the section of each leaf on a layer of its own, and the reason. Nothing where the
+/// leaves' widths lie along several directions.
 DxfContour dxf_contour(const Exported& exported, const PathPoint* point, double kerf = 0);
 
 // Solids for CAD, by Open CASCADE where the program was built with it.
@@ -136,15 +136,16 @@ struct StepFile {
   std::vector<std::string> notes;  ///< what was left out, a sentence each
 };
 
-/// STEP (AP214) in millimetres at a point of a path or undeflected (null): a product with a name and
-/// a colour for each leaf, each body and the ground, or one solid of all of them (`monolithic`).
+/// STEP (AP214) in millimetres at a point of a path or undeflected (null): a product with a name
+/// and a colour for each leaf, each body and the ground, or one solid of all of them
+/// (`monolithic`).
 ///
 /// Undeflected leaves without profile are exact: prisms, arcs as splines through 121 places, wires
 /// cylinders; flat ones have their fillets where the job gives a radius. Bent and profiled leaves
 /// are splines through the points of their mesh. Reinforced leaves are one solid. Bodies and the
 /// ground are those of body_forms. Throws SpecError where the program was built without Open
-/// CASCADE, or where one solid of a mechanism with joints or springs is asked for; NotExported where
-/// a solid could not be made, or a monolithic mechanism has no free place for a body.
+/// CASCADE, or where one solid of a mechanism with joints or springs is asked for; NotExported
+/// where a solid could not be made, or a monolithic mechanism has no free place for a body.
 StepFile step_file(const Exported& exported, const PathPoint* point, bool monolithic = false);
 
 // Scripts for SPACAR Light (MATLAB): the mechanism in beams.

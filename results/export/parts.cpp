@@ -122,10 +122,10 @@ std::vector<OutlineEdge> LeafSection::outline() const {
   };
   const auto arc = [&](double x0, double y0, double x1, double y1, double corner, double r) {
     if (r > 0)  // concave: its middle is close to the corner
-      top.push_back({{x0, y0},
-                     {x1, y1},
-                     Eigen::Vector2d(corner + (x0 + x1 > 2 * corner ? part : -part) * r,
-                                     h + part * r)});
+      top.push_back(
+          {{x0, y0},
+           {x1, y1},
+           Eigen::Vector2d(corner + (x0 + x1 > 2 * corner ? part : -part) * r, h + part * r)});
   };
   arc(0, h + radius, radius, h, 0, radius);
   if (stepped()) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/polygon/polygon.hpp>
 #include <cmath>
 
@@ -27,9 +28,9 @@ class OnGrid {
         for (const Outline& outline : *list)
           for (const Eigen::Vector2d& p : outline)
             largest = std::max(largest, p.cwiseAbs().maxCoeff());
-    unit_ = std::max(1e-6, largest / 5e8);  // a nanometre, unless the part is as large as half a metre
+    unit_ =
+        std::max(1e-6, largest / 5e8);  // a nanometre, unless the part is as large as half a metre
   }
-  double unit() const { return unit_; }
   Grid length(double mm) const { return static_cast<Grid>(std::lround(mm / unit_)); }
   GridPoint point(const Eigen::Vector2d& p) const { return {length(p[0]), length(p[1])}; }
   Eigen::Vector2d place(const GridPoint& p) const { return {unit_ * p.x(), unit_ * p.y()}; }
@@ -77,31 +78,49 @@ std::vector<GridPolygon> polygons_of(const GridSet& set) {
   return all;
 }
 
-/// Polygons, and their holes that are wider than what rounding leaves.
+/// Numbers of polygons and of all their holes.
 std::pair<std::size_t, std::size_t> counts_of(const std::vector<GridPolygon>& polygons) {
   std::size_t holes = 0;
   for (const GridPolygon& polygon : polygons) holes += polygon.size_holes();
   return {polygons.size(), holes};
 }
 
-/// The place in a ring that is farthest from it, by shrinking the ring until nothing is left.
-template <class Ring>
-std::pair<Eigen::Vector2d, double> inner_place(const Ring& ring, const OnGrid& grid) {
-  GridSet whole;
-  whole.insert(bp::polygon_data<Grid>(ring.begin(), ring.end()));
-  bp::rectangle_data<Grid> box;
-  whole.extents(box);
-  Grid low = 0, high = std::min(bp::delta(box, bp::HORIZONTAL), bp::delta(box, bp::VERTICAL)) / 2 + 1;
-  GridPoint place = *ring.begin();
-  while (high - low > std::max<Grid>(1, high / 1000)) {
-    const Grid middle = low + (high - low) / 2;
-    GridSet shrunk = whole;
-    shrunk.resize(-middle);
-    const std::vector<GridPolygon> left = polygons_of(shrunk);
-    (left.empty() ? high : low) = middle;
-    if (!left.empty()) place = *left.front().begin();
+/// Distance of a place from an outline; negative outside.
+double depth_in(const Outline& outline, const Eigen::Vector2d& place) {
+  double least = 1e300;
+  bool inside = false;
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    const Eigen::Vector2d &a = outline[k], &b = outline[(k + 1) % outline.size()];
+    const Eigen::Vector2d line = b - a;
+    const double part = std::clamp((place - a).dot(line) / line.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (a + part * line - place).norm());
+    if ((a[1] > place[1]) != (b[1] > place[1]) &&
+        place[0] < a[0] + (place[1] - a[1]) / line[1] * line[0])
+      inside = !inside;
   }
-  return {grid.place(place), grid.unit() * low};
+  return inside ? least : -least;
+}
+
+/// The place in an outline that is farthest from it: the best of a grid, which then becomes finer
+/// about it.
+Eigen::Vector2d inner_place(const Outline& outline) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : outline) box.extend(p);
+  Eigen::Vector2d half = 0.5 * box.sizes(), best = box.center();
+  double depth = depth_in(outline, best);
+  constexpr int steps = 24;  // to each side
+  for (int round = 0; round < 8; ++round, half *= 0.25) {
+    const Eigen::Vector2d centre = best;
+    for (int i = -steps; i <= steps; ++i)
+      for (int j = -steps; j <= steps; ++j) {
+        const Eigen::Vector2d place = centre + Eigen::Vector2d(i, j).cwiseProduct(half) / steps;
+        const double own = depth_in(outline, place);
+        if (own <= depth + 1e-12) continue;
+        depth = own;
+        best = place;
+      }
+  }
+  return best;
 }
 
 }  // namespace
@@ -120,7 +139,8 @@ ContourAnswer planar_contour(const std::vector<PlanarPart>& parts, double beside
   all.resize(-rounding);
   std::vector<GridPolygon> polygons = polygons_of(all);
   const auto [islands, holes] = counts_of(polygons);
-  if (islands != 1) return {std::nullopt, fmt::format("its outlines are {} separate ones", islands)};
+  if (islands != 1)
+    return {std::nullopt, fmt::format("its outlines are {} separate ones", islands)};
   if (beside > 0) {
     all.resize(grid.length(beside), true, around);
     polygons = polygons_of(all);
@@ -133,9 +153,8 @@ ContourAnswer planar_contour(const std::vector<PlanarPart>& parts, double beside
   contour.starts.push_back(*left - Eigen::Vector2d(2 + 2 * beside, 0));
   for (auto hole = one.begin_holes(); hole != one.end_holes(); ++hole) {
     contour.holes.push_back(grid.outline(*hole));
-    const auto [place, clear] = inner_place(*hole, grid);
-    contour.starts.push_back(place);
-    contour.clear.push_back(clear);
+    contour.starts.push_back(inner_place(contour.holes.back()));
+    contour.clear.push_back(depth_in(contour.holes.back(), contour.starts.back()));
   }
   return {std::move(contour), {}};
 }

@@ -25,8 +25,8 @@ struct PlanarContour {
 };
 
 /// The one outline of all parts and its holes, or why there is none. `beside` [mm]: the wire's
-/// centre keeps this distance, half of the cut, from the outline; a gap that the wire cannot pass is
-/// a reason.
+/// centre keeps this distance, half of the cut, from the outline; a gap that the wire cannot pass
+/// is a reason.
 struct ContourAnswer {
   std::optional<PlanarContour> contour;
   std::string reason;

@@ -67,8 +67,8 @@ std::vector<WholeLeaf> whole_leaves(const Mechanism& mechanism) {
       const std::string name = one.name.substr(0, one.name.size() - 5);
       const std::size_t middle = named(name + "/reinforcement"), tip = named(name + "/tip");
       const bool plate = middle < leaves.size();
-      const int step = plate && leaves[middle].base == leaves[i].tip ? leaves[middle].tip
-                                                                      : leaves[i].tip;
+      const int step =
+          plate && leaves[middle].base == leaves[i].tip ? leaves[middle].tip : leaves[i].tip;
       const RigidBody& body = mechanism.bodies[step];
       if (tip < leaves.size() && leaves[tip].base == step &&
           (plate || (body.name == name + "/reinforcement" && body.box))) {
@@ -109,8 +109,7 @@ step::Prism prism(const LeafSpring& leaf, const LeafSection& section) {
   step::Prism made;
   made.over = point_mm(leaf.width * leaf.axes.col(1));
   for (const OutlineEdge& e : section.outline())
-    made.outline.push_back(
-        {at(e.from), at(e.to), e.by ? std::optional(at(*e.by)) : std::nullopt});
+    made.outline.push_back({at(e.from), at(e.to), e.by ? std::optional(at(*e.by)) : std::nullopt});
   return made;
 }
 
@@ -216,8 +215,8 @@ StepFile step_file(const Exported& exported, const PathPoint* point, bool monoli
   for (const WholeLeaf& leaf : whole_leaves(mechanism)) {
     document.products.push_back(leaf_product(exported, point, leaf, file.notes));
     if (leaf.parts.size() > 1)
-      for (const int body : {mechanism.leaves[leaf.parts.front()].tip,
-                             mechanism.leaves[leaf.parts.back()].base})
+      for (const int body :
+           {mechanism.leaves[leaf.parts.front()].tip, mechanism.leaves[leaf.parts.back()].base})
         of_leaves.push_back(mechanism.bodies[body].name);
   }
   const double fillet = exported.request.stress.fillet.value_or(0);

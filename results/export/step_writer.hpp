@@ -57,7 +57,7 @@ struct Product {
   std::array<double, 3> colour{};  ///< red, green, blue in [0, 1]
   std::vector<Shape> shapes, cut;
   std::vector<Polyhedron> rooms;
-  int solids = 1;               ///< solids that it must become; 0: one or more
+  int solids = 1;                ///< solids that it must become; 0: one or more
   std::optional<double> volume;  ///< that it must have within 0.1 % [mm³]
 };
 
