@@ -98,9 +98,9 @@ std::vector<ConvexPiece> convex_pieces_of(const LeafSpring& leaf) {
 class Forms {
  public:
   /// `scale`: of blocks, their margins and the room around leaves.
-  Forms(const Mechanism& mechanism, double fillet, double scale) : mechanism_(&mechanism) {
+  Forms(const Mechanism& mechanism, double room, double scale) : mechanism_(&mechanism) {
     const double size = scale * drawn_size(mechanism);
-    clear_ = std::max(0.005 * size, 1.5 * fillet);
+    clear_ = std::max(0.005 * size, 1.5 * room);
     margin_ = 3 * clear_;
     depth_ = 0.04 * size;
     touching_ = 1e-7 * size;
@@ -261,7 +261,8 @@ class Forms {
       ConvexPiece rib(convex_hull(points));
       if (is_in_the_way(made, rib)) continue;
       made.ribs.push_back(std::move(rib));
-      std::ranges::replace(part, part[j], part[i]);
+      const std::size_t gone = part[j], kept = part[i];
+      std::ranges::replace(part, gone, kept);
     }
     made.form.parts = static_cast<int>(std::set<std::size_t>(part.begin(), part.end()).size());
   }
@@ -310,10 +311,10 @@ class Forms {
 
 }  // namespace
 
-std::vector<BodyForm> body_forms(const Mechanism& mechanism, double fillet) {
+std::vector<BodyForm> body_forms(const Mechanism& mechanism, double room) {
   std::vector<BodyForm> forms;
   for (const double scale : {1.0, 0.5, 0.25}) {  // smaller where there is less room
-    forms = Forms(mechanism, fillet, scale).all();
+    forms = Forms(mechanism, room, scale).all();
     if (std::ranges::all_of(forms, [](const BodyForm& form) { return form.faults.empty(); })) break;
   }
   return forms;

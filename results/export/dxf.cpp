@@ -213,10 +213,11 @@ ContourAnswer contour_of(const Exported& exported, const PathPoint* point, const
                          const Plane& plane, double beside) {
   const Mechanism& mechanism = exported.mechanism;
   if (std::string why = why_not_one_plate(mechanism, along); !why.empty()) return {{}, why};
+  const double fillet = exported.request.stress.fillet.value_or(0);
   std::vector<PlanarPart> parts(1);
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
     parts[0].shapes.push_back(leaf_outline(exported, point, i, plane));
-  for (const BodyForm& form : body_forms(mechanism, exported.request.stress.fillet.value_or(0))) {
+  for (const BodyForm& form : body_forms(mechanism, std::max(fillet, 2e-3 * beside))) {
     if (!form.faults.empty()) return {{}, form.faults.front()};
     const BodyPose pose = form.body == ground ? BodyPose{} : body_pose(mechanism, point, form.body);
     PlanarPart& part = parts.emplace_back();

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numbers>
 
 #include "core/mechanism/profile.hpp"
 #include "results/export/parts.hpp"

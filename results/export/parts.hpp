@@ -135,9 +135,9 @@ struct BodyForm {
 };
 
 /// The forms of all bodies, then that of the ground. A block is as wide as its leaf. Ribs are the
-/// shortest that meet no other body and no leaf of others. `fillet`: radius that blocks have room
-/// for [m].
-std::vector<BodyForm> body_forms(const Mechanism& mechanism, double fillet);
+/// shortest that meet no other body and no leaf of others. `room` [m]: a fillet, or the width of a
+/// cut, that has room beside each leaf.
+std::vector<BodyForm> body_forms(const Mechanism& mechanism, double room);
 
 // Quadratic bricks of an undeflected leaf, for programs that take solid elements.
 

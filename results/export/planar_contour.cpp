@@ -16,7 +16,7 @@ using GridPoint = bp::point_data<Grid>;
 using GridSet = bp::polygon_set_data<Grid>;
 using GridPolygon = bp::polygon_with_holes_data<Grid>;
 
-constexpr int around = 64;  ///< corners of a circle about a corner that the wire goes round
+constexpr int around = 180;  ///< corners of a circle about a corner that the wire goes round
 
 /// From millimetres to whole numbers and back.
 class OnGrid {

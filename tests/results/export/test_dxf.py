@@ -82,7 +82,7 @@ def main():
     assert 40 < starts[1][0] < 60 and abs(starts[1][1]) < 10, starts
     # the path of a wire
     _, contour = export("parallel_guide", "--kerf", "0.3 mm")
-    near(closed_ones(contour)[0]["HOLES"][0], (100 - 0.3) * (99.5 - 0.3))
+    near(closed_ones(contour)[0]["HOLES"][0], (100 - 0.3) * (99.5 - 0.3), 1e-5)
     wide = subprocess.run([flexopt, "export", f"{source}/designs/jobs/parallel_guide.json", "--out",
                            work, "--format", "dxf", "--kerf", "120 mm"], capture_output=True,
                           text=True)
