@@ -38,6 +38,8 @@ struct CommandLine {
   bool open = false;                       ///< show: open the page by xdg-open
   std::string shell;                       ///< completion: the shell
   std::array<int, 3> solids{0, 0, 0};      ///< export: solid elements of a leaf; zeros: as usual
+  bool monolithic = false;                 ///< export: STEP as one solid
+  std::string kerf;                        ///< export: width of the cut; empty: none
   int port = 0;                            ///< explore, watch: the port; 0: one that is free
 };
 

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
+#include "core/spec/quantity.hpp"
+#include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
 #include "designs/family.hpp"
 #include "optim/job/found_design.hpp"
@@ -245,8 +247,14 @@ int watch_run(const CommandLine& line) {
 int export_job(const CommandLine& line) {
   const std::vector<std::string> formats = read_formats(line.formats);
   const Exported exported = make_exported(job_of(line), {line.at, line.load_case});
-  ExportOptions options{
-      .formats = formats, .stem = fs::path(line.job).stem().string(), .solid = {}};
+  ExportOptions options{.formats = formats,
+                        .stem = fs::path(line.job).stem().string(),
+                        .solid = {},
+                        .monolithic = line.monolithic};
+  if (!line.kerf.empty()) {
+    options.kerf = parse_quantity(line.kerf, "m", "--kerf");
+    if (!(options.kerf > 0)) throw SpecError("--kerf", line.kerf, "the width of a cut is above 0");
+  }
   if (line.solids[0] > 0) {
     options.solid.along = line.solids[0];
     options.solid.across = line.solids[1];
@@ -259,7 +267,7 @@ int export_job(const CommandLine& line) {
       put(stderr, fmt::format("flexopt: note: {}\n", note));
     for (const std::string& name : written.names)
       fmt::print("{}\n", (fs::path(line.folder) / name).string());
-  } catch (const NoEquilibrium& error) {
+  } catch (const NotExported& error) {
     put(stderr, fmt::format("flexopt: {}\n", error.what()));
     return exit_not_usable;
   }

@@ -55,8 +55,13 @@ struct Handle {
 
 class Writer {
  public:
-  Writer(const CcxModel& model, const VectorXd& strokes, const PathPoint& point)
-      : model_(&model), mechanism_(&model.mechanism), strokes_(strokes), point_(&point) {}
+  Writer(const CcxModel& model, const SolidMeshSize& size, const VectorXd& strokes,
+         const PathPoint& point)
+      : model_(&model),
+        mechanism_(&model.mechanism),
+        size_(size),
+        strokes_(strokes),
+        point_(&point) {}
 
   std::string text() && {
     write_head();
@@ -81,6 +86,11 @@ class Writer {
     deck_.line("** {}: flexopt {} wrote this deck. Units: m, kg, s, N, Pa, K.",
                one_line(exported.name), version());
     deck_.line("** Leaves of isotropic quadratic solids, bodies are rigid. Run: ccx DECK");
+    deck_.line(
+        "** {} x {} x {} solids along, across and through a leaf, of a fold each leg: leaves are",
+        size_.along, size_.across, size_.through);
+    deck_.line("** up to {:.2g} % stiffer than in a finer mesh along them.",
+               100 * solid_excess(*mechanism_, size_));
     deck_.line("** Lines that begin with **FLEXOPT are for compare_ccx.py DECK.inp.");
     deck_.line("**FLEXOPT stroke {}", exported.stroke_text(strokes_));
   }
@@ -325,6 +335,7 @@ class Writer {
 
   const CcxModel* model_;
   const Mechanism* mechanism_;
+  SolidMeshSize size_;
   VectorXd strokes_;
   const PathPoint* point_;
   std::vector<Handle> handles_;
@@ -342,7 +353,7 @@ std::string ccx_deck(const Exported& exported, const VectorXd& strokes, const So
   if (exported.request.frequencies > 0) outputs.add(Output::frequencies_locked);
   const PathPoint point = exported.equilibria({strokes}, full, outputs).front();
   check_near_in_ccx(exported, point);
-  return Writer(model, strokes, point).text();
+  return Writer(model, size, strokes, point).text();
 }
 
 }  // namespace flexopt

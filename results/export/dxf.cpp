@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <iterator>
+#include <numbers>
 
 #include "core/mechanism/profile.hpp"
 #include "results/export/exported.hpp"
+#include "results/export/planar_contour.hpp"
 
 namespace flexopt {
 
@@ -46,6 +49,11 @@ class Drawing {
       box_.extend(p);
     }
     write("0\nSEQEND\n8\n{}\n", layer);
+  }
+
+  void point(const std::string& layer, const Point& at) {
+    write("0\nPOINT\n8\n{}\n10\n{:.9g}\n20\n{:.9g}\n30\n0.0\n", layer, at[0], at[1]);
+    box_.extend(at);
   }
 
   void text(const std::string& layer, const Point& at, double height, const std::string& words) {
@@ -105,6 +113,140 @@ std::array<Vector3d, 2> plane_across(const Vector3d& normal) {
   return {u, normal.cross(u)};
 }
 
+/// Whether two leaves are cut alike: the same outline, fold, thickness and material.
+bool cut_alike(const LeafSpring& a, const LeafSpring& b) {
+  const auto near = [](double x, double y) { return std::abs(x - y) <= 1e-9 * std::abs(y); };
+  const auto same = [&](const std::vector<double>& x, const std::vector<double>& y) {
+    return std::ranges::equal(x, y, near);
+  };
+  return a.section == b.section && near(a.length, b.length) && near(a.width, b.width) &&
+         near(a.thickness, b.thickness) && same(a.width_profile, b.width_profile) &&
+         same(a.thickness_profile, b.thickness_profile) &&
+         a.fold.has_value() == b.fold.has_value() &&
+         (!a.fold || (near(a.fold->place, b.fold->place) && near(a.fold->angle, b.fold->angle) &&
+                      near(a.fold->radius, b.fold->radius))) &&
+         a.material.name == b.material.name &&
+         near(a.material.youngs_modulus, b.material.youngs_modulus);
+}
+
+/// Where drawn places go in the drawing.
+struct Plane {
+  std::array<Vector3d, 2> axes;
+  Point operator()(const Vector3d& place) const {
+    return 1e3 * Point(place.dot(axes[0]), place.dot(axes[1]));
+  }
+};
+
+Outline hull_of(const TriangleMesh& mesh, const BodyPose& pose, const Plane& plane) {
+  std::vector<Point> points;
+  for (const Vector3d& p : mesh.points) points.push_back(plane(pose(p)));
+  std::ranges::sort(points, [](const Point& a, const Point& b) {
+    return std::pair(a[0], a[1]) < std::pair(b[0], b[1]);
+  });
+  Outline hull;  // the chain below, then the one above (Andrew)
+  for (int chain = 0; chain < 2; ++chain) {
+    const std::size_t first = hull.size();
+    for (const Point& p : points) {
+      const auto turns_right = [&] {
+        const Point u = hull.back() - hull[hull.size() - 2], v = p - hull.back();
+        return u[0] * v[1] - u[1] * v[0] <= 0;
+      };
+      while (hull.size() > first + 1 && turns_right()) hull.pop_back();
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    std::ranges::reverse(points);
+  }
+  return hull;
+}
+
+/// Outline of a leaf; held edges reach a micrometre into their bodies, so that both are joined.
+Outline leaf_outline(const Exported& exported, const PathPoint* point, std::size_t i,
+                     const Plane& plane) {
+  constexpr double into = 1e-6;
+  const LeafSpring& leaf = exported.mechanism.leaves[i];
+  const LeafSection section{.length = leaf.length,
+                            .half = 0.5 * leaf.thickness,
+                            .radius = exported.request.stress.fillet.value_or(0),
+                            .free_tip = leaf.tip == free_edge};
+  Outline outline;
+  if (!point && !leaf.curve && !leaf.fold && !leaf.has_profile() && section.fits()) {
+    for (const OutlineEdge& e : section.outline())
+      for (int k = 0; k < (e.by ? 16 : 1); ++k) {
+        Eigen::Vector2d p = e.from;
+        if (e.by) {  // a quarter circle about the place where both tangents' normals meet
+          const Eigen::Vector2d middle = 0.5 * (e.from + e.to), out = (middle - *e.by).normalized(),
+                                centre = middle + out * (middle - e.from).norm();
+          const double turn = 0.5 * std::numbers::pi * k / 16;
+          p = centre + std::cos(turn) * (e.from - centre) + std::sin(turn) * (e.to - centre);
+        }
+        if (p[0] == 0) p[0] = -into;
+        if (p[0] == leaf.length && !section.free_tip) p[0] += into;
+        outline.push_back(plane(leaf.origin + p[0] * leaf.axes.col(0) + p[1] * leaf.axes.col(2)));
+      }
+    return outline;
+  }
+  for (const Vector3d& p : drawn_surface(exported.mechanism, point, i).contour())
+    outline.push_back(plane(p));
+  const std::size_t n = outline.size(), half = n / 2;
+  const Point base = 1e3 * into * (outline[0] - outline[1]).normalized(),
+              tip = 1e3 * into * (outline[half - 1] - outline[half - 2]).normalized();
+  for (const std::size_t k : {std::size_t(0), n - 1}) outline[k] += base;
+  if (!section.free_tip)
+    for (const std::size_t k : {half - 1, half}) outline[k] += tip;
+  return outline;
+}
+
+/// Why the leaves are not all cut through one plate across their width; empty where they are.
+std::string why_not_one_plate(const Mechanism& mechanism, const Vector3d& along) {
+  const LeafSpring& first = mechanism.leaves.front();
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    if (!leaf.width_profile.empty()) return "the width of leaf " + leaf.name + " varies";
+    if (std::abs(leaf.width - first.width) > 1e-6 * first.width ||
+        std::abs((leaf.origin - first.origin).dot(along)) > 1e-6 * first.width)
+      return "leaves " + first.name + " and " + leaf.name + " are not in one plate";
+  }
+  return {};
+}
+
+ContourAnswer contour_of(const Exported& exported, const PathPoint* point, const Vector3d& along,
+                         const Plane& plane, double beside) {
+  const Mechanism& mechanism = exported.mechanism;
+  if (std::string why = why_not_one_plate(mechanism, along); !why.empty()) return {{}, why};
+  const double fillet = exported.request.stress.fillet.value_or(0);
+  std::vector<PlanarPart> parts(1);
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
+    parts[0].shapes.push_back(leaf_outline(exported, point, i, plane));
+  for (const BodyForm& form : body_forms(mechanism, std::max(fillet, 2e-3 * beside))) {
+    if (!form.faults.empty()) return {{}, form.faults.front()};
+    const BodyPose pose = form.body == ground ? BodyPose{} : body_pose(mechanism, point, form.body);
+    PlanarPart& part = parts.emplace_back();
+    for (const auto& [from, to] :
+         {std::pair(&form.blocks, &part.shapes), std::pair(&form.ribs, &part.cut),
+          std::pair(&form.rooms, &part.rooms)})
+      for (const TriangleMesh& mesh : *from) to->push_back(hull_of(mesh, pose, plane));
+  }
+  return planar_contour(parts, beside);
+}
+
+void draw(const PlanarContour& contour, double beside, Drawing& drawing) {
+  drawing.layer("CONTOUR", black);
+  drawing.layer("HOLES", red);
+  drawing.layer("START", blue);
+  drawing.layer("TEXT", blue);
+  drawing.outline("CONTOUR", contour.outer);
+  for (const Outline& hole : contour.holes) drawing.outline("HOLES", hole);
+  for (const Point& start : contour.starts) drawing.point("START", start);
+  for (std::size_t k = 0; k < contour.holes.size(); ++k)
+    drawing.text("TEXT", contour.starts[k + 1] + Point(1, 1), 2,
+                 fmt::format("room of {:.3g} mm diameter", 2 * contour.clear[k]));
+  const Point below = contour.starts.front() - Point(0, 4);
+  drawing.text("TEXT", below, 2,
+               beside > 0
+                   ? fmt::format("path of the wire, {:.6g} mm beside the contour", 1e3 * beside)
+                   : std::string("contour of the part"));
+}
+
 }  // namespace
 
 std::optional<std::string> dxf_leaves(const Mechanism& mechanism) {
@@ -115,8 +257,12 @@ std::optional<std::string> dxf_leaves(const Mechanism& mechanism) {
   bool any = false;
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const LeafSpring& leaf = mechanism.leaves[i];
-    if (leaf.section == Section::circular) continue;
+    const auto alike = [&](const LeafSpring& other) { return cut_alike(leaf, other); };
+    const auto before = mechanism.leaves.begin() + static_cast<std::ptrdiff_t>(i);
+    if (leaf.section == Section::circular || std::any_of(mechanism.leaves.begin(), before, alike))
+      continue;
     any = true;
+    const auto count = std::count_if(before, mechanism.leaves.end(), alike);
     const std::string layer = layer_name(i, leaf.name);
     drawing.layer(layer, black);
     const double length = 1e3 * leaf.length;
@@ -137,8 +283,8 @@ std::optional<std::string> dxf_leaves(const Mechanism& mechanism) {
       drawing.outline("FOLDS", {{x, middle - h}, {x, middle + h}}, false);
     }
     const ProfileRange thick = profile_range(leaf.thickness_profile);
-    std::string words =
-        fmt::format("{}  t = {:.6g} mm", leaf.name, 1e3 * leaf.thickness * thick.smallest);
+    std::string words = fmt::format("{} x  {}  t = {:.6g} mm", count, leaf.name,
+                                    1e3 * leaf.thickness * thick.smallest);
     if (thick.largest > thick.smallest)
       words += fmt::format(" to {:.6g} mm", 1e3 * leaf.thickness * thick.largest);
     drawing.text("TEXT", {length + 0.05 * widest + 2, middle}, std::max(1.0, 0.08 * widest), words);
@@ -148,22 +294,26 @@ std::optional<std::string> dxf_leaves(const Mechanism& mechanism) {
   return drawing.file();
 }
 
-std::optional<std::string> dxf_contour(const Mechanism& mechanism, const PathPoint* point) {
+DxfContour dxf_contour(const Exported& exported, const PathPoint* point, double kerf) {
+  const Mechanism& mechanism = exported.mechanism;
   const std::optional<Vector3d> along = common_width(mechanism);
-  if (!along) return std::nullopt;
-  const std::array<Vector3d, 2> plane = plane_across(*along);
+  if (!along) return {{}, "the leaves have no common direction of width"};
+  const Plane plane{plane_across(*along)};
   Drawing drawing;
+  ContourAnswer answer = contour_of(exported, point, *along, plane, 0.5e3 * kerf);
+  if (answer.contour) {
+    draw(*answer.contour, 0.5 * kerf, drawing);
+    return {drawing.file(), {}};
+  }
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
     const std::string layer = layer_name(i, mechanism.leaves[i].name);
     drawing.layer(layer, black);
     std::vector<Point> outline;
-    for (const Vector3d& p : drawn_surface(mechanism, point, i).contour()) {
-      const Vector3d place = 1e3 * p;
-      outline.push_back({place.dot(plane[0]), place.dot(plane[1])});
-    }
+    for (const Vector3d& p : drawn_surface(mechanism, point, i).contour())
+      outline.push_back(plane(p));
     drawing.outline(layer, outline);
   }
-  return drawing.file();
+  return {drawing.file(), answer.reason};
 }
 
 }  // namespace flexopt

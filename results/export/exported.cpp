@@ -135,15 +135,20 @@ Files dxf_files(Making& making) {
   Files files;
   if (auto leaves = dxf_leaves(making.of.mechanism))
     files.push_back({making.name("_leaves.dxf"), std::move(*leaves)});
-  if (auto contour = dxf_contour(making.of.mechanism, making.point()))
-    files.push_back({making.name("_contour.dxf"), std::move(*contour)});
   if (files.empty())
     throw SpecError("--format", "dxf", "wires have no outline: expected a leaf with a width");
+  const double kerf = making.options.kerf;
+  DxfContour contour = dxf_contour(making.of, making.point(), kerf);
+  if (!contour.reason.empty() && kerf > 0)
+    throw SpecError("--kerf", fmt::format("{:.9g} m", kerf), contour.reason);
+  if (!contour.reason.empty())
+    making.notes.push_back("dxf: no contour of the whole: " + contour.reason);
+  if (contour.content) files.push_back({making.name("_contour.dxf"), std::move(*contour.content)});
   return files;
 }
 
 Files step_files(Making& making) {
-  StepFile file = step_file(making.of, making.point());
+  StepFile file = step_file(making.of, making.point(), making.options.monolithic);
   making.notes.insert(making.notes.end(), file.notes.begin(), file.notes.end());
   return {{making.name(".step"), std::move(file.content)}};
 }
@@ -159,6 +164,13 @@ Files gltf_files(Making& making) {
 }
 
 Files ccx_files(Making& making) {
+  const SolidMeshSize& size = making.options.solid;
+  const double excess = solid_excess(making.of.mechanism, size);
+  if (excess > 0.003)
+    making.notes.push_back(fmt::format(
+        "ccx: with {} x {} x {} solids leaves are up to {:.2g} % stiffer than in a finer mesh "
+        "along them, not within 0.3 %",
+        size.along, size.across, size.through, 100 * excess));
   return {
       {making.name(".inp"), ccx_deck(making.of, making.strokes_of_deck(), making.options.solid)},
       {"compare_ccx.py", std::string(embedded_file("compare_ccx.py"))}};
@@ -287,6 +299,13 @@ std::vector<std::string> read_formats(const std::string& list) {
 
 WrittenExports write_exports(const Exported& exported, const ExportOptions& options,
                              const std::filesystem::path& folder) {
+  const auto made = [&](const char* format) {
+    return std::ranges::find(options.formats, format) != options.formats.end();
+  };
+  if (options.monolithic && !made("step"))
+    throw SpecError("--monolithic", "true", "it is for --format step");
+  if (options.kerf != 0 && !made("dxf"))
+    throw SpecError("--kerf", fmt::format("{:.9g} m", options.kerf), "it is for --format dxf");
   WrittenExports written;
   Making making{exported, options, written.notes};
   Files files;

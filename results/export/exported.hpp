@@ -48,9 +48,13 @@ struct Exported {
 /// Text of a name on one line, for use in comments of a file.
 std::string one_line(std::string text);
 
-/// Thrown where no equilibrium was found that is to be exported: no fault of the input.
-class NoEquilibrium : public std::runtime_error {
+/// Thrown where something could not be made that is to be exported: no fault of the input.
+class NotExported : public std::runtime_error {
   using std::runtime_error::runtime_error;
+};
+/// Thrown where no equilibrium was found.
+class NoEquilibrium : public NotExported {
+  using NotExported::NotExported;
 };
 
 /// Throws SpecError for a stroke outside the job's path.
@@ -76,8 +80,10 @@ std::vector<std::string> read_formats(const std::string& list);
 
 struct ExportOptions {
   std::vector<std::string> formats;
-  std::string stem;     ///< how the files' names begin
-  SolidMeshSize solid;  ///< size of the solids in decks
+  std::string stem;         ///< how the files' names begin
+  SolidMeshSize solid;      ///< size of the solids in decks
+  bool monolithic = false;  ///< STEP: all in one solid
+  double kerf = 0;          ///< DXF: width of the cut [m]; 0: the contour itself
 };
 
 struct WrittenExports {
@@ -86,7 +92,7 @@ struct WrittenExports {
 };
 
 /// Writes the files of all formats, each whole or not at all, after all of them could be made.
-/// Throws SpecError for what a format cannot carry, NoEquilibrium.
+/// Throws SpecError for what a format cannot carry, NotExported.
 WrittenExports write_exports(const Exported& exported, const ExportOptions& options,
                              const std::filesystem::path& folder);
 
@@ -106,13 +112,22 @@ std::string glb(const Mechanism& mechanism, const PathPoint* base,
 // Drawings for cutting, DXF R12 in millimetres.
 
 /// The leaves laid flat, a closed outline of true size for each on a layer of its own, folds on the
-/// layer FOLDS, beside them name and thickness on TEXT. Nothing where all leaves are wires.
+/// layer FOLDS, beside them on TEXT their number, name and thickness; one outline for leaves that
+/// are cut alike. Nothing where all leaves are wires.
 std::optional<std::string> dxf_leaves(const Mechanism& mechanism);
 
-/// Contours of a mechanism all whose leaves have their width along one direction: the thickness of
-/// the leaves seen along it, closed outlines in the plane across, each on a layer of its own. At a
-/// point of a path, or undeflected (null). Nothing for other mechanisms.
-std::optional<std::string> dxf_contour(const Mechanism& mechanism, const PathPoint* point);
+struct DxfContour {
+  std::optional<std::string> content;
+  std::string reason;  ///< why there is no contour of the whole
+};
+
+/// Contour of a mechanism at a point of a path, or undeflected (null), seen along the width of its
+/// leaves. Of one plate: leaves, bodies and ground as one closed outline on CONTOUR, its holes on
+/// HOLES, on START a point outside and one in each hole where the wire begins. `kerf` [m]: width of
+/// the cut; the outlines are then the path of the wire's centre. Where the whole has no one
+/// contour: the section of each leaf on a layer of its own, and the reason. Nothing where the
+/// leaves' widths lie along several directions.
+DxfContour dxf_contour(const Exported& exported, const PathPoint* point, double kerf = 0);
 
 // Solids for CAD, by Open CASCADE where the program was built with it.
 
@@ -121,13 +136,17 @@ struct StepFile {
   std::vector<std::string> notes;  ///< what was left out, a sentence each
 };
 
-/// STEP (AP214) in millimetres, a solid a part, at a point of a path or undeflected (null).
+/// STEP (AP214) in millimetres at a point of a path or undeflected (null): a product with a name
+/// and a colour for each leaf, each body and the ground, or one solid of all of them
+/// (`monolithic`).
 ///
 /// Undeflected leaves without profile are exact: prisms, arcs as splines through 121 places, wires
 /// cylinders; flat ones have their fillets where the job gives a radius. Bent and profiled leaves
-/// are splines through the points of their mesh. Bodies are those of parts.hpp. Throws SpecError
-/// where the program was built without Open CASCADE.
-StepFile step_file(const Exported& exported, const PathPoint* point);
+/// are splines through the points of their mesh. Reinforced leaves are one solid. Bodies and the
+/// ground are those of body_forms. Throws SpecError where the program was built without Open
+/// CASCADE, or where one solid of a mechanism with joints or springs is asked for; NotExported
+/// where a solid could not be made, or a monolithic mechanism has no free place for a body.
+StepFile step_file(const Exported& exported, const PathPoint* point, bool monolithic = false);
 
 // Scripts for SPACAR Light (MATLAB): the mechanism in beams.
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <ranges>
 
 #include "core/math/rotation.hpp"
 #include "results/export/exported.hpp"
@@ -37,22 +38,6 @@ std::vector<Vector3d> section_corners(const LeafSpring& leaf, int end) {
         corners.push_back(surface.middle[surface.at(i, j)] + sign * surface.half[surface.at(i, j)]);
   }
   return corners;
-}
-
-/// Diagonal of the box around the undeflected mechanism [m]: what the parts that have no size of
-/// their own are drawn by.
-double drawn_size(const Mechanism& mechanism) {
-  Eigen::AlignedBox3d box;
-  for (const LeafSpring& leaf : mechanism.leaves)
-    for (const Vector3d& p : closed_leaf(undeflected_surface(leaf), 8).points) box.extend(p);
-  for (const RigidBody& body : mechanism.bodies) {
-    box.extend(body.reference);
-    if (!body.box) continue;
-    const Vector3d half = body.box->half_edges.cwiseAbs().rowwise().sum();
-    box.extend(Vector3d(body.box->center - half));
-    box.extend(Vector3d(body.box->center + half));
-  }
-  return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
 /// Two triangles between the corners a, b, c, d of a mesh, counter-clockwise seen from outside.
@@ -122,6 +107,66 @@ std::string stl_name(std::string name) {
 }
 
 }  // namespace
+
+bool LeafSection::fits() const {
+  if (!stepped()) return radius + tip_radius() < length;
+  return radius + step_radius() < from && to + step_radius() + tip_radius() < length;
+}
+
+std::vector<OutlineEdge> LeafSection::outline() const {
+  const double part = 1 - std::sqrt(0.5);  // share of the radius: the middle of a quarter circle
+  const double s = step_radius(), tip = tip_radius(), L = length, h = half;
+  std::vector<OutlineEdge> top;  // from base to tip
+  const auto line = [&](double x0, double y0, double x1, double y1) {
+    if (std::hypot(x1 - x0, y1 - y0) > 1e-12 * L) top.push_back({{x0, y0}, {x1, y1}, std::nullopt});
+  };
+  const auto arc = [&](double x0, double y0, double x1, double y1, double corner, double r) {
+    if (r > 0)  // concave: its middle is close to the corner
+      top.push_back(
+          {{x0, y0},
+           {x1, y1},
+           Eigen::Vector2d(corner + (x0 + x1 > 2 * corner ? part : -part) * r, h + part * r)});
+  };
+  arc(0, h + radius, radius, h, 0, radius);
+  if (stepped()) {
+    line(radius, h, from - s, h);
+    arc(from - s, h, from, h + s, from, s);
+    line(from, h + s, from, middle);
+    line(from, middle, to, middle);
+    line(to, middle, to, h + s);
+    arc(to, h + s, to + s, h, to, s);
+  }
+  line(stepped() ? to + s : radius, h, L - tip, h);
+  arc(L - tip, h, L, h + tip, L, tip);
+  std::vector<OutlineEdge> all;
+  const auto below = [](const Eigen::Vector2d& p) { return Eigen::Vector2d(p[0], -p[1]); };
+  for (const OutlineEdge& e : top)
+    all.push_back({below(e.from), below(e.to), e.by ? std::optional(below(*e.by)) : std::nullopt});
+  all.push_back({{L, -h - tip}, {L, h + tip}, std::nullopt});
+  for (const OutlineEdge& e : top | std::views::reverse) all.push_back({e.to, e.from, e.by});
+  all.push_back({{0, h + radius}, {0, -h - radius}, std::nullopt});
+  return all;
+}
+
+double LeafSection::area() const {
+  const double corner = 2 * (1 - 0.25 * std::numbers::pi), s = step_radius(), tip = tip_radius();
+  return 2 * half * length + (stepped() ? 2 * (middle - half) * (to - from) : 0) +
+         corner * (radius * radius + tip * tip + 2 * s * s);
+}
+
+double drawn_size(const Mechanism& mechanism) {
+  Eigen::AlignedBox3d box;
+  for (const LeafSpring& leaf : mechanism.leaves)
+    for (const Vector3d& p : closed_leaf(undeflected_surface(leaf), 8).points) box.extend(p);
+  for (const RigidBody& body : mechanism.bodies) {
+    box.extend(body.reference);
+    if (!body.box) continue;
+    const Vector3d half = body.box->half_edges.cwiseAbs().rowwise().sum();
+    box.extend(Vector3d(body.box->center - half));
+    box.extend(Vector3d(body.box->center + half));
+  }
+  return box.isEmpty() ? 0 : box.diagonal().norm();
+}
 
 TriangleMesh body_solid(const Mechanism& mechanism, int body) {
   const RigidBody& own = mechanism.bodies[body];

@@ -1,6 +1,8 @@
 #pragma once
 // Surfaces of leaves, triangles, and the parts of a mechanism as other programs draw them.
+#include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,32 @@ LeafSurface undeflected_surface(const LeafSpring& leaf);
 /// each interval of the mesh along. `places`: the shape's undeflected or deflected points.
 LeafSurface surface_of_shape(const LeafSpring& leaf, const LeafShape& shape,
                              const std::vector<Vector3d>& places, int finer = 4);
+
+// The section of a flat leaf along it, with fillets.
+
+/// A line, or an arc through the point `by` [m].
+struct OutlineEdge {
+  Eigen::Vector2d from, to;
+  std::optional<Eigen::Vector2d> by;
+};
+
+/// A flat leaf seen along its width, x along it and y along its normal [m]; of a reinforced one the
+/// part between `from` and `to` has another thickness.
+struct LeafSection {
+  double length = 0, half = 0;  ///< half: of the thickness
+  double radius = 0;            ///< of the fillets at held edges and at steps; 0: none
+  bool free_tip = false;
+  double from = 0, to = 0, middle = 0;  ///< middle: half of the thickness there
+
+  bool stepped() const { return to > from && middle > half; }
+  double step_radius() const { return stepped() ? std::min(radius, middle - half) : 0; }
+  double tip_radius() const { return free_tip ? 0 : radius; }
+  /// Whether the fillets have room along the leaf.
+  bool fits() const;
+  /// Closed, counter-clockwise: by quarter circles at held edges and where the thickness steps.
+  std::vector<OutlineEdge> outline() const;
+  double area() const;  ///< [m²]
+};
 
 // Closed meshes of triangles: leaves with their thickness, boxes, hulls.
 
@@ -87,13 +115,44 @@ std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoin
 LeafSurface drawn_surface(const Mechanism& mechanism, const PathPoint* point, std::size_t leaf,
                           int finer = 4);
 
+/// Diagonal of the box around the undeflected mechanism [m]: what the parts that have no size of
+/// their own are drawn by.
+double drawn_size(const Mechanism& mechanism);
+
+// Bodies as parts to be made, which leave the free length of every leaf free: what STEP and the
+// contour of DXF hold.
+
+/// A body, undeflected, as a union of convex meshes: blocks ∪ (ribs − rooms).
+struct BodyForm {
+  int body = ground;
+  std::string name;
+  std::vector<TriangleMesh> blocks;  ///< behind each edge that the body holds; joints and springs
+  std::vector<TriangleMesh> ribs;    ///< the box of the body, and what joins all
+  std::vector<TriangleMesh> rooms;   ///< of the leaves that it holds
+  int parts = 0;                     ///< that do not hang together
+  std::vector<std::string> bare;     ///< leaves without a block: they meet others of the body there
+  std::vector<std::string> faults;   ///< why it cannot be made as it is, a sentence each
+};
+
+/// The forms of all bodies, then that of the ground. A block is as wide as its leaf. Ribs are the
+/// shortest that meet no other body and no leaf of others. `room` [m]: a fillet, or the width of a
+/// cut, that has room beside each leaf.
+std::vector<BodyForm> body_forms(const Mechanism& mechanism, double room);
+
 // Quadratic bricks of an undeflected leaf, for programs that take solid elements.
 
 struct SolidMeshSize {
-  int along = 16, across = 10, through = 1;  ///< elements of a leaf, of a folded one of each leg
-  /// x = ξ − g sin(2πξ)/(2π) along and across: finer at clamps and free edges.
-  double grading = 0.7;
+  int along = 20, across = 10, through = 1;  ///< elements of a leaf, of a folded one of each leg
+  /// x = ξ − g sin(2πξ)/(2π): finer at clamps and folds (along), at free edges (across). Beside a
+  /// mitre elements stay longer than it leans.
+  double grading = 0.95, grading_across = 0.7;
 };
+
+/// How much stiffer a mechanism of these leaves is at most than in a mesh that is finer along them
+/// [-]: 0.85 (h − t/2)/(L n) for the first element, h long, of a leg L with n elements through.
+/// That element shares the thickness that a clamp or a fold holds, which by itself fades within
+/// t/2. Fitted to what CalculiX finds of folded leaves of 0.1 and 0.5 mm: docs/export.md.
+double solid_excess(const Mechanism& mechanism, const SolidMeshSize& size);
 
 struct SolidMesh {
   std::vector<Vector3d> nodes;  ///< [m]

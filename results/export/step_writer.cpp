@@ -1,17 +1,23 @@
 #include "results/export/step_writer.hpp"
 
 #include <APIHeaderSection_MakeHeader.hxx>
+#include <BRepAlgoAPI_Cut.hxx>
+#include <BRepAlgoAPI_Fuse.hxx>
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_MakePolygon.hxx>
 #include <BRepBuilderAPI_MakeSolid.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
 #include <BRepBuilderAPI_Sewing.hxx>
+#include <BRepCheck_Analyzer.hxx>
+#include <BRepGProp.hxx>
 #include <BRepLib.hxx>
 #include <BRepOffsetAPI_ThruSections.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
 #include <BRepPrimAPI_MakePrism.hxx>
+#include <BRep_Builder.hxx>
 #include <GC_MakeArcOfCircle.hxx>
+#include <GProp_GProps.hxx>
 #include <GeomAPI_Interpolate.hxx>
 #include <GeomFill.hxx>
 #include <Geom_BSplineCurve.hxx>
@@ -21,20 +27,34 @@
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <Message_PrinterOStream.hxx>
+#include <Quantity_Color.hxx>
+#include <STEPConstruct.hxx>
+#include <STEPConstruct_Styles.hxx>
 #include <STEPControl_Writer.hxx>
 #include <ShapeUpgrade_UnifySameDomain.hxx>
 #include <Standard_Failure.hxx>
 #include <StepData_Protocol.hxx>
 #include <StepData_StepModel.hxx>
 #include <StepData_StepWriter.hxx>
+#include <StepRepr_RepresentationContext.hxx>
+#include <StepRepr_RepresentationItem.hxx>
+#include <StepVisual_Colour.hxx>
+#include <StepVisual_MechanicalDesignGeometricPresentationRepresentation.hxx>
+#include <StepVisual_PresentationStyleAssignment.hxx>
+#include <StepVisual_StyledItem.hxx>
 #include <TColStd_HArray1OfReal.hxx>
 #include <TColgp_Array2OfPnt.hxx>
 #include <TColgp_HArray1OfPnt.hxx>
 #include <TopExp_Explorer.hxx>
+#include <TopTools_ListOfShape.hxx>
 #include <TopoDS.hxx>
+#include <TopoDS_Compound.hxx>
+#include <Transfer_FinderProcess.hxx>
+#include <XSControl_TransferWriter.hxx>
 #include <XSControl_WorkSession.hxx>
 #include <gp_Ax2.hxx>
 #include <gp_Circ.hxx>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 
@@ -180,6 +200,123 @@ TopoDS_Shape made(const Polyhedron& of, const std::string& name) {
   return unify.Shape();
 }
 
+using Shapes = TopTools_ListOfShape;
+
+double volume_of(const TopoDS_Shape& shape) {
+  GProp_GProps properties;
+  BRepGProp::VolumeProperties(shape, properties);
+  return properties.Mass();
+}
+
+Shapes solids_in(const TopoDS_Shape& shape) {
+  Shapes solids;
+  for (TopExp_Explorer found(shape, TopAbs_SOLID); found.More(); found.Next())
+    solids.Append(found.Current());
+  return solids;
+}
+
+/// A boolean operation of the first shapes with the others; faces in one plane become one.
+template <class Operation>
+TopoDS_Shape result_of(const Shapes& first, const Shapes& others, const std::string& name) {
+  Operation operation;
+  operation.SetArguments(first);
+  operation.SetTools(others);
+  operation.SetFuzzyValue(sewing);
+  operation.Build();
+  if (!operation.IsDone() || operation.HasErrors())
+    throw std::runtime_error("the shapes of " + name + " cannot be joined");
+  ShapeUpgrade_UnifySameDomain unify(operation.Shape());
+  unify.Build();
+  return unify.Shape();
+}
+
+TopoDS_Shape joined(Shapes all, const std::string& name) {
+  if (all.Size() == 1) return all.First();
+  Shapes first;
+  first.Append(all.First());
+  all.RemoveFirst();
+  return result_of<BRepAlgoAPI_Fuse>(first, all, name);
+}
+
+/// The solids of a shape after a check of each: a solid by itself, several as a compound.
+TopoDS_Shape checked(const TopoDS_Shape& shape, int expected, const std::string& name) {
+  const Shapes solids = solids_in(shape);
+  if (solids.IsEmpty() || (expected > 0 && solids.Size() != expected))
+    throw std::runtime_error(name + " becomes " + std::to_string(solids.Size()) + " solids, not " +
+                             (expected > 0 ? std::to_string(expected) : "one or more"));
+  TopoDS_Compound all;
+  BRep_Builder builder;
+  builder.MakeCompound(all);
+  for (const TopoDS_Shape& solid : solids) {
+    if (!BRepCheck_Analyzer(solid).IsValid() || !(volume_of(solid) > 0))
+      throw std::runtime_error("the solid of " + name + " is not closed or not valid");
+    builder.Add(all, solid);
+  }
+  return solids.Size() == 1 ? solids.First() : TopoDS_Shape(all);
+}
+
+TopoDS_Shape made(const Product& product) {
+  const auto shape_of = [&](const auto& of) { return made(of, product.name); };
+  Shapes kept, cut, rooms;
+  for (const Shape& shape : product.shapes) kept.Append(std::visit(shape_of, shape));
+  for (const Shape& shape : product.cut) cut.Append(std::visit(shape_of, shape));
+  for (const Polyhedron& room : product.rooms) rooms.Append(shape_of(room));
+  if (!cut.IsEmpty() && !rooms.IsEmpty())
+    cut = solids_in(result_of<BRepAlgoAPI_Cut>(cut, rooms, product.name));
+  kept.Append(cut);
+  const TopoDS_Shape shape = checked(joined(kept, product.name), product.solids, product.name);
+  if (product.volume && std::abs(volume_of(shape) / *product.volume - 1) > 1e-3)
+    throw std::runtime_error("the solid of " + product.name + " has " +
+                             std::to_string(volume_of(shape)) + " mm³ instead of " +
+                             std::to_string(*product.volume) + " mm³");
+  return shape;
+}
+
+/// All in one solid. What bends is thin: less than 1 % of the volume may be in two of the products.
+TopoDS_Shape one_solid(const std::vector<TopoDS_Shape>& products, const std::string& name) {
+  Shapes all;
+  double sum = 0;
+  for (const TopoDS_Shape& product : products)
+    for (const TopoDS_Shape& solid : solids_in(product)) {
+      all.Append(solid);
+      sum += volume_of(solid);
+    }
+  const TopoDS_Shape one = checked(joined(all, name), 1, name);
+  if (std::abs(volume_of(one) / sum - 1) > 1e-2)
+    throw std::runtime_error("the solid of " + name + " has not the volume of its parts");
+  return one;
+}
+
+/// Solids and their colours go to a writer as products of their names.
+class Products {
+ public:
+  explicit Products(STEPControl_Writer& writer) : writer_(&writer), styles_(writer.WS()) {}
+
+  void add(const TopoDS_Shape& shape, const std::string& name,
+           const std::array<double, 3>& colour) {
+    Interface_Static::SetCVal("write.step.product.name", name.c_str());
+    if (writer_->Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone)
+      throw std::runtime_error("Open CASCADE does not write " + name);
+    const Handle(StepVisual_Colour) filled = STEPConstruct_Styles::EncodeColor(
+        Quantity_Color(colour[0], colour[1], colour[2], Quantity_TOC_sRGB));
+    for (const TopoDS_Shape& solid : solids_in(shape)) {
+      const Handle(StepRepr_RepresentationItem) item =
+          STEPConstruct::FindEntity(writer_->WS()->TransferWriter()->FinderProcess(), solid);
+      if (item.IsNull()) throw std::runtime_error("Open CASCADE does not colour " + name);
+      styles_.AddStyle(item, styles_.MakeColorPSA(item, filled, filled, filled, 0), {});
+    }
+    Handle(StepVisual_MechanicalDesignGeometricPresentationRepresentation) all;
+    if (!styles_.CreateMDGPR(styles_.FindContext(shape), all))
+      throw std::runtime_error("Open CASCADE does not colour " + name);
+    writer_->Model()->AddWithRefs(all);
+    styles_.ClearStyles();
+  }
+
+ private:
+  STEPControl_Writer* writer_;
+  STEPConstruct_Styles styles_;
+};
+
 }  // namespace
 }  // namespace flexopt::step
 
@@ -188,13 +325,16 @@ void flexopt_write_step(const flexopt::step::Document& document, std::string& te
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_PrinterOStream));
   Interface_Static::SetCVal("write.step.schema", "AP214IS");
   Interface_Static::SetCVal("write.step.unit", "MM");
-  for (const flexopt::step::Solid& solid : document.solids) {
-    const TopoDS_Shape shape = std::visit(
-        [&](const auto& of) { return flexopt::step::made(of, solid.name); }, solid.shape);
-    Interface_Static::SetCVal("write.step.product.name", solid.name.c_str());
-    if (writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone)
-      throw std::runtime_error("Open CASCADE does not write " + solid.name);
-  }
+  std::vector<TopoDS_Shape> shapes;
+  for (const flexopt::step::Product& product : document.products)
+    shapes.push_back(flexopt::step::made(product));
+  flexopt::step::Products products(writer);
+  if (document.monolithic)
+    products.add(flexopt::step::one_solid(shapes, document.name), document.name,
+                 document.products.front().colour);
+  else
+    for (std::size_t k = 0; k < shapes.size(); ++k)
+      products.add(shapes[k], document.products[k].name, document.products[k].colour);
   APIHeaderSection_MakeHeader header(writer.Model());
   const auto word = [](const std::string& of) { return new TCollection_HAsciiString(of.c_str()); };
   header.SetName(word(document.name));

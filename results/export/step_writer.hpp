@@ -49,18 +49,27 @@ struct Polyhedron {
   std::vector<std::array<int, 3>> triangles;
 };
 
-struct Solid {
+using Shape = std::variant<Sheet, Cylinder, Pipe, Prism, Polyhedron>;
+
+/// One product: shapes ∪ (cut shapes − rooms).
+struct Product {
   std::string name;
-  std::variant<Sheet, Cylinder, Pipe, Prism, Polyhedron> shape;
+  std::array<double, 3> colour{};  ///< red, green, blue in [0, 1]
+  std::vector<Shape> shapes, cut;
+  std::vector<Polyhedron> rooms;
+  int solids = 1;                ///< solids that it must become; 0: one or more
+  std::optional<double> volume;  ///< that it must have within 0.1 % [mm³]
 };
 
 struct Document {
   std::string name, origin;  ///< origin: the program that wrote it
-  std::vector<Solid> solids;
+  std::vector<Product> products;
+  bool monolithic = false;  ///< all products are joined into one solid
 };
 
 }  // namespace flexopt::step
 
 /// Text of a STEP file (AP214), the same at any time. Throws std::runtime_error where Open CASCADE
-/// cannot make it.
+/// cannot make it, and where a solid is not closed or valid, or has not the volume or the number of
+/// solids that it must have.
 extern "C" void flexopt_write_step(const flexopt::step::Document& document, std::string& text);

@@ -9,6 +9,7 @@ set(wrapped
   "(SuiteSparse[A-Za-z_]*\\.hpp|amd\\.h|klu\\.h|ldl\\.h)" "core/math/sparse_[a-z_]*\\.cpp"
   "CLI/.*" "results/cli/.*"
   "libqhull_r/.*" "results/export/convex_hull\\.cpp"
+  "boost/polygon/.*" "results/export/planar_contour\\.cpp"
   "(BRep|Geom|STEPC|gp_|TopoDS|TopExp|TColgp|Interface_)[A-Za-z_]*\\.hxx" "results/export/step_writer\\.cpp"
   "httplib\\.h" "results/server/local_server\\.cpp"
   "tl/expected\\.hpp" "core/math/answer\\.hpp"

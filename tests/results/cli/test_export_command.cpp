@@ -19,7 +19,7 @@ TEST_CASE("Every format leaves its files in the folder and names them") {
   const test::Outcome o = exported(folder.path(), "parallel_guide",
                                    "--format stl,gltf,dxf,ccx,spacar,vtu --at '5 mm' --out drawn "
                                    "--solids 4 2 1");
-  CHECK(o.err == "");
+  CHECK_THAT(o.err, Contains("note: ccx: with 4 x 2 x 1 solids") && Contains("not within 0.3 %"));
   CHECK(o.code == 0);
   const std::vector<std::string> expected{"compare_ccx.py",
                                           "parallel_guide.glb",
@@ -58,6 +58,11 @@ TEST_CASE("Wrong arguments of export end with code 2 and leave nothing") {
   CHECK_THAT(refused("no_such_job", "--format stl"), Contains("no_such_job.json"));
   CHECK_THAT(refused("cantilever", "--format stl,ccx"), Contains("material point of leaf leaf"));
   CHECK_THAT(refused("hexapod", "--format dxf"), Contains("wires"));
+  CHECK_THAT(refused("cross_hinge", "--format dxf --kerf '0.2 mm'"),
+             Contains("--kerf") && Contains("not in one plate"));
+  CHECK_THAT(refused("parallel_guide", "--format dxf --kerf '-1 mm'"), Contains("above 0"));
+  CHECK_THAT(refused("parallel_guide", "--format stl --kerf '1 mm'"), Contains("--format dxf"));
+  CHECK_THAT(refused("parallel_guide", "--format stl --monolithic"), Contains("--format step"));
 }
 
 TEST_CASE("An export that fails leaves the files of an earlier one") {

@@ -167,3 +167,25 @@ TEST_CASE("A deck has what acts: gravity, warmth, edges placed elsewhere, spring
   CHECK_THAT(deck_of(guide),
              Contains("*SPRING, NONLINEAR") && Contains("1.00000000000, 0.00000000000\n"));
 }
+
+TEST_CASE("The usual mesh is within 0.3 %, and a deck says how far a coarser one is not") {
+  for (const char* name : {"parallel_guide", "cross_hinge", "xy_stage", "curved_leaf"})
+    CHECK(solid_excess(test::gallery(name).mechanism, {}) < 0.003);
+  Mechanism folded = test::folded_leaf().mechanism;
+  for (const double thickness : {0.1e-3, 0.3e-3, 0.5e-3, 1e-3}) {
+    folded.leaves[0].thickness = thickness;
+    if (thickness < 1e-3) CHECK(solid_excess(folded, {}) < 0.003);
+    // elements beside the mitre are whole: the nodes of each row follow each other along both legs
+    const SolidMesh mesh = solid_mesh(folded.leaves[0], {});
+    for (const auto& e : mesh.elements) {
+      const Vector3d along = mesh.nodes[e[1]] - mesh.nodes[e[0]],
+                     other = mesh.nodes[e[2]] - mesh.nodes[e[3]];
+      CHECK(along.dot(other) > 0);
+    }
+  }
+  const Exported guide = test::gallery("parallel_guide");
+  const double coarse = solid_excess(guide.mechanism, {.along = 2, .across = 1});
+  CHECK(coarse > 0.1);
+  CHECK_THAT(deck_of(guide), Contains("** 2 x 1 x 1 solids") &&
+                                 Contains(fmt::format("up to {:.2g} % stiffer", 100 * coarse)));
+}
