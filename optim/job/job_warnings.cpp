@@ -217,7 +217,7 @@ void look_at_strips(Looked& at) {
     if (ratio <= wide || shape <= thin || leaf.has_profile() || leaf.curve || leaf.fold) continue;
     at.warn({place_of_size(at, leaf.width),
              with_unit(leaf.width, "m"),
-             fmt::format("{:.2g} times the length, w^2/(L t) = {:.3g}: the clamps hold the twist, "
+             fmt::format("{:.2g} times the length, w^2/(L t) = {:.4g}: the clamps hold the twist, "
                          "{:.2g} times as stiff as by Saint-Venant, and the anticlastic bending{}; "
                          "the strip turns about its width alone, as a notch does; to guide or to "
                          "twist it wants more length, or length and width are exchanged",
