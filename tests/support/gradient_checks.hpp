@@ -100,8 +100,9 @@ inline std::vector<Compared> compared_numbers(const Mechanism& mechanism,
       const double floor = q.name.starts_with("displacement") ? 1e-2 * 0.02
                            : q.name.starts_with("rotation")   ? 1e-2 * 0.4
                            : q.row->name == "drive_load"      ? 1e-2 * load
-                           : q.row->needs.has(Output::gain)   ? 1e-2
-                                                              : 0.0;
+                           : q.row->needs.has(Output::gain)
+                               ? 1e-2 * std::max(1.0, 1 / mechanism.leaves[0].length)
+                               : 0.0;
       all.push_back({q.name + " at point " + std::to_string(i),
                      q.value(exact.response.path[i]).value_or(0), floor,
                      exact.gradients ? q.gradient(exact.response.path[i], exact.gradients->path[i])
