@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 
@@ -75,11 +77,21 @@ json finished_result(const fs::path& folder, const std::string& pointer) {
   return result;
 }
 
+/// Whether --set gives the number at a place: by its own pointer, or, unless `alone`, by that of
+/// what holds it or of a part.
+bool is_set(const Pointer& place, const std::vector<std::string>& overrides, bool alone = false) {
+  const std::string own = place.to_string();
+  return std::ranges::any_of(overrides, [&](const std::string& assignment) {
+    const std::string set = assignment.substr(0, assignment.find('='));
+    return set == own || (!alone && (own.starts_with(set + "/") || set.starts_with(own + "/")));
+  });
+}
+
 }  // namespace
 
 FoundDesign found_design(const std::string& folder, const std::string& pointer) {
   const json result = finished_result(folder, pointer);
-  FoundDesign found{result["job"], {}};
+  FoundDesign found{result["job"], {}, {}};
   const json optimum = result.value("optimum", json());
   const bool optimised = optimum.is_object() && optimum.value("parameters", json()).is_object();
   if (found.job.value("job", "") == "optimise" && !optimised)
@@ -87,6 +99,8 @@ FoundDesign found_design(const std::string& folder, const std::string& pointer) 
   for (const auto& [name, value] :
        (optimised ? optimum["parameters"] : found.job["design"]["parameters"]).items())
     if (value.is_number()) found.parameters[name] = value;
+  for (const auto& [name, value] : found.job["design"]["parameters"].items())
+    if (value.is_string()) found.choices[name] = value;
   return found;
 }
 
@@ -117,19 +131,22 @@ json with_found_design(json document, const std::string& folder, FaultList& faul
   return document;
 }
 
-json moved_job(const Job& job, const ParameterValues& values) {
+json moved_job(const Job& job, const ParameterValues& values, const FamilyChoices& choices) {
   json document = document_of(job);
   document.erase("expect");
   for (const auto& [name, value] : values) {
     json& place = document.at(place_of(name));
     if (place.is_array())
       set_component(name, value, place);
-    else
+    else if (!place.is_object())  // a formula stays one
       place = value;
   }
+  json& parameters = document["design"]["parameters"];
+  for (const auto& [name, choice] : choices) parameters[name] = choice;
   // the width of a wire follows from its thickness, although the job has no formula for it
-  for (const auto& [name, formula] : job.design.expressions)
-    if (document.at(place_of(name)).is_number()) document["design"]["parameters"].erase(name);
+  if (may_be_wire(job.design.resolved->family()) && parameters["section"] == "circular" &&
+      parameters["width"].is_number())
+    parameters.erase("width");
   if (job.kind == JobKind::optimise)
     for (json& variable : document["optimise"]["variables"])
       if (const auto moved = values.find(variable["parameter"]); moved != values.end())
@@ -145,17 +162,31 @@ Job read_job_at(const std::string& file, const std::vector<std::string>& overrid
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
   std::vector<std::string> known;
   for (const auto& [name, value] : job.design.parameters) known.push_back(name);
-  ParameterValues values;
-  for (const auto& [name, value] : found_design(result, "--result").parameters) {
-    if (job.design.expressions.contains(name)) continue;
-    if (!job.design.parameters.contains(name) && !numbers.contains(name))
+  for (const auto& [name, choice] : job.design.choices) known.push_back(name);
+  const auto demand_known = [&](const std::string& name, bool is_known) {
+    if (!is_known)
       throw SpecError("--result", result,
                       fmt::format("the run is of another design: it has a parameter {}, the job's "
                                   "design has none; {}",
                                   name, known_names(name, known)));
-    values[name] = value;
-  }
-  return parse_job(moved_job(job, values));
+  };
+  FoundDesign found = found_design(result, "--result");
+  for (const auto& [name, value] : found.parameters)
+    demand_known(name, job.design.parameters.contains(name) || numbers.contains(name));
+  for (const auto& [name, choice] : found.choices)
+    demand_known(name, job.design.choices.contains(name));
+  std::erase_if(found.parameters,
+                [&](const auto& entry) { return is_set(place_of(entry.first), overrides); });
+  std::erase_if(found.choices, [&](const auto& entry) {
+    return is_set(place_of(entry.first), overrides) ||
+           is_set(Pointer("/design") / entry.first, overrides);
+  });
+  json moved = moved_job(job, found.parameters, found.choices);
+  for (std::size_t k = 0; job.optimise && k < job.optimise->variables.size(); ++k)
+    if (const Pointer start = Pointer("/optimise/variables") / k / "start";
+        is_set(start, overrides, true))
+      moved[start] = document_of(job).at(start);
+  return parse_job(moved);
 }
 
 }  // namespace flexopt
