@@ -267,8 +267,8 @@ StartDesign start_design(const nlohmann::json& design, const std::string& folder
   spec.parameters = usual_values(*family);
   spec.choices = default_choices(*family);
   spec.material = materials().front().material;
-  spec.resolved = std::make_shared<const ParametricDesign>(
-      family, spec.choices, std::map<std::string, std::string>());
+  spec.resolved = std::make_shared<const ParametricDesign>(family, spec.choices,
+                                                           std::map<std::string, std::string>());
   return StartDesign(std::move(spec));
 }
 
@@ -316,7 +316,8 @@ OrderedJson new_job(const nlohmann::json& design, const std::string& folder, boo
                      {"name", start.family().name},
                      {"job", optimise ? "optimise" : "evaluate"},
                      {"design", design_of(start, design)}};
-  if (start.family().has_end_effector(start.design.choices)) job["end_effector"] = payload_for(start);
+  if (start.family().has_end_effector(start.design.choices))
+    job["end_effector"] = payload_for(start);
   job["stroke"] = first_stroke(start, model, 0.5 * *start.design.material.allowable_stress);
   job["frequencies"] = 6;
   job["model"] = model_for(start, beams, optimise);

@@ -254,8 +254,9 @@ class Writer {
   }
 
   void write_stroke_step() {
-    deck_.line("** the stroke, in steps as short as flexopt takes where it turns sharply: longer ones "
-               "may end on another branch");
+    deck_.line(
+        "** the stroke, in steps as short as flexopt takes where it turns sharply: longer ones "
+        "may end on another branch");
     begin_step(1.0 / (quarters * sub_steps_), "1e-5, 1e-4");
     write_prescribed(strokes_);
     const LoadCase& all = loads();

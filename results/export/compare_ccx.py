@@ -5,8 +5,9 @@
     cd FOLDER && ccx NAME && python3 compare_ccx.py NAME.inp
 
 The deck's lines **FLEXOPT say what to look for; NAME.dat has CalculiX's numbers. Exit code 1 where a
-drive load or a support stiffness differs by more than --tolerance percent; a warning where any number
-does by more than 10 percent, as on another branch of equilibria. Frequencies are shown alone: linear steps of CalculiX leave out how the loads on a rigid body turn it, up to a percent.
+drive load or a support stiffness differs by more than --tolerance percent. Frequencies are shown
+alone: linear steps of CalculiX leave out how the loads on a rigid body turn it, up to a percent. A
+warning comes where any of these numbers differs by more than 10 percent, as on another branch.
 """
 import argparse
 import math

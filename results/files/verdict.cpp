@@ -54,9 +54,9 @@ std::string instability(const std::vector<Placed>& points) {
   const auto first = std::ranges::find_if(points, unstable);
   if (first == points.end()) return "";
   const auto count = std::ranges::count_if(points, unstable);
-  return fmt::format("With the drive held it is unstable {}{}.", first->where,
-                     count > 1 ? fmt::format(" and at {} more point{}", count - 1, count > 2 ? "s" : "")
-                               : "");
+  return fmt::format(
+      "With the drive held it is unstable {}{}.", first->where,
+      count > 1 ? fmt::format(" and at {} more point{}", count - 1, count > 2 ? "s" : "") : "");
 }
 
 /// What is said of the largest stress; `share`: of what the material of its leaf allows.
