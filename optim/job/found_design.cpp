@@ -10,7 +10,6 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
-#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 
@@ -131,7 +130,7 @@ json with_found_design(json document, const std::string& folder, FaultList& faul
   return document;
 }
 
-json moved_job(const Job& job, const ParameterValues& values, const FamilyChoices& choices) {
+json moved_job(const Job& job, const ParameterValues& values) {
   json document = document_of(job);
   document.erase("expect");
   for (const auto& [name, value] : values) {
@@ -141,12 +140,9 @@ json moved_job(const Job& job, const ParameterValues& values, const FamilyChoice
     else if (!place.is_object())  // a formula stays one
       place = value;
   }
-  json& parameters = document["design"]["parameters"];
-  for (const auto& [name, choice] : choices) parameters[name] = choice;
   // the width of a wire follows from its thickness, although the job has no formula for it
-  if (may_be_wire(job.design.resolved->family()) && parameters["section"] == "circular" &&
-      parameters["width"].is_number())
-    parameters.erase("width");
+  for (const auto& [name, formula] : job.design.expressions)
+    if (document.at(place_of(name)).is_number()) document["design"]["parameters"].erase(name);
   if (job.kind == JobKind::optimise)
     for (json& variable : document["optimise"]["variables"])
       if (const auto moved = values.find(variable["parameter"]); moved != values.end())
@@ -181,7 +177,19 @@ Job read_job_at(const std::string& file, const std::vector<std::string>& overrid
     return is_set(place_of(entry.first), overrides) ||
            is_set(Pointer("/design") / entry.first, overrides);
   });
-  json moved = moved_job(job, found.parameters, found.choices);
+  if (std::ranges::any_of(found.choices, [&](const auto& entry) {
+        return job.design.choices.at(entry.first) != entry.second;
+      })) {
+    // read anew: defaults of the job's model and of a wire's width follow from the options
+    std::vector<std::string> all = overrides;
+    for (const auto& [name, choice] : found.choices)
+      all.push_back(fmt::format("/design/{}={}", name, json(choice).dump()));
+    for (const auto& [name, value] : found.parameters)
+      if (job.design.parameters.contains(name) && document_of(job).at(place_of(name)).is_number())
+        all.push_back(fmt::format("{}={}", place_of(name).to_string(), json(value).dump()));
+    job = read_job(file, all);
+  }
+  json moved = moved_job(job, found.parameters);
   for (std::size_t k = 0; job.optimise && k < job.optimise->variables.size(); ++k)
     if (const Pointer start = Pointer("/optimise/variables") / k / "start";
         is_set(start, overrides, true))

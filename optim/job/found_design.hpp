@@ -27,10 +27,9 @@ nlohmann::json design_of(const FoundDesign& found);
 /// the job's design has go before.
 nlohmann::json with_found_design(nlohmann::json document, const std::string& folder,
                                  FaultList& faults);
-/// The document of a job that was read, with these numbers and choices in the place of its own, and
-/// without numbers that are expected of the old ones. Formulas stay.
-nlohmann::json moved_job(const Job& job, const ParameterValues& values,
-                         const FamilyChoices& choices = {});
+/// The document of a job that was read, with these numbers in the place of its own, and without
+/// numbers that are expected of the old ones. Formulas stay.
+nlohmann::json moved_job(const Job& job, const ParameterValues& values);
 /// Reads a job as read_job does; where `result` is the folder of a run, at the numbers and options
 /// of the design that was found there, but for those that `overrides` give. Throws SpecError:
 /// several designs, a run of another design.
