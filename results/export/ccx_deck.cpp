@@ -257,7 +257,8 @@ class Writer {
     deck_.line(
         "** the stroke, in steps as short as flexopt takes where it turns sharply: longer ones "
         "may end on another branch");
-    begin_step(1.0 / (quarters * sub_steps_), "1e-5, 1e-4");
+    constexpr double shortest = 0.004;  // half of the increments that begin_step allows
+    begin_step(std::max(1.0 / (quarters * sub_steps_), shortest), "1e-5, 1e-4");
     write_prescribed(strokes_);
     const LoadCase& all = loads();
     for (std::size_t k = 0; k < all.growing.size(); ++k)
