@@ -10,6 +10,7 @@
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 
@@ -84,6 +85,33 @@ bool is_set(const Pointer& place, const std::vector<std::string>& overrides, boo
     const std::string set = assignment.substr(0, assignment.find('='));
     return set == own || (!alone && (own.starts_with(set + "/") || set.starts_with(own + "/")));
   });
+}
+
+/// Whether a parameter of the job is a formula that the job gives: a wire's width is none.
+bool has_formula(const Job& job, const std::string& name) {
+  return document_of(job).at(place_of(name)).is_object() &&
+         !(name == "width" && may_be_wire(job.design.resolved->family()) &&
+           job.design.choices.at("section") == "circular");
+}
+
+/// The overrides, and, where options differ or the run has formulas for numbers of the job, the
+/// design of the run: defaults of the model and a wire's width follow as the job is read again.
+std::vector<std::string> with_design_of(const FoundDesign& found, const Job& job,
+                                        const std::vector<std::string>& overrides) {
+  std::vector<std::string> all = overrides;
+  for (const auto& [name, choice] : found.choices)
+    if (job.design.choices.at(name) != choice)
+      all.push_back(fmt::format("/design/{}={}", name, json(choice).dump()));
+  const auto take = [&](const std::string& name, const json& value) {
+    if (job.design.parameters.contains(name) && !has_formula(job, name) &&
+        !is_set(place_of(name), overrides))
+      all.push_back(fmt::format("{}={}", place_of(name).to_string(), value.dump()));
+  };
+  for (const auto& [name, value] : found.job["design"]["parameters"].items())
+    if (value.is_object()) take(name, value);
+  if (all.size() > overrides.size())
+    for (const auto& [name, value] : found.parameters) take(name, value);
+  return all;
 }
 
 }  // namespace
@@ -177,18 +205,8 @@ Job read_job_at(const std::string& file, const std::vector<std::string>& overrid
     return is_set(place_of(entry.first), overrides) ||
            is_set(Pointer("/design") / entry.first, overrides);
   });
-  if (std::ranges::any_of(found.choices, [&](const auto& entry) {
-        return job.design.choices.at(entry.first) != entry.second;
-      })) {
-    // read anew: defaults of the job's model and of a wire's width follow from the options
-    std::vector<std::string> all = overrides;
-    for (const auto& [name, choice] : found.choices)
-      all.push_back(fmt::format("/design/{}={}", name, json(choice).dump()));
-    for (const auto& [name, value] : found.parameters)
-      if (job.design.parameters.contains(name) && document_of(job).at(place_of(name)).is_number())
-        all.push_back(fmt::format("{}={}", place_of(name).to_string(), json(value).dump()));
-    job = read_job(file, all);
-  }
+  const std::vector<std::string> all = with_design_of(found, job, overrides);
+  if (all.size() > overrides.size()) job = read_job(file, all);
   json moved = moved_job(job, found.parameters);
   for (std::size_t k = 0; job.optimise && k < job.optimise->variables.size(); ++k)
     if (const Pointer start = Pointer("/optimise/variables") / k / "start";
