@@ -71,7 +71,7 @@ TEST_CASE("a first job of a result keeps all that acted in its run, and says wha
   job["temperature"] = {{"change", 10}};
   job["gravity"] = {0, -9.81, 0};
   job["probes"] = {{{"name", "p"}, {"at", {0.03, 0.02, 0}}}};
-  job["load_capacity"] = {{"directions", {"uz"}}};
+  job["load_capacity"]["directions"] = json::array({"uz"});
   job["cases"] = json::parse(R"({"light": {}, "heavy": {"loads": [{"force": [0, 0, "-1 N"]}]}})");
   project.put("acted.json", job);
   CHECK(project.run("run acted.json --out acted.out").code == 0);
