@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "core/spec/spec_error.hpp"
@@ -16,9 +17,14 @@ std::string value_in_words(double value, const std::string& unit) {
   return unit == "1" ? fmt::format("{:g}", value) : fmt::format("{:g} {}", value, unit);
 }
 
+/// Empty where there is no bound.
 std::string range_in_words(const Parameter& p) {
-  return fmt::format("{} {} value {} {}", value_in_words(p.min, p.unit), p.open_min ? "<" : "<=",
-                     p.open_max ? "<" : "<=", value_in_words(p.max, p.unit));
+  std::string text = "value";
+  if (std::isfinite(p.min))
+    text = fmt::format("{} {} value", value_in_words(p.min, p.unit), p.open_min ? "<" : "<=");
+  if (std::isfinite(p.max))
+    text += fmt::format(" {} {}", p.open_max ? "<" : "<=", value_in_words(p.max, p.unit));
+  return text == "value" ? "" : text + "; ";
 }
 
 std::string usual_in_words(const Family& family, const Parameter& p) {
@@ -46,13 +52,14 @@ std::string describe_families() {
 }
 
 std::string describe_family(const Family& family) {
-  std::string text = fmt::format("{}: {}\n{}\n", family.name, family.summary, family.drawing);
+  std::string text = fmt::format("{}{}{}\n{}\n", family.name, family.summary.empty() ? "" : ": ",
+                                 family.summary, family.drawing);
   for (const DriveList::Item& drive : family.drives.items)
     text += fmt::format("drive{}: {}\n", drive.name.empty() ? "" : " " + drive.name,
                         direction_names[static_cast<std::size_t>(index(drive.direction))]);
   text += "\nparameters:\n";
   for (const Parameter& p : family.parameters)
-    text += fmt::format("  {:<18} {:<4} {}\n  {:<18} {:<4} {}; {}\n", p.name, p.unit, p.meaning, "",
+    text += fmt::format("  {:<18} {:<4} {}\n  {:<18} {:<4} {}{}\n", p.name, p.unit, p.meaning, "",
                         "", range_in_words(p), usual_in_words(family, p));
   for (const FamilyOption& option : family.options)
     text += fmt::format("  {:<18} {:<4} {}; one of: {}\n", option.name, "", option.meaning,

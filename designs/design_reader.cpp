@@ -92,6 +92,13 @@ void PlanReader::check_name(const std::string& name, const Pointer& at) {
     refuse("another parameter, \"let\" or index has this name");
 }
 
+Formula PlanReader::formula(std::string text, const std::vector<FormulaName>& names,
+                            const Pointer& at) {
+  for (const std::string& word : words_of(text))
+    if (lost_.contains(word)) faults_.spoil(at);
+  return Formula(std::move(text), names, at.to_string());
+}
+
 std::shared_ptr<const Formula> PlanReader::used(Formula formula) {
   used_.insert(formula.names().begin(), formula.names().end());
   return std::make_shared<const Formula>(std::move(formula));
@@ -135,8 +142,9 @@ void PlanReader::read_parameter(const std::string& name, const json& from, const
 void PlanReader::read_parameters() {
   const auto take = [&](const std::string& name) {
     const Pointer at = Pointer("/parameters") / name;
-    if (faults_.sound(at))
-      faults_.attempt([&] { read_parameter(name, read_["parameters"][name], at); });
+    if (!faults_.sound(at) ||
+        !faults_.attempt([&] { read_parameter(name, read_["parameters"][name], at); }))
+      lost_.insert(name);
   };
   const std::vector<std::string> order = keys_in_text(plan_.source.text.text, "parameters");
   for (const std::string& name : order)
@@ -173,6 +181,8 @@ void PlanReader::read_lets() {
     const Pointer at = Pointer("/let") / name;
     if (faults_.sound(at) && faults_.attempt([&, &name = name] { check_name(name, at); }))
       open[name] = from;
+    else
+      lost_.insert(name);
   }
   while (!open.empty()) {
     const auto ready = std::ranges::find_if(open, [&](const auto& entry) {
@@ -202,9 +212,9 @@ void PlanReader::read_lets() {
       const bool has_names =
           std::ranges::any_of(names_, [&](const auto& n) { return words.contains(n.name); });
       if (!has_names) text = compound_quantity(text).value_or(text);
-      Formula formula(text, names_, at.to_string());
-      if (formula.dimension()) unit = unit_of(*formula.dimension());
-      value.formula = used(std::move(formula));
+      Formula number = formula(text, names_, at);
+      if (number.dimension()) unit = unit_of(*number.dimension());
+      value.formula = used(std::move(number));
     });
     plan_.lets.push_back({name, unit});
     plan_.let_numbers.push_back(std::move(value));
@@ -216,10 +226,11 @@ void PlanReader::read_lets() {
 void PlanReader::read_rules() {
   faults_.each(read_["rules"], Pointer("/rules"), [&](const json& from, const Pointer& at) {
     if (!from.is_object()) return;
-    const std::string that = from["that"], where = (at / "that").to_string();
+    const std::string that = from["that"];
+    const Pointer where = at / "that";
     if (that.find_first_of("<>=") == std::string::npos)
       throw SpecError(where, shown(that), "a rule compares: \"spacing > 2*thickness\"");
-    plan_.rules.push_back({where, *used(Formula(that, names_, where)), from["else"]});
+    plan_.rules.push_back({where.to_string(), *used(formula(that, names_, where)), from["else"]});
   });
 }
 
@@ -297,9 +308,9 @@ DesignNumber PlanReader::number(const json& from, const std::string& unit, const
       result.constant = parse_quantity(text, unit, at.to_string());
       return;
     }
-    Formula formula(text, names_, at.to_string());
-    formula.check_unit(unit);
-    result.formula = used(std::move(formula));
+    Formula of_names = formula(text, names_, at);
+    of_names.check_unit(unit);
+    result.formula = used(std::move(of_names));
   });
   return result;
 }
@@ -329,15 +340,15 @@ DesignMatrix PlanReader::matrix(const json& from, const std::string& unit, const
 DesignSize PlanReader::size(const json& from, const Pointer& at) {
   DesignSize result;
   if (from.is_object()) {
-    const std::string where = (at / "profile").to_string();
+    const Pointer where = at / "profile";
     if (std::ranges::find(names_, "s", &FormulaName::name) != names_.end())
       throw SpecError(where, shown(from["profile"]),
                       "s is the place along the leaf here: another name for the other s");
     std::vector<FormulaName> names = names_;
     names.push_back({"s", "1"});
-    Formula formula(from["profile"].get<std::string>(), names, where);
-    formula.check_unit("m");
-    result.profile = used(std::move(formula));
+    Formula profile = formula(from["profile"].get<std::string>(), names, where);
+    profile.check_unit("m");
+    result.profile = used(std::move(profile));
   } else if (from.is_array()) {
     result.base = number(from[0], "m", at / 0);
     result.tip = number(from[1], "m", at / 1);

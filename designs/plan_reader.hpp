@@ -62,6 +62,9 @@ class PlanReader {
                       const nlohmann::json::json_pointer& at);
   DesignSize size(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
   void check_name(const std::string& name, const nlohmann::json::json_pointer& at);
+  /// A formula of these names; of one with a name whose own entry is faulty no fault is told.
+  Formula formula(std::string text, const std::vector<FormulaName>& names,
+                  const nlohmann::json::json_pointer& at);
   /// The formula, whose names count as used.
   std::shared_ptr<const Formula> used(Formula formula);
 
@@ -71,6 +74,7 @@ class PlanReader {
   DesignPlan plan_;
   std::vector<FormulaName> names_;  ///< names of parameters and lets; then of the item's indices
   std::set<std::string> used_;      ///< those of them that formulas use
+  std::set<std::string> lost_;      ///< names of parameters and lets that have faults themselves
 };
 
 template <class Read>

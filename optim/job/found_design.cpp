@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 
@@ -75,11 +77,48 @@ json finished_result(const fs::path& folder, const std::string& pointer) {
   return result;
 }
 
+/// Whether --set gives the number at a place: by its own pointer, or, unless `alone`, by that of
+/// what holds it or of a part.
+bool is_set(const Pointer& place, const std::vector<std::string>& overrides, bool alone = false) {
+  const std::string own = place.to_string();
+  return std::ranges::any_of(overrides, [&](const std::string& assignment) {
+    const std::string set = assignment.substr(0, assignment.find('='));
+    return set == own || (!alone && (own.starts_with(set + "/") || set.starts_with(own + "/")));
+  });
+}
+
+/// Whether a parameter of the job is a formula that the job gives: a wire's width is none.
+bool has_formula(const Job& job, const std::string& name) {
+  return document_of(job).at(place_of(name)).is_object() &&
+         !(name == "width" && may_be_wire(job.design.resolved->family()) &&
+           job.design.choices.at("section") == "circular");
+}
+
+/// The overrides, and, where options differ or the run has formulas for numbers of the job, the
+/// design of the run: defaults of the model and a wire's width follow as the job is read again.
+std::vector<std::string> with_design_of(const FoundDesign& found, const Job& job,
+                                        const std::vector<std::string>& overrides) {
+  std::vector<std::string> all = overrides;
+  for (const auto& [name, choice] : found.choices)
+    if (job.design.choices.at(name) != choice)
+      all.push_back(fmt::format("/design/{}={}", name, json(choice).dump()));
+  const auto take = [&](const std::string& name, const json& value) {
+    if (job.design.parameters.contains(name) && !has_formula(job, name) &&
+        !is_set(place_of(name), overrides))
+      all.push_back(fmt::format("{}={}", place_of(name).to_string(), value.dump()));
+  };
+  for (const auto& [name, value] : found.job["design"]["parameters"].items())
+    if (value.is_object()) take(name, value);
+  if (all.size() > overrides.size())
+    for (const auto& [name, value] : found.parameters) take(name, value);
+  return all;
+}
+
 }  // namespace
 
 FoundDesign found_design(const std::string& folder, const std::string& pointer) {
   const json result = finished_result(folder, pointer);
-  FoundDesign found{result["job"], {}};
+  FoundDesign found{result["job"], {}, {}};
   const json optimum = result.value("optimum", json());
   const bool optimised = optimum.is_object() && optimum.value("parameters", json()).is_object();
   if (found.job.value("job", "") == "optimise" && !optimised)
@@ -87,6 +126,8 @@ FoundDesign found_design(const std::string& folder, const std::string& pointer) 
   for (const auto& [name, value] :
        (optimised ? optimum["parameters"] : found.job["design"]["parameters"]).items())
     if (value.is_number()) found.parameters[name] = value;
+  for (const auto& [name, value] : found.job["design"]["parameters"].items())
+    if (value.is_string()) found.choices[name] = value;
   return found;
 }
 
@@ -124,7 +165,7 @@ json moved_job(const Job& job, const ParameterValues& values) {
     json& place = document.at(place_of(name));
     if (place.is_array())
       set_component(name, value, place);
-    else
+    else if (!place.is_object())  // a formula stays one
       place = value;
   }
   // the width of a wire follows from its thickness, although the job has no formula for it
@@ -145,17 +186,33 @@ Job read_job_at(const std::string& file, const std::vector<std::string>& overrid
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
   std::vector<std::string> known;
   for (const auto& [name, value] : job.design.parameters) known.push_back(name);
-  ParameterValues values;
-  for (const auto& [name, value] : found_design(result, "--result").parameters) {
-    if (job.design.expressions.contains(name)) continue;
-    if (!job.design.parameters.contains(name) && !numbers.contains(name))
+  for (const auto& [name, choice] : job.design.choices) known.push_back(name);
+  const auto demand_known = [&](const std::string& name, bool is_known) {
+    if (!is_known)
       throw SpecError("--result", result,
                       fmt::format("the run is of another design: it has a parameter {}, the job's "
                                   "design has none; {}",
                                   name, known_names(name, known)));
-    values[name] = value;
-  }
-  return parse_job(moved_job(job, values));
+  };
+  FoundDesign found = found_design(result, "--result");
+  for (const auto& [name, value] : found.parameters)
+    demand_known(name, job.design.parameters.contains(name) || numbers.contains(name));
+  for (const auto& [name, choice] : found.choices)
+    demand_known(name, job.design.choices.contains(name));
+  std::erase_if(found.parameters,
+                [&](const auto& entry) { return is_set(place_of(entry.first), overrides); });
+  std::erase_if(found.choices, [&](const auto& entry) {
+    return is_set(place_of(entry.first), overrides) ||
+           is_set(Pointer("/design") / entry.first, overrides);
+  });
+  const std::vector<std::string> all = with_design_of(found, job, overrides);
+  if (all.size() > overrides.size()) job = read_job(file, all);
+  json moved = moved_job(job, found.parameters);
+  for (std::size_t k = 0; job.optimise && k < job.optimise->variables.size(); ++k)
+    if (const Pointer start = Pointer("/optimise/variables") / k / "start";
+        is_set(start, overrides, true))
+      moved[start] = document_of(job).at(start);
+  return parse_job(moved);
 }
 
 }  // namespace flexopt

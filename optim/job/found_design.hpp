@@ -13,6 +13,7 @@ namespace flexopt {
 struct FoundDesign {
   nlohmann::json job;          ///< as read; its "design" is whole: no other file is needed
   ParameterValues parameters;  ///< of the optimum, or of the design that was evaluated; SI
+  FamilyChoices choices;       ///< of the design's options
 };
 
 /// What the run in `folder` found; of ranked designs the best. Throws SpecError at `pointer`: no
@@ -26,11 +27,12 @@ nlohmann::json design_of(const FoundDesign& found);
 /// the job's design has go before.
 nlohmann::json with_found_design(nlohmann::json document, const std::string& folder,
                                  FaultList& faults);
-/// The job's document with these numbers (of sliders_of), and without numbers that are expected of
-/// the old ones.
+/// The document of a job that was read, with these numbers in the place of its own, and without
+/// numbers that are expected of the old ones. Formulas stay.
 nlohmann::json moved_job(const Job& job, const ParameterValues& values);
-/// Reads a job as read_job does; where `result` is the folder of a run, at the design that was
-/// found there. Throws SpecError: several designs, a run of another design.
+/// Reads a job as read_job does; where `result` is the folder of a run, at the numbers and options
+/// of the design that was found there, but for those that `overrides` give. Throws SpecError:
+/// several designs, a run of another design.
 Job read_job_at(const std::string& file, const std::vector<std::string>& overrides,
                 const std::string& result);
 

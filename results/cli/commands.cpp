@@ -279,22 +279,23 @@ int write_new_job(const CommandLine& line) {
   const fs::path out = line.file;
   if (!out.empty() && !line.overwrite && fs::exists(out))
     throw SpecError("--out", out.string(), "it is there already; --overwrite replaces it");
-  nlohmann::json design, found;
-  fs::path folder;
   if (fs::is_directory(*line.family)) {
-    const FoundDesign of = found_design(*line.family, "FAMILY");
-    found = of.job;
-    design = design_of(of);
-  } else if (line.family->ends_with(".json")) {
+    const NextJob next = next_job(found_design(*line.family, "FAMILY"), line.optimise);
+    if (!next.left_out.empty())
+      put(stderr, fmt::format("flexopt: note: left out of the run's job: {}\n",
+                              fmt::join(next.left_out, ", ")));
+    return print_or_write(json_text(OrderedJson(next.job)), line.file);
+  }
+  nlohmann::json design;
+  fs::path folder;
+  if (line.family->ends_with(".json")) {
     // the job names the design file from where it stands itself
     folder = out.empty() ? fs::current_path() : fs::absolute(out).parent_path();
     design["file"] = fs::absolute(*line.family).lexically_proximate(folder).string();
   } else {
     design["family"] = find_family(*line.family, "FAMILY").name;
   }
-  OrderedJson job = new_job(design, folder.string(), line.optimise);
-  for (const char* kept : {"end_effector", "stroke", "gravity", "loads", "frequencies"})
-    if (found.contains(kept)) job[kept] = OrderedJson(found[kept]);  // what the run was asked for
+  const OrderedJson job = new_job(design, folder.string(), line.optimise);
   return print_or_write(json_text(job), line.file);
 }
 

@@ -17,34 +17,39 @@
 #include "core/spec/fault_list.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
-#include "designs/family.hpp"
+#include "designs/parametric_design.hpp"
 #include "optim/job/job_sections.hpp"
 
 namespace flexopt {
 
 namespace {
 
-/// A design at its defaults and examples, of steel.
+/// A design that a job begins with: at its defaults and examples, of steel, or as a run found it.
 struct StartDesign {
-  std::shared_ptr<const Family> family;
-  FamilyChoices choices;
-  ParameterValues values;
-  Material material;
+  explicit StartDesign(DesignSpec spec) : design(std::move(spec)) {
+    if (!design.material.allowable_stress)
+      design.material.allowable_stress =
+          design.material.yield_strength.value_or(*materials().front().material.allowable_stress);
+    mechanism = make(design.parameters);
+  }
+
+  DesignSpec design;    ///< resolved, its material with an allowable stress
   Mechanism mechanism;  ///< without payload
 
+  const Family& family() const { return design.resolved->family(); }
   Mechanism make(const ParameterValues& of) const {
-    return family->make(of, choices, material, {});
+    return design.resolved->build(complete_parameters(design, of), design.material, {});
   }
 };
 
 OrderedJson design_of(const StartDesign& start, const nlohmann::json& source) {
   OrderedJson design = OrderedJson::parse(source.dump());
   OrderedJson& parameters = design["parameters"] = OrderedJson::object();
-  for (const Parameter& p : start.family->parameters)
-    parameters[p.name] = readable(start.values.at(p.name), p.unit);
-  for (const FamilyOption& option : start.family->options)
-    design[option.name] = start.choices.at(option.name);
-  if (!design.contains("material")) design["material"] = start.material.name;
+  for (const Parameter& p : start.family().parameters)
+    parameters[p.name] = readable(start.design.parameters.at(p.name), p.unit);
+  for (const FamilyOption& option : start.family().options)
+    design[option.name] = start.design.choices.at(option.name);
+  design["material"] = start.design.material.name;
   return design;
 }
 
@@ -60,7 +65,7 @@ OrderedJson payload_for(const StartDesign& start) {
 // Whether the leaves are wires, or too thick for thin plates, as notches are at their ends.
 bool wants_beams(const StartDesign& start) {
   constexpr double thin = 5;  // length over the largest thickness
-  return start.family->is_of_wires(start.choices) ||
+  return start.family().is_of_wires(start.design.choices) ||
          std::ranges::any_of(start.mechanism.leaves, [](const LeafSpring& leaf) {
            const double thickest = leaf.thickness * profile_range(leaf.thickness_profile).largest;
            return leaf.section != Section::circular && !leaf.fold && leaf.length < thin * thickest;
@@ -78,7 +83,7 @@ OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
     if (leaf.length < 20 * leaf.thickness) tolerance = 0.01;
     some_flat = some_flat || (!leaf.curve && !leaf.fold && !leaf.has_profile());
   }
-  if (!start.family->has_end_effector(start.choices) ||
+  if (!start.family().has_end_effector(start.design.choices) ||
       profile_error(start.mechanism).translation > tolerance) {
     // the stiffness of a point in the plane of its plate has no limit on ever finer meshes, and
     // what the theory of notches is off by no mesh lessens
@@ -118,10 +123,12 @@ Range range_about(const Parameter& p, double value, double factor) {
 
 std::vector<Parameter> variables_of(const StartDesign& start) {
   std::vector<Parameter> variables;
-  for (const Parameter& p : start.family->parameters) {
-    const auto& counts = start.family->counts;
+  for (const Parameter& p : start.family().parameters) {
+    const auto& counts = start.family().counts;
     const bool count = std::ranges::find(counts, p.name) != counts.end();
-    if (!count && p.unit != "kg" && start.values.at(p.name) != 0) variables.push_back(p);
+    if (!count && p.unit != "kg" && !start.design.expressions.contains(p.name) &&
+        start.design.parameters.at(p.name) != 0)
+      variables.push_back(p);
   }
   return variables;
 }
@@ -142,14 +149,14 @@ bool is_sound_everywhere(const StartDesign& start, const std::vector<Parameter>&
   constexpr std::size_t most = 10;
   const std::size_t varied = std::min(variables.size(), most);
   for (std::size_t corner = 0; corner < std::size_t{1} << varied; ++corner) {
-    ParameterValues values = start.values;
+    ParameterValues values = start.design.parameters;
     for (std::size_t k = 0; k < varied; ++k)
       values[variables[k].name] = (corner >> k & 1) != 0 ? ranges[k].max : ranges[k].min;
     if (!is_sound(start, values)) return false;
   }
   for (std::size_t k = varied; k < variables.size(); ++k)
     for (const double value : {ranges[k].min, ranges[k].max}) {
-      ParameterValues values = start.values;
+      ParameterValues values = start.design.parameters;
       values[variables[k].name] = value;
       if (!is_sound(start, values)) return false;
     }
@@ -162,7 +169,7 @@ OrderedJson box_about(const StartDesign& start) {
   for (const double factor : {2.0, 1.5, 1.2, 1.1, 1.05}) {
     ranges.clear();
     for (const Parameter& p : variables)
-      ranges.push_back(range_about(p, start.values.at(p.name), factor));
+      ranges.push_back(range_about(p, start.design.parameters.at(p.name), factor));
     if (is_sound_everywhere(start, variables, ranges)) break;
   }
   OrderedJson box = OrderedJson::array();
@@ -179,7 +186,7 @@ OrderedJson constraints_on(const StartDesign& start) {
   OrderedJson constraints = OrderedJson::array();
   constraints.push_back({{"quantity", "max_stress"},
                          {"over_stroke", "max"},
-                         {"max", readable(*start.material.allowable_stress, "Pa")}});
+                         {"max", readable(*start.design.material.allowable_stress, "Pa")}});
   const Extents extents = extents_of(Solids::undeflected(start.mechanism));
   const Vector3d room = envelope_of({&extents}).box;
   for (int k = 0; k < 3; ++k) {
@@ -204,7 +211,7 @@ StrokeResponse moved(const StartDesign& start, ModelOptions model,
   request.outputs = {Output::equilibrium, Output::stress};
   request.points.clear();
   for (const double number : numbers) {
-    const auto& drives = start.family->drives.items;
+    const auto& drives = start.family().drives.items;
     request.points.push_back(stroke_in_si(drives.front(), number));
     if (drives.size() == 1) continue;
     VectorXd& strokes = request.strokes.emplace_back(static_cast<Eigen::Index>(drives.size()));
@@ -252,28 +259,17 @@ OrderedJson place(const DriveList::Item& drive, double number) {
 /// Design to start from, read and checked as new_job does; throws as new_job does.
 StartDesign start_design(const nlohmann::json& design, const std::string& folder) {
   FaultList faults;
-  StartDesign start;
-  start.family = design_source({{"design", design}}, folder, faults);
+  const std::shared_ptr<const Family> family = design_source({{"design", design}}, folder, faults);
   faults.raise();
-  if (start.family->drives.items.empty())
+  if (family->drives.items.empty())
     throw SpecError("/drive", "nothing", "a new job prescribes the stroke of a drive");
-  start.choices = default_choices(*start.family);
-  start.values = usual_values(*start.family);
-  start.material = materials().front().material;
-  const nlohmann::json found = design.value("parameters", nlohmann::json::object());
-  for (const auto& [name, value] : found.items())  // of a run
-    if (value.is_number())
-      start.values[name] = value;
-    else if (value.is_string())
-      start.choices[name] = value;
-  if (design.contains("material"))
-    start.material =
-        material_of(design["material"], nlohmann::json::json_pointer("/design/material"), true);
-  if (!start.material.allowable_stress)
-    start.material.allowable_stress =
-        start.material.yield_strength.value_or(*materials().front().material.allowable_stress);
-  start.mechanism = start.make(start.values);
-  return start;
+  DesignSpec spec;
+  spec.parameters = usual_values(*family);
+  spec.choices = default_choices(*family);
+  spec.material = materials().front().material;
+  spec.resolved = std::make_shared<const ParametricDesign>(family, spec.choices,
+                                                           std::map<std::string, std::string>());
+  return StartDesign(std::move(spec));
 }
 
 /// "stroke" of a new job: from rest to the largest of 1, 2, 5, 10 … mm or deg, of all drives alike,
@@ -282,7 +278,7 @@ StartDesign start_design(const nlohmann::json& design, const std::string& folder
 OrderedJson first_stroke(const StartDesign& start, const ModelOptions& model, double allowed) {
   constexpr int points = 6;
   const double largest = largest_stroke(start, model, allowed);
-  const DriveList& drives = start.family->drives;
+  const DriveList& drives = start.family().drives;
   if (!drives.named())
     return {{"from", 0}, {"to", place(drives.items.front(), largest)}, {"points", points}};
   OrderedJson stroke = {{"at", OrderedJson::array()}};
@@ -317,15 +313,31 @@ OrderedJson new_job(const nlohmann::json& design, const std::string& folder, boo
   if (beams) model.flexure = Flexure::beam;
 
   OrderedJson job = {{"flexopt", 1},
-                     {"name", start.family->name},
+                     {"name", start.family().name},
                      {"job", optimise ? "optimise" : "evaluate"},
                      {"design", design_of(start, design)}};
-  if (start.family->has_end_effector(start.choices)) job["end_effector"] = payload_for(start);
-  job["stroke"] = first_stroke(start, model, 0.5 * *start.material.allowable_stress);
+  if (start.family().has_end_effector(start.design.choices))
+    job["end_effector"] = payload_for(start);
+  job["stroke"] = first_stroke(start, model, 0.5 * *start.design.material.allowable_stress);
   job["frequencies"] = 6;
   job["model"] = model_for(start, beams, optimise);
   if (optimise) job["optimise"] = first_goals(start);
   return job;
+}
+
+NextJob next_job(const FoundDesign& found, bool optimise) {
+  NextJob next{moved_job(parse_job(found.job), found.parameters), {}};
+  for (const char* section : {"expect", "optimise", "samples", "models", "quantities", "maps",
+                              "tolerances", "tolerance_samples", "assembly_tolerances"}) {
+    next.job.erase(section);
+    if (found.job.contains(section) && !found.job[section].empty())
+      next.left_out.emplace_back(section);
+  }
+  next.job["job"] = "evaluate";
+  if (!optimise) return next;
+  next.job["optimise"] = first_goals(StartDesign(parse_job(next.job).design));
+  next.job["job"] = "optimise";
+  return next;
 }
 
 double round_below(double value) {

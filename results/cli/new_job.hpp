@@ -1,8 +1,10 @@
 #pragma once
 // A job to start from, for a design that has none yet.
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
+#include "optim/job/found_design.hpp"
 #include "results/files/json_text.hpp"
 
 namespace flexopt {
@@ -17,6 +19,16 @@ namespace flexopt {
 /// design is wrong, has no drive or parameters without default and example, and where no stroke of
 /// it can be followed.
 OrderedJson new_job(const nlohmann::json& design, const std::string& folder, bool optimise);
+
+struct NextJob {
+  nlohmann::json job;
+  std::vector<std::string> left_out;  ///< sections of the run's job
+};
+
+/// The job of a run as an evaluation at the design that it found: its load cases, surroundings,
+/// stroke and model stay; what looks at many designs is left out. With `optimise`, a search as that
+/// of new_job. Throws SpecError where the search has nothing to vary.
+NextJob next_job(const FoundDesign& found, bool optimise);
 
 /// 1, 2 or 5 times a power of ten: the largest that is not above the value, which is above zero.
 double round_below(double value);

@@ -48,6 +48,8 @@ int write_leaves(const CcxModel& model, CcxLines& deck) {
   return number;
 }
 
+constexpr int quarters = 4;  ///< parts of a stroke that are followed, each in one step or more
+
 /// The node and the degree of freedom that each stroke prescribes.
 struct Handle {
   int node = 0, dof = 0;
@@ -55,13 +57,15 @@ struct Handle {
 
 class Writer {
  public:
+  /// `path`: points evenly on the way to the strokes, these last.
   Writer(const CcxModel& model, const SolidMeshSize& size, const VectorXd& strokes,
-         const PathPoint& point)
+         const std::vector<PathPoint>& path)
       : model_(&model),
         mechanism_(&model.mechanism),
         size_(size),
         strokes_(strokes),
-        point_(&point) {}
+        point_(&path.back()),
+        sub_steps_(std::ranges::max(path, {}, &PathPoint::sub_steps).sub_steps) {}
 
   std::string text() && {
     write_head();
@@ -250,8 +254,11 @@ class Writer {
   }
 
   void write_stroke_step() {
-    deck_.line("** the stroke");
-    begin_step(0.25, "1e-5, 1e-4");
+    deck_.line(
+        "** the stroke, in steps as short as flexopt takes where it turns sharply: longer ones "
+        "may end on another branch");
+    constexpr double shortest = 0.004;  // half of the increments that begin_step allows
+    begin_step(std::max(1.0 / (quarters * sub_steps_), shortest), "1e-5, 1e-4");
     write_prescribed(strokes_);
     const LoadCase& all = loads();
     for (std::size_t k = 0; k < all.growing.size(); ++k)
@@ -338,6 +345,7 @@ class Writer {
   SolidMeshSize size_;
   VectorXd strokes_;
   const PathPoint* point_;
+  int sub_steps_;  ///< most that a quarter of the stroke took
   std::vector<Handle> handles_;
   CcxLines deck_;
   int steps_ = 0;
@@ -351,9 +359,12 @@ std::string ccx_deck(const Exported& exported, const VectorXd& strokes, const So
   full.accuracy = Accuracy::full;
   Outputs outputs{Output::stiffness};
   if (exported.request.frequencies > 0) outputs.add(Output::frequencies_locked);
-  const PathPoint point = exported.equilibria({strokes}, full, outputs).front();
-  check_near_in_ccx(exported, point);
-  return Writer(model, size, strokes, point).text();
+  std::vector<VectorXd> way;  // in quarters, which is as coarse as CalculiX should go
+  for (int k = 1; k <= quarters; ++k) way.push_back(strokes * k / quarters);
+  if (strokes.isZero(0)) way = {strokes};
+  const std::vector<PathPoint> path = exported.equilibria(way, full, outputs);
+  check_near_in_ccx(exported, path.back());
+  return Writer(model, size, strokes, path).text();
 }
 
 }  // namespace flexopt

@@ -180,7 +180,8 @@ Json leaf_geometry_json(const Mechanism& mechanism, const ModelOptions& model) {
 }
 
 Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest& request) {
-  Json parameters = Json::object();
+  // by name, as in the job: the order in a design file is not that in a job.json that holds it
+  std::map<std::string, std::string> parameters;
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
   const DriveList drives(mechanism);
   Json units = {{"stroke", stroke_unit(drives, request)}};
@@ -200,7 +201,7 @@ Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest&
   if (drives.items.size() > 1)
     units["frequency_derivatives_along_ways"] =
         "omega2 in rad^2/s^2, compliance in s^2/rad^2, per part of the way to the strokes";
-  units["parameters"] = std::move(parameters);
+  units["parameters"] = parameters;
   return units;
 }
 

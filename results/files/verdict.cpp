@@ -54,8 +54,9 @@ std::string instability(const std::vector<Placed>& points) {
   const auto first = std::ranges::find_if(points, unstable);
   if (first == points.end()) return "";
   const auto count = std::ranges::count_if(points, unstable);
-  return fmt::format("With the drive held it is unstable {}{}.", first->where,
-                     count > 1 ? fmt::format(" and at {} more points", count - 1) : "");
+  return fmt::format(
+      "With the drive held it is unstable {}{}.", first->where,
+      count > 1 ? fmt::format(" and at {} more point{}", count - 1, count > 2 ? "s" : "") : "");
 }
 
 /// What is said of the largest stress; `share`: of what the material of its leaf allows.
@@ -69,8 +70,9 @@ std::string stress_text(const RunRecord& record, const std::vector<Placed>& poin
   const auto& allowable = record.mechanism.leaves.at(leaf).material.allowable_stress;
   if (!allowable) return "";
   share = stress(*most) / *allowable;
-  return fmt::format("the stress is {}{:.3g} % of what the material allows, {}",
-                     share > beyond ? "" : "at most ", 100 * share, most->where);
+  return fmt::format("the stress is {}{:.{}g} % of what the material allows, {}",
+                     share > beyond ? "" : "at most ", 100 * share,
+                     share > beyond && share < 1.01 ? 4 : 3, most->where);
 }
 
 }  // namespace
@@ -126,7 +128,8 @@ Verdict verdict_of(const RunRecord& record) {
     return plain;
   const std::vector<Placed> points = converged_points(record);
   const std::string unstable = instability(points);
-  if (!unstable.empty()) return {"bad", "unstable", unstable + " " + record.message};
+  if (!unstable.empty())
+    return {"bad", "unstable", unstable + (record.status == "ok" ? "" : " " + record.message)};
   if (record.status != "ok") return plain;
   double share = 0;
   const std::string stress = stress_text(record, points, share);

@@ -90,6 +90,34 @@ TEST_CASE("usual values are defaults, and examples where there is none") {
   for (const Family& family : families()) CHECK_NOTHROW(usual_values(family));
 }
 
+TEST_CASE("a design file in words has the bounds that it gives, and no others") {
+  json document = cantilever();
+  document["name"] = "own";
+  document["parameters"]["count"]["max"] = 9;
+  const std::string text = describe_family(*read(document));
+  CHECK_THAT(text, Catch::StartsWith("own\n") && Contains("0 m < value; default 0.08 m") &&
+                       Contains("value <= 9; default 3") && !Contains("inf"));
+}
+
+TEST_CASE("a fault of a parameter is told once, not at each formula that uses it") {
+  for (const auto& [key, value] : {std::pair{"min", json(0)}, {"default", json("4 kg")}}) {
+    CAPTURE(key);
+    json document = cantilever();
+    document["parameters"]["length"][key] = value;
+    document["let"] = {{"half", "length/2"}, {"other", "lenght"}};
+    document["rules"] = {{{"that", "length > 2*half"}, {"else", "no"}}};
+    document["leaves"][0]["width"] = {{"profile", "length*s"}};
+    FaultList faults;
+    (void)read_family(document, "/design/mechanism", "", faults);
+    std::vector<std::string> at;
+    for (const Fault& fault : faults.faults()) at.push_back(fault.pointer);
+    const std::string own = "/design/mechanism/parameters/length/";
+    CHECK_THAT(
+        at, Catch::Matchers::UnorderedEquals(std::vector<std::string>{
+                own + (std::string(key) == "min" ? "above" : key), "/design/mechanism/let/other"}));
+  }
+}
+
 TEST_CASE("the box of a body turns with its frame and keeps its edges when written flat") {
   json document = cantilever();
   document["frames"] =

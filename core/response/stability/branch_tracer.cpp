@@ -274,7 +274,7 @@ CriticalLoad BranchTracer::follow(int side, Look here, double bound) {
     }
     if (std::abs(at - begin) > bound || count == most_states) {
       result.none = std::abs(at - begin) > std::min(bound, enough);
-      result.reason = where_it_ended(at, !result.none);
+      result.reason = where_it_ended(std::clamp(at, begin - bound, begin + bound), !result.none);
       return result;
     }
     const double step = std::min(

@@ -51,12 +51,51 @@ TEST_CASE("the design that a run evaluated goes on with --result, in a job and i
   CHECK(project.run("run jobs/next.json --out second.out").code == 0);
   CHECK(project.run("new thin.out --out third.json").code == 0);
   CHECK(project.run("run third.json --out third.out").code == 0);
+  CHECK(project
+            .run("run eval.json --result thin.out --out set.out --set "
+                 "/design/parameters/thickness=0.0002")
+            .code == 0);
+  CHECK(thickness_of(json::parse(project.content("set.out/result.json"))) ==
+        Approx(2e-4).epsilon(1e-12));
   for (const char* folder : {"first.out", "second.out", "third.out"}) {
     CAPTURE(folder);
     const json result = json::parse(project.content(folder + std::string("/result.json")));
     CHECK(thickness_of(result) == Approx(3e-4).epsilon(1e-12));
     CHECK(result["material"]["name"] == "stavax");
   }
+}
+
+TEST_CASE("a first job of a result keeps all that acted in its run, and says what it leaves out") {
+  const Project project;
+  json job = json::parse(project.content("eval.json"));
+  job["temperature"] = {{"change", 10}};
+  job["gravity"] = {0, -9.81, 0};
+  job["probes"] = {{{"name", "p"}, {"at", {0.03, 0.02, 0}}}};
+  job["load_capacity"]["directions"] = json::array({"uz"});
+  job["cases"] = json::parse(R"({"light": {}, "heavy": {"loads": [{"force": [0, 0, "-1 N"]}]}})");
+  project.put("acted.json", job);
+  CHECK(project.run("run acted.json --out acted.out").code == 0);
+  const test::Outcome plain = project.run("new acted.out --out next.json");
+  CHECK(plain.code == 0);
+  CHECK_THAT(plain.err, !Contains("left out"));
+  json kept = json::parse(project.content("acted.out/job.json"));
+  kept.erase("expect");
+  CHECK(json::parse(project.content("next.json")) == kept);
+
+  job["tolerances"] = {{"thickness", "10 um"}};
+  job["tolerance_samples"] = {{"count", 2}};
+  job["optimise"] = json::parse(R"({"variables": [{"parameter": "length", "min": 0.05, "max": 0.1}],
+      "objective": {"minimise": "max_stress", "over_stroke": "max"}})");
+  project.put("acted.json", job);
+  CHECK(project.run("run acted.json --out acted.out").code == 0);
+  const test::Outcome search = project.run("new acted.out --optimise --out search.json");
+  CHECK(search.code == 0);
+  CHECK_THAT(search.err,
+             Contains("left out of the run's job: optimise, tolerances, tolerance_samples"));
+  const json begun = json::parse(project.content("search.json"));
+  CHECK(begun["cases"] == json::parse(project.content("acted.out/job.json"))["cases"]);
+  CHECK(begun["optimise"]["variables"].size() == 2);
+  CHECK(project.run("validate search.json").code == 0);
 }
 
 TEST_CASE("a design file is described as a family is") {

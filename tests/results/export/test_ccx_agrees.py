@@ -81,13 +81,15 @@ def main():
     # the comparison itself must be able to fail
     deck = pathlib.Path(work, "parallel_guide", "parallel_guide.inp")
     text = deck.read_text()
-    wrong = re.sub(r"(\*\*FLEXOPT drive_load .* value )(\S+)",
-                   lambda m: m[1] + str(1.02 * float(m[2])), text)
-    assert wrong != text
-    deck.write_text(wrong)
-    judged = subprocess.run([sys.executable, deck.parent / "compare_ccx.py", deck],
-                            stdout=subprocess.DEVNULL)
-    failed += judged.returncode != 1
+    for factor in (1.02, 1.2):
+        wrong = re.sub(r"(\*\*FLEXOPT drive_load .* value )(\S+)",
+                       lambda m: m[1] + str(factor * float(m[2])), text)
+        assert wrong != text
+        deck.write_text(wrong)
+        judged = subprocess.run([sys.executable, deck.parent / "compare_ccx.py", deck],
+                                stdout=subprocess.PIPE, text=True)
+        failed += judged.returncode != 1
+        failed += ("apart in drive load uy" in judged.stdout) != (factor > 1.1)
     return 1 if failed else 0
 
 

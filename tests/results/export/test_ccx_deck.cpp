@@ -41,6 +41,42 @@ TEST_CASE("No number of a deck has more than the 20 characters that CalculiX rea
   }
 }
 
+// Of three inclined leaves under a weight, whose way turns sharply where the stroke begins.
+TEST_CASE("The stroke of a deck goes in steps as short as those that found its end") {
+  const Exported exported =
+      make_exported(parse_job(nlohmann::json::parse(R"({"job": "evaluate", "design": {
+        "material": {"youngs_modulus": 2e11, "poissons_ratio": 0.3, "density": 7800},
+        "mechanism": {"flexopt_design": 1,
+          "bodies": [{"name": "end_effector", "at": [0.04, 0.02, 0.07]}],
+          "leaves": [{"name": "a", "base": {"body": "ground", "at": [0, 0, 0]},
+              "tip": {"body": "end_effector", "at": [0.01, 0, 0.06]},
+              "across": [0, 1, 0], "width": 0.015, "thickness": 4e-4},
+            {"name": "b", "base": {"body": "ground", "at": [0.08, 0, 0]},
+              "tip": {"body": "end_effector", "at": [0.06, 0.01, 0.06]},
+              "across": [0, 1, 0], "width": 0.015, "thickness": 3e-4},
+            {"name": "c", "base": {"body": "ground", "at": [0.04, 0.05, 0]},
+              "tip": {"body": "end_effector", "at": [0.045, 0.05, 0.05]},
+              "across": [0, 1, 0], "width": 0.01, "thickness": 4e-4}],
+          "drive": {"direction": "ux"}}},
+        "end_effector": {"mass": 3, "inertia": [0.003, 0.002, 0.001],
+                         "center_of_mass": [0.005, 0.01, 0.01]},
+        "gravity": [0, 0, -9.81], "stroke": {"to": 0.004}, "model": {"mesh": [8, 4]}})")),
+                    {});
+  const auto first_step = [&](double stroke) {
+    const std::string deck =
+        ccx_deck(exported, VectorXd::Constant(1, stroke), {.along = 2, .across = 1});
+    const std::string static_step = "*STATIC\n";
+    return std::stod(
+        deck.substr(deck.find(static_step, deck.find("** the stroke")) + static_step.size()));
+  };
+  ModelOptions full = exported.model;
+  full.accuracy = Accuracy::full;
+  const int steps = exported.equilibria({VectorXd::Constant(1, 0.001)}, full).front().sub_steps;
+  CHECK(steps > 1);
+  CHECK(first_step(0.004) == Approx(0.25 / steps));
+  CHECK(first_step(0) == 0.25);
+}
+
 TEST_CASE("A deck has the mass and the inertia of the bodies") {
   const Exported exported = test::gallery("double_parallelogram");
   const CcxModel model(exported, {.along = 1, .across = 1});

@@ -28,6 +28,12 @@ TEST_CASE("the most pressing word comes first") {
   CHECK(over.word == "overstressed");
   CHECK(over.tone == "bad");
   CHECK_THAT(over.text, Contains("124 % of what the material allows, at "));
+  const Verdict just_over = verdict_where([&](RunRecord& r) {
+    stressed(r);
+    for (LeafSpring& leaf : r.mechanism.leaves) *leaf.material.allowable_stress *= 1.24 / 1.0006;
+  });
+  CHECK(just_over.word == "overstressed");
+  CHECK_THAT(just_over.text, Contains("100.1 % of what"));
   const Verdict of_leaf = verdict_where([&](RunRecord& r) {  // the other leaf is not stressed most
     stressed(r);
     const int most = r.response.path.front().max_stress->leaf;
@@ -46,6 +52,12 @@ TEST_CASE("the most pressing word comes first") {
   CHECK(unstable.word == "unstable");
   CHECK_THAT(unstable.text, Contains("With the drive held it is unstable at ") &&
                                 Contains("more points") && Contains("Off by 35 %."));
+  const Verdict twice = verdict_where([&](RunRecord& r) {
+    r.message = "Of an equilibrium.";
+    r.response.path.front().stable = r.response.path.back().stable = false;
+  });
+  CHECK(twice.word == "unstable");
+  CHECK_THAT(twice.text, Contains(" and at 1 more point.") && !Contains("Of an equilibrium."));
   const Verdict failed = verdict_where([&](RunRecord& r) {
     doubted(r);
     for (PathPoint& p : r.response.path) p.stable = false;
