@@ -207,7 +207,7 @@ class PlateLeaf {
   };
   std::vector<PointState> points_;
   bool stress_is_linearised_ = false;
-  std::vector<MatrixXd> nodal_step_;
+  std::vector<MatrixXd> nodal_change_;  ///< scratch: by a step, or from the undeflected leaf
 
   BlockTridiagonal K_;
   MatrixXd edge_diagonal_[2], edge_below_[2];
