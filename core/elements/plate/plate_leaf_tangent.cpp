@@ -1,6 +1,8 @@
 // Energy, force and tangent of a plate leaf, (E1) to (E4), before its interior is eliminated.
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <limits>
 
 #include "core/elements/plate/plate_curvature.hpp"
 #include "core/elements/plate/plate_fold.hpp"
@@ -108,6 +110,9 @@ MatrixXd PlateLeaf::add_element_force(int i, int j) {
   strain_ = std::max(strain_, e.leftCols<2>().abs().maxCoeff());
   const Stress<double> s = weighted(stress_of(mesh_->membrane(), e), element.weight);
   energy_ += 0.5 * ((s * e).sum() + moved.cwiseProduct(bending).sum());
+  const double terms =
+      element.bending.diagonal().head<functions>().dot(moved.rowwise().squaredNorm());
+  rounding_ += std::pow(std::numeric_limits<double>::epsilon() * terms, 2);
   assign_small_product(force, G.transpose(), stress_times(s, point.gradient));
   force += bending;
   MatrixXd field;
@@ -116,9 +121,9 @@ MatrixXd PlateLeaf::add_element_force(int i, int j) {
     const MatrixXd own = curvature_field(element.curvature, moved);
     const MatrixXd product =
         curvature_product(element.curvature_weight, MatrixXd(field - 0.5 * own), own);
-    energy_ += own.cwiseProduct(0.5 * product -
-                                curvature_product(element.curvature_weight, own, own) / 12)
-                   .sum();
+    energy_ +=
+        own.cwiseProduct(0.5 * product - curvature_product(element.curvature_weight, own, own) / 12)
+            .sum();
     force += curvature_force(element.curvature, functions, product);
   }
   for (int c = 0; c < 3; ++c) {
@@ -186,7 +191,7 @@ void PlateLeaf::assemble_elements() {
   for (int i = 0; i < nx; ++i) line_below(i).setZero();
   for (VectorXd& f : nodal_force_) f.setZero();
   for (int i = 0; i <= nx; ++i) nodal_change_[i] = nodal_[i] - mesh_->undeflected(i);
-  energy_ = strain_ = 0;
+  energy_ = rounding_ = strain_ = 0;
   for (int i = 0; i < nx; ++i)
     for (int j = 0; i != mesh_->fold_line() && j < mesh_->elements_across(); ++j)
       add_element_tangent<Side>(i, j, add_element_force<Side>(i, j));
