@@ -32,8 +32,8 @@ double rounding_of_energies(const System& system) {
   return share * energies.cwiseAbs().maxCoeff() + rounding_inside;
 }
 
-// What Newton's method has left, lengths over the longest leaf's.
-double size_of(const VectorXd& motion, const System& system) {
+// How far a motion goes, lengths over the longest leaf's.
+double lengths_of(const VectorXd& motion, const System& system) {
   return motion.cwiseQuotient(system.units()).norm();
 }
 
@@ -95,7 +95,7 @@ BranchState branch_state_of_strokes(const System& system, const VectorXd& stroke
   const VectorXd present = present_strokes(system);
   equations.assemble(system.load() - system.internal_force(), present);
   const LinearSolver solver(equations.matrix(), system.analyses());
-  state.blur = size_of(equations.motion(solver.solve(equations.right_side())), system);
+  state.blur = lengths_of(equations.motion(solver.solve(equations.right_side())), system);
   equations.assemble(VectorXd::Zero(system.size()), present + strokes);
   const VectorXd x = solver.solve(equations.right_side());
   state.slope = equations.motion(x);
@@ -124,7 +124,7 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
   // the tangent here: where loads have changed the leaves are out of balance, and a soft motion
   // takes what they pull for its stiffness
   const LinearSolver solver(equations.matrix(), system.analyses());
-  state.blur = size_of(equations.motion(solver.solve(equations.right_side())), system);
+  state.blur = lengths_of(equations.motion(solver.solve(equations.right_side())), system);
   state.noise = state.blur / step;
   // where errors of assembly grow, the unstable state is wanted
   const bool assembles = growth.constant != 0 && !system.loads().assembly.empty(),
