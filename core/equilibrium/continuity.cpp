@@ -27,7 +27,14 @@ Vector6d motion_between(const JointBody& from, const JointBody& to, double lengt
 double rounding_of_energies(const System& system) {
   constexpr double share = 1e-12;
   const VectorXd energies = system.tangent().diagonal().cwiseProduct(system.units().cwiseAbs2());
-  return share * energies.cwiseAbs().maxCoeff();
+  double rounding_inside = 0;
+  for (int i = 0; i < system.leaves(); ++i) rounding_inside += system.leaf(i).evaluation().rounding;
+  return share * energies.cwiseAbs().maxCoeff() + rounding_inside;
+}
+
+// How far a motion goes, lengths over the longest leaf's.
+double lengths_of(const VectorXd& motion, const System& system) {
+  return motion.cwiseQuotient(system.units()).norm();
 }
 
 // How far the end is from where both slopes lead the interior of a leaf, a quarter of it where they
@@ -85,8 +92,12 @@ bool is_near(const System& system, const Place& before, double energy_share) {
 BranchState branch_state_of_strokes(const System& system, const VectorXd& strokes) {
   BranchState state{.place = place_of(system)};
   NewtonEquations equations(system, true);
-  equations.assemble(VectorXd::Zero(system.size()), present_strokes(system) + strokes);
-  const VectorXd x = equations.solve();
+  const VectorXd present = present_strokes(system);
+  equations.assemble(system.load() - system.internal_force(), present);
+  const LinearSolver solver(equations.matrix(), system.analyses());
+  state.blur = lengths_of(equations.motion(solver.solve(equations.right_side())), system);
+  equations.assemble(VectorXd::Zero(system.size()), present + strokes);
+  const VectorXd x = solver.solve(equations.right_side());
   state.slope = equations.motion(x);
   for (int i = 0; i < system.leaves(); ++i)
     state.interiors.push_back(system.leaf(i).interior(system.edge_increment(i, state.slope)));
@@ -113,8 +124,8 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
   // the tangent here: where loads have changed the leaves are out of balance, and a soft motion
   // takes what they pull for its stiffness
   const LinearSolver solver(equations.matrix(), system.analyses());
-  const VectorXd off = equations.motion(solver.solve(equations.right_side()));
-  state.noise = off.cwiseQuotient(system.units()).norm() / step;
+  state.blur = lengths_of(equations.motion(solver.solve(equations.right_side())), system);
+  state.noise = state.blur / step;
   // where errors of assembly grow, the unstable state is wanted
   const bool assembles = growth.constant != 0 && !system.loads().assembly.empty(),
              settled = system.correction() < rounding * step;
@@ -155,7 +166,7 @@ double departure(const BranchState& origin, const BranchState& start, const Bran
     moved += motion.squaredNorm();
     beside += (motion - led).squaredNorm();
   }
-  const double blurred = 2 * step * (start.noise + end.noise);
+  const double blurred = 2 * (start.blur + end.blur + step * (start.noise + end.noise));
   double motion = std::max(0.0, std::sqrt(beside) - blurred) / (std::sqrt(moved) + rounding);
   const bool sharp = blurred <= 0.05 * std::sqrt(moved);
   for (std::size_t i = 0; sharp && i < std::min(start.interiors.size(), end.interiors.size()); ++i)

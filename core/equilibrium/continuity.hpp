@@ -25,8 +25,9 @@ inline constexpr double same_energy = 0.1, similar_energy = 0.5;
 /// An equilibrium of a way with a parameter p, and how the branch leaves it.
 struct BranchState {
   Place place;
-  VectorXd slope;    ///< (displacement, spin) of the bodies by p
-  double noise = 0;  ///< what rounding leaves open of the slope, lengths over the longest leaf's
+  VectorXd slope;  ///< (displacement, spin) of the bodies by p
+  /// What rounding leaves open of the place and of the slope, lengths over the longest leaf's.
+  double blur = 0, noise = 0;
   std::vector<LeafInterior> interiors;  ///< of the leaves, their changes by p
   /// If p moves strokes: the work of the drives' loads by p, and its derivative by p along the
   /// branch [J].

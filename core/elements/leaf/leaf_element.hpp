@@ -20,6 +20,7 @@ namespace flexopt {
 /// The leaf seen from its edges; 12-vectors are (position, spin) of base then tip, global axes.
 struct LeafEvaluation {
   double energy = 0;                      ///< [J]
+  double rounding = 0;                    ///< what rounding may be of the energy [J]
   Vector12d force = Vector12d::Zero();    ///< ∂energy/∂q [N, N m]
   Matrix12d tangent = Matrix12d::Zero();  ///< ∂force/∂q, rotation varied as exp(hat δ) R
   /// Force and derivatives with respect to the displacement u of the leaf's material point. Only

@@ -173,6 +173,7 @@ const LeafEvaluation& FullLeaf::evaluate() {
   if (!assembled_) plate().assemble();
   assembled_ = false;  // the plate may be changed from outside
   evaluation_.energy = scale_.energy * plate_->energy();
+  evaluation_.rounding = scale_.energy * plate_->rounding();
   evaluation_.force = scale_.global_force(plate_->force());
   evaluation_.tangent = scale_.global_tangent(plate_->tangent());
   if (plate_->has_point()) evaluation_.point = scale_.global_point(plate_->point());

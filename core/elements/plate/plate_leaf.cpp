@@ -43,7 +43,7 @@ PlateLeaf::PlateLeaf(std::shared_ptr<const PlateMesh> mesh, PlateSupport support
   nodal_.assign(lines, MatrixXd::Zero(n, 3));
   nodal_force_.assign(lines, VectorXd::Zero(3 * n));
   points_.resize(mesh_->elements_along() * mesh_->elements_across());
-  nodal_step_.assign(lines, MatrixXd::Zero(n, 3));
+  nodal_change_.assign(lines, MatrixXd::Zero(n, 3));
   for (int e = 0; e < 2; ++e) {
     edge_diagonal_[e].resize(3 * n, 3 * n);
     edge_below_[e].resize(3 * n, 3 * n);

@@ -89,6 +89,8 @@ class PlateLeaf {
                                                 double clamp);
 
   double energy() const { return energy_; }
+  /// What rounding may be of it: the bending is a sum of far larger terms.
+  double rounding() const { return std::sqrt(rounding_); }
   double correction() const { return std::sqrt(interior_.correction()); }
   int negative_pivots() const { return interior_.negative_pivots(); }
   /// Largest membrane strain |e11|, |e22| in the latest assembly.
@@ -207,7 +209,7 @@ class PlateLeaf {
   };
   std::vector<PointState> points_;
   bool stress_is_linearised_ = false;
-  std::vector<MatrixXd> nodal_step_;
+  std::vector<MatrixXd> nodal_change_;  ///< scratch: by a step, or from the undeflected leaf
 
   BlockTridiagonal K_;
   MatrixXd edge_diagonal_[2], edge_below_[2];
@@ -220,6 +222,7 @@ class PlateLeaf {
   Matrix12d edge_tangent_;
   Vector12d edge_force_;
   double energy_ = 0, strain_ = 0;
+  double rounding_ = 0;  ///< squares of all elements: they err independently
   CondensedInterior interior_;
   Vector3d point_place_;  ///< Σ weight · nodal of the undeflected leaf
 };

@@ -1,6 +1,8 @@
 // Energy, force and tangent of a plate leaf, (E1) to (E4), before its interior is eliminated.
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <limits>
 
 #include "core/elements/plate/plate_curvature.hpp"
 #include "core/elements/plate/plate_fold.hpp"
@@ -45,7 +47,7 @@ void PlateLeaf::linearised_stress(const VectorXd& dx, const Vector12d& dq) {
             ny = mesh_->elements_across();
   VectorXd T(unknowns() + 12);
   T << dx, dq;
-  std::vector<MatrixXd>& rates = nodal_step_;
+  std::vector<MatrixXd>& rates = nodal_change_;
   for (int i = 0; i <= nx; ++i) rates[i] = nodal_rates(i, T).reshaped(n, 3);
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j) {
@@ -87,6 +89,8 @@ MatrixXd& PlateLeaf::line_below(int i) {
 }
 
 // Adds energy and force of an element and returns the field of its curvature, if it is curved.
+// Both are expanded about the undeflected leaf, where they vanish: of places, second derivatives in
+// a small element are differences of large numbers, and their rounding outweighs a small stroke.
 template <int Side>
 MatrixXd PlateLeaf::add_element_force(int i, int j) {
   constexpr int functions = 2 * Side;
@@ -94,33 +98,32 @@ MatrixXd PlateLeaf::add_element_force(int i, int j) {
   const PlateMesh::Element& element = mesh_->element(i, j);
   PointState& point = points_[i * mesh_->elements_across() + j];
   const auto G = element.gradient.leftCols<functions>();
-  Eigen::Matrix<double, functions, 3> U, BU, force;
+  Eigen::Matrix<double, functions, 3> U, moved, bending, force;
   U << nodal_[i].middleRows<Side>(4 * j), nodal_[i + 1].middleRows<Side>(4 * j);
+  moved << nodal_change_[i].middleRows<Side>(4 * j), nodal_change_[i + 1].middleRows<Side>(4 * j);
+  Gradient<double> change;
   assign_small_product(point.gradient, G, U);
-  assign_small_product(BU, element.bending.topLeftCorner<functions, functions>(), U);
-  std::array<PointArray, 3> a1, a2;
-  for (int c = 0; c < 3; ++c) {
-    a1[c] = point.gradient.col(c).head<points>();
-    a2[c] = point.gradient.col(c).tail<points>();
-  }
-  const auto dot = [](const auto& p, const auto& q) -> PointArray {
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-  };
-  Stress<double> e;  // Green–Lagrange: e11, e22 and 2 e12
-  e.col(0) = 0.5 * (dot(a1, a1) - element.metric);
-  e.col(1) = 0.5 * (dot(a2, a2) - 1);
-  e.col(2) = dot(a1, a2);
+  assign_small_product(change, G, moved);
+  assign_small_product(bending, element.bending.topLeftCorner<functions, functions>(), moved);
+  // Green–Lagrange: e11, e22 and 2 e12, none of it in the undeflected leaf
+  const Stress<double> e = strain_product(Gradient<double>(point.gradient - 0.5 * change), change);
   strain_ = std::max(strain_, e.leftCols<2>().abs().maxCoeff());
   const Stress<double> s = weighted(stress_of(mesh_->membrane(), e), element.weight);
-  energy_ += 0.5 * (s.col(0) * e.col(0) + s.col(1) * e.col(1) + s.col(2) * e.col(2)).sum() +
-             0.5 * U.cwiseProduct(BU).sum();
+  energy_ += 0.5 * ((s * e).sum() + moved.cwiseProduct(bending).sum());
+  const double terms =
+      element.bending.diagonal().head<functions>().dot(moved.rowwise().squaredNorm());
+  rounding_ += std::pow(std::numeric_limits<double>::epsilon() * terms, 2);
   assign_small_product(force, G.transpose(), stress_times(s, point.gradient));
-  force += BU;
+  force += bending;
   MatrixXd field;
   if (element.curvature_weight.size() > 0) {
     field = curvature_field(element.curvature, U);
-    const MatrixXd product = 0.5 * curvature_product(element.curvature_weight, field, field);
-    energy_ += field.cwiseProduct(product).sum() / 3 + element.rest_energy;
+    const MatrixXd own = curvature_field(element.curvature, moved);
+    const MatrixXd product =
+        curvature_product(element.curvature_weight, MatrixXd(field - 0.5 * own), own);
+    energy_ +=
+        own.cwiseProduct(0.5 * product - curvature_product(element.curvature_weight, own, own) / 12)
+            .sum();
     force += curvature_force(element.curvature, functions, product);
   }
   for (int c = 0; c < 3; ++c) {
@@ -187,7 +190,8 @@ void PlateLeaf::assemble_elements() {
   for (int i = 0; i <= nx; ++i) line_diagonal(i).setZero();
   for (int i = 0; i < nx; ++i) line_below(i).setZero();
   for (VectorXd& f : nodal_force_) f.setZero();
-  energy_ = strain_ = 0;
+  for (int i = 0; i <= nx; ++i) nodal_change_[i] = nodal_[i] - mesh_->undeflected(i);
+  energy_ = rounding_ = strain_ = 0;
   for (int i = 0; i < nx; ++i)
     for (int j = 0; i != mesh_->fold_line() && j < mesh_->elements_across(); ++j)
       add_element_tangent<Side>(i, j, add_element_force<Side>(i, j));

@@ -70,6 +70,34 @@ TEST_CASE("the straight and the buckled leaf are on different branches") {
   CHECK(departure(start, start, branch_state_of_strokes(straight, growth), 1, straight) > 0.05);
 }
 
+TEST_CASE("small strokes of narrow leaves on fine meshes are steps along their branch") {
+  const Mechanism m = models::single_leaf(0.05, 1e-3, 5e-4);
+  System system(m, make_full_leaves(m, models::full(Flexure::plate, {24, 10})));
+  const auto goes_to = [&](double stroke) {
+    const Equilibrium equilibrium = step_to(system, stroke, {});
+    INFO(equilibrium.message);
+    CHECK(equilibrium.converged);
+    CHECK(equilibrium.sub_steps == 1);
+    return equilibrium.drive_load;
+  };
+  const System::Snapshot rest = system.save();
+  double stiffness = 0;
+  for (const double stroke : {1e-5, 1e-7, 1e-9}) {
+    CAPTURE(stroke);
+    system.restore(rest);
+    const double load = goes_to(stroke);
+    if (stiffness == 0) stiffness = load / stroke;
+    CHECK(load == Approx(stiffness * stroke).epsilon(1e-4));
+    CHECK(system.energy() == Approx(0.5 * load * stroke).epsilon(1e-4));
+  }
+  const double bent = 0.02;  // here rounding is that of places that have moved far
+  REQUIRE(step_to(system, bent, {}).converged);
+  for (const double further : {1e-9, 1e-8, 1e-7, 1e-6}) {
+    CAPTURE(further);
+    goes_to(bent + further);
+  }
+}
+
 TEST_CASE("a system stands near itself with another model, and not near another stroke") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   System reduced(m, make_reduced_leaves(m, {}, 0.02));
