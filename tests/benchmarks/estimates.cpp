@@ -98,7 +98,7 @@ bool judge(const Mechanism& mechanism, const StrokeRequest& request,
              across = run(Accuracy::full, more_across(mesh));
   for (const auto& one : {reduced, own, along, across})
     if (one->status != Status::ok) return false;
-  MechanismScale scale = scale_of(mechanism);
+  MechanismScale scale = scale_of(mechanism, options(Accuracy::full, mesh));
   scale.theory = {};  // the truth is that of full leaves
   each_with_truth(
       errors_of(*reduced, {own, along, across, mesh, scale}), truth,

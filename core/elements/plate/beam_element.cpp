@@ -27,13 +27,6 @@ std::array<S, 2> relief_of_slope(const S& h, const std::array<S, 4>& of_slope,
   return {least * (section[0] / section[1] - 1.0), least * (section[1] / section[0] - 1.0)};
 }
 
-template <class S>
-BeamEnergyT<S> section_at(const MeshNumbers<S>& mesh, const S& at) {
-  return beam_energy<S>(mesh.shape().section, mesh.width * mesh.width_factor(at),
-                        mesh.thickness * mesh.thickness_factor(at), mesh.poissons_ratio,
-                        mesh.thickness, gauss_rule(4).point[2] - 0.5, mesh.shape().has_profile());
-}
-
 // `section`: at the membrane points. The last two: stiffness against a slope of e11 at the points
 // of the bending, over that against the stretch.
 template <class S>
@@ -71,6 +64,13 @@ void set_membrane(PlateMesh::Element& element, const MeshNumbers<S>& mesh, int i
 }  // namespace
 
 template <class S>
+BeamEnergyT<S> beam_energy_at(const MeshNumbers<S>& mesh, const S& at) {
+  return beam_energy<S>(mesh.shape().section, mesh.width * mesh.width_factor(at),
+                        mesh.thickness * mesh.thickness_factor(at), mesh.poissons_ratio,
+                        mesh.thickness, gauss_rule(4).point[2] - 0.5, mesh.shape().has_profile());
+}
+
+template <class S>
 PlateShear<S> ElementNumbers<S>::beam_shear(int i) const {
   const S h = mesh_.x[i + 1] - mesh_.x[i];
   const GaussRule full = gauss_rule(4);
@@ -81,7 +81,7 @@ PlateShear<S> ElementNumbers<S>::beam_shear(int i) const {
   shear.rest.setZero();
   for (int a = 0; a < 4; ++a) {
     const HermiteValuesT<S> X = hermite<S>(full.point[a], h);
-    const BeamEnergyT<S> e = section_at<S>(mesh_, mesh_.x[i] + full.point[a] * h);
+    const BeamEnergyT<S> e = beam_energy_at<S>(mesh_, mesh_.x[i] + full.point[a] * h);
     bent[a] = full.weight[a] * (full.point[a] - 0.5) * h * h * e.bend;
     Row bend = beam_functions(X.curvature, 1, 0);
     if (mesh_.curved()) bend -= mesh_.rest(i, full.point[a]).along * beam_functions(X.slope, 1, 0);
@@ -106,9 +106,9 @@ void ElementNumbers<S>::add_beam(PlateMesh::Element& element, CurvatureRows<S>& 
                                  const PlateShear<S>& shear, int i) const {
   const S h = mesh_.x[i + 1] - mesh_.x[i];
   const GaussRule full = gauss_rule(4), membrane_x = gauss_rule(2);
-  const BeamEnergyT<S> uniform = section_at<S>(mesh_, S(0));
+  const BeamEnergyT<S> uniform = beam_energy_at<S>(mesh_, S(0));
   const auto section = [&](double along) {
-    return mesh_.shape().has_profile() ? section_at<S>(mesh_, mesh_.x[i] + along * h) : uniform;
+    return mesh_.shape().has_profile() ? beam_energy_at<S>(mesh_, mesh_.x[i] + along * h) : uniform;
   };
   std::array<S, 4> bend_of_slope, warp_of_slope;  // against slopes of e11, over the stretch
   for (int a = 0; a < 4; ++a) {
@@ -141,6 +141,7 @@ void ElementNumbers<S>::add_beam(PlateMesh::Element& element, CurvatureRows<S>& 
 }
 
 #define INSTANTIATE(S)                                                              \
+  template BeamEnergyT<S> beam_energy_at(const MeshNumbers<S>&, const S&);          \
   template PlateShear<S> ElementNumbers<S>::beam_shear(int) const;                  \
   template void ElementNumbers<S>::add_beam(PlateMesh::Element&, CurvatureRows<S>&, \
                                             const PlateShear<S>&, int) const;

@@ -15,9 +15,10 @@ enum class BeamStrain { finite, linear };
 ///
 ///     σ = E (ε0 + y κ3 + ½ y² |d,x|² + z (κ2 + y κ2′)),   τ = G (1.5 k γ (1 − (2y/w)²) + 2 z θ′ f)
 ///
-/// with γ the shear of the plane, θ′ the twist, κ2′ the restrained warping and f the
-/// torsion_stress_factor. Circle: σ = E (|ε0| + ½ d |κ|), τ = ½ G d θ′. Both ends included: a beam
-/// has no singular corners. Of a wire, 64 places around its outline.
+/// with κ3 and k γ those of the whole moment and force in the plane, (B3) of beams.md, θ′ the
+/// twist, κ2′ the restrained warping and f the torsion_stress_factor. Circle: σ = E (|ε0| + ½ d
+/// |κ|), τ = ½ G d θ′. Both ends included: a beam has no singular corners. Of a wire, 64 places
+/// around its outline.
 StressStations beam_stations(const PlateShape& shape);
 /// LeafStress::sections of a beam. The mesh must outlive it.
 LeafStress::Sections beam_sections(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,

@@ -73,6 +73,11 @@ class ElementNumbers {
   const MeshNumbers<S>& mesh_;
 };
 
+/// What a beam takes of its section at the share `at` of the length, over D and L, for membrane
+/// points at Gauss points across.
+template <class S>
+BeamEnergyT<S> beam_energy_at(const MeshNumbers<S>& mesh, const S& at);
+
 /// Difference of r,xx of the deflected surface from that of its sections, at the share `along` of
 /// element (i, j) with the nodal values U: equation (E11).
 Vector3d section_turn(const PlateMesh& mesh, int i, int j, const Eigen::Matrix<double, 16, 3>& U,

@@ -4,16 +4,18 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 
 #include "core/elements/plate/element_numbers.hpp"
 
 namespace flexopt {
 namespace {
 
-// Strains at a station (a, b) of element (i, j) with the nodal values U; `turn`: (E11).
+// Strains at a station (a, b) of element (i, j) with the nodal values U; `turn`: (E11). Adds
+// `weight` times the slope of 2 e12 along to `shear_slope`.
 template <class S>
 StrainsT<S> strains(const MeshNumbers<S>& mesh, const Eigen::Matrix<S, 16, 3>& U, int i, int j,
-                    double a, double b, const Vector3<S>& turn) {
+                    double a, double b, const Vector3<S>& turn, const S& weight, S& shear_slope) {
   const S hx = mesh.x[i + 1] - mesh.x[i], hy = mesh.y[j + 1] - mesh.y[j];
   const HermiteValuesT<S> X = hermite<S>(a, hx), Y = hermite<S>(b, hy);
   const auto at = [&](const std::array<S, 4>& x, const std::array<S, 4>& y) {
@@ -43,10 +45,37 @@ StrainsT<S> strains(const MeshNumbers<S>& mesh, const Eigen::Matrix<S, 16, 3>& U
   const Vector3<S> m = a1.cross(a2);
   using std::sqrt;
   const Vector3<S> n = m / sqrt(m.squaredNorm());
+  shear_slope += weight * (r11.dot(a2) + a1.dot(r.xy));
   StrainsT<S> e;
   // a fibre on the side of the normal is stretched by −r,ab · n
   e << 0.5 * (a1.squaredNorm() - mesh.rest(i, a).metric), 0.5 * (a2.squaredNorm() - 1.0),
       a1.dot(a2), -r11.dot(n) - mesh.rest_curvature(i, a), -r.yy.dot(n), -2.0 * r.xy.dot(n);
+  return e;
+}
+
+// Strains at the stations across that lie at the share a of the elements i along, with (E18).
+// `nodes(j)`: nodal values of the elements; `turn(j, U)`: (E11).
+template <class S, class Nodes, class Turn>
+std::vector<StrainsT<S>> strains_across(const MeshNumbers<S>& mesh, int i, double a,
+                                        const Nodes& nodes, const Turn& turn) {
+  std::vector<StrainsT<S>> e;
+  S mean(0);
+  const int elements = static_cast<int>(mesh.y.size()) - 1;
+  for (int j = 0; j < elements; ++j) {
+    const Eigen::Matrix<S, 16, 3> U = nodes(j);
+    const Vector3<S> turned = turn(j, U);
+    const S weight = 0.5 * (mesh.y[j + 1] - mesh.y[j]) / mesh.width;
+    for (const double b : station)
+      e.push_back(strains<S>(mesh, U, i, j, a, b, turned, weight, mean));
+  }
+  const S along = mesh.x[i] + a * (mesh.x[i + 1] - mesh.x[i]), factor = mesh.width_factor(along),
+          share = line_share<S>(mesh.thickness * mesh.thickness_factor(along), mesh.width * factor,
+                                mesh.poissons_ratio);
+  for (std::size_t k = 0; k < e.size(); ++k) {
+    const std::size_t j = k / 2;
+    const S y = factor * (mesh.y[j] + station[k % 2] * (mesh.y[j + 1] - mesh.y[j]));
+    e[k][0] -= share * mean * y;
+  }
   return e;
 }
 
@@ -94,12 +123,13 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
   std::vector<Strains> values;
   const MeshNumbers<double>& numbers = mesh.numbers();
   for (int i = 0; i < mesh.elements_along(); ++i)
-    for (const double a : station)
-      for (int j = 0; i != mesh.fold_line() && j < mesh.elements_across(); ++j) {
-        const Eigen::Matrix<double, 16, 3> U = element_nodes(mesh, nodal, i, j);
-        for (const double b : station)
-          values.push_back(strains<double>(numbers, U, i, j, a, b, section_turn(mesh, i, j, U, a)));
-      }
+    for (const double a : station) {
+      if (i == mesh.fold_line()) continue;
+      const std::vector<Strains> across = strains_across<double>(
+          numbers, i, a, [&](int j) { return element_nodes(mesh, nodal, i, j); },
+          [&](int j, const auto& U) { return section_turn(mesh, i, j, U, a); });
+      values.insert(values.end(), across.begin(), across.end());
+    }
   return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
           fold_split(mesh.shape())};
 }
@@ -138,12 +168,19 @@ Strains StrainField::at(double x, double y) const {
 MovingStations moving_stations(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal,
                                const StressRate& rate) {
   const MeshNumbers<Dual1> numbers(mesh.shape(), rate.shape);
-  const auto strains_at = [&mesh, &nodal, &rate, numbers](int x, int y) {
-    const int i = x / 2 + (mesh.fold_line() >= 0 && x / 2 >= mesh.fold_line() ? 1 : 0), j = y / 2;
-    const Eigen::Matrix<Dual1, 16, 3> U =
-        moving(element_nodes(mesh, nodal, i, j), element_nodes(mesh, rate.nodal, i, j));
+  std::map<int, std::vector<StrainsT<Dual1>>> known;
+  const auto strains_at = [&mesh, &nodal, &rate, numbers, known](int x, int y) mutable {
+    std::vector<StrainsT<Dual1>>& across = known[x];
+    if (!across.empty()) return across[static_cast<std::size_t>(y)];
+    const int i = x / 2 + (mesh.fold_line() >= 0 && x / 2 >= mesh.fold_line() ? 1 : 0);
     const double a = station[x % 2];
-    return strains<Dual1>(numbers, U, i, j, a, station[y % 2], section_turn(numbers, i, j, U, a));
+    across = strains_across<Dual1>(
+        numbers, i, a,
+        [&](int j) {
+          return moving(element_nodes(mesh, nodal, i, j), element_nodes(mesh, rate.nodal, i, j));
+        },
+        [&](int j, const auto& U) { return section_turn(numbers, i, j, U, a); });
+    return across[static_cast<std::size_t>(y)];
   };
   return {gauss_stations(numbers.x), gauss_stations(mesh.y()), strains_at};
 }

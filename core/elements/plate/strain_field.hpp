@@ -53,6 +53,14 @@ class StrainField {
   FoldSplit split_;
 };
 
+/// Share of the bending moment in the plane that belongs to r,xx of a strip, and that clamps, which
+/// leave r,xx free, give to the stretching: (E18) of core/elements/README.md.
+template <class S>
+S line_share(const S& thickness, const S& width, const S& poissons_ratio) {
+  const S ratio = thickness / width, square = poissons_ratio * poissons_ratio;
+  return ratio * ratio * (1.0 + square) / (1.0 - square);
+}
+
 /// The strains of a plate at the 2 × 2 Gauss stations of every element.
 StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>& nodal);
 

@@ -33,6 +33,8 @@ class StrainExpansion {
     MatrixXd rows(places_.rows(), size);
     const int n = mesh_.functions_per_line();
     const int stations = places_.stations_along() * places_.half_across();
+    const PlateShape& shape = mesh_.shape();
+    const double line = line_share(shape.thickness, shape.width, shape.poissons_ratio);
     Eigen::Matrix<double, 5, 16> operators;
     MatrixXd U(16, 3 * size), D(5, 3 * size);
     const auto derivative = [&D](int d) {
@@ -45,7 +47,8 @@ class StrainExpansion {
       const int i = s / 2;
       const double hx = mesh_.x()[i + 1] - mesh_.x()[i];
       const HermiteValues X = hermite(station[s % 2], hx);
-      for (int t = 0; t < places_.half_across(); ++t) {
+      Series shear_slope = Series::constant(0);  // (E18)
+      for (int t = 0; t < 2 * places_.half_across(); ++t) {
         const int j = t / 2;
         const double hy = mesh_.y()[j + 1] - mesh_.y()[j];
         const HermiteValues Y = hermite(station[t % 2], hy);
@@ -60,9 +63,17 @@ class StrainExpansion {
           for (int c = 0; c < 3; ++c)
             U.block<8, size>(8 * p, c * size) = nodal.middleRows<8>((3 * (i + p) + c) * n + 4 * j);
         D.noalias() = operators * U;
-        put_strains(derivative(0), derivative(1), derivative(2), derivative(3), derivative(4),
-                    s + t * places_.stations_along(), stations, rows);
+        const Vector a1 = derivative(0), a2 = derivative(1), r11 = derivative(2),
+                     r12 = derivative(4);
+        shear_slope = shear_slope + (dot(r11, a2) + dot(a1, r12)) * (0.5 * hy / shape.width);
+        if (t < places_.half_across())
+          put_strains(a1, a2, r11, derivative(3), r12, s + t * places_.stations_along(), stations,
+                      rows);
       }
+      for (int t = 0; t < places_.half_across(); ++t)
+        for (int k = 0; k < size; ++k)
+          rows(s + t * places_.stations_along(), k) -=
+              line * places_.y[static_cast<std::size_t>(t)] * shear_slope[k];
     }
     int row = places_.strain_rows();
     for (int i = 0; i < mesh_.lines(); ++i)

@@ -55,8 +55,8 @@ double error_over_difference(int elements, int more) {
   return 1 / (1 - std::pow(ratio, -order));
 }
 
-/// What the theory of leaves with steep profiles is off by: drives bend leaves, all other loads may
-/// stretch, shear and twist them. (S33)
+/// What the theory is off by: drives bend leaves, all other loads may stretch, shear and twist
+/// them. (S33), (S36)
 double error_of(const EstimatedError& number, const ProfileError& theory) {
   if (number.kind == ErrorKind::load || number.kind == ErrorKind::stress) return theory.bending;
   if (number.kind == ErrorKind::frequency) return 0.5 * theory.rotation;
@@ -312,8 +312,11 @@ StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full) {
   return errors;
 }
 
-MechanismScale scale_of(const Mechanism& mechanism) {
+MechanismScale scale_of(const Mechanism& mechanism, const ModelOptions& model) {
   MechanismScale scale{.length = longest_leaf(mechanism), .theory = profile_error(mechanism)};
+  const double narrow = narrow_plate_error(mechanism, model);
+  for (double* error : {&scale.theory.bending, &scale.theory.translation, &scale.theory.rotation})
+    *error += narrow;
   for (const LeafSpring& leaf : mechanism.leaves) {
     const double modulus = leaf.material.youngs_modulus;
     scale.modulus = std::max(scale.modulus, modulus);
@@ -340,7 +343,7 @@ StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& mod
     full.mesh = mesh;
     return std::make_shared<const StrokeResponse>(evaluate_stroke(mechanism, full, asked));
   };
-  FullPaths full{.mesh = model.mesh, .scale = scale_of(mechanism)};
+  FullPaths full{.mesh = model.mesh, .scale = scale_of(mechanism, model)};
   full.own = model.accuracy == Accuracy::reduced ? with_mesh(model.mesh)
                                                  : std::make_shared<const StrokeResponse>(response);
   full.along = with_mesh(more_along(model.mesh));

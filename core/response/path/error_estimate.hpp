@@ -14,7 +14,8 @@
 
 namespace flexopt {
 
-// What the theory of beams and plates is off by where the thickness of a leaf varies steeply.
+// What the theory of beams and plates is off by where the thickness of a leaf varies steeply, and
+// that of plates where a leaf is narrow.
 
 /// Relative errors against solids, those of the steepest leaf; zero without such leaves.
 struct ProfileError {
@@ -32,6 +33,14 @@ struct ProfileError {
 ///
 /// of core/response/README.md, with factors from notches of solid elements.
 ProfileError profile_error(const Mechanism& mechanism);
+
+/// What the narrowest plate is off by against a moment in its plane, relative to beams, t/w
+/// being that of its mean sizes; zero without plates:
+///
+///     0.7 (3 − 2ν + 3ν²)/(1 − ν²) max((t/w)² − ¼, 0) + (0.012 + 1.15 ν²) (t/w)⁴ (S36)
+///
+/// The first term is what (E9) of core/elements/README.md no longer takes back.
+double narrow_plate_error(const Mechanism& mechanism, const ModelOptions& model);
 
 /// The mesh with √2 times the elements along, and across: 14 × 4 and 10 × 6 of 10 × 4.
 std::array<int, 2> more_along(const std::array<int, 2>& mesh);
@@ -58,9 +67,9 @@ struct MechanismScale {
   double force = 0;               ///< largest E w t of a leaf [N]
   double modulus = 0;             ///< largest E of a leaf [Pa]
   std::set<std::string> moments;  ///< names of the drive loads that are moments
-  ProfileError theory;
+  ProfileError theory;            ///< with narrow_plate_error
 };
-MechanismScale scale_of(const Mechanism& mechanism);
+MechanismScale scale_of(const Mechanism& mechanism, const ModelOptions& model);
 
 /// Request of a path from which errors can be estimated.
 StrokeRequest estimate_request(StrokeRequest request);

@@ -21,7 +21,7 @@ class Paths {
       : mechanism_(&mechanism),
         model_(&model),
         across_(has_elements_across(mechanism, model)),
-        scale_(scale_of(mechanism)) {
+        scale_(scale_of(mechanism, model)) {
     for (const StrokeRequest& request : requests) requests_.push_back(estimate_request(request));
   }
 
@@ -246,6 +246,8 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
     const LargestError error = largest_but(errors, aside);
     if (error.relative <= tolerance) {
       why = "more elements do not lessen these errors";
+      if (narrow_plate_error(mechanism, model) > tolerance)
+        why += ", which are those of plates in narrow leaves; take beams (\"flexure\": \"beam\")";
       break;
     }
     const auto next = next_mesh(paths, accuracy, mesh, error, tolerance);

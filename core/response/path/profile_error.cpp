@@ -38,4 +38,19 @@ ProfileError profile_error(const Mechanism& mechanism) {
   return largest;
 }
 
+double narrow_plate_error(const Mechanism& mechanism, const ModelOptions& model) {
+  double largest = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) {
+    if (flexure_of(leaf, model) != Flexure::plate) continue;
+    const double nu = leaf.material.poissons_ratio, square = nu * nu,
+                 ratio = leaf.thickness * profile_mean(leaf.thickness_profile) /
+                         (leaf.width * profile_mean(leaf.width_profile)),
+                 r = ratio * ratio;
+    largest =
+        std::max(largest, 0.7 * (3 - 2 * nu + 3 * square) / (1 - square) * std::max(r - 0.25, 0.0) +
+                              (0.012 + 1.15 * square) * r * r);
+  }
+  return largest;
+}
+
 }  // namespace flexopt

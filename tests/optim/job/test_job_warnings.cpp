@@ -104,6 +104,29 @@ TEST_CASE("strips that are far wider than long, and thin, are told to be notches
             .empty());
 }
 
+TEST_CASE("a slender leaf that its drive twists wants a finer mesh, unless the job has a model") {
+  const auto told = [](double width, const char* direction, const char* model) {
+    json document = patched(R"({"loads": null, "model": null, "stroke": {"from": 0, "to": 1e-3}})");
+    document["design"] = {{"material", "stavax"},
+                          {"parameters", json::object()},
+                          {"mechanism", json::parse(R"({"flexopt_design": 1, "name": "bar",
+             "bodies": [{"name": "end_effector", "at": [0.08, 0, 0]}],
+             "leaves": [{"name": "leaf", "base": {"body": "ground", "at": [0, 0, 0]},
+                         "tip": {"body": "end_effector", "at": [0.08, 0, 0]},
+                         "across": [0, 0, 1], "thickness": 3e-4}]})")}};
+    document["design"]["mechanism"]["leaves"][0]["width"] = width;
+    document["design"]["mechanism"]["drive"] = {{"direction", direction}};
+    if (*model) document["model"] = json::parse(model);
+    const std::vector<std::string> notes = parse_job(document).notes;
+    return notes.empty() ? "" : notes.front();
+  };
+  CHECK_THAT(told(0.008, "rx", ""), StartsWith("/model = nothing (leaf): rx twists the leaf") &&
+                                        Contains("12 x 5") && Contains("[24, 10]"));
+  CHECK(told(0.008, "rx", R"({"estimate": true})").empty());
+  CHECK(told(0.008, "rz", "").empty());
+  CHECK(told(0.03, "rx", "").empty());
+}
+
 TEST_CASE(
     "frequencies without any mass but the leaves' are told, unless it is written to be zero") {
   CHECK_THAT(note(R"({"end_effector": null})"), StartsWith("/end_effector/mass = nothing: "));

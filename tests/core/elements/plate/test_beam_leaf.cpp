@@ -286,6 +286,36 @@ TEST_CASE("the largest stress of a beam is that of the section formulas") {
         Approx(1.5 * steel.youngs_modulus * t * 1e-5 / (L * L)).epsilon(1e-3));
 }
 
+TEST_CASE("beams of any width bear moment, force and twist with the stress of their section") {
+  // (B3): statics, whatever the sheared layer at the clamps and the mesh make of the curvature
+  const double L = 0.05, t = 5e-4;
+  const Material steel = models::steel();
+  for (const double ratio : {1.1, 1.5, 2.0, 3.0, 10.0}) {
+    const double w = ratio * t, small = 1e-6;
+    for (const int along : {6, 12, 40}) {
+      CAPTURE(ratio, along);
+      const auto point = [&](Direction drive, Warping warping = Warping::clamped) {
+        return test::evaluated(models::single_leaf(L, w, t, drive), beam_model(along, warping),
+                               {.points = {small}})
+            .path[0];
+      };
+      const PathPoint in_plane = point(Direction::ry), across = point(Direction::uz),
+                      normal = point(Direction::rz), along_it = point(Direction::ux),
+                      twisted = point(Direction::rx, Warping::free);
+      CHECK(in_plane.max_stress->value ==
+            Approx(std::abs(in_plane.drive_load) * 6 / (t * w * w)).epsilon(5e-4));
+      CHECK(across.max_stress->value ==
+            Approx(across.drive_load * L * 6 / (t * w * w)).epsilon(5e-4));
+      CHECK(normal.max_stress->value ==
+            Approx(steel.youngs_modulus * t / 2 * small / L).epsilon(5e-4));
+      CHECK(along_it.max_stress->value == Approx(steel.youngs_modulus * small / L).epsilon(5e-4));
+      CHECK(twisted.max_stress->value == Approx(std::sqrt(3.0) * steel.shear_modulus() * small / L *
+                                                t * torsion_stress_factor(w, t, 0.0))
+                                             .epsilon(1e-3));
+    }
+  }
+}
+
 TEST_CASE("ten elements along are as good as forty: guided to 0.3 L, turned to 45°") {
   for (const double w : {0.01, 0.03, 0.06})
     for (const Direction drive : {Direction::uy, Direction::rz}) {

@@ -2,6 +2,7 @@
 
 #include "core/mechanism/profile.hpp"
 #include "core/response/path/error_estimate.hpp"
+#include "core/response/path/model_choice.hpp"
 #include "support/strokes.hpp"
 
 using namespace flexopt;
@@ -76,6 +77,35 @@ TEST_CASE("uniform and gently tapered leaves keep the theory's limit") {
   LeafSpring tapered = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4);
   tapered.thickness_profile = {1.3, 0.7};
   CHECK(profile_error(of(tapered)).rotation < 1e-4);
+}
+
+TEST_CASE("what a narrow plate is off by against a moment in its plane is below what is told") {
+  const ModelOptions plate{.accuracy = Accuracy::full},
+      beam{.accuracy = Accuracy::full, .flexure = Flexure::beam};
+  for (const double ratio : {1.75, 1.9, 2.0, 2.5, 3.0, 4.0}) {
+    const Mechanism m = models::single_leaf(0.05, ratio * 5e-4, 5e-4, Direction::ry);
+    const auto load = [&](const ModelOptions& model) {
+      return test::evaluated(m, model, {.points = {2e-3}}).path[0].drive_load;
+    };
+    const double off = std::abs(load(plate) / load(beam) - 1), told = narrow_plate_error(m, plate);
+    CAPTURE(ratio, off, told);
+    CHECK(off <= told);
+    if (ratio < 2) CHECK(told <= 1.6 * off);
+    CHECK(narrow_plate_error(m, beam) == 0);
+  }
+  CHECK(narrow_plate_error(of(models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4)), plate) < 1e-7);
+}
+
+TEST_CASE("the choice of a model says where plates are too narrow, and what to take") {
+  const Mechanism m = models::single_leaf(0.05, 7.5e-4, 5e-4, Direction::ry);
+  const StrokeRequest request{.points = {0.01},
+                              .outputs = {Output::equilibrium, Output::stiffness}};
+  const ChosenModel chosen = choose_model(m, {}, {request}, 3e-3, {});
+  CHECK_FALSE(chosen.met);
+  CHECK(chosen.message.find("take beams") != std::string::npos);
+  CHECK(
+      choose_model(m, {.flexure = Flexure::beam}, {request}, 3e-3, {}).message.find("take beams") ==
+      std::string::npos);
 }
 
 TEST_CASE("the error of the theory is part of every estimate of a notch and of its sum") {
