@@ -337,6 +337,8 @@ NextJob next_job(const FoundDesign& found, bool optimise) {
   if (!optimise) return next;
   next.job["optimise"] = first_goals(StartDesign(parse_job(next.job).design));
   next.job["job"] = "optimise";
+  if (next.job.value("frequencies", 0) == 0) next.job["frequencies"] = 6;
+  parse_job(next.job);  // throws where there is nothing to vary
   return next;
 }
 

@@ -257,7 +257,8 @@ void print_run(const WrittenRun& written, const std::string& folder, const RunRe
   }
   if (record->optimum) json["optimum"] = optimum_json(result.at("optimum"));
   if (record->tolerances)
-    json["tolerances"] = picked(result.at("tolerances"), {"message", "goals", "room", "yield", "widest"});
+    json["tolerances"] =
+        picked(result.at("tolerances"), {"message", "goals", "room", "yield", "widest"});
   if (record->assembly)
     json["assembly_tolerances"] =
         picked(result.at("assembly_tolerances"), {"message", "worst_case", "critical"});

@@ -220,7 +220,8 @@ class Forms {
   /// Whether a joint ties both bodies, so that they meet there.
   bool tied(int body, int other) const {
     return std::ranges::any_of(mechanism_->joints, [&](const Joint& joint) {
-      return std::minmax(joint.body, joint.other) == std::minmax(body, other);
+      return !is_held(joint.type) &&
+             std::minmax(joint.body, joint.other) == std::minmax(body, other);
     });
   }
 

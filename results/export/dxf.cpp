@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -213,6 +214,8 @@ ContourAnswer contour_of(const Exported& exported, const PathPoint* point, const
                          const Plane& plane, double beside) {
   const Mechanism& mechanism = exported.mechanism;
   if (std::string why = why_not_one_plate(mechanism, along); !why.empty()) return {{}, why};
+  if (const auto names = joints_and_springs(mechanism); !names.empty())
+    return {{}, fmt::format("{} is no part of one plate", fmt::join(names, ", "))};
   const double fillet = exported.request.stress.fillet.value_or(0);
   std::vector<PlanarPart> parts(1);
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)

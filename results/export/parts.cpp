@@ -12,6 +12,15 @@
 
 namespace flexopt {
 
+std::vector<std::string> joints_and_springs(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const Joint& joint : mechanism.joints)
+    if (!is_held(joint.type) && joint.type != JointType::rigid)
+      names.push_back("joint " + joint.name);
+  for (const Spring& spring : mechanism.springs) names.push_back("spring " + spring.name);
+  return names;
+}
+
 namespace {
 
 /// A place with points all around it, so that the hull of several is round.

@@ -174,18 +174,6 @@ step::Product body_product(const Mechanism& mechanism, const PathPoint* point,
   return made;
 }
 
-/// What one solid cannot be: joints and springs.
-void expect_one_piece(const Mechanism& mechanism) {
-  std::vector<std::string> names;
-  for (const Joint& joint : mechanism.joints)
-    if (!is_held(joint.type) && joint.type != JointType::rigid)
-      names.push_back("joint " + joint.name);
-  for (const Spring& spring : mechanism.springs) names.push_back("spring " + spring.name);
-  if (!names.empty())
-    throw SpecError("--monolithic", fmt::format("{}", fmt::join(names, ", ")),
-                    "one solid has no joints and no springs");
-}
-
 std::string written(const step::Document& document) {
   const PartFunction write = part_function("flexopt_step.so", "flexopt_write_step");
   if (!write.address)
@@ -205,7 +193,9 @@ std::string written(const step::Document& document) {
 
 StepFile step_file(const Exported& exported, const PathPoint* point, bool monolithic) {
   const Mechanism& mechanism = exported.mechanism;
-  if (monolithic) expect_one_piece(mechanism);
+  if (const auto names = joints_and_springs(mechanism); monolithic && !names.empty())
+    throw SpecError("--monolithic", fmt::format("{}", fmt::join(names, ", ")),
+                    "one solid has no joints and no springs");
   StepFile file;
   step::Document document{.name = exported.name,
                           .origin = "flexopt " + std::string(version()),

@@ -173,7 +173,10 @@ OrderedJson make_listed_result(const Job& job, const std::vector<OrderedJson>& r
     add_designs(job, results, whole);
   if (whole["status"] != "ok" || !job.optimise)  // else that of the best design
     whole["verdict"] = verdict_json(verdict_of(whole["status"], whole["message"]));
-  whole["verdict"]["text"] = whole["message"];
+  std::string text = whole["message"];
+  if (whole["status"] == "ok" && job.optimise && whole["verdict"]["tone"] != "good")
+    text += " The best of them: " + whole["verdict"]["text"].get<std::string>();
+  whole["verdict"]["text"] = text;
   whole["job"] = Json(document_of(job));
   whole["notes"] = job.notes;
   return whole;
