@@ -194,6 +194,7 @@ void PlanReader::read_lets() {
     if (ready == open.end()) {
       std::vector<std::string> circle;
       for (const auto& [name, from] : open) circle.push_back(name);
+      lost_.insert(circle.begin(), circle.end());
       faults_.add(Pointer("/let") / circle.front(), shown(open.begin()->second),
                   fmt::format("these need each other in a circle: {}", fmt::join(circle, ", ")));
       return;

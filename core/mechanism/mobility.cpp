@@ -269,8 +269,8 @@ Mobility mobility(const Mechanism& mechanism) {
   return result;
 }
 
-// One pass finds what each drive alone would: the independent conditions make any other in one way
-// only, which therefore has no other drive where leaves and joints suffice.
+// All drives are tried at once: a dependent condition is a sum of the independent ones in one way
+// only, so that the sum for a drive that leaves and joints hold contains no other drive.
 std::vector<HeldDrive> held_drives(const Mechanism& mechanism) {
   constexpr double nothing = 1e-6;
   Mechanism holding = mechanism;

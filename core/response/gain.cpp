@@ -33,10 +33,13 @@ QuantityRow motion_row(std::string name, std::string label, std::string meaning)
 }  // namespace
 
 std::optional<int> output_of(const Drive& drive, const Vector6d& motion) {
-  constexpr double rounding = 1e-9;
+  constexpr double rounding = 1e-9, alike = 1e-6;
   const int first = is_rotation(drive.direction) ? 3 : 0;
-  int largest = 0;
-  if (!(motion.segment<3>(first).cwiseAbs().maxCoeff(&largest) > rounding)) return std::nullopt;
+  const Vector3d sizes = motion.segment<3>(first).cwiseAbs();
+  int largest = 0;  // the first of axes that rounding alone tells apart
+  for (int k = 1; k < 3; ++k)
+    if (sizes[k] > (1 + alike) * sizes[largest]) largest = k;
+  if (!(sizes[largest] > rounding)) return std::nullopt;
   return first + largest;
 }
 

@@ -107,10 +107,12 @@ std::vector<std::string> with_design_of(const FoundDesign& found, const Job& job
         !is_set(place_of(name), overrides))
       all.push_back(fmt::format("{}={}", place_of(name).to_string(), value.dump()));
   };
-  for (const auto& [name, value] : found.job["design"]["parameters"].items())
+  const json& own = found.job["design"]["parameters"];
+  for (const auto& [name, value] : own.items())
     if (value.is_object()) take(name, value);
   if (all.size() > overrides.size())
-    for (const auto& [name, value] : found.parameters) take(name, value);
+    for (const auto& [name, value] : found.parameters)
+      if (!own.contains(name) || !own[name].is_object()) take(name, value);
   return all;
 }
 

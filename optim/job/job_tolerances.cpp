@@ -180,7 +180,7 @@ std::vector<Tolerance> EntryReader::read(const std::string& name, json& entry) c
                                   find_parameter(family_, own)->unit));
     tolerance.terms.push_back({own, factor.get<double>() * size, relative});
   }
-  add_width_of_wire(tolerance);
+  if (!entry.contains("each")) add_width_of_wire(tolerance);  // that of one wire follows by itself
   check_range(tolerance, written, at_size);
   if (!relative) entry["plus_minus"] = size;
   if (entry.contains("each")) return leaf_by_leaf(tolerance, at);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -227,6 +228,12 @@ void look_at_strips(Looked& at) {
   }
 }
 
+bool holds(const LeafSpring& leaf, const Drive& drive) {
+  return std::ranges::any_of(std::array{leaf.base, leaf.tip}, [&](int body) {
+    return body != ground && (body == drive.body || body == drive.other);
+  });
+}
+
 /// Slender plates that a drive twists, in a job that leaves the mesh to the program: the warping of
 /// their ends dies out over w/4.
 void look_at_twisted_leaves(Looked& at) {
@@ -235,8 +242,8 @@ void look_at_twisted_leaves(Looked& at) {
   for (const Drive& drive : at.mechanism.drives)
     for (const LeafSpring& leaf : at.mechanism.leaves) {
       if (!is_rotation(drive.direction) || leaf.section == Section::circular || leaf.fold ||
-          leaf.length < slender * leaf.width ||
-          std::abs(leaf.axes(index(drive.direction) % 3, 0)) < 0.7)
+          leaf.length < slender * leaf.width || !holds(leaf, drive) ||
+          std::abs(leaf.axes.col(0).dot(drive.axes.col(index(drive.direction) % 3))) < 0.7)
         continue;
       at.warn({"/model",
                "nothing",

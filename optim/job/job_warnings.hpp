@@ -10,7 +10,7 @@ namespace flexopt {
 
 /// A sentence for each thing that is odd: JSON pointer, value with unit, why it is odd, and what is
 /// probably meant. They change no number and no status. `mechanism`: of the job, at its own
-/// parameters; empty where its geometry is not known. `written`: the job as its file has it.
+/// parameters. `written`: the job as its file has it.
 std::vector<std::string> warnings_of(const Job& job, const Mechanism& mechanism,
                                      const nlohmann::json& written);
 

@@ -44,7 +44,7 @@ std::optional<double> value_of_nothing(const PathPoint& point, const std::string
   const CriticalLoad& load =
       quantity == "buckling.drive_free" ? point.buckling->drive_free : point.buckling->drive_locked;
   const bool asked = quantity == "buckling_load_factor" || quantity.starts_with("buckling.");
-  const bool never = load.none || load.factor.value_or(0) < 0;
+  const bool never = load.at_least || load.none || load.factor.value_or(0) < 0;
   return asked && never ? std::optional(load.at_least.value_or(no_critical_factor)) : std::nullopt;
 }
 

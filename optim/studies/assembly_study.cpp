@@ -53,7 +53,9 @@ class Box {
   int size() const { return box_.size(); }
   int evaluations() const { return evaluations_; }
   bool spent() const { return evaluations_ >= spec_.max_paths.value_or(evaluations_ + 1); }
-  std::string limit() const { return fmt::format("ended by its limit of {} paths", evaluations_); }
+  std::string limit() const {
+    return fmt::format("ended by its limit of {} paths", spec_.max_paths.value_or(0));
+  }
   std::vector<AssemblyError> errors(const VectorXd& z) const { return box_.errors(z); }
   /// Index of the named load case; of all where there is no name.
   std::vector<std::size_t> cases_named(const std::string& name = "") const;
@@ -305,7 +307,8 @@ std::pair<double, Reading> end_along(Box& box, const Read& of, const VectorXd& z
     high = std::min(growth * high, largest);
     at_high = box.read(z, high, of);
   }
-  if (!beyond(at_high)) return {box.spent() ? low : largest, {.what = box.limit()}};
+  if (!beyond(at_high))
+    return {box.spent() ? low : largest, {.what = box.spent() ? box.limit() : ""}};
   double below = at_low.ok ? at_low.value : 0;
   double above = at_high.ok ? at_high.value : 0;
   int last = 0;
@@ -375,9 +378,10 @@ int most_paths(const Job& job) {
   const int start = 2 + 2 * sides + most_steps * (1 + 2 * sides);
   const int searches =
       static_cast<int>(spec.quantities.size()) + (spec.wants_critical() ? most_rounds : 0);
-  const int paths =
-      cases * (1 + searches * (spec.starts * start + (sides <= few_sides ? 1 << sides : 0)));
-  return std::min(paths, spec.max_paths.value_or(paths));
+  const double paths =
+      cases * (1 + searches * (1.0 * spec.starts * start + (sides <= few_sides ? 1 << sides : 0)));
+  constexpr int countable = 1'000'000'000;
+  return static_cast<int>(std::min<double>(paths, spec.max_paths.value_or(countable)));
 }
 
 AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,

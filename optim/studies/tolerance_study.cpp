@@ -172,7 +172,7 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
 }
 
 void Study::allow(const DesignValues& values, ToleranceReport& report) const {
-  // by differences: goals then have as many values as here
+  // without exact gradients a goal has one value for each point, as the readings here have
   const Scales scales = DesignProblem(job_, {evaluate_stroke, by_differences}).scales(&values);
   for (std::size_t g = 1; g < goals_.size(); ++g)
     report.goals[g].allowed = job_.optimise->constraint_tolerance * scales.of(g);
@@ -363,7 +363,8 @@ LinearGoal linear_goal(const Goal& goal, const GoalValues& values, const MatrixX
 std::optional<double> room_of(const Goal& goal, const GoalValues& values, const MatrixXd& slopes,
                               const std::optional<double>& min, const std::optional<double>& max,
                               double allowance) {
-  constexpr double rounding = 1e-9;  // of the allowance: what moves a value by less does not
+  constexpr double rounding =
+      1e-9;  // of the allowance: a deviation that moves a value by less counts as none
   std::optional<double> room;
   const auto take = [&](double distance, double size) {
     if (distance < -allowance) room = 0;

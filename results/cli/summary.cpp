@@ -163,7 +163,7 @@ std::string tolerated_lines(const RunRecord& record, const DriveList& drives) {
     const QuantityRow& row = *std::ranges::find(known, q->name, &Quantity::name)->row;
     if (row.in_summary == SummaryLine::none && row.name != "displacement" && row.name != "rotation")
       continue;
-    const std::string& of_case = cases_of(record.job)[q->load_case].name;
+    const std::string of_case = cases_of(record.job)[q->load_case].name;
     text += tolerated_line(
         fmt::format("{}, {}point {}", q->name, of_case.empty() ? "" : of_case + " ", q->point),
         q->number, quantity_unit(q->name, drives), entries);

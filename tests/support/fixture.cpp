@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/math/rotation.hpp"
+#include "core/response/gain.hpp"
 #include "support/models.hpp"
 
 namespace flexopt::test {
@@ -87,6 +88,7 @@ PathPoint point_at(double stroke, const Mechanism& mechanism) {
   p.compliance_free(0, 5) = p.compliance_free(5, 0) = 1e-4 * stroke;
   p.compliance_free(5, 5) = 1 / drive;
   p.drive_stiffness = drive;
+  set_gain(mechanism, p.compliance_free.col(5) * drive, p);
   const double f1 = 214 / std::sqrt(1 + 8 * q), leaf_mode = 290 - 60 * q;
   const double driven = std::sqrt(drive / 1e-3) / (2 * std::numbers::pi);
   p.modes_locked = {{f1, ModeKind::end_effector, 0, 0.98, 0, 0.02},

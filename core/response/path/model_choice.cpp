@@ -246,7 +246,10 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
     const LargestError error = largest_but(errors, aside);
     if (error.relative <= tolerance) {
       why = "more elements do not lessen these errors";
-      if (narrow_plate_error(mechanism, model) > tolerance)
+      ModelOptions beams = model;
+      beams.flexure = Flexure::beam;  // folded leaves are plates all the same
+      if (narrow_plate_error(mechanism, model) > tolerance &&
+          narrow_plate_error(mechanism, beams) <= tolerance)
         why += ", which are those of plates in narrow leaves; take beams (\"flexure\": \"beam\")";
       break;
     }

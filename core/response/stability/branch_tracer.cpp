@@ -13,7 +13,7 @@ namespace flexopt {
 namespace {
 
 constexpr int most_states = 60;
-// The last step ends so far beyond the bound, over it.
+// The last step aims at this multiple of the bound, so that it ends beyond it in spite of rounding.
 constexpr double past_bound = 1 + 1e-6;
 // Change of the factor without a critical state that is believed where the states are spent.
 constexpr double enough = 10;

@@ -75,7 +75,7 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
     result.load.reason = "a singular tangent is not confirmed: " + trial.doubt;
   };
   follow(1);
-  const double followed = branch.factor();
+  const bool to_largest = result.load.none && branch.factor() >= largest;
   if (!result.load.factor && stable) {
     const std::string reason = result.load.reason;
     const bool none = result.load.none;
@@ -88,8 +88,7 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
       result.load.reason = reason + "; " + result.load.reason;
     }
   }
-  if (stable && result.load.factor.value_or(-1) < 0 && followed >= largest)
-    result.load.at_least = largest;
+  if (stable && result.load.factor.value_or(-1) < 0 && to_largest) result.load.at_least = largest;
   if (stable) result.load.linearised = ahead ? ahead : behind;
   return result;
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int most_vectors = 60;        // of a Krylov space
 constexpr double enough_digits = 1e-6;  // of a root that a step is made by
-constexpr int exact_vectors = 4;        // of either sign whose forms are computed exactly
+constexpr int exact_vectors = 4;  // at each end that is wanted, whose forms are computed exactly
 
 // No force on what is held, and nothing in the rows of conditions (joints, drives, material
 // points): answers that keep them alone have a positive product with K.

@@ -44,7 +44,6 @@ TEST_CASE("a number of a material in a wrong unit is told with the unit that it 
         "/design/material/youngs_modulus = 210 MPa: stiff solids have 300 MPa to 1300 GPa; "
         "probably meant: 210 GPa.");
   CHECK_THAT(material("youngs_modulus", "210 Pa"), Contains("meant: 210 GPa"));
-  CHECK_THAT(material("youngs_modulus", "210000 GPa"), Contains("meant: 210 GPa"));
   CHECK_THAT(material("density", "7.8 kg/m^3"), Contains("meant: 7800 kg/m^3"));
   CHECK_THAT(material("yield_strength", "1400 Pa"), Contains("meant: 1.4 GPa"));
   CHECK_THAT(material("allowable_stress", "600 GPa"), Contains("meant: 600 MPa"));

@@ -19,7 +19,7 @@ json document() {
         "s_n_curve": {"coefficient": 1.758e9, "exponent": -0.0977, "knee": 1e6}}},
     "end_effector": {"mass": 0.5, "inertia": [4e-4, 4e-4, 4e-4], "center_of_mass": [0.02, 0.005, 0]},
     "loads": [{"name": "payload", "force": [-5, 0, 0]}],
-    "buckling": {"load": "payload"},
+    "buckling": {"load": "payload", "largest_factor": 1e4},
     "load_capacity": {"directions":
       ["ux", "uz", "rx", "ry", "rz", "-ux", "-uz", "-rx", "-ry", "-rz"]},
     "dynamics": {"transmissibility": {"direction": "uz", "from": 10, "to": 400}},

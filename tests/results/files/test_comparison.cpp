@@ -86,7 +86,7 @@ TEST_CASE("Every quantity of the table can be compared, and stands in all files"
     "ultimate_strength": 1.7e9, "endurance_limit": 5e8,
     "s_n_curve": {"coefficient": 1.758e9, "exponent": -0.0977, "knee": 1e6}})");
   document["loads"] = json::parse(R"([{"name": "payload", "force": [-5, 0, 0]}])");
-  document["buckling"] = {{"load", "payload"}};
+  document["buckling"] = {{"load", "payload"}, {"largest_factor", 1e4}};
   document["load_capacity"] = {{"directions", {"-ux", "uz"}}};
   document["dynamics"] =
       json::parse(R"({"transmissibility": {"direction": "uz", "from": 10, "to": 400}})");
