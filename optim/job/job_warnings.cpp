@@ -234,13 +234,27 @@ bool holds(const LeafSpring& leaf, const Drive& drive) {
   });
 }
 
-/// Slender plates that a drive twists, in a job that leaves the mesh to the program: the warping of
-/// their ends dies out over w/4.
+/// Largest stroke of a drive, whichever way.
+double largest_stroke(const Looked& at, std::size_t drive) {
+  double largest = 0;
+  for (std::size_t p = 0; p < at.job.request.points.size(); ++p)
+    largest =
+        std::max(largest, std::abs(at.job.request.strokes_at(
+                              p, at.mechanism.drives.size())[static_cast<Eigen::Index>(drive)]));
+  return largest;
+}
+
+/// Slender plates that a drive twists so far that it counts for their stress, in a job that leaves
+/// the mesh to the program: the warping of their ends dies out over w/4.
 void look_at_twisted_leaves(Looked& at) {
-  constexpr double slender = 4;
+  constexpr double slender = 4, counts = 0.1;  // of the allowable stress, by free torsion
   if (at.says("/model")) return;
-  for (const Drive& drive : at.mechanism.drives)
+  for (std::size_t k = 0; k < at.mechanism.drives.size(); ++k)
     for (const LeafSpring& leaf : at.mechanism.leaves) {
+      const Drive& drive = at.mechanism.drives[k];
+      const double stress =
+          leaf.material.shear_modulus() * leaf.thickness * largest_stroke(at, k) / leaf.length;
+      if (stress < counts * leaf.material.allowable_stress.value_or(0)) continue;
       if (!is_rotation(drive.direction) || leaf.section == Section::circular || leaf.fold ||
           leaf.length < slender * leaf.width || !holds(leaf, drive) ||
           std::abs(leaf.axes.col(0).dot(drive.axes.col(index(drive.direction) % 3))) < 0.7)
