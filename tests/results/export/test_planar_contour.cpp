@@ -69,7 +69,7 @@ TEST_CASE("A start is in its hole, also in one with acute corners") {
   }
 }
 
-TEST_CASE("Rooms are cut from ribs alone; what falls apart has no contour") {
+TEST_CASE("Rooms are cut from ribs alone, and what falls apart has no contour") {
   std::vector<PlanarPart> parts{
       {.shapes = {box(0, 0, 1, 4)}, .cut = {box(0, 0, 10, 4)}, .rooms = {box(0, 1, 8, 2)}}};
   const ContourAnswer answer = planar_contour(parts, 0);
