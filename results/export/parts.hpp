@@ -12,7 +12,8 @@
 
 namespace flexopt {
 
-/// Names of the joints that move and of the springs: no solid, and no plate, is one piece with them.
+/// Names of the joints that move and of the springs: no solid, and no plate, is one piece with
+/// them.
 std::vector<std::string> joints_and_springs(const Mechanism& mechanism);
 
 // Leaves with their thickness as every drawing of them takes them: a grid on the middle surface and
