@@ -70,8 +70,7 @@ struct FlatSize {
 template <class S>
 struct FlatLeaf {
   std::string name;
-  std::string
-      whole;  ///< name of the leaf in the design file, which consists of pieces if reinforced
+  std::string whole;  ///< name of the leaf in the design file, of which this may be a piece
   ItemSource source;
   int base = ground, tip = ground;  ///< bodies; free_edge
   Vector3<S> base_at, tip_at, across;

@@ -195,8 +195,8 @@ struct PathPoint {
   /// numbers [m/m, rad/m, m/rad, rad/rad]; none of a drive of the end-effector along a global axis,
   /// nor in the direction of one.
   std::vector<std::optional<double>> gain;
-  /// The same over the motion along the drive's output; none in the direction of a drive of the
-  /// end-effector, nor where there is no output: gain.hpp.
+  /// Gain over the motion along the drive's output (gain.hpp). It has no value in the direction of
+  /// a drive of the end-effector, nor where the drive has no output.
   std::vector<std::optional<double>> cross_coupling;
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;

@@ -43,7 +43,7 @@ struct Scales {
   double objective = 1;             ///< the size of the goal there
   std::vector<double> constraints;  ///< the larger bound; where it is 0, the size of the goal
 
-  /// Value of a goal: 0 is the objective, the constraints follow.
+  /// The scale of a goal; goal 0 is the objective, the constraints follow.
   double of(std::size_t goal) const { return goal == 0 ? objective : constraints[goal - 1]; }
 };
 

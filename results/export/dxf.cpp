@@ -130,7 +130,7 @@ bool cut_alike(const LeafSpring& a, const LeafSpring& b) {
          near(a.material.youngs_modulus, b.material.youngs_modulus);
 }
 
-/// Where drawn places go in the drawing.
+/// A plane of the mechanism as the drawing shows it.
 struct Plane {
   std::array<Vector3d, 2> axes;
   Point operator()(const Vector3d& place) const {

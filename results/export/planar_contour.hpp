@@ -11,7 +11,7 @@ namespace flexopt {
 /// Closed: the last point is joined to the first [mm].
 using Outline = std::vector<Eigen::Vector2d>;
 
-/// What is joined: shapes ∪ (cut shapes − rooms), of each body on its own.
+/// A body contributes shapes ∪ (cut − rooms) to the contour; its rooms leave other bodies alone.
 struct PlanarPart {
   std::vector<Outline> shapes, cut, rooms;
 };
@@ -19,7 +19,7 @@ struct PlanarPart {
 struct PlanarContour {
   Outline outer;
   std::vector<Outline> holes;
-  /// Where the wire starts: outside, then in each hole the place farthest from its rim.
+  /// The wire starts at these places: outside, then in each hole as far from its rim as possible.
   std::vector<Eigen::Vector2d> starts;
   std::vector<double> clear;  ///< distance of a start from the path around it; of holes alone [mm]
 };

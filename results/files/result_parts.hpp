@@ -102,8 +102,8 @@ void write_maps_csv(const std::filesystem::path& folder, const RunRecord& record
 
 OrderedJson make_tolerances(const RunRecord& record);
 
-/// Of each quantity of each load case the point where it spreads most, in the order of the table;
-/// without those that do not spread.
+/// Picks the point where a quantity spreads most, for each quantity of each load case in the order
+/// of the table. Quantities that do not spread are left out.
 std::vector<const ToleratedQuantity*> widest_spreads(const RunRecord& record);
 
 /// A row for each quantity at each stroke point, with a column for the share of each tolerance.

@@ -59,7 +59,8 @@ std::string instability(const std::vector<Placed>& points) {
       count > 1 ? fmt::format(" and at {} more point{}", count - 1, count > 2 ? "s" : "") : "");
 }
 
-/// What is said of the largest stress; `share`: of what the material of its leaf allows.
+/// The sentence about the largest stress; `share` becomes its part of what the material of its leaf
+/// allows.
 std::string stress_text(const RunRecord& record, const std::vector<Placed>& points, double& share) {
   const auto stress = [](const Placed& p) {
     return p.point->max_stress ? p.point->max_stress->value : -1;

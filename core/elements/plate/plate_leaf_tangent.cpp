@@ -204,7 +204,7 @@ void PlateLeaf::add_weight() {
   const int n = mesh_->functions_per_line();
   for (int i = 0; i < mesh_->lines(); ++i) {
     const VectorXd& m = mesh_->mass_moment(i);
-    energy_ -= m.dot((nodal_[i] - mesh_->undeflected(i)) * weight_);
+    energy_ -= m.dot(nodal_change_[i] * weight_);
     for (int c = 0; c < 3; ++c) nodal_force_[i].segment(c * n, n) -= weight_[c] * m;
   }
 }

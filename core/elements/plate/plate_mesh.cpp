@@ -85,16 +85,14 @@ PlateMesh::PlateMesh(const PlateShape& shape)
   }
   for (int i = 0; i < elements_along(); ++i)
     for (int j = 0; j < elements_across(); ++j) elements_.push_back(operators.element(i, j));
-  assemble_mass();
-}
-
-MatrixXd PlateMesh::undeflected(int line) const {
-  MatrixXd nodes(functions_per_line(), 3);
-  for (int j = 0; j < nodes_per_line(); ++j) {
-    const auto node = numbers_.undeflected_node(line, j);
-    for (int k = 0; k < 4; ++k) nodes.row(4 * j + k) = node[k].transpose();
+  for (int i = 0; i < lines(); ++i) {
+    MatrixXd& nodes = undeflected_.emplace_back(functions_per_line(), 3);
+    for (int j = 0; j < nodes_per_line(); ++j) {
+      const auto node = numbers_.undeflected_node(i, j);
+      for (int k = 0; k < 4; ++k) nodes.row(4 * j + k) = node[k].transpose();
+    }
   }
-  return nodes;
+  assemble_mass();
 }
 
 void PlateMesh::assemble_mass() {

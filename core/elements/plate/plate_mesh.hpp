@@ -84,7 +84,7 @@ class PlateMesh {
     return {{at.x, 0, at.z}, at.axes()};
   }
   /// Nodal values of the undeflected leaf: functions × 3.
-  MatrixXd undeflected(int line) const;
+  const MatrixXd& undeflected(int line) const { return undeflected_[line]; }
   const Element& element(int i, int j) const { return elements_[i * elements_across() + j]; }
 
   const Membrane& membrane() const { return membrane_; }
@@ -122,6 +122,7 @@ class PlateMesh {
   Membrane membrane_;
   std::vector<EdgeSlope> edge_slopes_;
   std::vector<Element> elements_;
+  std::vector<MatrixXd> undeflected_;  ///< of every line
   std::vector<MatrixXd> mass_diagonal_, mass_below_;
   std::vector<VectorXd> mass_moment_;
 };

@@ -45,7 +45,7 @@ class Superelement {
   bool evaluate(std::span<const NodePose> nodes, const VectorXd* stress_coordinates = nullptr);
 
   const SuperelementModel& model() const { return *model_; }
-  /// Where the undeformed body fits the deformed one: Φ_CB q = 0.
+  /// The floating frame places the undeformed body where it fits the deformed one: Φ_CB q = 0.
   const NodePose& frame() const { return frame_; }
   /// Local coordinates q = (u, θ) of the nodes in the frame: u = Fᵀ(p − x) − X, θ = log(Fᵀ R).
   const VectorXd& local() const { return q_; }

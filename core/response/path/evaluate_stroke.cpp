@@ -185,7 +185,8 @@ void summarise(StrokeResponse& response) {
   if (!remark.empty()) response.message += "; " + remark;
 }
 
-// Of a point its critical loads, both of them, and its load capacities count as the point itself.
+// Each critical load and each load capacity of a point is counted as one unit of work, as the point
+// itself is.
 StrokeProgress progress_of(const StrokeRequest& request, const StrokeResponse& response,
                            int iterations) {
   StrokeProgress progress{.iterations = iterations};

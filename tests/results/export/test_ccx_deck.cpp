@@ -41,7 +41,7 @@ TEST_CASE("No number of a deck has more than the 20 characters that CalculiX rea
   }
 }
 
-// Of three inclined leaves under a weight, whose way turns sharply where the stroke begins.
+// Three inclined leaves carry a weight, so that the way turns sharply where the stroke begins.
 TEST_CASE("The stroke of a deck goes in steps as short as those that found its end") {
   const Exported exported =
       make_exported(parse_job(nlohmann::json::parse(R"({"job": "evaluate", "design": {

@@ -257,7 +257,7 @@ await on("compare", "a comparison makes no error", async (page) => {  // a compa
   check(await chart() !== before, "errors are drawn against the parameter chosen");
   const text = await page.$eval("main", (m) => m.textContent);
   check(/Error against cost/.test(text), "and against cost");
-  check(/load capacity -ux/.test(text) && /fatigue safety/.test(text), "with what the job's sections ask for");
+  check(/buckling drive locked/.test(text) && /load capacity -ux/.test(text) && /fatigue safety/.test(text), "with what the job's sections ask for");
   const titles = await page.$$eval("figure", (all) => all.map((f) => f.dataset.title));
   check(titles.includes("Error against stroke, 1 of 2") && titles.includes("Error against stroke, 2 of 2"), "a chart has as many quantities as colours", titles);
 });
