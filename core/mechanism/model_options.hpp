@@ -66,7 +66,7 @@ struct ModelOptions {
   /// Fixed-interface modes kept per leaf for frequencies, at least; 0: none, nor any other internal
   /// shape, so that leaves only move as their edges make them.
   int leaf_modes = 2;
-  AtlasUse atlas_use = AtlasUse::off;
+  AtlasUse atlas_use = AtlasUse::automatic;
   /// Look-up table for leaves of this mesh; null: every leaf model is built. The reader of the job
   /// opens the file.
   std::shared_ptr<const TubeAtlas> atlas = {};

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -29,6 +30,19 @@ Answer<std::shared_ptr<const TubeAtlas>> opened(const fs::path& file) {
   return atlas;
 }
 
+// Whether an atlas has leaves as a model wants them.
+Check has_leaves(const TubeAtlas& atlas, const ModelOptions& model) {
+  const AtlasSettings& s = atlas.settings();
+  if (s.mesh != model.mesh)
+    return Because(fmt::format("it has leaves of {} x {} elements, not {} x {}", s.mesh[0],
+                               s.mesh[1], model.mesh[0], model.mesh[1]));
+  if (s.free_edge_torsion != model.free_edge_torsion)
+    return Because(
+        fmt::format("its leaves {} free_edge_torsion", s.free_edge_torsion ? "have" : "have no"));
+  if (!model.transverse_shear) return Because("its leaves have transverse_shear");
+  return {};
+}
+
 }  // namespace
 
 Check find_atlas(ModelOptions& model) {
@@ -39,21 +53,18 @@ Check find_atlas(ModelOptions& model) {
   if (model.degree != 5)
     return Because(fmt::format("an atlas has potentials of degree 5, not {}", model.degree));
   if (model.flexure != Flexure::plate) return Because("an atlas has plates, not beams");
+  if (takes_shipped_atlas(model.mesh)) {
+    const auto shipped = shipped_atlas();
+    if (const Check has = has_leaves(*shipped, model); !has) return has;
+    model.atlas = shipped;
+    return {};
+  }
   const fs::path file = default_atlas_file(model.mesh);
   const auto atlas = opened(file);
-  const std::string make =
-      fmt::format("; flexopt atlas --mesh {} {} makes one", model.mesh[0], model.mesh[1]);
-  if (!atlas) return Because(fmt::format("{}: {}{}", file.string(), atlas.error(), make));
-  const AtlasSettings& s = (*atlas)->settings();
-  if (s.mesh != model.mesh)
-    return Because(fmt::format("{}: it has leaves of {} x {} elements, not {} x {}{}",
-                               file.string(), s.mesh[0], s.mesh[1], model.mesh[0], model.mesh[1],
-                               make));
-  if (s.free_edge_torsion != model.free_edge_torsion)
-    return Because(fmt::format("{}: its leaves {} free_edge_torsion", file.string(),
-                               s.free_edge_torsion ? "have" : "have no"));
-  if (!model.transverse_shear)
-    return Because(fmt::format("{}: its leaves have transverse_shear", file.string()));
+  Check has = atlas ? has_leaves(**atlas, model) : Because(atlas.error());
+  if (!has)
+    return Because(fmt::format("{}: {}; flexopt atlas --mesh {} {} makes one", file.string(),
+                               has.error(), model.mesh[0], model.mesh[1]));
   model.atlas = *atlas;
   return {};
 }
@@ -65,9 +76,12 @@ ModelOptions on_reduced_leaves(ModelOptions model) {
 }
 
 std::string note_on_atlas(ModelOptions model) {
-  if (model.atlas_use != AtlasUse::automatic) return {};
+  const char* named = std::getenv("FLEXOPT_ATLAS");
+  if (!named || model.atlas_use != AtlasUse::automatic) return {};
   const Check found = find_atlas(model);
-  return found ? "" : "No leaf is looked up in an atlas: " + found.error() + '.';
+  return found
+             ? ""
+             : "No leaf is looked up in the atlas that FLEXOPT_ATLAS names: " + found.error() + '.';
 }
 
 }  // namespace flexopt

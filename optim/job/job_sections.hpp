@@ -294,7 +294,7 @@ std::vector<MapSpec> read_maps(nlohmann::json& read, const Family& family, const
 /// if the model wants none or is of full accuracy.
 Check find_atlas(ModelOptions& model);
 
-/// What is odd about the atlas of a model, for the user's eyes; empty if nothing is.
+/// Why the atlas that a user names is not the model's, for the user's eyes; empty where it is.
 std::string note_on_atlas(ModelOptions model);
 
 /// The model with reduced leaves, looked up where it allows that and there is a look-up table.

@@ -99,9 +99,9 @@ const RecordTable<ModelChoice>& model_table() {
                              {"auto", AtlasUse::automatic},
                              {"required", AtlasUse::required}},
                             in_model(&ModelOptions::atlas_use),
-                            "whether the coefficients of reduced leaves are looked up in the atlas "
-                            "that flexopt atlas makes: never; where there is one; or the job is "
-                            "wrong without it")
+                            "whether the coefficients of reduced leaves are looked up in an atlas, "
+                            "the one that comes along or one that flexopt atlas has made: never; "
+                            "where there is one; or the job is wrong without it")
           .with_default(
               "leaf_modes", integer(0, 40), in_model(&ModelOptions::leaf_modes),
               "modes of a leaf between fixed edges kept for the frequencies, at least; 0: "

@@ -61,20 +61,13 @@ void print_check(const AtlasCheck& check) {
   }
 }
 
-int show_atlas(const std::filesystem::path& file) {
-  const auto opened = open_atlas(file);
-  if (!opened) {
-    put(stderr, fmt::format("flexopt: {}: {}\n", file.string(), opened.error()));
-    return exit_not_usable;
-  }
-  const TubeAtlas& atlas = **opened;
+int show_atlas(const std::string& name, const TubeAtlas& atlas) {
   const AtlasSettings& s = atlas.settings();
   fmt::print(
       "{}\n  {} x {} elements, w/L {:g} to {:g}, t/L 1/{:.0f} to 1/{:.0f}, Poisson's ratio "
       "{:g} to {:g}, to {:g} rad; contents {}\n",
-      file.string(), s.mesh[0], s.mesh[1], s.width[0], s.width[1], 1 / s.thickness[0],
-      1 / s.thickness[1], s.poissons_ratios.front(), s.poissons_ratios.back(), s.sigmas.back(),
-      atlas.fingerprint());
+      name, s.mesh[0], s.mesh[1], s.width[0], s.width[1], 1 / s.thickness[0], 1 / s.thickness[1],
+      s.poissons_ratios.front(), s.poissons_ratios.back(), s.sigmas.back(), atlas.fingerprint());
   if (!atlas.check().rays.empty()) print_check(atlas.check());
   return exit_usable;
 }
@@ -84,9 +77,20 @@ int show_atlas(const std::filesystem::path& file) {
 int make_atlas_file(const CommandLine& line) {
   AtlasSettings settings;
   if (line.mesh) settings.mesh = *line.mesh;
+  const bool shipped = line.file.empty() && takes_shipped_atlas(settings.mesh);
+  if (line.show && shipped) return show_atlas("the atlas that comes along", *shipped_atlas());
+  if (shipped)
+    throw SpecError("--out", "",
+                    "an atlas of this mesh comes along; with --out FILE another one is made, which "
+                    "jobs take when FLEXOPT_ATLAS names it");
   const std::filesystem::path file =
       line.file.empty() ? default_atlas_file(settings.mesh) : std::filesystem::path(line.file);
-  if (line.show) return show_atlas(file);
+  if (line.show) {
+    const auto opened = open_atlas(file);
+    if (opened) return show_atlas(file.string(), **opened);
+    put(stderr, fmt::format("flexopt: {}: {}\n", file.string(), opened.error()));
+    return exit_not_usable;
+  }
   if (const Check writable = can_be_written(file); !writable)
     throw SpecError("--out", file.string(), writable.error());
   const auto begin = std::chrono::steady_clock::now();
@@ -116,7 +120,8 @@ int make_atlas_file(const CommandLine& line) {
   print_check((*made)->check());
   fmt::print("atlas: {} ({:.1f} MB, {} leaves, {:.0f} s)\n", file.string(),
              1e-6 * static_cast<double>(std::filesystem::file_size(file)),
-             settings.shapes() * settings.tables(), seconds_since(begin));
+             shape_grid(settings).size() * static_cast<int>(settings.rays.size()),
+             seconds_since(begin));
   return exit_usable;
 }
 

@@ -72,16 +72,14 @@ bool wants_beams(const StartDesign& start) {
          });
 }
 
-OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
+OrderedJson model_for(const StartDesign& start, bool beams) {
   OrderedJson model = OrderedJson::object();
   if (beams) model["flexure"] = "beam";
   double tolerance = 0.003;
-  bool some_flat = false;  // which may be looked up
   for (const LeafSpring& leaf : start.mechanism.leaves) {
     if (beams || leaf.section == Section::circular) continue;
     // plates that are short for their thickness converge slowly next to their corners
     if (leaf.length < 20 * leaf.thickness) tolerance = 0.01;
-    some_flat = some_flat || (!leaf.curve && !leaf.fold && !leaf.has_profile());
   }
   if (!start.family().has_end_effector(start.design.choices) ||
       profile_error(start.mechanism).translation > tolerance) {
@@ -92,7 +90,6 @@ OrderedJson model_for(const StartDesign& start, bool beams, bool optimise) {
   }
   model["accuracy"] = "auto";
   model["tolerance"] = tolerance;
-  if (optimise && some_flat) model["atlas"] = "auto";
   return model;
 }
 
@@ -320,7 +317,7 @@ OrderedJson new_job(const nlohmann::json& design, const std::string& folder, boo
     job["end_effector"] = payload_for(start);
   job["stroke"] = first_stroke(start, model, 0.5 * *start.design.material.allowable_stress);
   job["frequencies"] = 6;
-  job["model"] = model_for(start, beams, optimise);
+  job["model"] = model_for(start, beams);
   if (optimise) job["optimise"] = first_goals(start);
   return job;
 }

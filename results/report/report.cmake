@@ -1,5 +1,4 @@
 # The report's page and its libraries, bundled by esbuild and put into the binary.
-include(${CMAKE_CURRENT_LIST_DIR}/embed.cmake)
 set(report_folder ${CMAKE_CURRENT_LIST_DIR})
 set(modules ${report_folder}/node_modules)
 set(esbuild ${modules}/esbuild/bin/esbuild)
@@ -72,7 +71,7 @@ foreach(file IN LISTS licences)
 endforeach()
 file(GENERATE OUTPUT ${licence_file} CONTENT "${licence_text}")
 
-flexopt_embed(flexopt_results ${generated}/embedded_files.cpp
+flexopt_embed(flexopt_results ${generated}/embedded_files.cpp embedded_file
   page.html=${report_folder}/page.html
   report.css=${report_folder}/report.css
   bundle.js=${bundle}

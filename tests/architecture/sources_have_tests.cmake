@@ -50,10 +50,10 @@ set(tested_by
   core/math/chebyshev core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/make_atlas core/reduction/atlas/test_tube_atlas
   core/reduction/atlas/ray_interpolation core/reduction/atlas/test_tube_atlas
-  core/reduction/atlas/atlas_dynamics core/reduction/atlas/test_dynamics_atlas
-  core/reduction/atlas/compressed_table core/reduction/atlas/test_dynamics_atlas
+  core/reduction/atlas/atlas_part core/reduction/atlas/test_coded_tables
+  core/reduction/atlas/number_units core/reduction/atlas/test_shipped_atlas
+  core/reduction/atlas/state_look_up core/reduction/atlas/test_dynamics_atlas
   core/reduction/atlas/expanded_leaf core/reduction/atlas/test_looked_up_mechanism
-  core/reduction/atlas/table_parts core/reduction/atlas/test_dynamics_atlas
   core/elements/leaf/chord_gradient core/reduction/tube/test_tube_leaf_gradient
   core/reduction/expansion/dynamics_expansion core/reduction/tube/test_tube_dynamics
   core/reduction/expansion/load_fields core/reduction/tube/test_tube_dynamics

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -16,7 +17,6 @@
 #include "core/math/polynomial.hpp"
 #include "core/reduction/atlas/make_atlas.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
-#include "core/reduction/atlas/table_parts.hpp"
 #include "core/spec/draft.hpp"
 
 namespace flexopt {
@@ -25,19 +25,19 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// Head of the file. The settings as JSON, the numbers of the potentials, the compressed tables one
-// after the other and the block of the stress atlas follow, each part at a multiple of 64 bytes.
+// Head of the file. A text of JSON and the deflated parts follow.
 struct Head {
   char magic[16];
   std::uint64_t byte_order;
-  std::uint64_t text, text_size, potentials, tables, stress, stress_size, size;
+  std::uint64_t text_size, size;
   std::uint64_t contents;  ///< hash of all that follows the head
 };
-constexpr char magic[16] = "flexopt atlas 5";
+constexpr char magic[16] = "flexopt atlas 6";
 constexpr std::uint64_t byte_order = 0x0102030405060708;
 
-// Hash of whole 32-byte blocks, by four sums that do not depend on one another.
-std::uint64_t hash(const char* data, std::uint64_t size) {
+// Hash of 32-byte blocks, the last one filled up with zeros, by four sums that do not depend on one
+// another.
+std::uint64_t hash(std::string_view data) {
   constexpr std::uint64_t factor = 0xD6E8FEB86659FD93;
   const auto add = [&](std::uint64_t& h, std::uint64_t word) {
     h = (h ^ word) * factor;
@@ -45,9 +45,9 @@ std::uint64_t hash(const char* data, std::uint64_t size) {
   };
   std::array<std::uint64_t, 4> h{};
   for (std::size_t l = 0; l < h.size(); ++l) h[l] = 0x9E3779B97F4A7C15 + l;
-  for (std::uint64_t i = 0; i + sizeof h <= size; i += sizeof h) {
-    std::array<std::uint64_t, 4> words;
-    std::memcpy(words.data(), data + i, sizeof words);
+  for (std::size_t i = 0; i < data.size(); i += sizeof h) {
+    std::array<std::uint64_t, 4> words{};
+    std::memcpy(words.data(), data.data() + i, std::min(sizeof words, data.size() - i));
     for (std::size_t l = 0; l < h.size(); ++l) add(h[l], words[l]);
   }
   for (std::size_t l = 1; l < h.size(); ++l) add(h[0], h[l]);
@@ -130,9 +130,9 @@ bool same_mechanics(const std::vector<double>& stored) {
   constexpr double rounding = 1e-7;
   const std::vector<double>& now = probe();
   if (now.empty() || stored.size() != now.size()) return false;
-  for (const AtlasTerm& term : atlas_terms({0.06})) {
-    const double a = stored[static_cast<std::size_t>(term.monomial)],
-                 b = now[static_cast<std::size_t>(term.monomial)];
+  for (const int term : atlas_terms(0.06)) {
+    const double a = stored[static_cast<std::size_t>(term)],
+                 b = now[static_cast<std::size_t>(term)];
     if (!(std::abs(a - b) <= rounding * (std::abs(b) + 1e-6))) return false;
   }
   const auto terms = static_cast<std::size_t>(monomial_count(6, atlas_degree));
@@ -141,44 +141,56 @@ bool same_mechanics(const std::vector<double>& stored) {
   return true;
 }
 
-json directory(const std::vector<CompressedTable>& tables) {
-  json all = json::array();
-  for (const CompressedTable& t : tables) all.push_back({t.all, t.numbers, t.directions, t.shapes});
-  return all;
-}
-
-// Reads the next tables of a file; false where they are incomplete.
-bool read_tables(const json& entries, PartReader& reader, std::vector<CompressedTable>& tables) {
-  for (const json& entry : entries) {
-    CompressedTable& t = tables.emplace_back();
-    t.all = entry.at(0);
-    t.numbers = entry.at(1);
-    t.directions = entry.at(2);
-    t.shapes = entry.at(3);
-    if (!read_table(reader, t)) return false;
+// The parts of an atlas one after the other: of each kind of tables that there is what they share,
+// then the tables; then the patterns of stress.
+std::vector<AtlasPart> parts_of(const TubeAtlas& atlas) {
+  std::vector<AtlasPart> parts;
+  const auto add = [&](const CodedTables* tables) {
+    if (!tables) return;
+    parts.push_back(tables->common());
+    parts.insert(parts.end(), tables->tables().begin(), tables->tables().end());
+  };
+  add(atlas.tables().potentials.get());
+  add(atlas.tables().dynamics.get());
+  add(atlas.tables().stations.get());
+  if (atlas.stress()) {
+    add(&atlas.stress()->tables());
+    parts.push_back(pack(*atlas.stress()->patterns()));
   }
-  return true;
+  return parts;
 }
 
-// Exponents, values, values of the highest degree and their units, in this order.
-template <class Numbers, class Part>
-void each_potential_part(const AtlasSettings& s, Numbers& numbers, const Part& part) {
-  const std::vector<AtlasTerm> terms = atlas_terms(s.sigmas);
-  const auto [lower, highest] = term_counts(terms);
-  const std::uint64_t rays = s.rays.size(), leaves = static_cast<std::uint64_t>(s.tables()) *
-                                                     static_cast<std::uint64_t>(s.shapes());
-  part(numbers.exponents, 2 * terms.size() * rays);
-  part(numbers.values, leaves * static_cast<std::uint64_t>(TubeAtlas::stride(lower)));
-  part(numbers.highest, leaves * static_cast<std::uint64_t>(TubeAtlas::stride(highest)));
-  part(numbers.units, static_cast<std::uint64_t>(highest) * rays);
-}
-
-// Reads the potentials of a file; false where they are incomplete.
-bool read_potentials(const AtlasSettings& settings, PartReader& reader,
-                     TubeAtlas::Numbers& numbers) {
-  each_potential_part(settings, numbers,
-                      [&](const auto*& part, std::uint64_t count) { reader.read(part, count); });
-  return reader.whole;
+// Takes the parts in the same order; throws std::out_of_range where there are not enough.
+std::shared_ptr<const TubeAtlas> atlas_of(const AtlasSettings& s, const json& text,
+                                          const std::string& fingerprint,
+                                          const std::vector<AtlasPart>& parts) {
+  std::size_t next = 0;
+  const auto tables = [&](ShapeGrid grid, std::vector<int> counts, std::size_t rays) {
+    const AtlasPart& common = parts.at(next++);
+    std::vector<AtlasPart> own;
+    for (std::size_t k = 0; k < rays * s.sigmas.size(); ++k) own.push_back(parts.at(next++));
+    return std::make_shared<CodedTables>(std::move(grid), std::move(counts), common,
+                                         std::move(own));
+  };
+  const auto alike = [&](int count) { return std::vector<int>(s.sigmas.size(), count); };
+  std::vector<int> terms;
+  for (const double sigma : s.sigmas) terms.push_back(static_cast<int>(atlas_terms(sigma).size()));
+  TubeAtlas::Tables found;
+  found.potentials = tables(shape_grid(s), terms, s.rays.size());
+  if (s.dynamics) {
+    found.dynamics =
+        tables(shape_grid(s), alike(static_cast<int>(dynamics_form().numbers())), s.rays.size());
+    found.stations = tables(shape_grid(s), alike(text.at("stations").get<int>()), s.rays.size());
+  }
+  std::shared_ptr<const StressAtlas> stress;
+  if (s.stress_patterns > 0) {
+    const StressAtlasSettings of = stress_settings(s);
+    const auto patterns = unpack_patterns(of, parts.back());
+    stress = std::make_shared<StressAtlas>(
+        of, patterns, tables(of.grid, stress_counts(of, patterns->all()), of.rays.size()));
+  }
+  return std::make_shared<TubeAtlas>(s, std::move(found), check_of(text.at("check")), fingerprint,
+                                     std::move(stress));
 }
 
 struct Mapping {
@@ -250,83 +262,89 @@ Check can_be_written(const fs::path& file) {
 }
 
 Check write_atlas(const TubeAtlas& atlas, const fs::path& file) {
-  const AtlasSettings& s = atlas.settings();
-  const std::string text = json{
-      {"settings", settings_json(s)},
-      {"check", check_json(atlas.check())},
-      {"dynamics", directory(atlas.numbers().dynamics)},
-      {"stations", directory(atlas.numbers().stations)},
-      {"probe", probe()}}.dump();
+  json places = json::array();
+  std::string deflated;
+  for (const AtlasPart& part : parts_of(atlas)) {
+    const std::string bytes = part.deflated();
+    places.push_back({bytes.size(), part.size()});
+    deflated += bytes;
+  }
+  json description{{"settings", settings_json(atlas.settings())},
+                   {"check", check_json(atlas.check())},
+                   {"parts", std::move(places)},
+                   {"probe", probe()}};
+  if (atlas.tables().stations) description["stations"] = atlas.tables().stations->counts().front();
+  const std::string text = description.dump();
   Head head{};
   std::memcpy(head.magic, magic, sizeof magic);
   head.byte_order = byte_order;
-  std::string contents(padded(sizeof head), '\0');
-  head.text = contents.size();
   head.text_size = text.size();
-  append_part(contents, text.data(), text.size());
-  head.potentials = contents.size();
-  each_potential_part(s, atlas.numbers(), [&](const auto* part, std::uint64_t count) {
-    append_part(contents, part, count);
-  });
-  head.tables = contents.size();
-  for (const auto* some : {&atlas.numbers().dynamics, &atlas.numbers().stations})
-    for (const CompressedTable& table : *some) append_table(contents, table);
-  head.stress = contents.size();
-  const std::string stress = atlas.stress() ? atlas.stress()->pack() : std::string();
-  head.stress_size = stress.size();
-  append_part(contents, stress.data(), stress.size());
-  head.size = contents.size();
-  head.contents = hash(contents.data() + head.text, head.size - head.text);
-  std::memcpy(contents.data(), &head, sizeof head);
-
+  head.size = sizeof head + text.size() + deflated.size();
+  head.contents = hash(text + deflated);
   if (Check writable = can_be_written(file); !writable) return writable;
-  if (const int error = write_whole(file, contents))
+  if (const int error = write_whole(
+          file, std::string(reinterpret_cast<const char*>(&head), sizeof head) + text + deflated))
     return Because(fmt::format("{} cannot be written: {}", file.string(), std::strerror(error)));
   return {};
 }
 
+namespace {
+
+// The atlas of the contents of a file, which `owner` keeps. `trusted`: they are not damaged, and of
+// the mechanics of this program.
+Answer<std::shared_ptr<const TubeAtlas>> read_atlas(std::string_view file,
+                                                    const std::shared_ptr<const void>& owner,
+                                                    bool trusted) {
+  Head head;
+  std::memcpy(&head, file.data(), sizeof head);
+  if (std::memcmp(head.magic, magic, sizeof magic - 2) != 0) return Because("it is no atlas");
+  const Because other_format("it is an atlas of another format");
+  if (std::memcmp(head.magic, magic, sizeof magic) != 0 || head.byte_order != byte_order)
+    return other_format;
+  if (head.size != file.size()) return Because("it is not whole");
+  const std::string_view contents = file.substr(sizeof head);
+  if (head.text_size > contents.size() || (!trusted && head.contents != hash(contents)))
+    return Because("its contents are damaged");
+  const json text = json::parse(contents.substr(0, head.text_size), nullptr, false);
+  try {
+    const AtlasSettings settings = settings_of(text.at("settings"));
+    if (!sound(settings) || text.at("settings").at("degree") != atlas_degree) return other_format;
+    if (!trusted && !same_mechanics(text.at("probe")))
+      return Because("it was made with other mechanics: this program expands leaves otherwise");
+    std::vector<AtlasPart> parts;
+    std::size_t at = head.text_size;
+    for (const json& part : text.at("parts")) {
+      const auto deflated = part.at(0).get<std::size_t>();
+      if (deflated > contents.size() - at) return other_format;
+      parts.emplace_back(contents.substr(at, deflated), part.at(1).get<std::size_t>(), owner);
+      at += deflated;
+    }
+    return atlas_of(settings, text, fmt::format("{:016x}", head.contents), parts);
+  } catch (const json::exception&) {
+    return other_format;
+  } catch (const std::out_of_range&) {
+    return other_format;
+  }
+}
+
+}  // namespace
+
 Answer<std::shared_ptr<const TubeAtlas>> open_atlas(const fs::path& file) {
   auto mapping = std::make_shared<Mapping>();
   if (Check mapped = map_file(file, *mapping); !mapped) return Because(mapped.error());
-  Head head;
-  std::memcpy(&head, mapping->data, sizeof head);
-  if (std::memcmp(head.magic, magic, sizeof magic - 2) != 0) return Because("it is no atlas");
-  if (std::memcmp(head.magic, magic, sizeof magic) != 0 || head.byte_order != byte_order)
-    return Because("it is an atlas of another format");
-  if (head.size != mapping->size) return Because("it is not whole");
-  if (head.text != padded(sizeof head) ||
-      head.contents != hash(mapping->data + head.text, head.size - head.text))
-    return Because("its contents are damaged");
-  const json text = json::parse(mapping->data + head.text,
-                                mapping->data + head.text + head.text_size, nullptr, false);
-  try {
-    const AtlasSettings settings = settings_of(text.at("settings"));
-    if (!sound(settings) || text.at("settings").at("degree") != atlas_degree ||
-        head.potentials > head.tables || head.tables > head.stress ||
-        head.stress + head.stress_size > head.size)
-      return Because("it is an atlas of another format");
-    if (!same_mechanics(text.at("probe")))
-      return Because("it was made with other mechanics: this program expands leaves otherwise");
-    TubeAtlas::Numbers numbers{.owner = mapping};
-    PartReader potentials{mapping->data, head.tables, head.potentials};
-    PartReader tables{mapping->data, head.stress, head.tables};
-    if (!read_potentials(settings, potentials, numbers) ||
-        !read_tables(text.at("dynamics"), tables, numbers.dynamics) ||
-        !read_tables(text.at("stations"), tables, numbers.stations) ||
-        (settings.dynamics && (numbers.dynamics.size() != settings.rays.size() ||
-                               numbers.stations.size() != settings.rays.size())))
-      return Because("it is an atlas of another format");
-    std::shared_ptr<const StressAtlas> stress;
-    if (settings.stress_patterns > 0) {
-      stress = StressAtlas::unpack(stress_settings(settings), mapping->data + head.stress,
-                                   head.stress_size, mapping);
-      if (!stress) return Because("it is an atlas of another format");
-    }
-    return std::make_shared<TubeAtlas>(settings, numbers, check_of(text.at("check")),
-                                       fmt::format("{:016x}", head.contents), std::move(stress));
-  } catch (const json::exception&) {
-    return Because("it is an atlas of another format");
-  }
+  return read_atlas({mapping->data, mapping->size}, mapping, false);
+}
+
+std::string_view embedded_atlas(std::string_view name);  // written by CMake
+
+std::shared_ptr<const TubeAtlas> shipped_atlas() {
+  static const auto opened = read_atlas(embedded_atlas("atlas"), nullptr, true);
+  assert(opened);
+  return *opened;
+}
+
+bool takes_shipped_atlas(const std::array<int, 2>& mesh) {
+  return mesh == default_mesh && !std::getenv("FLEXOPT_ATLAS");
 }
 
 }  // namespace flexopt

@@ -7,9 +7,16 @@
 
 namespace flexopt {
 
-/// File of the atlas for a mesh: the one that FLEXOPT_ATLAS names, else tubes-12x5.atlas (for that
-/// mesh) in the user's cache, $XDG_CACHE_HOME/flexopt or ~/.cache/flexopt.
+/// The atlas that comes along, of leaves of default_mesh. That it agrees with leaves that are built
+/// is a matter of the tests; it is taken as it is.
+std::shared_ptr<const TubeAtlas> shipped_atlas();
+
+/// File of an atlas that a user has made: the one that FLEXOPT_ATLAS names, else tubes-16x8.atlas
+/// (for that mesh) in the user's cache, $XDG_CACHE_HOME/flexopt or ~/.cache/flexopt.
 std::filesystem::path default_atlas_file(const std::array<int, 2>& mesh);
+/// Whether the jobs of a mesh have the atlas that comes along: of default_mesh, unless
+/// FLEXOPT_ATLAS names a file.
+bool takes_shipped_atlas(const std::array<int, 2>& mesh);
 
 /// Whether `file` can be written. Makes its folder, and removes drafts of it that
 /// killed processes left there.

@@ -13,7 +13,7 @@
 
 #include "core/math/decompositions.hpp"
 #include "core/math/polynomial.hpp"
-#include "core/reduction/atlas/atlas_dynamics.hpp"
+#include "core/reduction/atlas/number_units.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 #include "core/reduction/tube/mixed_condensation.hpp"
 #include "core/reduction/tube/tube_leaf.hpp"
@@ -26,16 +26,9 @@ void run_in_order(int count, const std::function<void(int)>& work) {
 
 namespace {
 
-// Shape of a place of the grid.
-PlateShape shape_at(const AtlasSettings& settings, const Vector3d& place) {
-  return {std::exp(place[0]), std::exp(place[1]), place[2], settings.mesh,
-          settings.free_edge_torsion};
-}
-
 BentStates bent_states(const AtlasSettings& settings, const PlateShape& shape, double rho,
-                       bool with_stress) {
-  BentStates states = bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas,
-                                  {settings.dynamics, with_stress});
+                       const StateTablesWanted& wanted) {
+  BentStates states = bent_states(shape, {1, rho}, ray_directions(rho), settings.sigmas, wanted);
   if (std::abs(rho) == 1)  // equal ends, equal numbers
     for (TubeNode& node : states.nodes) {
       const std::vector<double> turned = end_for_end(node.W, rho);
@@ -44,93 +37,59 @@ BentStates bent_states(const AtlasSettings& settings, const PlateShape& shape, d
   return states;
 }
 
-// The numbers of an atlas while they are made.
-struct Store {
-  std::vector<std::int8_t> exponents;
-  std::vector<float> values, units;
-  std::vector<std::int16_t> highest;
-  std::vector<CompressedNumbers> dynamics, stations;  ///< of each ray
-
-  Store(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms) {
-    const auto [all_lower, all_highest] = term_counts(terms);
-    const std::size_t rays = settings.rays.size(),
-                      leaves = static_cast<std::size_t>(settings.shapes()) * settings.tables();
-    exponents.resize(2 * terms.size() * rays);
-    values.resize(TubeAtlas::stride(all_lower) * leaves);
-    highest.resize(TubeAtlas::stride(all_highest) * leaves);
-    units.resize(static_cast<std::size_t>(all_highest) * rays);
-  }
+// The numbers of an atlas while they are made: of each ray all bent states.
+struct Made {
+  std::vector<std::vector<NumbersOfShapes>> potentials, dynamics, stations;
 };
 
-// Fills the table of one ray for all Poisson's ratios from its bent states, [ratio × shape].
-void fill_ray(const AtlasSettings& settings, const std::vector<AtlasTerm>& terms, int ray,
-              const std::vector<BentStates>& states, Store& store) {
-  const ShapeGrid grid = shape_grid(settings);
-  MatrixXd places(grid.size(), 2);
-  for (int k = 0; k < grid.size(); ++k) places.row(k) = grid.shape(k).head<2>().transpose();
-  const int shapes = settings.shapes();
-  const int rays = static_cast<int>(settings.rays.size());
-  const auto [all_lower, all_highest] = term_counts(terms);
-  const std::size_t stride = TubeAtlas::stride(all_lower),
-                    stride_of_highest = TubeAtlas::stride(all_highest);
-  const auto shape = [&](int k) {
-    return (static_cast<std::size_t>(k / shapes) * rays + ray) * shapes +
-           static_cast<std::size_t>(k % shapes);
-  };
-  std::size_t lower = 0, highest = 0;
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    VectorXd c(grid.size());
-    for (int k = 0; k < c.size(); ++k)
-      c[k] = states[static_cast<std::size_t>(k)].nodes[terms[i].node].W[terms[i].monomial];
-    const auto power = power_law(places, c.cwiseAbs());
-    const std::size_t e = 2 * (static_cast<std::size_t>(ray) * terms.size() + i);
-    store.exponents[e] = power[0];
-    store.exponents[e + 1] = power[1];
-    for (int k = 0; k < c.size(); ++k)
-      c[k] /= std::exp(0.5 * (power[0] * places(k, 0) + power[1] * places(k, 1)));
-    const bool last = is_highest(terms[i]);
-    const double most = c.cwiseAbs().maxCoeff(), unit = most > 0 ? most / 32767 : 1;
-    if (last)
-      store.units[static_cast<std::size_t>(ray) * all_highest + highest] = static_cast<float>(unit);
-    for (int k = 0; k < c.size(); ++k)
-      if (last)
-        store.highest[shape(k) * stride_of_highest + highest] =
-            static_cast<std::int16_t>(std::lround(c[k] / unit));
-      else
-        store.values[shape(k) * stride + lower] = static_cast<float>(c[k]);
-    ++(last ? highest : lower);
+// Adds the numbers of a ray from the bent states of all shapes of the grid.
+void add_ray(const AtlasSettings& settings, const std::vector<BentStates>& states, Made& made) {
+  const std::size_t nodes = settings.sigmas.size();
+  std::vector<NumbersOfShapes>& potentials = made.potentials.emplace_back();
+  for (std::size_t n = 0; n < nodes; ++n) {
+    const std::vector<int> terms = atlas_terms(settings.sigmas[n]);
+    NumbersOfShapes& of = potentials.emplace_back(terms.size(), states.size());
+    for (std::size_t k = 0; k < states.size(); ++k)
+      for (std::size_t i = 0; i < terms.size(); ++i)
+        of(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+            static_cast<float>(states[k].nodes[n].W[static_cast<std::size_t>(terms[i])]);
+  }
+  if (!settings.dynamics) return;
+  std::vector<NumbersOfShapes>&dynamics = made.dynamics.emplace_back(),
+  &stations = made.stations.emplace_back();
+  for (std::size_t n = 0; n < nodes; ++n) {
+    const auto numbers_of = [&](Eigen::Index numbers, const auto& of) {
+      NumbersOfShapes all(numbers, states.size());
+      for (std::size_t k = 0; k < states.size(); ++k)
+        all.col(static_cast<Eigen::Index>(k)) = VectorXd(of(states[k].dynamics[n])).cast<float>();
+      return all;
+    };
+    dynamics.push_back(numbers_of(dynamics_form().numbers(), [](const DynamicsNode& node) {
+      return table_numbers(node.table);
+    }));
+    stations.push_back(
+        numbers_of(states.front().dynamics[n].stations.size(),
+                   [](const DynamicsNode& node) { return node.stations.reshaped(); }));
   }
 }
 
-// Compresses the tables of one ray.
-void compress_dynamics(const AtlasSettings& settings, const std::vector<BentStates>& states,
-                       Store& store) {
-  constexpr double tolerance = 7e-3, of_stations = 0.06;
+// The tables of all rays. Shapes that nobody may ask the dynamics of count less.
+TubeAtlas::Tables coded(const AtlasSettings& settings, Made made) {
+  constexpr double share_beyond = 0.3;
+  TubeAtlas::Tables tables;
   const ShapeGrid grid = shape_grid(settings);
-  const std::vector<double>& sigma = settings.sigmas;
-  const Eigen::Index numbers = table_numbers(states[0].dynamics).size(),
-                     motions = station_numbers(states[0].dynamics).size();
-  MatrixXd values(numbers, grid.size()), weights(numbers, grid.size()),
-      stations(motions, grid.size()), ones(motions, grid.size());
-  std::vector<bool> trusted;
-  for (int k = 0; k < grid.size(); ++k) {
-    const PlateShape shape = shape_at(settings, grid.shape(k));
-    std::vector<DynamicsNode> nodes = states[static_cast<std::size_t>(k)].dynamics;
-    values.col(k) = table_numbers(nodes);
-    stations.col(k) = station_numbers(nodes);
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      const double along =
-          0.5 * (n + 1 < sigma.size() ? sigma[n + 1] - sigma[n] : sigma[n] - sigma[n - 1]);
-      DynamicsNode unit = TubeDynamics::weights(nodes[n], shape, along);
-      nodes[n].table = std::move(unit.table);
-      nodes[n].stations = std::move(unit.stations);
-    }
-    weights.col(k) = table_numbers(nodes);
-    ones.col(k) = station_numbers(nodes);
-    trusted.push_back(TubeModel::has_dynamics(shape));
-  }
-  store.dynamics.push_back(compress(grid, std::move(values), weights, trusted, tolerance));
-  store.stations.push_back(compress(grid, std::move(stations), ones, trusted, of_stations));
+  const std::vector<NumberUnits> units = potential_units(settings, made.potentials);
+  tables.potentials =
+      code_tables(grid, VectorXd::Ones(grid.size()), units, std::move(made.potentials));
+  if (!settings.dynamics) return tables;
+  VectorXd share(grid.size());
+  for (int k = 0; k < grid.size(); ++k)
+    share[k] = TubeModel::has_dynamics(shape_at(settings, grid.shape(k))) ? 1 : share_beyond;
+  const DynamicsUnits units_of =
+      dynamics_units(settings, made.dynamics, made.stations.front().front().rows());
+  tables.dynamics = code_tables(grid, share, units_of.tables, std::move(made.dynamics));
+  tables.stations = code_tables(grid, share, units_of.stations, std::move(made.stations));
+  return tables;
 }
 
 }  // namespace
@@ -220,6 +179,7 @@ double frequency_difference(std::vector<DynamicsNode> found, std::vector<Dynamic
       const double sigma = share * last;
       const TubeDynamics::Place place{
           sigma, 0.05 * off * sigma, 0.004 * off, {off, 0.5 * off, -0.3 * off}};
+      if (b.change(place) > largest_dynamics_change) continue;  // nobody uses them
       const VectorXd x = squares(a, place), y = squares(b, place);
       if (y.size() == 0) continue;
       worst = std::max(
@@ -251,6 +211,31 @@ double stress_error(const TubeAtlas& atlas, const PlateShape& shape, double rho,
   return worst;
 }
 
+}  // namespace
+
+AtlasCheck::Errors atlas_errors(const TubeAtlas& atlas, double rho,
+                                const AtlasCheck::Sample& sample) {
+  const AtlasSettings& s = atlas.settings();
+  const PlateShape shape{sample.width, sample.thickness, sample.poissons_ratio, s.mesh,
+                         s.free_edge_torsion};
+  TubeAtlas::Tube tube = atlas.look_up(shape, {1, rho});
+  BentStates states =
+      bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas,
+                  {s.dynamics && TubeModel::has_dynamics(shape), atlas.stress() != nullptr});
+  // A shape that the grid surrounds has bent states as the grid has; without them nothing holds.
+  if (states.nodes.size() < s.sigmas.size()) return {1, 1, 1, 1, 1};
+  AtlasCheck::Errors errors =
+      difference(tube_potential(shape, tube.directions, std::move(tube.nodes)),
+                 tube_potential(shape, tube.directions, std::move(states.nodes)), shape);
+  if (!states.dynamics.empty())
+    errors.frequency = frequency_difference(atlas.dynamics(shape, {1, rho}, s.sigmas.back()),
+                                            std::move(states.dynamics));
+  if (atlas.stress()) errors.stress = stress_error(atlas, shape, rho, std::move(states.stress));
+  return errors;
+}
+
+namespace {
+
 AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
                    const std::function<void()>& one_more) {
   const AtlasSettings& s = atlas.settings();
@@ -277,23 +262,7 @@ AtlasCheck checked(const TubeAtlas& atlas, const AtlasOptions& options,
   options.loop(static_cast<int>(check.rays.size()) * per_ray, [&](int i) {
     AtlasCheck::Ray& ray = check.rays[static_cast<std::size_t>(i / per_ray)];
     AtlasCheck::Sample& sample = ray.samples[static_cast<std::size_t>(i % per_ray)];
-    const PlateShape shape{sample.width, sample.thickness, sample.poissons_ratio, s.mesh,
-                           s.free_edge_torsion};
-    TubeAtlas::Tube tube = atlas.look_up(shape, {1, ray.rho});
-    BentStates states =
-        bent_states(shape, tube.directions.col(0), tube.directions, s.sigmas,
-                    {s.dynamics && TubeModel::has_dynamics(shape), atlas.stress() != nullptr});
-    const bool all = states.nodes.size() == s.sigmas.size();
-    // A shape that the grid surrounds has bent states as the grid has; without them nothing holds.
-    sample.errors =
-        all ? difference(tube_potential(shape, tube.directions, std::move(tube.nodes)),
-                         tube_potential(shape, tube.directions, std::move(states.nodes)), shape)
-            : AtlasCheck::Errors{1, 1, 1, 1, 1};
-    if (all && !states.dynamics.empty())
-      sample.errors.frequency = frequency_difference(
-          atlas.dynamics(shape, {1, ray.rho}, s.sigmas.back()), std::move(states.dynamics));
-    if (all && atlas.stress())
-      sample.errors.stress = stress_error(atlas, shape, ray.rho, std::move(states.stress));
+    sample.errors = atlas_errors(atlas, ray.rho, sample);
     one_more();
   });
   return check;
@@ -328,42 +297,33 @@ Answer<std::shared_ptr<const TubeAtlas>> make_atlas(const AtlasSettings& setting
     if (options.progress) options.progress(so_far, total);
   };
 
-  const std::vector<AtlasTerm> terms = atlas_terms(settings.sigmas);
-  auto store = std::make_shared<Store>(settings, terms);
+  Made made;
   const StressAtlasSettings of_stress = stress_settings(settings);
   std::optional<StressAtlasMaker> stress;
-  if (settings.stress_patterns > 0) stress.emplace(of_stress);
+  if (settings.stress_patterns > 0)
+    stress.emplace(of_stress, std::make_shared<StrainPatterns>(find_patterns(of_stress)));
   for (int ray = 0; ray < rays; ++ray) {
     const double rho = settings.rays[static_cast<std::size_t>(ray)];
-    const bool stressed = stress && std::find(of_stress.rays.begin(), of_stress.rays.end(), rho) !=
-                                        of_stress.rays.end();
+    const bool stressed = stress && std::ranges::find(of_stress.rays, rho) != of_stress.rays.end();
+    if (stressed) stress->begin_ray();
     std::vector<BentStates> states(static_cast<std::size_t>(per_ray));
     options.loop(per_ray, [&](int i) {
       BentStates& own = states[static_cast<std::size_t>(i)];
-      own = bent_states(settings, shape_at(settings, grid.shape(i)), rho, stressed);
+      own = bent_states(settings, shape_at(settings, grid.shape(i)), rho,
+                        {settings.dynamics, stressed});
       if (stressed && own.stress.size() == settings.sigmas.size()) stress->put(i, own.stress);
       own.stress.clear();
       one_more();
     });
     if (Check complete = check_states(settings, grid, states, rho); !complete)
       return Because(std::move(complete.error()));
-    fill_ray(settings, terms, ray, states, *store);
-    if (settings.dynamics) compress_dynamics(settings, states, *store);
-    if (stressed) stress->end_ray();
+    add_ray(settings, states, made);
   }
-  const std::shared_ptr<const StressAtlas> tables = stress ? stress->finish() : nullptr;
-  TubeAtlas::Numbers numbers{store->exponents.data(),
-                             store->values.data(),
-                             store->highest.data(),
-                             store->units.data(),
-                             {},
-                             {},
-                             store};
-  for (const CompressedNumbers& table : store->dynamics) numbers.dynamics.push_back(table.table());
-  for (const CompressedNumbers& table : store->stations) numbers.stations.push_back(table.table());
+  const std::shared_ptr<const StressAtlas> of = stress ? stress->finish() : nullptr;
+  const TubeAtlas::Tables tables = coded(settings, std::move(made));
   AtlasCheck check;
-  if (checks > 0) check = checked(TubeAtlas(settings, numbers, {}, {}, tables), options, one_more);
-  return std::make_shared<TubeAtlas>(settings, numbers, std::move(check), std::string(), tables);
+  if (checks > 0) check = checked(TubeAtlas(settings, tables, {}, {}, of), options, one_more);
+  return std::make_shared<TubeAtlas>(settings, tables, std::move(check), std::string(), of);
 }
 
 }  // namespace flexopt

@@ -18,12 +18,17 @@ struct AtlasOptions {
   std::function<void(int done, int total)> progress;
   std::array<int, 2> check_cells{6, 4};  ///< along log w/L and log t/L; 0: no check
   /// Rays that are checked: S, C and some between those of the atlas.
-  std::vector<double> check_rays{1, -1, 0.84, 0.2, -0.57};
+  std::vector<double> check_rays{1, -1, 0.85, 0.54, 0.1, -0.1, -0.29, -0.85};
 };
 
 /// None where a leaf of the grid has no bent states.
 Answer<std::shared_ptr<const TubeAtlas>> make_atlas(const AtlasSettings& settings,
                                                     const AtlasOptions& options = {});
+
+/// Errors of an atlas of a leaf (whose own errors are not looked at) on the ray (1, rho), against
+/// the leaf that is built.
+AtlasCheck::Errors atlas_errors(const TubeAtlas& atlas, double rho,
+                                const AtlasCheck::Sample& sample);
 
 /// Errors of a potential against another one of the same leaf, `truth`.
 AtlasCheck::Errors difference(const TubePotential& found, const TubePotential& truth,

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <random>
 
 #include "core/math/decompositions.hpp"
 #include "core/reduction/atlas/expanded_leaf.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
-#include "core/reduction/atlas/table_parts.hpp"
 
 namespace flexopt {
 namespace {
@@ -42,14 +42,11 @@ VectorXd monomial_sizes(double sigma) {
 // Factor from strains divided by the thickness to their share of the largest stress at this σ.
 double per_stress(double sigma) { return 1 / (2 * std::max(sigma, least_bending)); }
 
-// Joins the even and odd parts of a table side by side, and splits them again.
+// The even and odd parts of a table side by side.
 MatrixXd columns_of(const StateTable& t) {
   MatrixXd all(t.even.rows(), even_columns + odd_columns);
   all << t.even, t.odd;
   return all;
-}
-StateTable table_of(double sigma, const MatrixXd& columns) {
-  return {sigma, columns.leftCols(even_columns), columns.rightCols(odd_columns)};
 }
 
 // The `count` leading eigenvectors.
@@ -124,47 +121,31 @@ StrainPatterns find_patterns(const StressAtlasSettings& settings) {
 
 // ---------------------------------------------------------------------------- look-up
 
-// Table of coefficients of the bent state n on the ray ρ. `look_up(table)` returns the numbers of a
-// stored table.
-template <class LookUp>
-StateTable StressAtlas::coefficients(double rho, std::size_t n, const LookUp& look_up) const {
-  const RayNeighbours ray = ray_neighbours(settings_.rays, rho);
-  const double sigma = settings_.sigmas[n];
-  const auto of_ray = [&](int k) {
-    const auto& numbers =
-        look_up(tables_[static_cast<std::size_t>(k) * settings_.sigmas.size() + n]);
-    return table_of(sigma, numbers.reshaped(patterns_->all(), even_columns + odd_columns));
-  };
-  if (ray.on_left) return of_ray(ray.left);
-  if (ray.on_right) return of_ray(ray.left + 1);
-  return blended(of_ray(ray.left), of_ray(ray.left + 1),
-                 blend_between_rays(ray.a, ray.b, sigma, rho));
+std::vector<StateTable> StressAtlas::look_up(const CodedTables::Place& at, double rho,
+                                             std::size_t n) const {
+  return look_up_tables(*tables_, at, ray_neighbours(settings_.rays, rho), static_cast<int>(n),
+                        settings_.sigmas[n], {patterns_->all(), patterns_->all(), even_columns});
 }
 
 std::vector<StateTable> StressAtlas::look_up(const PlateShape& shape, double rho, int nodes) const {
-  const ShapeWeights weights =
-      shape_weights(settings_.grid, place_in_grid(shape), ShapeSlopes::none);
+  const CodedTables::Place at = tables_->place(shape, ShapeSlopes::none);
   std::vector<StateTable> found;
   for (std::size_t n = 0; n < static_cast<std::size_t>(nodes); ++n)
-    found.push_back(coefficients(rho, n, [&](const PackedTable& t) { return t.look_up(weights); }));
+    found.push_back(std::move(look_up(at, rho, n).front()));
   return found;
 }
 
 StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSlopes slopes) const {
   return [this, rho, known = std::map<std::size_t, std::vector<StateTable>>(),
-          at = shape_weights(settings_.grid, place_in_grid(shape), slopes),
+          at = tables_->place(shape, slopes),
           per = slope_units(shape)](std::size_t n) mutable -> const std::vector<StateTable>& {
     std::vector<StateTable>& rates = known[n];
     if (!rates.empty()) return rates;
-    std::map<const PackedTable*, MatrixXd> of_ray;
-    for (Eigen::Index p = 0; p + 1 < at.of.cols(); ++p) {
-      StateTable& rate = rates.emplace_back(coefficients(rho, n, [&](const PackedTable& t) {
-        const auto [found, fresh] = of_ray.try_emplace(&t);
-        if (fresh) found->second = t.look_up(at);
-        return found->second.col(1 + p);
-      }));
-      rate.even *= per[p];
-      rate.odd *= per[p];
+    rates = look_up(at, rho, n);
+    rates.erase(rates.begin());
+    for (std::size_t p = 0; p < rates.size(); ++p) {
+      rates[p].even *= per[static_cast<Eigen::Index>(p)];
+      rates[p].odd *= per[static_cast<Eigen::Index>(p)];
     }
     return rates;
   };
@@ -172,87 +153,75 @@ StressRateSource StressAtlas::rates(const PlateShape& shape, double rho, ShapeSl
 
 // ---------------------------------------------------------------------------- file
 
-std::string StressAtlas::pack() const {
-  std::string block;
-  std::vector<std::int32_t> counts;
-  for (const PackedTable& t : tables_) {
-    counts.push_back(t.numbers);
-    counts.push_back(t.directions);
-  }
-  append_part(block, counts.data(), counts.size());
-  for (int f = 0; f < StrainPatterns::families; ++f) {
-    const Eigen::MatrixXf P = patterns_->P(f).cast<float>();
-    append_part(block, P.data(), static_cast<std::uint64_t>(P.size()));
-  }
-  for (const PackedTable& t : tables_) append_table(block, t);
-  return block;
+std::vector<int> stress_counts(const StressAtlasSettings& settings, Eigen::Index patterns) {
+  return std::vector<int>(settings.sigmas.size(),
+                          static_cast<int>(patterns * (even_columns + odd_columns)));
 }
 
-std::shared_ptr<const StressAtlas> StressAtlas::unpack(const StressAtlasSettings& settings,
-                                                       const char* data, std::size_t size,
-                                                       std::shared_ptr<const void> owner) {
-  PartReader read{data, size};
-  const std::size_t tables = settings.rays.size() * settings.sigmas.size();
+AtlasPart pack(const StrainPatterns& patterns) {
+  std::string bytes;
+  for (int f = 0; f < StrainPatterns::families; ++f) {
+    const Eigen::MatrixXf P = patterns.P(f).cast<float>();
+    bytes.append(reinterpret_cast<const char*>(P.data()),
+                 static_cast<std::size_t>(P.size()) * sizeof(float));
+  }
+  return AtlasPart(std::move(bytes));
+}
+
+std::shared_ptr<const StrainPatterns> unpack_patterns(const StressAtlasSettings& settings,
+                                                      const AtlasPart& part) {
   const StressPlaces places(settings.mesh);
-  const auto* sizes = read.next<std::int32_t>(2 * tables);
   std::array<MatrixXd, StrainPatterns::families> P;
-  int coefficients = 0;
+  const char* at = part.bytes().data();
   for (int f = 0; f < StrainPatterns::families; ++f) {
     const auto [rows, patterns] = pattern_counts(settings, places, f);
-    const auto* numbers = read.next<float>(static_cast<std::size_t>(rows) * patterns);
-    if (!numbers) return nullptr;
-    P[static_cast<std::size_t>(f)] =
-        Eigen::Map<const Eigen::MatrixXf>(numbers, rows, patterns).cast<double>();
-    coefficients += patterns;
+    Eigen::MatrixXf numbers(rows, patterns);
+    const std::size_t size = static_cast<std::size_t>(numbers.size()) * sizeof(float);
+    std::memcpy(numbers.data(), at, size);
+    at += size;
+    P[static_cast<std::size_t>(f)] = numbers.cast<double>();
   }
-  std::vector<PackedTable> all;
-  for (std::size_t k = 0; k < tables; ++k) {
-    PackedTable& t = all.emplace_back();
-    t.all = coefficients * static_cast<int>(even_columns + odd_columns);
-    t.numbers = sizes[2 * k];
-    t.directions = sizes[2 * k + 1];
-    t.shapes = settings.grid.size();
-    if (!read_table(read, t)) return nullptr;
-  }
-  if (read.at != size) return nullptr;
-  return std::make_shared<StressAtlas>(settings, std::make_shared<StrainPatterns>(settings.mesh, P),
-                                       std::move(all), std::move(owner));
+  return std::make_shared<StrainPatterns>(settings.mesh, P);
 }
 
 // ---------------------------------------------------------------------------- making
 
-StressAtlasMaker::StressAtlasMaker(const StressAtlasSettings& settings)
-    : settings_(settings), patterns_(std::make_shared<StrainPatterns>(find_patterns(settings))) {
+StressAtlasMaker::StressAtlasMaker(const StressAtlasSettings& settings,
+                                   std::shared_ptr<const StrainPatterns> patterns)
+    : settings_(settings), patterns_(std::move(patterns)) {}
+
+void StressAtlasMaker::begin_ray() {
   const Eigen::Index numbers = patterns_->all() * (even_columns + odd_columns);
-  values_.assign(settings.sigmas.size(), MatrixXd(numbers, settings.grid.size()));
+  values_.emplace_back(settings_.sigmas.size(), NumbersOfShapes(numbers, settings_.grid.size()));
 }
 
 void StressAtlasMaker::put(int k, const std::vector<StateTable>& nodes) {
   assert(nodes.size() == settings_.sigmas.size());
   const double thickness = std::exp(settings_.grid.shape(k)[1]);
   for (std::size_t n = 0; n < nodes.size(); ++n)
-    values_[n].col(k) = columns_of(patterns_->coefficients(nodes[n], thickness)).reshaped();
+    values_.back()[n].col(k) =
+        table_numbers(patterns_->coefficients(nodes[n], thickness)).cast<float>();
 }
 
-void StressAtlasMaker::end_ray() {
+std::shared_ptr<const StressAtlas> StressAtlasMaker::finish() {
   const StressPlaces places(settings_.mesh);
-  for (std::size_t n = 0; n < values_.size(); ++n) {
-    const double sigma = settings_.sigmas[n];
+  std::vector<NumberUnits> units;
+  for (const double sigma : settings_.sigmas) {
     VectorXd share(patterns_->all());
     share.head(patterns_->strains())
         .setConstant(per_stress(sigma) / std::sqrt(0.5 * places.strain_rows()));
     share.tail(patterns_->count(StrainPatterns::places_family))
         .setConstant(1 / std::sqrt(places.rows() - places.strain_rows()));
     const MatrixXd weights = share * monomial_sizes(sigma).transpose();
-    made_->push_back(flexopt::pack(values_[n], weights.reshaped(), settings_.tolerance));
+    NumberUnits& of = units.emplace_back();
+    for (const double weight : weights.reshaped())
+      of.sizes.push_back(static_cast<float>(settings_.unit / weight));
+    of.laws.resize(of.sizes.size());
   }
-}
-
-std::shared_ptr<const StressAtlas> StressAtlasMaker::finish() {
-  assert(made_->size() == settings_.rays.size() * settings_.sigmas.size());
-  std::vector<PackedTable> tables;
-  for (const PackedNumbers& numbers : *made_) tables.push_back(numbers.table());
-  return std::make_shared<StressAtlas>(settings_, patterns_, std::move(tables), made_);
+  return std::make_shared<StressAtlas>(
+      settings_, patterns_,
+      code_tables(settings_.grid, VectorXd::Ones(settings_.grid.size()), units,
+                  std::move(values_)));
 }
 
 }  // namespace flexopt

@@ -9,7 +9,6 @@
 
 #include "core/math/chebyshev.hpp"
 #include "core/math/polynomial.hpp"
-#include "core/reduction/atlas/atlas_dynamics.hpp"
 #include "core/reduction/atlas/ray_interpolation.hpp"
 
 namespace flexopt {
@@ -37,8 +36,7 @@ AtlasCheck::Errors summarised(const std::vector<AtlasCheck::Sample>& samples,
                               const Summary& summary) {
   using Errors = AtlasCheck::Errors;
   Errors all;
-  for (double Errors::*const part :
-       {&Errors::drive, &Errors::on_ray, &Errors::off_ray, &Errors::frequency, &Errors::stress}) {
+  for (double Errors::*const part : Errors::parts) {
     std::vector<double> errors;
     for (const AtlasCheck::Sample& s : samples) errors.push_back(s.errors.*part);
     if (!errors.empty()) all.*part = summary(errors);
@@ -65,34 +63,33 @@ ShapeGrid shape_grid(const AtlasSettings& s) {
           s.poissons_ratios};
 }
 
-std::vector<AtlasTerm> atlas_terms(const std::vector<double>& sigmas) {
+PlateShape shape_at(const AtlasSettings& settings, const Vector3d& place) {
+  return {std::exp(place[0]), std::exp(place[1]), place[2], settings.mesh,
+          settings.free_edge_torsion};
+}
+
+std::vector<int> atlas_terms(double sigma) {
   const MonomialTable& table = monomials<6, atlas_degree>();
-  std::vector<AtlasTerm> terms;
-  for (int n = 0; n < static_cast<int>(sigmas.size()); ++n)
-    for (int m = 0; m < table.size(); ++m) {
-      const auto e = table.exponents(m);
-      const bool across = (e[2] + e[4] + e[5]) % 2 == 0;
-      const bool thickness =
-          sigmas[static_cast<std::size_t>(n)] != 0 || (e[0] + e[1] + e[2]) % 2 == 0;
-      if (across && thickness) terms.push_back({n, m});
-    }
+  std::vector<int> terms;
+  for (int m = 0; m < table.size(); ++m) {
+    const auto e = table.exponents(m);
+    const bool across = (e[2] + e[4] + e[5]) % 2 == 0,
+               thickness = sigma != 0 || (e[0] + e[1] + e[2]) % 2 == 0;
+    if (across && thickness) terms.push_back(m);
+  }
   return terms;
 }
 
-bool is_highest(const AtlasTerm& term) {
-  return monomials<6, atlas_degree>().degree(term.monomial) == atlas_degree;
-}
-
-std::array<int, 2> term_counts(const std::vector<AtlasTerm>& terms) {
-  const auto highest = static_cast<int>(std::count_if(terms.begin(), terms.end(), is_highest));
-  return {static_cast<int>(terms.size()) - highest, highest};
+TableForm dynamics_form() {
+  const auto [evens, odds] = TubeDynamics::entries();
+  return {evens, odds};
 }
 
 StressAtlasSettings stress_settings(const AtlasSettings& s) {
   StressAtlasSettings stress;
   stress.grid = shape_grid(s);
   // every other one, those that turn by nearly equal angles
-  const std::size_t wanted = s.rays.size() % 2 == 1 ? s.rays.size() / 2 + 1 : s.rays.size();
+  const std::size_t wanted = std::max<std::size_t>(2, (s.rays.size() + 1) / 2);
   for (std::size_t k = 0; k < wanted; ++k) {
     const double angle =
         std::numbers::pi / 2 * (static_cast<double>(k) / static_cast<double>(wanted - 1) - 0.5);
@@ -109,16 +106,13 @@ StressAtlasSettings stress_settings(const AtlasSettings& s) {
   return stress;
 }
 
-TubeAtlas::TubeAtlas(AtlasSettings settings, Numbers numbers, AtlasCheck check,
+TubeAtlas::TubeAtlas(AtlasSettings settings, Tables tables, AtlasCheck check,
                      std::string fingerprint, std::shared_ptr<const StressAtlas> stress)
     : settings_(std::move(settings)),
-      numbers_(std::move(numbers)),
+      tables_(std::move(tables)),
       check_(std::move(check)),
       fingerprint_(std::move(fingerprint)),
-      stress_(std::move(stress)),
-      terms_(atlas_terms(settings_.sigmas)),
-      counts_(term_counts(terms_)),
-      grid_(shape_grid(settings_)) {
+      stress_(std::move(stress)) {
   assert(settings_.rays.size() >= 2 && settings_.rays.front() == -1 && settings_.rays.back() == 1);
   assert(settings_.sigmas.size() >= 2 && settings_.sigmas.front() == 0);
 }
@@ -153,44 +147,22 @@ Check TubeAtlas::covers(const PlateShape& shape, const TubeRange& range) const {
   return {};
 }
 
-// Sums (A1) over the shapes of the first terms of a ray: terms × (value, its derivatives by log
-// w/L, log t/L and ν). Double sums of single and of whole numbers: what is looked up is then smooth
-// to rounding.
-template <class Number>
-MatrixXd TubeAtlas::sums(const Number* numbers, int all_terms, int ray, int terms,
-                         const ShapeWeights& weights) const {
-  const Eigen::Index rays = static_cast<Eigen::Index>(settings_.rays.size()),
-                     count = settings_.shapes(), stride = TubeAtlas::stride(all_terms);
-  return weighted_sums(weights, terms, [&](Eigen::Index k) {
-    return numbers + ((k / count * rays + ray) * count + k % count) * stride;
-  });
-}
-
-// Taylor coefficients (A1) of the bent states of a ray, then their derivatives as those of sums().
+// Taylor coefficients about the bent states of a ray, then their derivatives by log w/L, log t/L
+// and ν, as many as the place has.
 std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray,
-                                                                const ShapeWeights& weights,
+                                                                const CodedTables::Place& at,
                                                                 int nodes) const {
-  int terms = 0;
-  while (terms < static_cast<int>(terms_.size()) && terms_[terms].node < nodes) ++terms;
-  const auto [lower, highest] = term_counts({terms_.begin(), terms_.begin() + terms});
-  const auto [all_lower, all_highest] = counts_;
-  const MatrixXd of_lower = sums(numbers_.values, all_lower, ray, lower, weights),
-                 of_highest = sums(numbers_.highest, all_highest, ray, highest, weights);
-  const float* const units = numbers_.units + static_cast<std::size_t>(ray) * all_highest;
-  const HalfPowers law(weights.place);
-  const std::int8_t* e = numbers_.exponents + 2 * static_cast<std::size_t>(ray) * terms_.size();
-  const std::vector<std::vector<double>> none(
-      static_cast<std::size_t>(nodes),
-      std::vector<double>(static_cast<std::size_t>(monomial_count(6, atlas_degree)), 0.0));
-  std::vector<std::vector<std::vector<double>>> W(static_cast<std::size_t>(weights.of.cols()),
-                                                  none);
-  for (int i = 0, low = 0, high = 0; i < terms; ++i) {
-    const bool last = is_highest(terms_[i]);
-    const double size = law(e + 2 * i) * (last ? static_cast<double>(units[high]) : 1);
-    const auto sum = last ? of_highest.row(high++) : of_lower.row(low++);
-    for (int s = 0; s < static_cast<int>(W.size()); ++s)
-      W[s][terms_[i].node][terms_[i].monomial] =
-          size * (sum[s] + (s == 1 || s == 2 ? 0.5 * e[2 * i + s - 1] * sum[0] : 0));
+  std::vector<std::vector<std::vector<double>>> W(static_cast<std::size_t>(at.coordinates.rows()));
+  for (int n = 0; n < nodes; ++n) {
+    const MatrixXd c = tables_.potentials->look_up(ray, n, at);
+    const std::vector<int> terms = atlas_terms(settings_.sigmas[static_cast<std::size_t>(n)]);
+    for (std::size_t s = 0; s < W.size(); ++s) {
+      std::vector<double>& of =
+          W[s].emplace_back(static_cast<std::size_t>(monomial_count(6, atlas_degree)), 0.0);
+      for (std::size_t i = 0; i < terms.size(); ++i)
+        of[static_cast<std::size_t>(terms[i])] =
+            c(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(s));
+    }
   }
   return W;
 }
@@ -200,7 +172,7 @@ std::vector<std::vector<std::vector<double>>> TubeAtlas::taylor(int ray,
 std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const PlateShape& shape,
                                                  const Eigen::Vector2d& ray, int nodes,
                                                  ShapeSlopes slopes) const {
-  const ShapeWeights at = weights(shape, slopes);
+  const CodedTables::Place at = tables_.potentials->place(shape, slopes);
   const int all = static_cast<int>(settings_.sigmas.size());
   nodes = nodes > 0 ? std::min(nodes, all) : all;
   assert(ray.cwiseAbs().maxCoeff() == 1 && (ray[0] > 0 || (ray[0] == 0 && ray[1] != 0)));
@@ -215,7 +187,7 @@ std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const PlateShape& shape,
     if (!place.same_sign) directions *= -1;
   }
   std::vector<Tube> tubes;
-  for (std::size_t s = 0; s < static_cast<std::size_t>(at.of.cols()); ++s) {
+  for (std::size_t s = 0; s < static_cast<std::size_t>(at.coordinates.rows()); ++s) {
     Tube& tube = tubes.emplace_back();
     tube.directions = directions;
     for (int n = 0; n < nodes; ++n) {
@@ -231,10 +203,6 @@ std::vector<TubeAtlas::Tube> TubeAtlas::assemble(const PlateShape& shape,
   return tubes;
 }
 
-ShapeWeights TubeAtlas::weights(const PlateShape& shape, ShapeSlopes slopes) const {
-  return shape_weights(grid_, place_in_grid(shape), slopes);
-}
-
 int TubeAtlas::nodes_to(double sigma) const {
   const std::vector<double>& all = settings_.sigmas;
   return static_cast<int>(std::lower_bound(all.begin() + 1, all.end() - 1, sigma) - all.begin()) +
@@ -242,29 +210,49 @@ int TubeAtlas::nodes_to(double sigma) const {
 }
 
 std::vector<DynamicsNode> TubeAtlas::dynamics(const PlateShape& shape, const Eigen::Vector2d& ray,
-                                              double sigma, StationsWanted stations) const {
-  assert(settings_.dynamics);
-  const std::vector<double>& all = settings_.sigmas;
-  return look_up_dynamics(
-      numbers_.dynamics,
-      stations == StationsWanted::yes ? numbers_.stations : std::vector<CompressedTable>(),
-      weights(shape, ShapeSlopes::none), ray_neighbours(settings_.rays, place_of(ray).rho),
-      {all.begin(), all.begin() + nodes_to(sigma)}, static_cast<int>(all.size()));
+                                              double sigma, StationsWanted wanted) const {
+  assert(tables_.dynamics);
+  const RayNeighbours at = ray_neighbours(settings_.rays, place_of(ray).rho);
+  const CodedTables::Place place = tables_.dynamics->place(shape, ShapeSlopes::none);
+  std::vector<DynamicsNode> found;
+  for (int n = 0; n < nodes_to(sigma); ++n)
+    found.push_back(
+        {std::move(look_up_tables(*tables_.dynamics, place, at, n,
+                                  settings_.sigmas[static_cast<std::size_t>(n)], dynamics_form())
+                       .front()),
+         {}});
+  if (wanted == StationsWanted::no) return found;
+  const CodedTables::Place of_stations = tables_.stations->place(shape, ShapeSlopes::none);
+  const double t = at.on_left ? 0 : at.on_right ? 1 : (at.rho - at.a) / (at.b - at.a);
+  for (std::size_t n = 0; n < found.size(); ++n) {
+    const auto motion = [&](int k) {
+      return tables_.stations->look_up(k, static_cast<int>(n), of_stations);
+    };
+    MatrixXd all = MatrixXd::Zero(tables_.stations->counts()[n], 1);
+    if (t < 1) all += (1 - t) * motion(at.left);
+    if (t > 0) all += t * motion(at.left + 1);
+    found[n].stations = all.reshaped(all.rows() / 2, 2);
+  }
+  return found;
 }
 
 DynamicsRates TubeAtlas::dynamics_rates(const PlateShape& shape, const Eigen::Vector2d& ray,
                                         double sigma, ShapeSlopes slopes) const {
-  assert(settings_.dynamics);
-  const std::vector<double>& all = settings_.sigmas;
-  DynamicsRates rates = look_up_dynamics_rates(numbers_.dynamics, weights(shape, slopes),
-                                               ray_neighbours(settings_.rays, place_of(ray).rho),
-                                               {all.begin(), all.begin() + nodes_to(sigma)});
+  assert(tables_.dynamics);
+  const RayNeighbours at = ray_neighbours(settings_.rays, place_of(ray).rho);
+  const CodedTables::Place place = tables_.dynamics->place(shape, slopes);
   const Vector3d per = slope_units(shape);
-  for (std::size_t p = 0; p < 2; ++p)
-    for (StateTable& table : rates[p]) {
-      table.even *= per[static_cast<Eigen::Index>(p)];
-      table.odd *= per[static_cast<Eigen::Index>(p)];
+  DynamicsRates rates(static_cast<std::size_t>(slope_count(slopes)));
+  for (int n = 0; n < nodes_to(sigma); ++n) {
+    std::vector<StateTable> found =
+        look_up_tables(*tables_.dynamics, place, at, n,
+                       settings_.sigmas[static_cast<std::size_t>(n)], dynamics_form());
+    for (std::size_t p = 0; p < rates.size(); ++p) {
+      found[p + 1].even *= per[static_cast<Eigen::Index>(p)];
+      found[p + 1].odd *= per[static_cast<Eigen::Index>(p)];
+      rates[p].push_back(std::move(found[p + 1]));
     }
+  }
   return rates;
 }
 

@@ -129,8 +129,8 @@ class ElementSeries {
       for (int half = 0; half < n / 8; ++half) {
         for (int k = 0; k < m; ++k)
           for (int g = 0; g < 8; ++g) {
-            a[k][g] = U(8 * half + g, c * m + k);
-            b[k][g] = B(8 * half + g, c * m + k);
+            a[k].set(g, U(8 * half + g, c * m + k));
+            b[k].set(g, B(8 * half + g, c * m + k));
           }
         add_product(table_, sum.data(), a.data(), b.data(), degree, degree);
       }
@@ -195,7 +195,7 @@ class ElementSeries {
   void subtract_metric(int i, int j, Lanes& strain) const {
     if constexpr (std::is_same_v<Operators, PlateMesh>) {
       Lanes metric;
-      for (int g = 0; g < points; ++g) metric[g] = mesh_.element(i, j).metric[g];
+      for (int g = 0; g < points; ++g) metric.set(g, mesh_.element(i, j).metric[g]);
       strain -= metric;
     } else {
       strain -= 1.0;  // flat leaves alone
@@ -213,13 +213,13 @@ class ElementSeries {
     Bent bent;
     const Eigen::Index n = element.curvature_weight.size();
     for (int g = 0; g < points; ++g)
-      bent.c[g] = first + g < n ? element.curvature_weight[first + g] : 0;
+      bent.c.set(g, first + g < n ? element.curvature_weight[first + g] : 0);
     for (int v = 0; v < 3; ++v)
       for (int c = 0; c < 3; ++c) {
         bent.a[v][c].assign(m, lanes(0));
         for (int k = 0; k < m; ++k)
           for (int g = 0; g < points && first + g < n; ++g)
-            bent.a[v][c][k][g] = field(v * n + first + g, c * m + k);
+            bent.a[v][c][k].set(g, field(v * n + first + g, c * m + k));
       }
     return bent;
   }
@@ -274,7 +274,7 @@ class ElementSeries {
         add_product(table_, sum.data(), normal.data(), a3[c].data(), full, degree);
       }
     }
-    sum[0][0] += weight * element.rest_energy;
+    sum[0].set(0, sum[0][0] + weight * element.rest_energy);
   }
 
   void add_strains(Points& p, int strain_degree, int degree) const {

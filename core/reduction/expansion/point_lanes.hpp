@@ -4,11 +4,12 @@
 #include <array>
 
 #include "core/math/dual.hpp"
+#include "core/math/wide.hpp"
 
 namespace flexopt {
 
 /// A number at the eight membrane points of an element.
-using Lanes8 = double __attribute__((vector_size(64)));
+using Lanes8 = Eight;
 
 /// A number at the eight membrane points of an element, with its derivatives.
 template <int n>
@@ -64,8 +65,8 @@ struct PointLanes;
 template <>
 struct PointLanes<double> {
   using type = Lanes8;
-  static type constant(double value) { return Lanes8{} + value; }
-  static void set(type& lanes, int g, double value) { lanes[g] = value; }
+  static type constant(double value) { return Lanes8::all(value); }
+  static void set(type& lanes, int g, double value) { lanes.set(g, value); }
   static double get(const type& lanes, int g) { return lanes[g]; }
 };
 template <int n>
@@ -77,8 +78,8 @@ struct PointLanes<Dual<n>> {
     return lanes;
   }
   static void set(type& lanes, int g, const Dual<n>& value) {
-    lanes.value[g] = value.value;
-    for (int k = 0; k < n; ++k) lanes.derivatives[k][g] = value.derivatives[k];
+    lanes.value.set(g, value.value);
+    for (int k = 0; k < n; ++k) lanes.derivatives[k].set(g, value.derivatives[k]);
   }
   static Dual<n> get(const type& lanes, int g) {
     Dual<n> value(lanes.value[g]);

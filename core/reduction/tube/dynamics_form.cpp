@@ -11,7 +11,7 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
                            const DynamicsRates& rates) {
   const TubeDynamics::Local at = tables.locate(place);
   const auto a = at.interval, b = a + 1;
-  assert(rates.size() <= 3 && rates.front().size() > b);
+  assert(rates.size() <= 3 && (rates.empty() || rates.front().size() > b));
   const StateTable &left = tables.node(a).table, &right = tables.node(b).table;
   const StateWeightSlopes<> w = state_weight_slopes(left.sigma, right.sigma, at.sigma, at.z);
 
@@ -48,50 +48,64 @@ DynamicsForm::DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place
   solve_factorised(factor_, static_);
 }
 
-auto DynamicsForm::at(Rates r, double mu) const -> Value {
-  r = mirror_.cwiseProduct(r);
-  const auto eta = r.tail<P>();
-  const Vector6d along = r.segment<6>(6);  // s′, f′
-  const Vector3d x = X_ * eta;
+DynamicsForm::Motion DynamicsForm::motion(const Rates& r) const {
+  Motion found;
+  found.r = mirror_.cwiseProduct(r);
+  found.x = X_ * found.r.tail<P>();
   // the rates of the fields (D4)
-  Rates fields = r;
-  fields.segment<3>(9) -= x;
-  fields.tail<P>() += static_ * along;
-  const Rates moved = entries_.mass * fields;
-  Value value;
-  value.stiffness = eta.dot(entries_.k * eta) + x.dot(entries_.G * eta);
-  value.mass = fields.dot(moved);
-  value.along_mass = moved;
-  value.along_mass.segment<6>(6) += static_.transpose() * moved.tail<P>();
-  value.along_mass.tail<P>() -= X_.transpose() * moved.segment<3>(9);
-  value.along_mass = mirror_.cwiseProduct(value.along_mass).eval();
+  found.fields = found.r;
+  found.fields.segment<3>(9) -= found.x;
+  found.fields.tail<P>() += static_ * found.r.segment<6>(6);
+  found.moved = entries_.mass * found.fields;
+  return found;
+}
 
-  // covectors of the entries: of K, then of −μM through what the fields take from them
+// Covectors of K, then of −μM through what the fields take from the entries.
+DynamicsForm::Covector DynamicsForm::covector(const Motion& m, double mu) const {
+  const auto eta = m.r.tail<P>();
+  const auto along = m.r.segment<6>(6);  // s′, f′
   DynamicsEntries of;
   of.k = eta * eta.transpose();
-  of.G = 2 * x * eta.transpose();
-  of.F = -x * x.transpose();
-  Eigen::Matrix<double, P, 1> pulled = -2 * mu * moved.tail<P>();
+  of.G = 2 * m.x * eta.transpose();
+  of.F = -m.x * m.x.transpose();
+  Eigen::Matrix<double, P, 1> pulled = -2 * mu * m.moved.tail<P>();
   solve_factorised(factor_, pulled);
-  const Vector3d held = 2 * mu * F_inverse_ * moved.segment<3>(9);
+  const Vector3d held = 2 * mu * F_inverse_ * m.moved.segment<3>(9);
   of.g = pulled * along.head<3>().transpose();
   of.G += along.tail<3>() * pulled.transpose() + held * eta.transpose();
   of.k -= pulled * (static_ * along).transpose();
-  of.F -= held * x.transpose();
-  const Rates weighted = -mu * fields;
+  of.F -= held * m.x.transpose();
+  const Rates weighted = -mu * m.fields;
   const DynamicsLayout& layout = DynamicsLayout::get();
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, R*(R + 1), 1> covector(slopes_.rows());
+  Covector covector(slopes_.rows());
   Eigen::Index n = 0;
   for (const auto* slots : {&layout.even, &layout.odd})
     for (const DynamicsEntries::Slot& slot : *slots)
       covector[n++] =
           slot.matrix == DynamicsEntries::mass_part
-              ? (slot.row == slot.column ? 1 : 2) * fields[slot.row] * weighted[slot.column]
+              ? (slot.row == slot.column ? 1 : 2) * m.fields[slot.row] * weighted[slot.column]
               : of.taken(slot);
-  const Eigen::Matrix<double, 9, 1> by = slopes_.transpose() * covector;
+  return covector;
+}
+
+auto DynamicsForm::at(const Rates& r, double mu) const -> Value {
+  const Motion m = motion(r);
+  const auto eta = m.r.tail<P>();
+  Value value;
+  value.stiffness = eta.dot(entries_.k * eta) + m.x.dot(entries_.G * eta);
+  value.mass = m.fields.dot(m.moved);
+  value.along_mass = m.moved;
+  value.along_mass.segment<6>(6) += static_.transpose() * m.moved.tail<P>();
+  value.along_mass.tail<P>() -= X_.transpose() * m.moved.segment<3>(9);
+  value.along_mass = mirror_.cwiseProduct(value.along_mass).eval();
+  const Eigen::Matrix<double, 9, 1> by = slopes_.transpose() * covector(m, mu);
   value.state = by.head<6>();
   value.shape = by.tail<3>();
   return value;
+}
+
+VectorXd DynamicsForm::by_numbers(const Rates& r, double mu) const {
+  return covector(motion(r), mu);
 }
 
 }  // namespace flexopt

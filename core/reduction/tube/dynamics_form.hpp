@@ -12,7 +12,7 @@ class DynamicsForm {
   using Rates = Eigen::Matrix<double, R, 1>;  ///< those of TubeDynamics::Answer::mass
 
   /// Form at a place where `tables` are valid, that is, TubeDynamics::Answer::reason is empty.
-  /// `rates`: derivatives of these tables.
+  /// `rates`: derivatives of these tables; may be empty where nothing is asked by the shape.
   DynamicsForm(const TubeDynamics& tables, const TubeDynamics::Place& place,
                const DynamicsRates& rates);
 
@@ -22,9 +22,20 @@ class DynamicsForm {
     Vector6d state;  ///< ∂(rᵀ(K − μM)r)/∂(σ, τ, twist, N, M1, M2) of TubeDynamics::Place
     Vector3d shape;  ///< by w/L, t/L and ν
   };
-  Value at(Rates r, double mu) const;
+  Value at(const Rates& r, double mu) const;
+  /// ∂(rᵀ(K − μM)r) by every number of the layout, the even ones first.
+  VectorXd by_numbers(const Rates& r, double mu) const;
 
  private:
+  /// Rates r of the tables, and what they bring about.
+  struct Motion {
+    Rates r, fields, moved;
+    Vector3d x;
+  };
+  Motion motion(const Rates& r) const;
+  using Covector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, R*(R + 1), 1>;
+  Covector covector(const Motion& motion, double mu) const;
+
   DynamicsEntries entries_;
   DynamicsEntries::Square factor_;  ///< of k
   DynamicsEntries::Flat X_;         ///< F′⁻¹ G

@@ -78,7 +78,7 @@ std::vector<Lanes> in_lanes(const Polynomial& bernstein) {
       const Power2 x = X[v * lanes + l];
       Bernstein beta = bernstein(x, {0, 0, 0});
       elevate(beta, 2 * (Degree + 1 - x.tau - x.N) - 1, top);
-      for (int r = 0; r <= top; ++r) c[r][l] = beta[r];
+      for (int r = 0; r <= top; ++r) c[r].set(l, beta[r]);
     }
     all.insert(all.end(), c.begin(), c.end());
   }
@@ -91,7 +91,7 @@ std::vector<Lanes> in_lanes(const Polynomial& bernstein) {
         int e[3] = {};
         e[i] = 1;
         const Bernstein beta = bernstein(x, e);
-        for (int r = 0; r < terms; ++r) all[static_cast<std::size_t>(first + r)][i] = beta[r];
+        for (int r = 0; r < terms; ++r) all[static_cast<std::size_t>(first + r)].set(i, beta[r]);
       }
     }
   unrolled<y_blocks(Degree, Odd)>([&](auto block) {
@@ -109,7 +109,7 @@ std::vector<Lanes> in_lanes(const Polynomial& bernstein) {
           const double factor = e[i] * (e[j] - (i == j)) / static_cast<double>(k * (k - 1));
           const Bernstein beta = bernstein(x, e);
           for (int r = 0; r < terms; ++r)
-            all[static_cast<std::size_t>(first + r)][p] = factor * beta[r];
+            all[static_cast<std::size_t>(first + r)].set(p, factor * beta[r]);
         }
       }
   });

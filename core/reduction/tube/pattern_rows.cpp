@@ -4,8 +4,6 @@
 #include <array>
 #include <cassert>
 
-#include "core/math/wide.hpp"
-
 namespace flexopt {
 namespace {
 
@@ -35,7 +33,6 @@ PatternRows::PatternRows(const MatrixXd& P)
       patterns_(P.cols()),
       numbers_(static_cast<std::size_t>((rows_ + block - 1) / block * block * patterns_), 0.0F),
       by_rows_(P.transpose()) {
-  static_assert(block == 2 * wide);
   for (Eigen::Index k = 0; k < patterns_; ++k)
     for (Eigen::Index i = 0; i < rows_; ++i)
       numbers_[static_cast<std::size_t>((i / block * patterns_ + k) * block + i % block)] =

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/math/types.hpp"
+#include "core/math/wide.hpp"
 
 namespace flexopt {
 
@@ -19,7 +20,7 @@ class PatternRows {
   /// A row of P, pattern by pattern, as it was given.
   const double* row(Eigen::Index i) const { return by_rows_.col(i).data(); }
 
-  static constexpr Eigen::Index block = 16;  ///< rows that stand together, pattern by pattern
+  static constexpr Eigen::Index block = 2 * wide;  ///< rows that stand together, pattern by pattern
 
  private:
   template <int columns, int blocks>

@@ -118,7 +118,7 @@ struct XWeights {
   /// Derivative d of eight monomials.
   [[gnu::always_inline]] LanesOf<T> at(int d, int vector) const {
     if constexpr (std::is_same_v<T, double>)
-      return *reinterpret_cast<const Lanes*>(&w[d][vector * lanes]);
+      return Lanes::load(&w[d][vector * lanes]);
     else
       return lanes_from(&w[d][vector * lanes]);
   }

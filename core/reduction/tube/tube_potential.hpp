@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/math/types.hpp"
+#include "core/math/wide.hpp"
 
 namespace flexopt {
 
@@ -90,7 +91,7 @@ class TubePotential {
   double last_sigma() const { return nodes_.back().sigma; }
 
   /// Eight numbers that the processor treats at once.
-  using Lanes = double __attribute__((vector_size(64)));
+  using Lanes = Eight;
 
  private:
   struct Interval {

@@ -22,15 +22,23 @@ std::string refusal(const json& model) {
 
 }  // namespace
 
-TEST_CASE("a job is the same with and without a file in the cache unless it asks for an atlas") {
-  const test::AtlasPlace place;
+TEST_CASE("a job has the atlas that comes along, or the one that is named") {
   const Job plain = parse_job(job_with(json::object()));
-  CHECK(plain.model.atlas_use == AtlasUse::off);
-  CHECK_FALSE(plain.model.atlas);
+  CHECK(plain.model.atlas_use == AtlasUse::automatic);
+  CHECK(plain.model.atlas == shipped_atlas());
   CHECK(plain.notes.empty());
-  CHECK((*plain.as_read)["model"]["atlas"] == "off");
+  CHECK((*plain.as_read)["model"]["atlas"] == "auto");
+  const Job without = parse_job(job_with({{"atlas", "off"}}));
+  CHECK_FALSE(without.model.atlas);
+  CHECK_FALSE(parse_job(job_with({{"accuracy", "full"}})).model.atlas);
+
+  // what it does not have
+  const Job otherwise = parse_job(job_with({{"degree", 7}}));
+  CHECK_FALSE(otherwise.model.atlas);
+  CHECK(otherwise.notes.empty());
 
   // no file yet
+  const test::AtlasPlace place;
   CHECK_THAT(refusal({{"atlas", "required"}}),
              Contains(place.file().string()) && Contains("flexopt atlas --mesh 12 5"));
   const Job automatic = parse_job(job_with({{"atlas", "auto"}}));
@@ -55,13 +63,14 @@ TEST_CASE("a job is the same with and without a file in the cache unless it asks
   REQUIRE(job.model.atlas);
   CHECK(job.model.atlas->settings() == settings);
   CHECK(job.notes.empty());
-  CHECK(parse_job(job_with({{"atlas", "auto"}, {"mesh", {4, 2}}})).model.atlas == job.model.atlas);
-  CHECK_FALSE(parse_job(job_with({{"mesh", {4, 2}}})).model.atlas);
+  CHECK(parse_job(job_with({{"mesh", {4, 2}}})).model.atlas == job.model.atlas);
+  CHECK_FALSE(parse_job(job_with({{"atlas", "off"}, {"mesh", {4, 2}}})).model.atlas);
 
   // a run that was interrupted does not go on with leaves from elsewhere
   CHECK(log_identity(job, "1").contains("atlases"));
   CHECK(log_identity(job, "1") != log_identity(automatic, "1"));
-  CHECK_FALSE(log_identity(plain, "1").contains("atlases"));
+  CHECK(log_identity(plain, "1").contains("atlases"));
+  CHECK_FALSE(log_identity(without, "1").contains("atlases"));
 
   // what an atlas does not have
   const auto with = [&](const char* key, const json& value) {

@@ -82,13 +82,6 @@ TEST_CASE("every family's new optimisation begins within bounds, sound at all co
       }
     }
     CHECK(job.optimise->constraints.size() >= 2);  // stress and room
-    // leaves that an atlas may have are looked up where there is one
-    const bool flat = job.model.flexure == Flexure::plate && job.accuracy.automatic &&
-                      std::ranges::any_of(start.leaves, [](const LeafSpring& leaf) {
-                        return leaf.section != Section::circular && !leaf.curve && !leaf.fold &&
-                               leaf.width_profile.empty() && leaf.thickness_profile.empty();
-                      });
-    CHECK((job.model.atlas_use == AtlasUse::automatic) == flat);
   }
 }
 
