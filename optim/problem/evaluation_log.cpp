@@ -107,7 +107,7 @@ json log_identity(const Job& job, const std::string& version) {
   json whole{{"version", version}, {"job", std::move(identity)}};
   // leaves that another atlas, or none, would give are others
   const auto add_atlas = [&](const ModelOptions& model) {
-    if (model.atlas) whole["atlases"].push_back(model.atlas->fingerprint());
+    if (model.atlas) whole["looked_up_in"].push_back(model.atlas->fingerprint());
   };
   add_atlas(job.model);
   if (job.search_model) add_atlas(*job.search_model);

@@ -189,8 +189,11 @@ bool Loop::improve() {
   const double moved = (found.best->x - x).lpNorm<Eigen::Infinity>();
   if (moved > (feasible ? 10 * spec_.tolerance : least_region))
     return judge(*found.best, pose, moved);
-  // corrected to equal full accuracy at x, the model has its optimum there, unless it got stuck
-  const bool stuck = is_exact() && found.summary.reason != StopReason::converged;
+  // Corrected to equal full accuracy at x, the model has its optimum there, unless the search got
+  // stuck. Beside a kink, where two frequencies cross, it does; the first-order conditions at full
+  // accuracy then decide.
+  const bool stuck = is_exact() && found.summary.reason != StopReason::converged &&
+                     !(report.kkt && *report.kkt <= rules_.tolerance);
   report.converged = feasible && !stuck;
   if (feasible) report.difference = 0;
   if (!feasible)

@@ -301,6 +301,15 @@ TubeRange tube_range(const LeafSpring& leaf, const ModelOptions& model, const Li
   return range;
 }
 
+// The nearest of the rays in steps for which leaves are looked up: between two steps of its ray a
+// design changes by its shape and place alone, whose derivatives are exact. A state is as well known
+// next to a ray as on it.
+TubeRange on_ray_in_steps(TubeRange range) {
+  constexpr double step = 0.01;  // the rays of the atlas are multiples of it
+  for (int k = 0; k < 2; ++k) range.ray[k] = std::round(range.ray[k] / step) * step;
+  return range;
+}
+
 }  // namespace
 
 ModelOptions segment_options(const ModelOptions& model) {
@@ -353,14 +362,19 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
     const PlateShape& shape = meshes.shape(leaf, model);
     const TubeRange range =
         tube_range(leaf, model, motion[i], driven, several.empty() ? largest : 1, meshes);
-    std::shared_ptr<TubeModel> tube;
-    for (const auto& m : models)
-      if (m->shape() == shape && (m->range().ray - range.ray).norm() < 1e-6 &&
-          std::abs(m->range().sigma_max - range.sigma_max) < 1e-6 &&
-          std::abs(m->range().force_centre - range.force_centre) < 1e-6)
-        tube = m;
+    const auto made = [&](const TubeRange& wanted) -> std::shared_ptr<TubeModel> {
+      for (const auto& m : models)
+        if (m->shape() == shape && (m->range().ray - wanted.ray).norm() < 1e-6 &&
+            std::abs(m->range().sigma_max - wanted.sigma_max) < 1e-6 &&
+            std::abs(m->range().force_centre - wanted.force_centre) < 1e-6)
+          return m;
+      return nullptr;
+    };
+    const TubeRange in_steps = model.atlas ? on_ray_in_steps(range) : range;
+    std::shared_ptr<TubeModel> tube = made(in_steps);
+    if (!tube) tube = made(range);
     if (!tube) {
-      tube = known_tube(shape, range, model, 0,
+      tube = known_tube(shape, in_steps, model, 0,
                         poissons_ratio_moves ? ShapeSlopes::all : ShapeSlopes::sizes);
       if (!tube) {
         const auto mesh = meshes.mesh(leaf, model);

@@ -67,10 +67,10 @@ TEST_CASE("a job has the atlas that comes along, or the one that is named") {
   CHECK_FALSE(parse_job(job_with({{"atlas", "off"}, {"mesh", {4, 2}}})).model.atlas);
 
   // a run that was interrupted does not go on with leaves from elsewhere
-  CHECK(log_identity(job, "1").contains("atlases"));
+  CHECK(log_identity(job, "1").contains("looked_up_in"));
   CHECK(log_identity(job, "1") != log_identity(automatic, "1"));
-  CHECK(log_identity(plain, "1").contains("atlases"));
-  CHECK_FALSE(log_identity(without, "1").contains("atlases"));
+  CHECK(log_identity(plain, "1").contains("looked_up_in"));
+  CHECK_FALSE(log_identity(without, "1").contains("looked_up_in"));
 
   // what an atlas does not have
   const auto with = [&](const char* key, const json& value) {

@@ -185,7 +185,8 @@ TEST_CASE("gradients of a path are its differences") {
   const double difference = (8 * (load(thickness + step) - load(thickness - step)) -
                              (load(thickness + 2 * step) - load(thickness - 2 * step))) /
                             (12 * step);
-  CHECK(exact(2, 0) == Approx(difference).epsilon(1e-7));
+  // the derivative of a path is that of full leaves, the loads are those of looked-up ones
+  CHECK(exact(2, 0) == Approx(difference).epsilon(2e-5));
   // The load is proportional to Young's modulus, which is that of a steel.
   const double modulus = last(result.path(), "drive_load") / exact(2, 1);
   CHECK(modulus > 1.9e11);
@@ -219,7 +220,7 @@ TEST_CASE("an optimisation finds the README's hinge, tells how far it is, can be
   const flexopt::Job job = hinge({"/optimise/starts=1"});
   const flexopt::Optimum found = flexopt::optimise(job, options);
   CHECK(found.usable());
-  CHECK(found.objective().value() == Approx(256.458).margin(0.03));
+  CHECK(found.objective().value() == Approx(256.458).margin(0.06));
   CHECK(found.parameters().at("thickness") == Approx(0.0004).margin(5e-5));
   CHECK(found.evaluations() > 5);
   CHECK(told > 5);

@@ -47,9 +47,10 @@ def test_an_optimisation_finds_what_the_command_line_finds(hinge, tmp_path):
     steps = []
     r = flexopt.optimise(hinge, lambda done, total, text: steps.append((done, total, text)))
     assert r.to_dict()["optimum"] == theirs["optimum"]
-    assert r.status == "ok" and abs(r.objective - 256.458) < 0.03
+    assert r.status == "ok" and abs(r.objective - 256.458) < 0.06
     assert r.design["thickness"] == theirs["optimum"]["parameters"]["thickness"]
-    assert min(r["parasitic_frequency"]) == pytest.approx(r.objective, rel=1e-6)
+    # the objective is that of full accuracy, the path that of the job's model
+    assert min(r["parasitic_frequency"]) == pytest.approx(r.objective, rel=1e-4)
     assert [c["label"] for c in r.constraints][0].startswith("max_stress")
     counted = [done for done, total, text in steps if total]
     assert counted == list(range(1, len(counted) + 1)) and len(counted) > 5
