@@ -302,8 +302,8 @@ TubeRange tube_range(const LeafSpring& leaf, const ModelOptions& model, const Li
 }
 
 // The nearest of the rays in steps for which leaves are looked up: between two steps of its ray a
-// design changes by its shape and place alone, whose derivatives are exact. A state is as well known
-// next to a ray as on it.
+// design changes by its shape and place alone, whose derivatives are exact. A state is as well
+// known next to a ray as on it.
 TubeRange on_ray_in_steps(TubeRange range) {
   constexpr double step = 0.01;  // the rays of the atlas are multiples of it
   for (int k = 0; k < 2; ++k) range.ray[k] = std::round(range.ray[k] / step) * step;

@@ -51,7 +51,7 @@ def test_the_forms_say_the_same_of_a_design(hinge):
 
 @pytest.mark.parametrize("pointwise, method, options, most", [
     (True, "SLSQP", {"ftol": 1e-9, "maxiter": 200}, 40),
-    (False, "SLSQP", {"ftol": 1e-9, "maxiter": 200}, 400),
+    (False, "SLSQP", {"ftol": 1e-9, "maxiter": 200}, 600),
     (True, "trust-constr", {"maxiter": 60}, None),  # as near as after 120, in less than half the time
 ])
 def test_methods_of_scipy_find_the_optimum(hinge, pointwise, method, options, most):
