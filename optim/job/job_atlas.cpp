@@ -77,7 +77,7 @@ ModelOptions on_reduced_leaves(ModelOptions model) {
 
 std::string note_on_atlas(ModelOptions model) {
   const char* named = std::getenv("FLEXOPT_ATLAS");
-  if (!named || model.atlas_use != AtlasUse::automatic) return {};
+  if (!named || !*named || model.atlas_use != AtlasUse::automatic) return {};
   const Check found = find_atlas(model);
   return found
              ? ""

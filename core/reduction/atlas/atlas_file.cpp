@@ -344,7 +344,8 @@ std::shared_ptr<const TubeAtlas> shipped_atlas() {
 }
 
 bool takes_shipped_atlas(const std::array<int, 2>& mesh) {
-  return mesh == default_mesh && !std::getenv("FLEXOPT_ATLAS");
+  const char* named = std::getenv("FLEXOPT_ATLAS");
+  return mesh == default_mesh && (!named || !*named);
 }
 
 }  // namespace flexopt

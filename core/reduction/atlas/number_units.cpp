@@ -151,8 +151,8 @@ struct DynamicsSamples {
   }
 };
 
-// Of the numbers about each bent state, those of the stations behind the others, what makes up for
-// a unit relative to the diagonals of the matrices: logarithms, their means over the rays.
+// Returns what makes up for a unit relative to the diagonals of the matrices, for the numbers about
+// each bent state, those of the stations behind the others: means over the rays of its logarithm.
 std::vector<MatrixXd> log_inverse_weights(const DynamicsSamples& samples, Eigen::Index stations) {
   const std::size_t nodes = samples.settings.sigmas.size(), rays = samples.values.size();
   std::vector<MatrixXd> found(

@@ -220,7 +220,7 @@ TEST_CASE("an optimisation finds the README's hinge, tells how far it is, can be
   const flexopt::Job job = hinge({"/optimise/starts=1"});
   const flexopt::Optimum found = flexopt::optimise(job, options);
   CHECK(found.usable());
-  CHECK(found.objective().value() == Approx(256.458).margin(0.06));
+  CHECK(found.objective().value() == Approx(256.42).margin(0.03));
   CHECK(found.parameters().at("thickness") == Approx(0.0004).margin(5e-5));
   CHECK(found.evaluations() > 5);
   CHECK(told > 5);

@@ -47,7 +47,7 @@ def test_an_optimisation_finds_what_the_command_line_finds(hinge, tmp_path):
     steps = []
     r = flexopt.optimise(hinge, lambda done, total, text: steps.append((done, total, text)))
     assert r.to_dict()["optimum"] == theirs["optimum"]
-    assert r.status == "ok" and abs(r.objective - 256.458) < 0.06
+    assert r.status == "ok" and abs(r.objective - 256.42) < 0.03
     assert r.design["thickness"] == theirs["optimum"]["parameters"]["thickness"]
     # the objective is that of full accuracy, the path that of the job's model
     assert min(r["parasitic_frequency"]) == pytest.approx(r.objective, rel=1e-4)

@@ -16,7 +16,8 @@ ShapeGrid grid_of(int widths, int thicknesses) {
           {0.25, 0.3, 0.36}};
 }
 
-// Of the degree of all points where it is linear in ν, of every other one what is curved.
+// The number has the degree of all points where it is linear in ν, and of every other point where
+// it is curved.
 double number(const Vector3d& p) {
   const double x = p[0] + 1, y = p[1] + 4.7;
   return (1 + std::pow(x, 8) - std::pow(y, 6)) * (1 + 2 * p[2]) +
