@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include "core/response/solid_search.hpp"
 
@@ -48,17 +49,43 @@ SolidPoint least_point(const Solids& solids, const Solids::SampleGrid& grid,
   return {solid, local_minimum(value, lower, upper, local_minimum(value, low, high, start))};
 }
 
+// Samples of a solid, with the slopes of the place at those of which they were asked: all
+// directions share them.
+class Samples {
+ public:
+  Samples(const Solids& solids, int solid)
+      : solids_(&solids), solid_(solid), grid_(solids.surface_samples(solid)) {}
+  const Solids::SampleGrid& grid() const { return grid_; }
+  const Matrix3d& slopes(std::size_t sample) {
+    if (slopes_.empty()) slopes_.resize(grid_.samples.size());
+    if (!slopes_[sample])
+      slopes_[sample] = solids_->local({solid_, grid_.samples[sample].at}).slopes;
+    return *slopes_[sample];
+  }
+
+ private:
+  const Solids* solids_;
+  int solid_;
+  Solids::SampleGrid grid_;
+  std::vector<std::optional<Matrix3d>> slopes_;
+};
+
 // What the function may lose between a sample and its neighbours by its slope there: of a cubic
 // between two samples the slope at one of them is worth 4/27 of a step along its tangent, those at
 // both a quarter; half is taken.
 template <class F>
-double descent(const Solids& solids, const Solids::SampleGrid& grid, const SolidPoint& point,
-               const F& f) {
-  const VectorXd gradient = value_at(solids, point, f).gradient;
-  const Vector3d lower = solids.lower(point.solid), upper = solids.upper(point.solid);
+double descent(const Solids& solids, int solid, Samples& samples, std::size_t sample, const F& f) {
+  const Solids::SampleGrid& grid = samples.grid();
+  const Solids::Sample& at = grid.samples[sample];
+  double value;
+  Vector3d slope;
+  Matrix3d curvature;
+  f(at.place, value, slope, curvature);
+  const Vector3d gradient = samples.slopes(sample).transpose() * slope, lower = solids.lower(solid),
+                 upper = solids.upper(solid);
   double sum = 0;
   for (int k = 0; k < 3; ++k)
-    if (gradient[k] > 0 ? point.at[k] > lower[k] : point.at[k] < upper[k])
+    if (gradient[k] > 0 ? at.at[k] > lower[k] : at.at[k] < upper[k])
       sum += 0.5 * std::abs(gradient[k]) * grid.steps[k];
   return sum;
 }
@@ -86,9 +113,8 @@ double change_beside(const Solids::SampleGrid& grid, const std::vector<double>& 
 // reach. Searches start from all samples beside which it may lie, the furthest first: with a single
 // search, rounding would decide which of several places is found. The reach is −f, as in value_at,
 // over a size; so is `bound` of a solid.
-using SamplesOfSolids = std::vector<Solids::SampleGrid>;
 template <class Bound, class F>
-SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, const Bound& bound,
+SolidPoint furthest(const Solids& solids, std::vector<Samples>& samples, const Bound& bound,
                     const F& f) {
   SolidPoint best;
   double most = -std::numeric_limits<double>::infinity();
@@ -105,7 +131,7 @@ SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, const 
   };
   for (int i = 0; i < solids.count(); ++i) {
     if (best.solid >= 0 && bound(i) <= most + equal_distance) continue;
-    const Solids::SampleGrid& grid = samples[i];
+    const Solids::SampleGrid& grid = samples[i].grid();
     std::vector<double> reached;
     std::vector<std::size_t> order;
     for (const Solids::Sample& sample : grid.samples) {
@@ -116,9 +142,8 @@ SolidPoint furthest(const Solids& solids, const SamplesOfSolids& samples, const 
     take({i, grid.samples[order.front()].at});
     for (const std::size_t k : order) {
       if (reached[k] + change_beside(grid, reached, k) <= most + equal_distance) continue;
-      const SolidPoint start{i, grid.samples[k].at};
-      if (reached[k] + descent(solids, grid, start, f) > most + equal_distance)
-        take(least_point(solids, grid, start, f));
+      if (reached[k] + descent(solids, i, samples[i], k, f) > most + equal_distance)
+        take(least_point(solids, grid, {i, grid.samples[k].at}, f));
     }
   }
   return best;
@@ -148,8 +173,8 @@ CylinderAxis cylinder_axis(const Mechanism& mechanism) {
 Extents extents_of(const Solids& solids) {
   Extents extents;
   const double size = longest_leaf(solids.mechanism());
-  SamplesOfSolids samples;
-  for (int i = 0; i < solids.count(); ++i) samples.push_back(solids.surface_samples(i));
+  std::vector<Samples> samples;
+  for (int i = 0; i < solids.count(); ++i) samples.emplace_back(solids, i);
   for (int side = 0; side < 2; ++side)
     for (int k = 0; k < 3; ++k) {
       const double sign = side == 0 ? -1 : 1;

@@ -57,12 +57,19 @@ double slenderness_of(const PlateShape& shape) {
 
 TubeModel::TubeModel(std::shared_ptr<const PlateMesh> mesh, const TubeRange& range,
                      std::shared_ptr<PlatePool> pool)
-    : shape_(mesh->shape()), mesh_(std::move(mesh)), range_(range), pool_(std::move(pool)) {
-  directions_.col(0) = range.ray;
-  // Direction across the ray; for the S (1, 1) and C (1, −1) rays, the other one of the two.
-  directions_.col(1) = Eigen::Vector2d(range.ray[1], -range.ray[0]);
-  if (range.ray[0] * range.ray[1] < 0) directions_.col(1) *= -1;
+    : shape_(mesh->shape()),
+      mesh_(std::move(mesh)),
+      range_(range),
+      directions_(ray_directions(range.ray)),
+      pool_(std::move(pool)) {
   build();
+}
+
+Eigen::Matrix2d TubeModel::ray_directions(const Eigen::Vector2d& ray) {
+  Eigen::Matrix2d directions;
+  // for the S (1, 1) and C (1, −1) rays the other one of the two
+  directions << ray, Eigen::Vector2d(ray[1], -ray[0]) * (ray[0] * ray[1] < 0 ? -1 : 1);
+  return directions;
 }
 
 TubeModel::TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube)
@@ -247,6 +254,7 @@ TubeLeaf::TubeLeaf(const LeafSpring& leaf, std::shared_ptr<TubeModel> model, int
       reason_(std::move(reason)),
       scale_(leaf, model->shape().flexure),
       model_(std::move(model)),
+      tables_(model_),
       edges_(model_->rest()) {
   state_.mixed.f = model_->range().centre();
 }

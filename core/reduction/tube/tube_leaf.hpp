@@ -55,7 +55,7 @@ class TubeModel {
   /// Model of a flat leaf of uniform width and thickness from known expansions. Mesh, bent states
   /// and fields are made when fields or a state beyond the last node are asked for.
   TubeModel(const PlateShape& shape, const TubeRange& range, KnownTube tube);
-  /// Model of the same leaf and ray with another order of expansion, about other forces. It starts
+  /// Model of the same leaf along another ray, about other forces or of another order. It starts
   /// with the two bent states next to sigma; others are added as the leaf reaches them.
   TubeModel(TubeModel& other, const TubeRange& range, double sigma);
 
@@ -93,10 +93,11 @@ class TubeModel {
 
   /// The bent state to add for a leaf at sigma, beyond the others.
   double next_state(double sigma) const;
-  /// Model that replaces this one at sigma: of this order (2, 3) about these forces (N, M1, M2)
-  /// over their scale. Shared by all leaves that want the same. Null where no bent states are
-  /// found.
-  std::shared_ptr<TubeModel> successor(int order, const Vector3d& forces, double sigma);
+  /// Model that replaces this one at sigma: of this order (2, 3) along this ray about these forces
+  /// (N, M1, M2) over their scale. Shared by all leaves that want the same. Null where no bent
+  /// states are found.
+  std::shared_ptr<TubeModel> successor(int order, const Eigen::Vector2d& ray,
+                                       const Vector3d& forces, double sigma);
 
   /// Unknowns of the leaf in its chord frame (ChordLeaf::unknowns) at s, f (over their scale):
   /// second-order fields, every coefficient joined by two-point Hermite interpolation.
@@ -141,6 +142,8 @@ class TubeModel {
 
  private:
   void build();
+  /// The ray and the direction across it.
+  static Eigen::Matrix2d ray_directions(const Eigen::Vector2d& ray);
   bool dynamics_known() const { return known_ && known_->dynamics; }
   std::vector<double> planned_states() const;  ///< where bent states are to stand, ascending
   int bent_states() const;                     ///< so many carry the fields
@@ -189,7 +192,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   Check check_interior(InteriorUse use) override;
   std::unique_ptr<LeafState> save() const override;
   void restore(const LeafState& state) override;
-  void expect_dynamics(int states) override { model_->expect_dynamics(states); }
+  void expect_dynamics(int states) override { tables_->expect_dynamics(states); }
   LeafDynamics dynamics(DynamicsRequest request) override;
   Check check_rebuilt() const override { return rebuilt_believed_; }
   LeafStress stress() override;
@@ -275,6 +278,8 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   Check check_beside_full(const PlateLeaf& plate) const;
   /// Whether a leaf that is indefinite alone is believed, by the full leaf rebuilt at its state.
   Check check_unsound(const EdgeSurroundings& about);
+  /// The ray nearly through the present state, where it is far off the model's; else that.
+  Eigen::Vector2d turned_ray() const;
   /// The leaf with a better potential, at the same state; null where there is none.
   std::unique_ptr<TubeLeaf> successor(double sigma, const std::string& reason);
   /// Strains from the tables of stress. Null without tables, and where they do not hold;
@@ -296,6 +301,9 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   int centred_ = 0;  ///< so often expanded anew about its forces
   LeafScale scale_;
   std::shared_ptr<TubeModel> model_;
+  /// Whose tables of dynamics and stress are asked: of a successor those of the first model, which
+  /// hold under other forces, too.
+  std::shared_ptr<TubeModel> tables_;
   EdgePoses edges_;  ///< scaled
   ReducedState state_;
   ReducedResponse response_;

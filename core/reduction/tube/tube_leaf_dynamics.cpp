@@ -81,13 +81,14 @@ void TubeModel::reach_dynamics(double sigma, StationsWanted stations) {
 }
 
 TubeDynamics::Place TubeLeaf::place() const {
-  return {response_.location.sigma, response_.location.tau, response_.frame.e[twist],
-          state_.mixed.f};
+  const Vector6d& e = response_.frame.e;
+  const TubeLocation at = tables_->potential().locate({e[theta1y], e[theta2y], e[twist]});
+  return {at.sigma, at.tau, e[twist], state_.mixed.f};
 }
 
 TubeDynamics::Place TubeLeaf::place_in_tables() const {
   TubeDynamics::Place at = place();
-  const TubeView view = model_->view();
+  const TubeView view = tables_->view();
   if (!view.from_tip) return at;
   at.twist *= view.signs()[8];
   std::swap(at.f[1], at.f[2]);
@@ -98,7 +99,7 @@ TubeDynamics::Place TubeLeaf::place_in_tables() const {
 Matrix12d TubeLeaf::edge_rates() const {
   const ChordFrame& frame = response_.frame;
   const MixedState& mixed = state_.mixed;
-  const TubeView view = model_->view();
+  const TubeView view = tables_->view();
   const int base = view.from_tip ? 6 : 0, first = view.from_tip ? theta2y : theta1y,
             second = view.from_tip ? theta1y : theta2y;
   Matrix12d T = Matrix12d::Zero();
@@ -116,18 +117,24 @@ Matrix12d TubeLeaf::edge_rates() const {
 
 const TubeDynamics::Answer* TubeLeaf::tabulated() {
   condensed_because_.clear();
-  model_->reach_dynamics(std::abs(response_.location.sigma), StationsWanted::no);
-  const TubeDynamics* tables = model_->dynamics();
+  tables_->reach_dynamics(std::abs(place().sigma), StationsWanted::no);
+  const TubeDynamics* tables = tables_->dynamics();
   if (!tables) return nullptr;
+  if (std::abs(place().sigma) > tables->last_sigma() * (1 + 1e-9)) {
+    condensed_because_ = "frequencies of the full leaf: it bends beyond the tables";
+    return nullptr;
+  }
   if (!internal_) {
     const TubeDynamics::Place at = place_in_tables();
-    internal_ = model_->kept().dynamics.at(at, [&] {
+    // far off the force about which they were expanded, tables err more for the same change
+    const double largest = (model_->range().under_load() ? 0.5 : 1.0) * largest_dynamics_change;
+    internal_ = tables_->kept().dynamics.at(at, [&] {
       const double change = tables->change(at);
-      if (change <= largest_dynamics_change) return tables->evaluate(at);
+      if (change <= largest) return tables->evaluate(at);
       TubeDynamics::Answer doubted;
       doubted.reason = fmt::format(
           "the last degree of the tables changes the internal stiffness by {:.2g} > {:.2g}", change,
-          largest_dynamics_change);
+          largest);
       return doubted;
     });
   }
@@ -163,7 +170,7 @@ LeafDynamics TubeLeaf::dynamics_of(const TubeDynamics::Answer& local) const {
 std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(const DynamicsRequest& request) {
   condensed_because_.clear();
   if (request.modes == 0) return std::nullopt;
-  if (request.modes > tabulated_modes && model_->dynamics()) {
+  if (request.modes > tabulated_modes && tables_->dynamics()) {
     condensed_because_ =
         "frequencies of the full leaf: they take more internal modes than the tables have";
     return std::nullopt;
@@ -186,9 +193,9 @@ std::optional<LeafDynamics> TubeLeaf::tabulated_dynamics(const DynamicsRequest& 
 }
 
 MatrixXd TubeLeaf::tabulated_stations() const {
-  model_->reach_dynamics(std::abs(response_.location.sigma), StationsWanted::yes);
+  tables_->reach_dynamics(std::abs(place().sigma), StationsWanted::yes);
   MatrixXd stations =
-      model_->view().seen_from_base(model_->dynamics()->stations(place_in_tables()));
+      tables_->view().seen_from_base(tables_->dynamics()->stations(place_in_tables()));
   for (Eigen::Index i = 0; i < stations.rows(); i += 3)
     stations.middleRows<3>(i) = (response_.frame.axes * stations.middleRows<3>(i)).eval();
   return stations;

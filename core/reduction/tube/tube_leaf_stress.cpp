@@ -46,16 +46,16 @@ void TubeModel::add_stress(const TubeExpansion& e) {
 
 const StrainField* TubeLeaf::tabulated_strains() {
   rebuilt_because_.clear();
-  const double sigma = std::abs(response_.location.sigma);
-  const TubeStress* tables = model_->stress(sigma);
+  const double sigma = std::abs(place().sigma);
+  const TubeStress* tables = tables_->stress(sigma);
   if (!tables) return nullptr;
-  if (!model_->stress_known()) model_->cover(sigma);
+  if (!tables_->stress_known()) tables_->cover(sigma);
   if (sigma > tables->last_sigma() * (1 + 1e-9)) {
     rebuilt_because_ = "stress of the full leaf: no bent state was found beyond this one";
     return nullptr;
   }
   if (!stress_)
-    stress_ = model_->kept().strains.at(place(), [&] { return tables->evaluate(place()); });
+    stress_ = tables_->kept().strains.at(place(), [&] { return tables->evaluate(place()); });
   if (stress_->change <= largest_stress_change) return &stress_->strains;
   rebuilt_because_ = fmt::format(
       "stress of the full leaf: the last degree of the tables changes it by {:.2g} > {:.2g} of the "
@@ -70,7 +70,7 @@ Vector3d TubeLeaf::tabulated_point(double along, double across) {
     const EdgePose& edge = edges_[along == 0 ? 0 : 1];
     r = edge.position + edge.axes.col(1) * ((across - 0.5) * model_->shape().width);
   } else {
-    const TubeStress& tables = *model_->stress();
+    const TubeStress& tables = *tables_->stress();
     r = edges_[tables.view().from_tip ? 1 : 0].position +
         response_.frame.axes * tables.material_point(place(), along, across);
   }
@@ -95,7 +95,7 @@ LeafStress TubeLeaf::stress() {
   if (!strains) return leaf_stress(*model_->mesh(), stressed_nodal(), leaf_, scale_, index_);
   const double modulus = leaf_.material.youngs_modulus;
   LeafStress stress = plate_stress(*strains, model_->shape(), modulus, index_);
-  stress.known = *model_->kept().peaks.at(
+  stress.known = *tables_->kept().peaks.at(
       place(), [&] { return plate_stress(*strains, model_->shape(), 1, 0).largest(); });
   stress.known->value *= modulus;
   stress.known->section *= modulus;
@@ -109,7 +109,7 @@ LeafShape TubeLeaf::shape() {
 }
 
 LeafShape TubeLeaf::tabulated_shape() {
-  const TubeStress& tables = *model_->stress();
+  const TubeStress& tables = *tables_->stress();
   const std::vector<double>&x = tables.places().lines, &y = tables.places().nodes;
   const std::vector<Vector3d> places = tables.nodes(place());
   const auto global = [&](const Vector3d& r) {
@@ -136,6 +136,11 @@ LeafShape TubeLeaf::tabulated_shape() {
 }
 
 std::vector<Vector3d> TubeLeaf::material_points(const std::vector<std::array<double, 2>>& places) {
+  if (tables_->stress_known() && tabulated_strains()) {
+    std::vector<Vector3d> points;
+    for (const auto& [along, across] : places) points.push_back(tabulated_point(along, across));
+    return points;
+  }
   return plate_material_points(*model_->mesh(), rebuilt_nodal(), scale_, places);
 }
 

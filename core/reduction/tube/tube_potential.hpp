@@ -16,8 +16,11 @@ struct TubeRange {
   double force_centre = 0;    ///< N about which to expand, over the force scale
   Eigen::Vector2d moment_centre = Eigen::Vector2d::Zero();  ///< (M1, M2) about which to expand
   int order = 2;  ///< of the fields: potential of degree 2 order + 1
+  /// A dead load gives the leaf more than 1 % of its buckling load: stricter tests of belief.
+  bool loaded = false;
 
   Vector3d centre() const { return {force_centre, moment_centre[0], moment_centre[1]}; }
+  bool under_load() const { return loaded || !centre().isZero(0); }
 };
 
 /// Expansion of W* about one bent state of the ray.

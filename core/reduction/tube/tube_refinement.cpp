@@ -23,7 +23,7 @@ TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
     : shape_(other.shape_),
       mesh_(other.mesh()),
       range_(range),
-      directions_(other.directions_),
+      directions_(ray_directions(range.ray)),
       successor_(true) {
   other.pool();
   pool_ = other.pool_;
@@ -52,14 +52,17 @@ double TubeModel::next_state(double sigma) const {
   return state_beyond(sigma, (up ? nodes.back() : nodes.front()).sigma);
 }
 
-std::shared_ptr<TubeModel> TubeModel::successor(int order, const Vector3d& forces, double sigma) {
+std::shared_ptr<TubeModel> TubeModel::successor(int order, const Eigen::Vector2d& ray,
+                                                const Vector3d& forces, double sigma) {
   TubeRange range = range_;
   range.order = order;
+  range.ray = ray;
   range.force_centre = forces[0];
   range.moment_centre = forces.tail<2>();
   std::erase_if(successors_, [](const auto& m) { return m.expired(); });
   for (const std::weak_ptr<TubeModel>& known : successors_)
-    if (auto model = known.lock(); model->range_.order == order && model->range_.centre() == forces)
+    if (auto model = known.lock(); model->range_.order == order && model->range_.ray == ray &&
+                                   model->range_.centre() == forces)
       return model;
   const auto model = std::make_shared<TubeModel>(*this, range, sigma);
   if (!model->built()) return nullptr;
@@ -190,7 +193,7 @@ TubeLeaf::DegreeChanges TubeLeaf::changes_in(const EdgeSurroundings& s,
 
 double TubeLeaf::change_along_ray(const HighestDegree& highest) const {
   const PlateShape& shape = model_->shape();
-  if (shape.is_beam() || shape.curve || model_->range().centre().isZero(0)) return 0;
+  if (shape.is_beam() || shape.curve || !model_->range().under_load()) return 0;
   const Eigen::Vector2d ray = model_->range().ray;
   const Eigen::Matrix2d bending{{4, 2}, {2, 4}};
   const Matrix6d& all = highest.stiffness;
@@ -242,10 +245,10 @@ TubeLeaf::Doubt TubeLeaf::doubt(const Surroundings& surroundings) {
   const HighestDegree highest = highest_degree();
   const std::optional<double> alone = relative_change(highest.stiffness, response_.mixed.hessian);
   const bool sound = alone && *alone <= sound_change;
-  const double largest = degree == 7                          ? largest_change_of_degree_7
-                         : !sound                             ? largest_change_of_unsound
-                         : model_->range().centre().isZero(0) ? largest_degree_change
-                                                              : largest_change_under_load;
+  const double largest = degree == 7                    ? largest_change_of_degree_7
+                         : !sound                       ? largest_change_of_unsound
+                         : model_->range().under_load() ? largest_change_under_load
+                                                        : largest_degree_change;
   const double next = axial_offset() * axial_offset();
   const auto too_large = [&](double change) {
     return change > largest || next * change > largest_next_change;
@@ -297,7 +300,10 @@ LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
     return {true, full_model(fmt::format("bends to {:.3g} rad, beyond the tube", sigma))};
   }
   const auto [reason, better_potential_helps] = doubt(surroundings);
-  if (reason.empty()) return {};
+  if (reason.empty()) {
+    centred_ = 0;
+    return {};
+  }
   // a series that changes its forces by more than they are says nothing of those to expand about
   if (better_potential_helps && own_change(highest_degree().force) < 1)
     if (std::unique_ptr<TubeLeaf> better = successor(sigma, reason))
@@ -305,20 +311,45 @@ LimitedRange::Refinement TubeLeaf::refine(const Surroundings& surroundings) {
   return {true, full_model(reason)};
 }
 
+Eigen::Vector2d TubeLeaf::turned_ray() const {
+  constexpr double step = 0.1, far = 0.06;  // of the smaller bending over the larger one
+  const Vector6d& e = response_.frame.e;
+  const Eigen::Vector2d& before = model_->range().ray;
+  Eigen::Vector2d ray(e[theta1y], e[theta2y]);
+  const double size = ray.cwiseAbs().maxCoeff();
+  if (model_->shape().curve || size < least_distance_of_states) return before;
+  ray /= ray[0] < 0 ? -size : size;
+  if ((ray - before).norm() <= far) return before;
+  return step * (ray / step).array().round().matrix();
+}
+
 std::unique_ptr<TubeLeaf> TubeLeaf::successor(double sigma, const std::string& reason) {
+  const Eigen::Vector2d ray = turned_ray();
+  const bool turned = ray != model_->range().ray;
+  if (turned)
+    sigma = std::max(std::abs(response_.frame.e[theta1y]), std::abs(response_.frame.e[theta2y]));
   const Vector3d unit = force_unit(), centre = model_->range().centre();
-  const Vector3d forces =
-      state_.mixed.f.cwiseQuotient(unit).array().round().matrix().cwiseProduct(unit);
-  const bool far = ((forces - centre).cwiseQuotient(unit)).cwiseAbs().maxCoeff() >= far_units;
+  const Vector3d off = (state_.mixed.f - centre).cwiseQuotient(unit);
+  const bool far = off.cwiseAbs().maxCoeff() >= far_units;
   const int order = model_->range().order;
+  Vector3d forces = centre;
+  if (far) {
+    forces = state_.mixed.f.cwiseQuotient(unit);
+    // centred beyond a pull that grows, away from the buckling load, the expansion serves longer
+    constexpr double ahead = 0.5;
+    if (centred_ == 0 && off[0] >= far_units) forces[0] += ahead * off[0];
+    forces = forces.array().round().matrix().cwiseProduct(unit).eval();
+  }
   std::shared_ptr<TubeModel> model;
-  if (far && centred_ < most_centred) model = model_->successor(order, forces, sigma);
+  if ((far || turned) && centred_ < most_centred)
+    model = model_->successor(order, ray, forces, sigma);
   const bool anew = model != nullptr;
-  if (!model && order == 2) model = model_->successor(3, far ? forces : centre, sigma);
+  if (!model && order == 2) model = model_->successor(3, ray, forces, sigma);
   if (!model) return nullptr;
   auto leaf = std::make_unique<TubeLeaf>(leaf_, model, index_, reason);
   leaf->edges_ = edges_;
   leaf->state_ = state_;
+  leaf->tables_ = tables_;
   leaf->centred_ = anew ? centred_ + 1 : 0;
   return leaf;
 }

@@ -273,6 +273,11 @@ std::vector<std::unique_ptr<LeafElement>> modal_leaves(const std::vector<LeafSpr
   return leaves;
 }
 
+// Shares of the buckling load, between held edges, that a dead load gives a leaf: from the first on
+// its potential is expanded about the load; where it is looked up it is not, up to the second, and
+// the tests of belief decide.
+constexpr double slight_load = 0.01, largest_looked_up_load = 0.1;
+
 // States that a leaf bends to by its linear motion, of which the strokes make so much more where it
 // is driven.
 TubeRange tube_range(const LeafSpring& leaf, const ModelOptions& model, const LinearMotion& motion,
@@ -294,8 +299,10 @@ TubeRange tube_range(const LeafSpring& leaf, const ModelOptions& model, const Li
     const double stiffness = model.atlas && is_uniform_plate(shape)
                                  ? shape.width
                                  : meshes.mesh(leaf, model)->bending_stiffness();
-    const double buckling = 4 * std::numbers::pi * std::numbers::pi * stiffness;
-    if (std::abs(motion.axial) > 0.01 * buckling)
+    const double buckling = 4 * std::numbers::pi * std::numbers::pi * stiffness,
+                 share = std::abs(motion.axial) / buckling;
+    range.loaded = share > slight_load;
+    if (share > (model.atlas && is_uniform_plate(shape) ? largest_looked_up_load : slight_load))
       range.force_centre = motion.axial / tube_force_scale(shape)[0];
   }
   return range;
@@ -364,7 +371,8 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
         tube_range(leaf, model, motion[i], driven, several.empty() ? largest : 1, meshes);
     const auto made = [&](const TubeRange& wanted) -> std::shared_ptr<TubeModel> {
       for (const auto& m : models)
-        if (m->shape() == shape && (m->range().ray - wanted.ray).norm() < 1e-6 &&
+        if (m->shape() == shape && m->range().loaded == wanted.loaded &&
+            (m->range().ray - wanted.ray).norm() < 1e-6 &&
             std::abs(m->range().sigma_max - wanted.sigma_max) < 1e-6 &&
             std::abs(m->range().force_centre - wanted.force_centre) < 1e-6)
           return m;

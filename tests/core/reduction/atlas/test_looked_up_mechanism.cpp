@@ -1,4 +1,5 @@
 // Mechanisms of looked-up leaves against those of built and of full ones.
+#include "core/reduction/atlas/atlas_file.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/small_atlas.hpp"
 
@@ -78,6 +79,34 @@ TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[sl
               Approx(modulus * (d < 3 ? size : size * size * size) *
                      *one.path[k].support_stiffness[d])
                   .epsilon(1e-8));
+  }
+}
+
+TEST_CASE("looked-up leaves carry payloads, and keep their tables where they are expanded anew") {
+  // shares of the buckling load between held edges
+  for (const double share : {-0.06, -0.02, 0.02, 0.08}) {
+    const Mechanism m = models::hinge(
+        0.06, 4e-4, {models::Crossing{1, -0.03, 0.025}, {-1, 0, 0.05}, {1, 0.03, 0.025}}, 0.1);
+    const LeafSpring& middle = m.leaves[1];
+    const double buckling = 4 * M_PI * M_PI * middle.material.youngs_modulus * middle.width *
+                            std::pow(middle.thickness, 3) / 12 / std::pow(middle.length, 2);
+    StrokeRequest request{.points = {0, 0.15, 0.3}, .frequencies = 4};
+    request.loads.constant = {{.force = {share * std::sqrt(2) * buckling, 0, 0}}};
+    const StrokeResponse full = test::evaluated(m, test::full(), request),
+                         found = test::evaluated(m, {.atlas = shipped_atlas()}, request);
+    for (std::size_t k = 0; k < full.path.size(); ++k) {
+      INFO("share " << share << ", point " << k);
+      const PathPoint &a = found.path[k], &b = full.path[k];
+      CHECK(test::support_error(a, b) < 3e-3);
+      CHECK(a.drive_stiffness == Approx(b.drive_stiffness).epsilon(1e-3));
+      CHECK(a.max_stress->value == Approx(b.max_stress->value).epsilon(4e-3));
+      CHECK(test::frequency_error(a.frequencies_locked, b.frequencies_locked) < 3e-3);
+      for (const LeafReport& leaf : a.leaves) {
+        CHECK(leaf.model == "tube");
+        if (k == 0) CHECK(leaf.source == "atlas");
+        if (std::abs(share) < 0.05) CHECK(leaf.check == 0);  // nothing was condensed
+      }
+    }
   }
 }
 

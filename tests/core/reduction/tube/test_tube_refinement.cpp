@@ -195,11 +195,11 @@ TEST_CASE("equal leaves share what takes over from their model") {
   const auto mesh = std::make_shared<PlateMesh>(PlateShape{0.3, 0.005, 0.3, {8, 4}, true});
   TubeModel model(mesh, {.sigma_max = 0.3});
   const Vector3d forces(-8, 0.5, -0.2);
-  const auto first = model.successor(2, forces, 0.15);
+  const auto first = model.successor(2, {1, 1}, forces, 0.15);
   REQUIRE(first);
-  CHECK(model.successor(2, forces, 0.15) == first);
-  CHECK(model.successor(3, forces, 0.15) != first);
-  CHECK(model.successor(2, {-8, 0.5, 0.2}, 0.15) != first);
+  CHECK(model.successor(2, {1, 1}, forces, 0.15) == first);
+  CHECK(model.successor(3, {1, 1}, forces, 0.15) != first);
+  CHECK(model.successor(2, {1, 1}, {-8, 0.5, 0.2}, 0.15) != first);
 
   // it starts with the two bent states about the leaf, and grows both ways
   CHECK(first->potential().nodes().size() == 2);
@@ -218,6 +218,14 @@ TEST_CASE("equal leaves share what takes over from their model") {
   const Vector3d s(0.2, 0.2, 0);
   REQUIRE(leaf.solve(s, forces.cwiseProduct(tube_force_scale(mesh->shape()))).converged);
   CHECK(first->potential().evaluate(s, forces).value == Approx(leaf.potential()).epsilon(1e-6));
+
+  // along another ray, too, far off that of the first model
+  const auto turned = model.successor(2, {1, 0.4}, forces, 0.15);
+  REQUIRE(turned);
+  const Vector3d off(0.2, 0.08, 0);
+  REQUIRE(leaf.solve(off, forces.cwiseProduct(tube_force_scale(mesh->shape()))).converged);
+  CHECK(turned->potential().locate(off).tau == Approx(0).margin(1e-12));
+  CHECK(turned->potential().evaluate(off, forces).value == Approx(leaf.potential()).epsilon(1e-6));
 }
 
 TEST_CASE("equal leaves that go beyond their bent states together get one more of them") {
