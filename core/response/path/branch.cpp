@@ -188,7 +188,8 @@ void BranchWalk::begin() {
 void BranchWalk::load() {
   if (!home_->loaded_at_rest()) return;
   Equilibrium loaded = advance({});
-  if (!loaded.converged && model_.accuracy != Accuracy::full) loaded = on_fresh_full_leaves({});
+  // where all leaves have become full ones, the way of fresh ones is known
+  if (!loaded.converged && !system().all_full()) loaded = on_fresh_full_leaves({});
   if (away_) home_ = std::move(away_);
   if (!loaded.converged) not_loaded_ = loaded.message;
   under_loads_ = loaded.crossings;

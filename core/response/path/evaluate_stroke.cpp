@@ -78,6 +78,11 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
                                StrokeResponse& response) {
   const auto start = std::chrono::steady_clock::now();
   const ExactDerivatives exactly{differentiable ? &differentiable->design : nullptr, model};
+  const bool loaded = !request.outputs.need_path() ||
+                      std::ranges::any_of(response.path, [](const PathPoint& point) {
+                        return point.status != PointStatus::not_reached;
+                      });
+  if (!loaded) return miss_frequency_derivatives(response.path.front().message, response);
   Answer<FrequencyDerivativesResult> found =
       differentiable && differentiable->along_stroke
           ? std::move(*differentiable->along_stroke)
