@@ -87,6 +87,7 @@ class TubeDynamics {
   struct Answer {
     /// Why the tables are not valid here; empty where they are.
     std::string reason;
+    double change = 0;  ///< TubeDynamics::change() there, where it was asked for
     Eigen::Matrix<double, amplitudes, amplitudes> stiffness;
     /// Mass over (v, ω, rates of (θ1y, θ2y, φ), of (N, M1, M2) with the amplitudes' static parts,
     /// those of the amplitudes beyond their static parts).

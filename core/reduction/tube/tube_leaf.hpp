@@ -163,7 +163,6 @@ class TubeModel {
   std::optional<KnownTube> known_;       ///< without the nodes, which the potentials have
   DynamicsRates known_dynamics_rates_;   ///< of the present tables; empty before they are wanted
   StressRateSource known_stress_rates_;  ///< derivatives of the present tables of stress
-  bool successor_ = false;               ///< of other forces or another degree: it has no tables
   std::shared_ptr<PlatePool> pool_;
   KeptAnswers kept_;                       ///< of the present tables
   std::vector<TubeExpansion> expansions_;  ///< by sigma; of a known potential fields alone

@@ -40,7 +40,6 @@ bool TubeModel::has_dynamics(const PlateShape& shape) {
 
 void TubeModel::make_dynamics() {
   if (dynamics_ || !built() || !has_dynamics(shape_)) return;
-  if (successor_) return;  // few states will be asked for
   if (dynamics_known()) return look_up_dynamics(range_.sigma_max, StationsWanted::no);
   cover(range_.sigma_max);
   leaf().reset();
@@ -126,20 +125,24 @@ const TubeDynamics::Answer* TubeLeaf::tabulated() {
   }
   if (!internal_) {
     const TubeDynamics::Place at = place_in_tables();
-    // far off the force about which they were expanded, tables err more for the same change
-    const double largest = (model_->range().under_load() ? 0.5 : 1.0) * largest_dynamics_change;
     internal_ = tables_->kept().dynamics.at(at, [&] {
       const double change = tables->change(at);
-      if (change <= largest) return tables->evaluate(at);
-      TubeDynamics::Answer doubted;
-      doubted.reason = fmt::format(
-          "the last degree of the tables changes the internal stiffness by {:.2g} > {:.2g}", change,
-          largest);
-      return doubted;
+      TubeDynamics::Answer answer;
+      if (change <= largest_dynamics_change) answer = tables->evaluate(at);
+      answer.change = change;
+      return answer;
     });
   }
-  if (internal_->reason.empty()) return &*internal_;
-  condensed_because_ = "frequencies of the full leaf: " + internal_->reason;
+  // far off the force about which they were expanded, tables err more for the same change
+  const double largest = (model_->range().under_load() ? 0.5 : 1.0) * largest_dynamics_change;
+  if (internal_->reason.empty() && internal_->change <= largest) return &*internal_;
+  condensed_because_ =
+      "frequencies of the full leaf: " +
+      (internal_->reason.empty()
+           ? fmt::format(
+                 "the last degree of the tables changes the internal stiffness by {:.2g} > {:.2g}",
+                 internal_->change, largest)
+           : internal_->reason);
   return nullptr;
 }
 

@@ -15,7 +15,7 @@ namespace flexopt {
 
 const TubeStress* TubeModel::stress(double sigma) {
   const bool flat = !shape_.curve && !shape_.fold && !shape_.has_profile();
-  if (successor_ || !built() || !flat || shape_.is_beam()) return nullptr;
+  if (!built() || !flat || shape_.is_beam()) return nullptr;
   const bool beyond = stress_ && sigma > stress_->last_sigma() * (1 + 1e-9);
   if (stress_ && !(stress_known() && beyond)) return stress_.get();
   kept_ = {};

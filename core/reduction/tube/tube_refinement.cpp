@@ -23,8 +23,7 @@ TubeModel::TubeModel(TubeModel& other, const TubeRange& range, double sigma)
     : shape_(other.shape_),
       mesh_(other.mesh()),
       range_(range),
-      directions_(ray_directions(range.ray)),
-      successor_(true) {
+      directions_(ray_directions(range.ray)) {
   other.pool();
   pool_ = other.pool_;
   const std::vector<double> planned = planned_states();
