@@ -1,11 +1,66 @@
 #include "core/math/block_tridiagonal.hpp"
 
-#include <cassert>
+#include <Eigen/Jacobi>
+#include <cmath>
 
-#include "core/math/decompositions.hpp"
 #include "core/math/work_limit.hpp"
 
 namespace flexopt {
+namespace {
+
+/// R and signs Σ with S = R⁻¹ Σ R⁻ᵀ, of the lower triangle of a symmetric matrix, by symmetric
+/// elimination with the pivots of Bunch and Parlett (SIAM J. Numer. Anal. 8, 1971): the largest
+/// entry of the diagonal, or, where one beside the diagonal is far larger, its two columns, which a
+/// Jacobi rotation parts first.
+void split(const MatrixXd& S, MatrixXd& R, VectorXd& signs) {
+  const Eigen::Index n = S.rows();
+  MatrixXd A = S.selfadjointView<Eigen::Lower>();
+  R.setIdentity(n, n);
+  signs.resize(n);
+  const double least = 1e-300 + 1e-15 * A.cwiseAbs().maxCoeff();
+  const double threshold = (1 + std::sqrt(17.0)) / 8;
+  const auto exchange = [&](Eigen::Index a, Eigen::Index b) {
+    if (a == b) return;
+    A.row(a).swap(A.row(b));
+    A.col(a).swap(A.col(b));
+    R.row(a).swap(R.row(b));
+  };
+  bool parted = false;  // column k is the second of two
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (!parted) {
+      Eigen::Index on = k, row = k, column = k;
+      double beside = 0;
+      for (Eigen::Index j = k; j < n; ++j) {
+        if (std::abs(A(j, j)) > std::abs(A(on, on))) on = j;
+        for (Eigen::Index i = j + 1; i < n; ++i)
+          if (std::abs(A(i, j)) > beside) beside = std::abs(A(i, j)), row = i, column = j;
+      }
+      parted = std::abs(A(on, on)) < threshold * beside;
+      if (parted) {
+        exchange(k, column);
+        exchange(k + 1, row);
+        Eigen::JacobiRotation<double> turn;
+        turn.makeJacobi(A, k, k + 1);
+        A.applyOnTheLeft(k, k + 1, turn.adjoint());
+        A.applyOnTheRight(k, k + 1, turn);
+        R.applyOnTheLeft(k, k + 1, turn.adjoint());
+      } else {
+        exchange(k, on);
+      }
+    } else {
+      parted = false;
+    }
+    signs[k] = A(k, k) < 0 ? -1 : 1;
+    const double pivot = signs[k] * std::max(std::abs(A(k, k)), least);
+    const Eigen::Index below = n - k - 1;
+    const VectorXd factors = A.col(k).tail(below) / pivot;
+    A.bottomRightCorner(below, below).noalias() -= pivot * factors * factors.transpose();
+    R.bottomRows(below).noalias() -= factors * R.row(k);
+    R.row(k) /= std::sqrt(std::abs(pivot));
+  }
+}
+
+}  // namespace
 
 void BlockTridiagonal::resize(const std::vector<int>& sizes) {
   const int n = static_cast<int>(sizes.size());
@@ -61,13 +116,8 @@ void BlockTridiagonal::factorise() {
         diagonal[i].triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(
             below[i]);
     } else {
-      const SymmetricEigen eigen(S);  // reads the lower triangle
-      const VectorXd& lambda = eigen.eigenvalues();
-      const double floor = 1e-300 + 1e-15 * lambda.cwiseAbs().maxCoeff();
-      const VectorXd root = lambda.cwiseAbs().cwiseMax(floor).cwiseSqrt();
-      pivot.inverse_root = root.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
-      pivot.signs = lambda.unaryExpr([](double l) { return l < 0 ? -1.0 : 1.0; });
-      negative_ += static_cast<int>((lambda.array() < 0).count());
+      split(S, pivot.inverse_root, pivot.signs);
+      negative_ += static_cast<int>((pivot.signs.array() < 0).count());
       if (i + 1 < blocks())
         below[i] = (below[i] * pivot.inverse_root.transpose() * pivot.signs.asDiagonal()).eval();
     }

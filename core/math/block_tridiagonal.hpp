@@ -8,8 +8,8 @@
 namespace flexopt {
 
 /// Diagonal blocks D_i and blocks O_i below them (row i + 1, column i). Positive definite pivots
-/// take the Cholesky way; an indefinite pivot is split by its eigenvalues, so that buckled leaves
-/// are solved too and counted. Storage is kept between factorisations of the same sizes.
+/// take the Cholesky way; an indefinite pivot is eliminated with pivots of its own, so that buckled
+/// leaves are solved too and counted. Storage is kept between factorisations of the same sizes.
 class BlockTridiagonal {
  public:
   /// Sets the sizes of the blocks.
@@ -51,7 +51,7 @@ class BlockTridiagonal {
   void upper(Eigen::MatrixBase<Derived>& b) const;
 
   struct Indefinite {
-    MatrixXd inverse_root;  ///< |Λ|^(−½) Vᵀ; after invert_pivots() that of a positive pivot too
+    MatrixXd inverse_root;  ///< R of R⁻¹ Σ R⁻ᵀ; after invert_pivots() that of a positive pivot too
     VectorXd signs;
   };
   std::vector<Indefinite> indefinite_;  ///< empty matrices where the pivot is positive definite
