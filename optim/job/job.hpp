@@ -68,9 +68,9 @@ struct Objective : Constraint {
 };
 
 struct Algorithm {
-  std::string library = "nlopt";   ///< nlopt | ipopt
-  std::string name = "LN_COBYLA";  ///< NLopt's name; unused for ipopt
-  std::string local;               ///< what runs inside AUGLAG and MLSL; empty: their default
+  std::string library = "nlopt";  ///< nlopt | ipopt
+  std::string name = "LD_SLSQP";  ///< NLopt's name; unused for ipopt
+  std::string local;              ///< what runs inside AUGLAG and MLSL; empty: their default
 };
 
 /// How the starts but the first lie in their box.
