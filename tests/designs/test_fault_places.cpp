@@ -92,7 +92,7 @@ TEST_CASE("whatever is wrong in a design, its place begins where the job or the 
         }
       }
     }
-  CHECK(refused > 3 * places.size());
+  CHECK(refused > 2 * places.size());
 }
 
 TEST_CASE("a drive that cannot be is refused at its own place") {
