@@ -258,9 +258,7 @@ std::shared_ptr<const DesignPlan> PlanReader::plan_of_part(const json& from, con
                         .lead = at.to_string()};
     const auto written = read_plan(from, source, faults, within_);
     faults.raise();
-    auto plan = std::make_shared<DesignPlan>(*written);
-    plan->source.lead = plan_.source.lead + source.lead;  // for what is wrong with its geometry
-    return plan;
+    return written;
   }
   const std::string design = from;
   const auto refuse_circle = [&](const std::string& which) {

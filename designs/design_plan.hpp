@@ -153,7 +153,7 @@ struct DesignSource {
   Kind kind = Kind::library;
   JsonText text;       ///< text of a file
   std::string folder;  ///< that paths in it start from
-  std::string lead;    ///< pointer of the design in a job
+  std::string lead;    ///< pointer of the design in a job, or of a part's in the design around it
 };
 
 struct DesignPlan {

@@ -18,17 +18,6 @@ using Pointer = json::json_pointer;
 
 namespace {
 
-/// The keys of a section in the order in which they are written; none where there is no text.
-std::vector<std::string> keys_in_text(const std::string& text, const char* section) {
-  std::vector<std::string> keys;
-  if (text.empty()) return keys;
-  const auto document = nlohmann::ordered_json::parse(text, nullptr, false);
-  if (!document.is_object() || !document.contains(section)) return keys;
-  for (const auto& [key, value] : document[section].items())
-    if (std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
-  return keys;
-}
-
 /// "50 N/mm" as formulas write it, "50 [N/mm]": a number and a unit of several symbols. A unit of
 /// one symbol needs no brackets.
 std::optional<std::string> compound_quantity(const std::string& text) {

@@ -155,7 +155,8 @@ SpecError broken(const Family& family, const ParameterValues& values,
   look(flat.joints);
   look(flat.drives);
   look(flat.springs);
-  for (const FlatDrive<double>& drive : flat.drives) look_at("the drive", drive.source);
+  for (const FlatDrive<double>& drive : flat.drives)
+    look_at(drive.name.empty() ? "the drive" : "drive " + drive.name, drive.source);
   const ItemSource* seen = source;  // by the reader: no family of the program
   while (seen != nullptr && seen->source->kind == DesignSource::Kind::library)
     seen = seen->part.get();

@@ -16,9 +16,14 @@ SpecError located(const ItemSource& item, const SpecError& error) {
   for (Fault& fault : faults)
     if (is_new(fault)) fault.rule += item.instance;
   const ItemSource* at = &item;
-  for (; at->source->kind == DesignSource::Kind::library && at->part; at = at->part.get())
-    for (Fault& fault : faults)
-      if (is_new(fault)) show_at(at->part->pointer, *at->source, fault);
+  for (; at->source->kind != DesignSource::Kind::file && at->part; at = at->part.get())
+    for (Fault& fault : faults) {
+      if (!is_new(fault)) continue;
+      if (at->source->kind == DesignSource::Kind::library)
+        show_at(at->part->pointer, *at->source, fault);
+      else
+        fault.pointer = at->source->lead + fault.pointer;
+    }
   return located(*at->source, SpecError(std::move(faults)));
 }
 

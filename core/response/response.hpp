@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/elements/leaf/leaf_results.hpp"
+#include "core/math/answer.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
 #include "core/response/request.hpp"
@@ -259,6 +260,9 @@ struct StrokeResponse {
   std::vector<std::vector<StressPlace>> stress_places;
   double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };
+
+/// Whether evaluations on such leaves have exact derivatives, or why not.
+Check has_derivatives(const ModelOptions& model);
 
 /// Follows the stroke from the undeflected state and evaluates every point.
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,

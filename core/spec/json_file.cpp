@@ -275,6 +275,16 @@ json parse_json(const JsonText& text, std::vector<Fault>& faults) {
   }
 }
 
+std::vector<std::string> keys_in_text(const std::string& text, const char* section) {
+  std::vector<std::string> keys;
+  if (text.empty()) return keys;
+  const auto document = nlohmann::ordered_json::parse(text, nullptr, false);
+  if (!document.is_object() || !document.contains(section)) return keys;
+  for (const auto& [key, value] : document[section].items())
+    if (std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
+  return keys;
+}
+
 json parse_json(const std::string& text, const std::string& origin) {
   std::vector<Fault> faults;
   json document = parse_json(JsonText{text, origin}, faults);

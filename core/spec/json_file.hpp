@@ -24,6 +24,9 @@ nlohmann::json parse_json(const JsonText& text, std::vector<Fault>& faults);
 /// Parses JSON text; keys that occur twice are thrown as SpecError, too.
 nlohmann::json parse_json(const std::string& text, const std::string& origin);
 
+/// The keys of a section in the order in which they are written; none where there is no text.
+std::vector<std::string> keys_in_text(const std::string& text, const char* section);
+
 /// Fills in where the faults stand in the text, and sorts them by that. What is missing is missed
 /// in the object around it. Faults at or below a pointer of `overridden` stand in no file: their
 /// source is "--set", and they come last.

@@ -250,29 +250,36 @@ bool lists(const json& document, const char* key) {
 }
 
 /// Reads a document of one design, under one load case or several.
-Job read_design_document(const json& written, const std::string& folder, FaultList& faults) {
+Job read_design_document(const json& written, const std::string& folder,
+                         const std::vector<std::string>& case_order, FaultList& faults) {
   const json document = with_found_design(written, folder, faults);
   if (!lists(document, "cases")) return JobReader(document, folder, {}, faults).read();
-  return read_cases(document, faults, [&](const json& one, const CaseNames& cases, FaultList& own) {
-    return JobReader(one, folder, cases, own).read();
-  });
+  return read_cases(document, case_order, faults,
+                    [&](const json& one, const CaseNames& cases, FaultList& own) {
+                      return JobReader(one, folder, cases, own).read();
+                    });
 }
 
 /// Reads a document of one design or of several.
-Job read_document(const json& document, const std::string& folder, FaultList& faults) {
-  if (!lists(document, "designs")) return read_design_document(document, folder, faults);
+Job read_document(const json& document, const std::string& folder,
+                  const std::vector<std::string>& case_order, FaultList& faults) {
+  if (!lists(document, "designs"))
+    return read_design_document(document, folder, case_order, faults);
   return read_listed_designs(document, faults, [&](const json& one, FaultList& own) {
-    return read_design_document(one, folder, own);
+    return read_design_document(one, folder, case_order, own);
   });
 }
 
 }  // namespace
 
-Job parse_job(const json& document) { return parse_job_in("", document); }
+Job parse_job(const json& document, const std::vector<std::string>& case_order) {
+  return parse_job_in("", document, case_order);
+}
 
-Job parse_job_in(const std::string& folder, const json& document) {
+Job parse_job_in(const std::string& folder, const json& document,
+                 const std::vector<std::string>& case_order) {
   FaultList faults;
-  Job job = read_document(document, folder, faults);
+  Job job = read_document(document, folder, case_order, faults);
   faults.raise();
   return job;
 }
@@ -307,7 +314,7 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   }
   FaultList faults;
   const std::string folder = std::filesystem::path(file).parent_path().string();
-  Job job = read_document(document, folder, faults);
+  Job job = read_document(document, folder, keys_in_text(text.text, "cases"), faults);
   wrong.insert(wrong.end(), faults.faults().begin(), faults.faults().end());
   if (wrong.empty()) return job;
   locate(wrong, text, overridden);

@@ -68,9 +68,9 @@ struct Objective : Constraint {
 };
 
 struct Algorithm {
-  std::string library = "nlopt";   ///< nlopt | ipopt
-  std::string name = "LN_COBYLA";  ///< NLopt's name; unused for ipopt
-  std::string local;               ///< what runs inside AUGLAG and MLSL; empty: their default
+  std::string library = "nlopt";  ///< nlopt | ipopt
+  std::string name = "LD_SLSQP";  ///< NLopt's name; unused for ipopt
+  std::string local;              ///< what runs inside AUGLAG and MLSL; empty: their default
 };
 
 /// How the starts but the first lie in their box.
@@ -275,7 +275,7 @@ struct Job {
   DesignSpec design;
   EndEffector end_effector;
   StrokeRequest request;  ///< the request, of the first of several load cases
-  /// Load cases of a job that has several, in the order of their names.
+  /// Load cases of a job that has several, in its order.
   std::vector<JobCase> cases;
   ModelOptions model;
   AccuracySpec accuracy;
@@ -300,8 +300,9 @@ struct Job {
 /// Reads and checks a job. `overrides` are --set /pointer=value texts. Throws SpecError with all
 /// that is wrong, in the order of the file, each with its line and column.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
-/// Reads and checks a job from a parsed document. Throws SpecError with all that is wrong.
-Job parse_job(const nlohmann::json& document);
+/// Reads and checks a job from a parsed document. Load cases under their names come in this order.
+/// Throws SpecError with all that is wrong.
+Job parse_job(const nlohmann::json& document, const std::vector<std::string>& case_order = {});
 /// Checks the names alone of the part "design" of a job, whose values may be missing. Throws
 /// SpecError.
 void check_names(const nlohmann::json& design);

@@ -24,44 +24,72 @@ const std::vector<std::string>& case_keys() {
   return keys;
 }
 
-constexpr std::size_t most_cases = 50;
-constexpr std::size_t longest_name = 50;
+constexpr std::size_t most_cases = 500;
+constexpr std::size_t longest_name = 80;  // a folder has it, every byte escaped at worst
 
-Pointer at_case(const std::string& name) { return Pointer("/cases") / name; }
+/// A load case as it is written.
+struct WrittenCase {
+  std::string name;
+  json own;    ///< what it has instead of the job's own
+  Pointer at;  ///< place in the job
+};
 
-bool is_plain(const std::string& name) {
-  return !name.empty() && name.size() <= longest_name && std::ranges::all_of(name, [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
+bool is_printed(const std::string& name) {
+  return !name.empty() && name.size() <= longest_name && std::ranges::none_of(name, [](char c) {
+    return std::iscntrl(static_cast<unsigned char>(c)) != 0;
   });
 }
 
-/// What stands around the cases is wrong in itself.
-void check_cases(const json& cases, FaultList& faults) {
-  if (!cases.is_object() || cases.empty() || cases.size() > most_cases) {
+/// The cases in the order of the job: those of an object as `order` names them, the others behind.
+/// Those that are no objects are among the faults.
+std::vector<WrittenCase> written_cases(const json& cases, const std::vector<std::string>& order,
+                                       FaultList& faults) {
+  std::vector<WrittenCase> list;
+  if (!(cases.is_object() || cases.is_array()) || cases.empty() || cases.size() > most_cases) {
     faults.add("/cases", shown(cases),
-               fmt::format("expected an object of 1 to {} load cases by their names", most_cases));
-    return;
+               fmt::format("expected an object of 1 to {} load cases by their names, or a list",
+                           most_cases));
+    return list;
   }
-  for (const auto& [name, own] : cases.items()) {
-    if (!is_plain(name))
-      faults.add({.pointer = at_case(name).to_string(),
-                  .value = shown(name),
-                  .rule = fmt::format("a load case has a name of 1 to {} letters, digits, _ and -",
-                                      longest_name),
-                  .of_key = true});
-    if (!own.is_object())
+  const Pointer all("/cases");
+  for (const auto& [key, own] : cases.items())
+    list.push_back({key, own, cases.is_array() ? all / list.size() : all / key});
+  std::ranges::stable_sort(list, {}, [&](const WrittenCase& one) {
+    return std::ranges::find(order, one.name) - order.begin();
+  });
+  std::vector<std::string> known;
+  for (WrittenCase& one : list) {
+    if (!one.own.is_object()) {
       faults.add(
-          at_case(name).to_string(), shown(own),
+          one.at, shown(one.own),
           fmt::format("expected an object with some of the keys {}", fmt::join(case_keys(), ", ")));
+      continue;
+    }
+    const bool named = cases.is_array() && one.own.contains("name");
+    if (cases.is_array())
+      one.name =
+          named && one.own["name"].is_string() ? one.own["name"].get<std::string>() : std::string();
+    if (named) one.own.erase("name");
+    const bool twice = std::ranges::find(known, one.name) != known.end();
+    if (!is_printed(one.name) || twice)
+      faults.add({.pointer = (cases.is_array() ? one.at / "name" : one.at).to_string(),
+                  .value = shown(one.name),
+                  .rule = twice ? "another load case has this name"
+                                : fmt::format("a load case has a name of 1 to {} letters, digits "
+                                              "and other characters that are printed",
+                                              longest_name),
+                  .of_key = cases.is_object()});
+    known.push_back(one.name);
   }
+  return list;
 }
 
 /// Keys that a case cannot have instead of the job.
-void check_keys(const json& cases, FaultList& faults) {
-  for (const auto& [name, own] : cases.items())
-    for (const auto& [key, value] : own.items())
+void check_keys(const std::vector<WrittenCase>& cases, FaultList& faults) {
+  for (const WrittenCase& one : cases)
+    for (const auto& [key, value] : one.own.items())
       if (std::ranges::find(case_keys(), key) == case_keys().end())
-        faults.add({.pointer = (at_case(name) / key).to_string(),
+        faults.add({.pointer = (one.at / key).to_string(),
                     .value = shown(value),
                     .rule = "unknown key of a load case; " + known_names(key, case_keys()),
                     .of_key = true});
@@ -83,49 +111,41 @@ std::string key_of(const std::string& pointer) {
   return pointer.empty() ? "" : pointer.substr(1, pointer.find('/', 1) - 1);
 }
 
-/// Pointer in the document of the job for a pointer in the document of one load case.
-std::string place_in_cases(const std::string& pointer, const std::string& name, const json& own) {
-  return own.contains(key_of(pointer)) ? at_case(name).to_string() + pointer : pointer;
-}
-
-/// What only some cases find wrong in what they share says which they are.
-void add_faults(const json& cases, std::map<std::string, std::vector<Fault>>&& found,
+/// What only some cases find wrong in what they share says which they are. `found`: of each case.
+void add_faults(const std::vector<WrittenCase>& cases, std::vector<std::vector<Fault>>&& found,
                 FaultList& faults) {
   std::map<std::pair<std::string, std::string>, std::size_t> times;
-  for (const auto& [name, list] : found)
+  for (const std::vector<Fault>& list : found)
     for (const Fault& fault : list) ++times[{fault.pointer, fault.rule}];
-  for (auto& [name, list] : found)
-    for (Fault& fault : list) {
-      const bool own = cases[name].contains(key_of(fault.pointer));
-      if (fault.source.empty() && own) {
-        fault.pointer = place_in_cases(fault.pointer, name, cases[name]);
-      } else if (times[{fault.pointer, fault.rule}] < cases.size()) {
-        fault.rule += fmt::format(" (in the load case \"{}\")", name);
-      }
+  for (std::size_t k = 0; k < found.size(); ++k)
+    for (Fault& fault : found[k]) {
+      if (fault.source.empty() && cases[k].own.contains(key_of(fault.pointer)))
+        fault.pointer = cases[k].at.to_string() + fault.pointer;
+      else if (times[{fault.pointer, fault.rule}] < cases.size())
+        fault.rule += fmt::format(" (in the load case \"{}\")", cases[k].name);
       faults.add(std::move(fault));
     }
 }
 
 /// Whether some case leaves the key to the job.
-bool is_inherited(const json& cases, const std::string& key) {
-  return std::ranges::any_of(cases, [&](const json& own) {
-    const bool other_motion = (key == "stroke" && own.contains("load_path")) ||
-                              (key == "load_path" && own.contains("stroke"));
-    return !own.contains(key) && !other_motion;
+bool is_inherited(const std::vector<WrittenCase>& cases, const std::string& key) {
+  return std::ranges::any_of(cases, [&](const WrittenCase& one) {
+    const bool other_motion = (key == "stroke" && one.own.contains("load_path")) ||
+                              (key == "load_path" && one.own.contains("stroke"));
+    return !one.own.contains(key) && !other_motion;
   });
 }
 
-/// The whole job as read: what the cases share, and what each has of its own.
-json document_as_read(const json& cases, const std::map<std::string, Job>& jobs) {
-  json all = document_of(jobs.begin()->second);
+/// The whole job as read: what the cases share, and a list of what each has of its own.
+json document_as_read(const std::vector<WrittenCase>& cases, const std::vector<Job>& jobs) {
+  json all = document_of(jobs.front());
   for (const std::string& key : case_keys()) all.erase(key);
-  all["cases"] = json::object();
-  for (const auto& [name, job] : jobs) {
-    json& entry = all["cases"][name] = json::object();
-    for (const std::string& key : case_keys()) {
-      if (!document_of(job).contains(key)) continue;
-      (cases[name].contains(key) ? entry : all)[key] = document_of(job)[key];
-    }
+  all["cases"] = json::array();
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    json& entry = all["cases"].emplace_back(json{{"name", cases[k].name}});
+    const json& read = document_of(jobs[k]);
+    for (const std::string& key : case_keys())
+      if (read.contains(key)) (cases[k].own.contains(key) ? entry : all)[key] = read[key];
   }
   return all;
 }
@@ -139,27 +159,31 @@ Field cases_field(const std::vector<Field>& of_job) {
     field.default_value = nullptr;  // the job's own is the default
     fields.push_back(std::move(field));
   }
-  return shape::optional("cases", shape::map(shape::record(std::move(fields))),
-                         "load cases by their names, each with what it has instead of the job's "
-                         "own; goals are over all of them");
+  const Shape by_name = shape::map(shape::record(fields));
+  fields.insert(fields.begin(), shape::required("name", shape::text(longest_name),
+                                                "what goals and results call the load case"));
+  return shape::optional(
+      "cases",
+      shape::one_of({by_name, shape::list(shape::record(std::move(fields)), 1, most_cases)}),
+      "load cases by their names, or a list of them, each with what it has instead of the job's "
+      "own; goals are over all of them");
 }
 
-Job read_cases(const json& document, FaultList& faults,
+Job read_cases(const json& document, const std::vector<std::string>& order, FaultList& faults,
                const std::function<Job(const json& document, const CaseNames& cases,
                                        FaultList& faults)>& read_one) {
-  const json& cases = document["cases"];
-  check_cases(cases, faults);
+  const std::vector<WrittenCase> cases = written_cases(document["cases"], order, faults);
   if (!faults.faults().empty()) return {};
   check_keys(cases, faults);
   CaseNames names;
-  for (const auto& [name, own] : cases.items()) names.all.push_back(name);
-  std::map<std::string, Job> jobs;
-  std::map<std::string, std::vector<Fault>> found;
-  for (const auto& [name, own] : cases.items()) {
+  for (const WrittenCase& one : cases) names.all.push_back(one.name);
+  std::vector<Job> jobs;
+  std::vector<std::vector<Fault>> found;
+  for (const WrittenCase& one : cases) {
     FaultList of_case;
-    names.own = name;
-    jobs.emplace(name, read_one(document_of_case(document, own), names, of_case));
-    found[name] = of_case.faults();
+    names.own = one.name;
+    jobs.push_back(read_one(document_of_case(document, one.own), names, of_case));
+    found.push_back(of_case.faults());
   }
   add_faults(cases, std::move(found), faults);
   // Items that no case uses are checked, too.
@@ -175,10 +199,10 @@ Job read_cases(const json& document, FaultList& faults,
   }
   if (!faults.faults().empty()) return {};
 
-  Job job = jobs.begin()->second;
-  for (const auto& [name, one] : jobs) {
-    job.cases.push_back({name, one.request});
-    for (const std::string& note : one.notes)
+  Job job = jobs.front();
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    job.cases.push_back({cases[k].name, jobs[k].request});
+    for (const std::string& note : jobs[k].notes)
       if (std::ranges::find(job.notes, note) == job.notes.end()) job.notes.push_back(note);
   }
   const auto driven = [](const JobCase& one) { return one.request.loads.driven(); };

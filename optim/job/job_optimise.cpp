@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/response/quantities.hpp"
+#include "core/response/response.hpp"
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
@@ -202,7 +203,7 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
 }
 
 /// The section "algorithm", filled in with what it leaves open. Throws SpecError.
-Algorithm read_algorithm(json& read) {
+Algorithm read_algorithm(json& read, Job& job) {
   const Pointer at("/optimise/algorithm");
   Algorithm algorithm = algorithm_table().read(read);
   if (algorithm.library == "ipopt") {
@@ -212,6 +213,10 @@ Algorithm read_algorithm(json& read) {
       throw wrong(read, at, "local", "ipopt runs no other algorithm inside");
     algorithm.name.clear();
     return algorithm;
+  }
+  if (const Check exact = has_derivatives(job.model); !exact && !read.contains("name")) {
+    algorithm.name = "LN_COBYLA";
+    job.notes.push_back("LN_COBYLA searches, which needs no gradients: " + exact.error() + ".");
   }
   std::vector<std::string> names;
   for (const std::string& offered : algorithms())
@@ -287,7 +292,7 @@ OptimiseSpec read_optimise(json& read, const Family& family, Job& job, const Cas
     spec.constraints.push_back(read_constraint(item, context, here));
   });
   if (sound(at / "algorithm"))
-    faults.attempt([&] { spec.algorithm = read_algorithm(read["algorithm"]); });
+    faults.attempt([&] { spec.algorithm = read_algorithm(read["algorithm"], job); });
   settle_search(read, spec, faults);
   if (read.contains("pareto") && sound(at / "pareto"))
     faults.attempt([&] { spec.pareto = read_pareto(read["pareto"], spec.objective, context); });

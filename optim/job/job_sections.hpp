@@ -30,7 +30,7 @@ double read_in_units(const nlohmann::json& value, const std::vector<std::string>
 
 // A job with several load cases: as many jobs of one case each, which share all else.
 
-/// The load cases of a job, in alphabetical order, and which of them is being read.
+/// The load cases of a job, in its order, and which of them is being read.
 struct CaseNames {
   std::vector<std::string> all;  ///< empty: a job with one case, which has no name
   std::string own;
@@ -43,7 +43,9 @@ Field cases_field(const std::vector<Field>& of_job);
 /// the place of the job's own (a stroke in that of a load_path, too, and the other way round), all
 /// others are the job's. The job that comes back is that of the first case, with all of them in
 /// `Job::cases`. Faults stand where the document has what is wrong: /cases/up/loads/0/force, say.
-Job read_cases(const nlohmann::json& document, FaultList& faults,
+/// `order`: names of cases as the text has them, which the keys of a document have not.
+Job read_cases(const nlohmann::json& document, const std::vector<std::string>& order,
+               FaultList& faults,
                const std::function<Job(const nlohmann::json& document, const CaseNames& cases,
                                        FaultList& faults)>& read_one);
 
@@ -168,7 +170,8 @@ Job read_listed_designs(
 void add_designs_to_schema(nlohmann::json& schema);
 
 /// Parses a job as parse_job does; files that the job names are relative to `folder`.
-Job parse_job_in(const std::string& folder, const nlohmann::json& document);
+Job parse_job_in(const std::string& folder, const nlohmann::json& document,
+                 const std::vector<std::string>& case_order = {});
 
 // What acts on the mechanism of a job: the end-effector's body, the stroke, loads.
 

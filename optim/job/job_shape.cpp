@@ -305,8 +305,9 @@ Shape job_shape(const Family* family) {
 
 json job_schema() {
   json schema = json_schema(with_error_tolerance(job_shape(nullptr)));
-  for (json* of : {&schema["properties"],
-                   &schema["properties"]["cases"]["additionalProperties"]["properties"]})
+  json& cases = schema["properties"]["cases"]["anyOf"];  // by their names, or a list
+  for (json* of : {&schema["properties"], &cases[0]["additionalProperties"]["properties"],
+                   &cases[1]["items"]["properties"]})
     (*of)["stroke"] = any_stroke((*of)["stroke"]);
   schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
   schema["title"] = "A job of flexopt";

@@ -100,8 +100,10 @@ const RecordTable<Algorithm>& algorithm_table() {
       RecordTable<Algorithm>()
           .with_default("library", shape::choice({"nlopt", "ipopt"}), &Algorithm::library,
                         "optimiser")
-          .optional("name", text(), &Algorithm::name,
-                    "NLopt's name of the algorithm; default " + Algorithm().name)
+          .optional(
+              "name", text(), &Algorithm::name,
+              "NLopt's name of the algorithm; default LD_SLSQP, or LN_COBYLA where the model of "
+              "the leaves has no exact derivatives")
           .optional("local", text(), &Algorithm::local,
                     "what runs inside AUGLAG or MLSL, by NLopt's name");
   return table;

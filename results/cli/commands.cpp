@@ -11,6 +11,7 @@
 #include "core/spec/quantity.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/describe.hpp"
+#include "designs/design_plan.hpp"
 #include "designs/family.hpp"
 #include "optim/job/found_design.hpp"
 #include "optim/job/job_warnings.hpp"
@@ -60,6 +61,17 @@ std::string take_defaults(const Family& design, ParameterValues& values) {
   return fmt::format("{}", fmt::join(without, ", "));
 }
 
+/// Does what builds the design of a file that no job uses: its parameters stand in that file.
+template <class Action>
+auto built_alone(const Family& design, const Action& action) try {
+  return action();
+} catch (const SpecError& error) {
+  std::vector<Fault> faults = error.faults();
+  for (Fault& fault : faults)
+    if (is_of_job(fault)) fault.pointer.erase(0, std::string_view("/design").size());
+  throw located(design.plan->source, SpecError(std::move(faults)));
+}
+
 int validate_design(const CommandLine& line) {
   const auto design = read_family_file(line.job);
   ParameterValues values;
@@ -72,7 +84,8 @@ int validate_design(const CommandLine& line) {
   job.design.resolved =
       std::make_shared<const ParametricDesign>(design, job.design.choices, job.design.expressions);
   Mechanism mechanism;
-  if (without.empty()) mechanism = make_mechanism(job, values);
+  if (without.empty())
+    mechanism = built_alone(*design, [&] { return make_mechanism(job, values); });
   for (const std::string& warning : warnings_of(job, mechanism, nullptr))
     fmt::print("note: {}\n", warning);
   fmt::print("{}: a valid design ({}, {} parameters)\n", line.job, design->name,
@@ -162,7 +175,10 @@ int expand_job(const CommandLine& line) {
     if (const std::string without = take_defaults(*design, values); !without.empty())
       throw SpecError("/parameters", without,
                       "a design without these defaults is expanded in a job that gives them");
-    return print_expanded(*design, values, default_choices(*design), materials().front().material);
+    return built_alone(*design, [&] {
+      return print_expanded(*design, values, default_choices(*design),
+                            materials().front().material);
+    });
   }
   const Job job = checked_job(line);
   demand_one_design(job, "a job of one design can be expanded");

@@ -121,7 +121,8 @@ Job Job::of_json(std::string_view text) {
     const Document document = parse_json(source, faults);
     try {
       if (!faults.empty()) throw SpecError(faults);
-      return Job(std::make_shared<const Impl>(Impl{parse_job(document)}));
+      return Job(std::make_shared<const Impl>(
+          Impl{parse_job(document, keys_in_text(source.text, "cases"))}));
     } catch (const SpecError& error) {
       faults = error.faults();
       locate(faults, source, {});

@@ -152,9 +152,13 @@ void add_job(py::module_& m) {
       .def_static("parse",
                   [](const py::dict& dict) {
                     const json document = json_within(dict, "", 0);
+                    std::vector<std::string> case_order;  // a dict has one, a json has none
+                    if (dict.contains("cases") && py::isinstance<py::dict>(dict["cases"]))
+                      for (const auto& [name, own] : py::dict(dict["cases"]))
+                        case_order.push_back(name.cast<std::string>());
                     const Computation computation;
                     const py::gil_scoped_release released;
-                    return std::make_shared<Job>(parse_job(document));
+                    return std::make_shared<Job>(parse_job(document, case_order));
                   })
       .def(
           "as_kind",

@@ -161,6 +161,18 @@ ShownRun interrupted_run(const fs::path& folder, GrowingLog& evaluations) {
   return unfinished(make_result(record), make_scene(record));
 }
 
+/// A name as a folder can have it everywhere: what else means something in paths by its code, %2F.
+std::string name_of_folder(const std::string& name) {
+  std::string folder;
+  for (const char c : name)
+    if (std::string_view("/\\:*?\"<>|%").find(c) != std::string_view::npos ||
+        (c == '.' && folder.empty()))
+      folder += fmt::format("%{:02X}", c);
+    else
+      folder += c;
+  return folder;
+}
+
 }  // namespace
 
 void write_job(const fs::path& folder, const Job& job) {
@@ -189,10 +201,11 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   if (again) fs::remove_all(folder / "cases");
   const auto responses = responses_of(record);
   for (std::size_t k = 0; k < responses.size() && !record.job.cases.empty(); ++k) {
-    fs::create_directories(folder / "cases" / record.job.cases[k].name);
-    write_shapes(folder / "cases" / record.job.cases[k].name, responses[k]->path);
-    write_state_space(folder / "cases" / record.job.cases[k].name, *responses[k],
-                      record.job.name + ", " + record.job.cases[k].name);
+    const std::string& name = record.job.cases[k].name;
+    const fs::path own = folder / "cases" / name_of_folder(name);
+    fs::create_directories(own);
+    write_shapes(own, responses[k]->path);
+    write_state_space(own, *responses[k], record.job.name + ", " + name);
   }
   write_timings(folder, record.timings);
   const OrderedJson scene = make_scene(record);

@@ -103,3 +103,20 @@ TEST_CASE("an optimisation over load cases that was cut short ends with the same
   check_same(whole, cut,
              {"result.json", "path.csv", "history.csv", "tolerances.csv", "evaluations.jsonl"});
 }
+
+TEST_CASE("load cases keep the job's order, and any name has a folder of its own", "[slow]") {
+  const Folder place;
+  json document = job_document();
+  for (const char* key : {"tolerances", "tolerance_samples", "optimise", "frequencies"})
+    document.erase(key);
+  document["stroke"]["points"] = 2;
+  document["cases"] = {{{"name", "x +1 mm, y/2"}}, {{"name", ".a"}, {"gravity", {0, 0, 1}}}};
+  REQUIRE(run(place, "named", document) == 0);
+  const auto result = nlohmann::ordered_json::parse(read(place / "named" / "result.json"));
+  std::vector<std::string> names;
+  for (const auto& [name, own] : result["cases"].items()) names.push_back(name);
+  CHECK(names == std::vector<std::string>{"x +1 mm, y/2", ".a"});
+  CHECK(result["case"] == "x +1 mm, y/2");
+  CHECK(fs::exists(place / "named/cases/x +1 mm, y%2F2/shapes.pvd"));
+  CHECK(fs::exists(place / "named/cases/%2Ea/shapes.pvd"));
+}

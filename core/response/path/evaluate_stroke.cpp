@@ -263,13 +263,12 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   return response;
 }
 
-// Whether there are exact derivatives on such leaves.
+}  // namespace
+
 Check has_derivatives(const ModelOptions& model) {
   if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential) return {};
   return Because("this method of reduction has no exact derivatives");
 }
-
-}  // namespace
 
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,
                                const StrokeRequest& request) {

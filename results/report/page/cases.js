@@ -8,7 +8,7 @@ export function case_chooser() {
   const names = Object.keys(cases);
   if (names.length < 2) return null;
   return element("p", {}, chooser("Load case", names.map((n) => [n, n]), shown_case, (name) => {
-    location.hash = `case=${name}`;
+    location.hash = `case=${encodeURIComponent(name)}`;
     set({load_case: name});
   }));
 }

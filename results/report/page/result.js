@@ -19,7 +19,7 @@ export let undeflected = false;
 export let load_path = false;  // nothing is driven: stroke is the load factor
 
 function job_of_case() {
-  const own = whole.job?.cases?.[shown_case] ?? {}, all = {...whole.job};
+  const {name, ...own} = whole.job?.cases?.find((c) => c.name === shown_case) ?? {}, all = {...whole.job};
   if (own.stroke) delete all.load_path;
   if (own.load_path) delete all.stroke;
   return {...all, ...own};
@@ -29,8 +29,8 @@ function job_of_case() {
 export function read_result(json) {
   whole = json;
   cases = whole.cases ?? {};
-  const asked = /case=([\w-]+)/.exec(location.hash)?.[1];
-  shown_case = asked in cases ? asked : whole.case ?? null;
+  const asked = /case=([^&]+)/.exec(location.hash)?.[1];
+  shown_case = Object.keys(cases).find((name) => encodeURIComponent(name) === asked) ?? whole.case ?? null;
   result = shown_case ? {...whole, ...cases[shown_case], status: whole.status, message: whole.message} : whole;
   job = shown_case ? job_of_case() : result.job ?? {};
   undeflected = result.status === "undeflected";

@@ -1,5 +1,7 @@
 // Load cases of a job: what they inherit, and what goals may say of them.
 #include "optim/job/job_sections.hpp"
+#include "support/base_jobs.hpp"
+#include "support/temporary_folder.hpp"
 #include "tests/optim/guide_job.hpp"
 
 namespace {
@@ -50,7 +52,8 @@ TEST_CASE("a job with load cases, as read, reads as the same job") {
     CHECK(again.cases[k].request.loads.constant[0].force ==
           job.cases[k].request.loads.constant[0].force);
   }
-  CHECK_FALSE(document_of(job).at("cases").at("up").contains("gravity"));
+  CHECK(document_of(job).at("cases").at(2).at("name") == "up");
+  CHECK_FALSE(document_of(job).at("cases").at(2).contains("gravity"));
 }
 
 TEST_CASE("what no load case uses is checked, and a note says so") {
@@ -82,4 +85,40 @@ TEST_CASE("a goal that names a load case asks nothing of the others") {
   CHECK(job.optimise->constraints[2].label == "buckling_load_factor min over stroke, case up");
   all["optimise"]["constraints"][2].erase("case");
   CHECK_THROWS_AS(parse_job(all), SpecError);
+}
+
+TEST_CASE("load cases come in the order of the job, as its file, a list or the result has it") {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder / "job.json").string();
+  nlohmann::ordered_json text = base_job("evaluate");
+  const std::vector<std::string> names{"x +3 mm, y/2", "b", "50 %", "a", "\u00b5"};
+  for (const std::string& name : names) text["cases"][name] = nlohmann::ordered_json::object();
+  text["cases"]["50 %"]["gravity"] = {0, 0, 1};
+  test::put(file, text.dump());
+  const auto names_of = [](const Job& job) {
+    std::vector<std::string> found;
+    for (const JobCase& one : job.cases) found.push_back(one.name);
+    return found;
+  };
+  const Job job = read_job(file);
+  CHECK(names_of(job) == names);
+  CHECK(names_of(parse_job(document_of(job))) == names);
+  CHECK(job.cases[2].request.loads.gravity == Vector3d(0, 0, 1));
+  json list = text;
+  list["cases"] = {{{"name", "b"}}, {{"name", "a"}, {"gravity", {0, 0, "1 m"}}}};
+  try {
+    parse_job(list);
+    FAIL("a wrong unit");
+  } catch (const SpecError& error) {
+    CHECK(error.pointer() == "/cases/1/gravity/2");
+  }
+}
+
+TEST_CASE("a job has up to 500 load cases") {
+  json document = base_job("evaluate");
+  for (int k = 0; k < 500; ++k)
+    document["cases"].push_back({{"name", "case " + std::to_string(k)}});
+  CHECK(parse_job(document).cases.size() == 500);
+  document["cases"].push_back({{"name", "one more"}});
+  CHECK_THROWS_AS(parse_job(document), SpecError);
 }

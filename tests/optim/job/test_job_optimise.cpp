@@ -21,10 +21,25 @@ TEST_CASE("an optimise job is read with names, units and defaults") {
   CHECK(spec.constraints[1].expression == "length*cos(half_angle)");
   CHECK(spec.constraints[1].max.value() == Approx(0.06));
   CHECK(spec.algorithm.library == "nlopt");
-  CHECK(spec.algorithm.name == "LN_COBYLA");
+  CHECK(spec.algorithm.name == "LN_COBYLA");  // as it says
   CHECK(spec.tolerance == OptimiseSpec{}.tolerance);
   CHECK_FALSE(spec.pareto);
   CHECK_FALSE(spec.verify);
+}
+
+TEST_CASE("without a name the search is one by gradients where the model has exact ones") {
+  json document = base_job("optimise");
+  document["optimise"].erase("algorithm");
+  CHECK(parse_job(document).optimise->algorithm.name == "LD_SLSQP");
+  CHECK(document_of(parse_job(document))["optimise"]["algorithm"]["name"] == "LD_SLSQP");
+  document["model"]["method"] = "modal_derivatives";
+  const Job job = parse_job(document);
+  CHECK(job.optimise->algorithm.name == "LN_COBYLA");
+  CHECK(std::ranges::any_of(job.notes, [](const std::string& note) {
+    return note.starts_with("LN_COBYLA searches, which needs no gradients");
+  }));
+  document["optimise"]["algorithm"] = {{"name", "LD_MMA"}};
+  CHECK(parse_job(document).optimise->algorithm.name == "LD_MMA");
 }
 
 TEST_CASE("objective and constraint default to the worst of the stroke") {
