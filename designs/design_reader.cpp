@@ -288,13 +288,26 @@ void PlanReader::read_repeat(const json& from, const Pointer& at, DesignItem& it
 void PlanReader::read_item(const json& from, const Pointer& at, const char* kind,
                            DesignItem& item) {
   item.pointer = at.to_string();
-  item.name = from.value("name", "");
-  item.frame = from.value("frame", "");
-  if (kind != nullptr && item.name.empty())
+  if (kind != nullptr && from.value("name", "").empty())
     throw SpecError(at / "name", "nothing",
                     fmt::format("it is required: what the {} is called", kind));
   if (from.contains("when")) item.when = condition(from["when"], at / "when");
   if (from.contains("repeat")) read_repeat(from["repeat"], at / "repeat", item);
+  item.name = name(from.value("name", ""), at / "name", item);
+  item.frame = name(from.value("frame", ""), at / "frame", item);
+}
+
+std::string PlanReader::name(const std::string& text, const Pointer& at, DesignItem& item) {
+  for (std::size_t open = 0, close = 0; (open = text.find('{', close)) != std::string::npos &&
+                                        (close = text.find('}', open)) != std::string::npos;) {
+    const std::string inside = text.substr(open + 1, close - open - 1);
+    faults_.attempt([&] {
+      Formula whole = formula(inside, names_, at);
+      whole.check_unit("1");
+      item.braces[inside] = {0, used(std::move(whole))};
+    });
+  }
+  return text;
 }
 
 DesignNumber PlanReader::number(const json& from, const std::string& unit, const Pointer& at) {
