@@ -100,12 +100,13 @@ bool meet(const LeafSpring& a, bool a_tip, const LeafSpring& b, bool b_tip) {
          (body != free_edge && body == (b_tip ? b.tip : b.base) && between.norm() < near);
 }
 
-/// Thins a leaf to a sheet, and shortens it at an edge: a little, and by what lies beyond the plane
-/// through the edge's middle with this normal, at most a quarter of the leaf.
-void draw_back(std::vector<Box>& boxes, const LeafSpring& leaf, bool tip, const Vector3d& normal) {
+/// Thins a leaf to a sheet, and shortens it at an edge: by a part of its thickness, and by what
+/// lies beyond the plane through the edge's middle with this normal, at most `most`.
+void draw_back(std::vector<Box>& boxes, const LeafSpring& leaf, bool tip, const Vector3d& normal,
+               double most) {
   const auto end = [&]() -> Box& { return tip ? boxes.back() : boxes.front(); };
   const Vector3d beyond = end().axes.transpose() * normal;
-  double step = std::min(0.25 * leaf.length, end().half[1] * std::abs(beyond[1] / beyond[0])) +
+  double step = std::min(most, end().half[1] * std::abs(beyond[1] / beyond[0])) +
                 std::min(0.1 * leaf.thickness, 0.2 * end().half[0]);
   for (; step > 2 * end().half[0]; boxes.erase(tip ? boxes.end() - 1 : boxes.begin()))
     step -= 2 * end().half[0];
@@ -115,7 +116,8 @@ void draw_back(std::vector<Box>& boxes, const LeafSpring& leaf, bool tip, const 
 }
 
 /// Leaves that meet at their edges touch there with their thickness and overlap in a wedge, and
-/// may: they are then tried as thin sheets that end before the plane that halves their angle.
+/// may: they are then tried as thin sheets that end before the plane that halves their angle. The
+/// wedge takes at most a quarter of the shorter one.
 bool intersect(const LeafSpring& a, const LeafSpring& b) {
   std::vector<Box> boxes_a = boxes_of(a), boxes_b = boxes_of(b);
   for (const bool a_tip : {false, true})
@@ -123,8 +125,9 @@ bool intersect(const LeafSpring& a, const LeafSpring& b) {
       if (meet(a, a_tip, b, b_tip)) {
         const Vector3d normal = (a_tip ? -1 : 1) * a.edge_axes(a_tip).col(0) -
                                 (b_tip ? -1 : 1) * b.edge_axes(b_tip).col(0);
-        draw_back(boxes_a, a, a_tip, normal);
-        draw_back(boxes_b, b, b_tip, normal);
+        const double most = 0.25 * std::min(a.length, b.length);
+        draw_back(boxes_a, a, a_tip, normal, most);
+        draw_back(boxes_b, b, b_tip, normal, most);
       }
   for (const Box& box_a : boxes_a)
     for (const Box& box_b : boxes_b)

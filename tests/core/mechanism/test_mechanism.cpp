@@ -120,6 +120,9 @@ TEST_CASE("links of a chain overlap in a wedge at the body that clamps both, and
   CHECK(check_rules(chain({0.3, 0.5, 0.4})));
   CHECK_THAT(why_not(check_rules(chain(flat(119)))), Contains("a and b intersect"));
   CHECK_THAT(why_not(check_rules(chain(flat(-175)))), Contains("a and b intersect"));
+  Mechanism stub = chain(flat(180));  // back on the first, a fifth as long
+  stub.leaves[1].length = 0.02;
+  CHECK_THAT(why_not(check_rules(stub)), Contains("a and b intersect"));
   // the fourth link, at right angles like the others, crosses the first
   Mechanism loop = chain(flat(90));
   loop.bodies.push_back(body("second joint"));
