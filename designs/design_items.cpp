@@ -1,4 +1,5 @@
-// Frames, bodies, leaves, joints, springs, drives of a design file, and its parts: other files.
+// Frames, bodies, leaves, joints, springs, drives of a design file with their names, and its parts:
+// other files.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,6 +22,19 @@ Direction direction_of(const json& name) {
 }
 
 }  // namespace
+
+std::string PlanReader::name(const std::string& text, const Pointer& at, DesignItem& item) {
+  for (std::size_t open = 0, close = 0; (open = text.find('{', close)) != std::string::npos &&
+                                        (close = text.find('}', open)) != std::string::npos;) {
+    const std::string inside = text.substr(open + 1, close - open - 1);
+    faults_.attempt([&] {
+      Formula whole = formula(inside, names_, at);
+      whole.check_unit("1");
+      item.braces[inside] = {0, used(std::move(whole))};
+    });
+  }
+  return text;
+}
 
 void PlanReader::read_frames() {
   each("frames", [&](const json& from, const Pointer& at) {

@@ -297,19 +297,6 @@ void PlanReader::read_item(const json& from, const Pointer& at, const char* kind
   item.frame = name(from.value("frame", ""), at / "frame", item);
 }
 
-std::string PlanReader::name(const std::string& text, const Pointer& at, DesignItem& item) {
-  for (std::size_t open = 0, close = 0; (open = text.find('{', close)) != std::string::npos &&
-                                        (close = text.find('}', open)) != std::string::npos;) {
-    const std::string inside = text.substr(open + 1, close - open - 1);
-    faults_.attempt([&] {
-      Formula whole = formula(inside, names_, at);
-      whole.check_unit("1");
-      item.braces[inside] = {0, used(std::move(whole))};
-    });
-  }
-  return text;
-}
-
 DesignNumber PlanReader::number(const json& from, const std::string& unit, const Pointer& at) {
   DesignNumber result;
   faults_.attempt([&] {
