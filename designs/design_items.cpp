@@ -1,4 +1,5 @@
-// Frames, bodies, leaves, joints, springs, drives of a design file, and its parts: other files.
+// Frames, bodies, leaves, joints, springs, drives of a design file with their names, and its parts:
+// other files.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,11 +23,24 @@ Direction direction_of(const json& name) {
 
 }  // namespace
 
+std::string PlanReader::name(const std::string& text, const Pointer& at, DesignItem& item) {
+  for (std::size_t open = 0, close = 0; (open = text.find('{', close)) != std::string::npos &&
+                                        (close = text.find('}', open)) != std::string::npos;) {
+    const std::string inside = text.substr(open + 1, close - open - 1);
+    faults_.attempt([&] {
+      Formula whole = formula(inside, names_, at);
+      whole.check_unit("1");
+      item.braces[inside] = {0, used(std::move(whole))};
+    });
+  }
+  return text;
+}
+
 void PlanReader::read_frames() {
   each("frames", [&](const json& from, const Pointer& at) {
     FrameItem frame;
     read_item(from, at, "frame", frame);
-    if (from.contains("in")) frame.frame = from["in"];
+    if (from.contains("in")) frame.frame = name(from["in"], at / "in", frame);
     frame.at = vector(from["at"], "m", at / "at");
     for (std::size_t i = 0; i < from["turn"].size(); ++i) {
       const json& turn = from["turn"][i];
@@ -50,7 +64,7 @@ void PlanReader::read_bodies() {
       throw SpecError(at / "at", from.contains("at") ? shown(from["at"]) : "nothing",
                       "give a place, or \"on\" for a point of a leaf, one of the two");
     if (from.contains("on")) {
-      body.leaf = from["on"]["leaf"];
+      body.leaf = name(from["on"]["leaf"], at / "on" / "leaf", body);
       body.at = vector(from["on"]["at"], "m", at / "on" / "at");
       for (const char* key : {"mass", "density", "inertia", "box", "center_of_mass", "held"})
         if (from.contains(key))
@@ -100,8 +114,13 @@ void PlanReader::read_leaves() {
   each("leaves", [&](const json& from, const Pointer& at) {
     LeafItem leaf;
     read_item(from, at, "leaf", leaf);
-    leaf.base = {from["base"]["body"], vector(from["base"]["at"], "m", at / "base" / "at")};
-    leaf.tip = {from["tip"].value("body", ""), vector(from["tip"]["at"], "m", at / "tip" / "at")};
+    const auto edge = [&](const char* key) -> HeldPlace {
+      return {name(from[key].value("body", ""), at / key / "body", leaf),
+              vector(from[key]["at"], "m", at / key / "at")};
+    };
+    leaf.base = edge("base");
+    leaf.tip = edge("tip");
+    leaf.may_cross = from["may_cross"];
     leaf.wire = from.contains("diameter");
     for (const char* key : {"across", "width", "thickness"}) {
       if (leaf.wire && from.contains(key) && std::string(key) != "across")
@@ -167,8 +186,8 @@ void PlanReader::read_joints() {
                  : type == "revolute"  ? JointType::revolute
                  : type == "spherical" ? JointType::spherical
                                        : JointType::prismatic;
-    joint.body = from["body"];
-    joint.other = from["other"];
+    joint.body = name(from["body"], at / "body", joint);
+    joint.other = name(from["other"], at / "other", joint);
     joint.at = vector(from["at"], "m", at / "at");
     joint.axis[2].constant = 1;
     const bool has_axis = joint.type == JointType::revolute || joint.type == JointType::prismatic;
@@ -185,8 +204,8 @@ void PlanReader::read_springs() {
   each("springs", [&](const json& from, const Pointer& at) {
     SpringItem spring;
     read_item(from, at, "spring", spring);
-    spring.body = from["body"];
-    spring.other = from["other"];
+    spring.body = name(from["body"], at / "body", spring);
+    spring.other = name(from["other"], at / "other", spring);
     spring.at = vector(from["at"], "m", at / "at");
     if (from.contains("matrix") == from.contains("stiffness"))
       throw SpecError(at / "stiffness",
@@ -217,8 +236,8 @@ void PlanReader::read_drives() {
     faults_.attempt([&] {
       DriveItem drive;
       read_item(from, at, nullptr, drive);
-      drive.body = from["body"];
-      drive.other = from["other"];
+      drive.body = name(from["body"], at / "body", drive);
+      drive.other = name(from["other"], at / "other", drive);
       drive.direction = direction_of(from["direction"]);
       plan_.drives.push_back(std::move(drive));
     });
@@ -322,7 +341,8 @@ PartItem PlanReader::part(const json& from, const Pointer& at) {
                       "the part needs it: " + (p.meaning.empty() ? p.name : p.meaning));
     }
   }
-  for (const auto& [inner, outer] : from["join"].items()) part.join.emplace_back(inner, outer);
+  for (const auto& [inner, outer] : from["join"].items())
+    part.join.emplace_back(name(inner, at / "join", part), name(outer, at / "join" / inner, part));
   return part;
 }
 

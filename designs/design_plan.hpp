@@ -3,6 +3,7 @@
 // Numbers lie in slots: first the parameters, then what "let" names, then the indices of the item's
 // own "repeat".
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -45,10 +46,11 @@ struct RepeatIndex {
 /// What every item of a design file may have.
 struct DesignItem {
   std::string pointer;  ///< into the file
-  std::string name;     ///< with {i} for indices
+  std::string name;     ///< this and all names of other items: with formulas in braces, {i - 1}
   std::string frame;    ///< empty: that of the file
   ChoiceCondition when;
   std::vector<RepeatIndex> repeat;
+  std::map<std::string, DesignNumber> braces;  ///< whole numbers of the item's names, by their text
 };
 
 struct FrameItem : DesignItem {
@@ -96,6 +98,7 @@ struct LeafItem : DesignItem {
   HeldPlace base, tip;  ///< a tip without body is free
   DesignVector across;
   bool wire = false;
+  bool may_cross = false;       ///< other leaves
   DesignSize width, thickness;  ///< width; the diameter of a wire, as `thickness`
   std::optional<Material> material;
   std::optional<DesignNumber> curve;        ///< subtended angle [rad]

@@ -277,13 +277,13 @@ void PlanReader::read_repeat(const json& from, const Pointer& at, DesignItem& it
 void PlanReader::read_item(const json& from, const Pointer& at, const char* kind,
                            DesignItem& item) {
   item.pointer = at.to_string();
-  item.name = from.value("name", "");
-  item.frame = from.value("frame", "");
-  if (kind != nullptr && item.name.empty())
+  if (kind != nullptr && from.value("name", "").empty())
     throw SpecError(at / "name", "nothing",
                     fmt::format("it is required: what the {} is called", kind));
   if (from.contains("when")) item.when = condition(from["when"], at / "when");
   if (from.contains("repeat")) read_repeat(from["repeat"], at / "repeat", item);
+  item.name = name(from.value("name", ""), at / "name", item);
+  item.frame = name(from.value("frame", ""), at / "frame", item);
 }
 
 DesignNumber PlanReader::number(const json& from, const std::string& unit, const Pointer& at) {

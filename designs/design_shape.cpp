@@ -28,7 +28,8 @@ Shape held_direction() {
 /// The fields of an item, behind those that any item may have.
 Shape item(std::initializer_list<Field> own) {
   std::vector<Field> fields{
-      optional("name", text(200), "what it is called; {i} is the index i of repeat"),
+      optional("name", text(200),
+               "what it is called; {i} is the index i of repeat, {i - 1} the one before"),
       optional("when", text(), "only under these choices: \"tip == guided\""),
       optional("repeat", map(list(number(), 2, 2)),
                "copies by index: {\"i\": [0, \"n - 1\"]}, both ends included"),
@@ -116,6 +117,8 @@ Shape leaves() {
           record({required("at", vector(), "the middle of the fold line"),
                   optional("radius", number(), "inner radius of the bend; 0: a mitred corner")}),
           "elastic fold: the leaf runs from its base to the fold line and from there to its tip"),
+      with_default("may_cross", boolean(), false,
+                   "it may run through other leaves, as in planar models"),
       optional("reinforcement",
                record({required("fraction", number(), "of the length, in the middle"),
                        required("thickness", number(), "in all"),

@@ -83,6 +83,7 @@ class Expander {
       if (leaf.curve) item["curve"] = {{"angle", *leaf.curve}};
       if (leaf.fold) item["fold"] = {{"at", numbers(*leaf.fold)}};
       if (leaf.fold && leaf.fold_radius > 0) item["fold"]["radius"] = leaf.fold_radius;
+      if (leaf.may_cross) item["may_cross"] = true;
       if (leaf.material) item["material"] = written_material(*leaf.material, false);
       list.push_back(std::move(item));
     }

@@ -24,18 +24,20 @@ std::string with_unit(double value, const std::string& unit) {
   return unit == "1" ? fmt::format("{:g}", value) : fmt::format("{:g} {}", value, unit);
 }
 
-/// Parameters that the bounds of a "repeat" use, directly or by "let".
+/// Parameters that the bounds of a "repeat" or numbers in names use, directly or by "let".
 std::vector<std::string> counts_of(const DesignPlan& plan) {
   std::set<int> slots;
   const auto add = [&](const DesignNumber& n) {
     if (n.formula) slots.insert(n.formula->slots().begin(), n.formula->slots().end());
   };
   const auto look = [&](const auto& items) {
-    for (const auto& item : items)
+    for (const auto& item : items) {
       for (const RepeatIndex& index : item.repeat) {
         add(index.first);
         add(index.last);
       }
+      for (const auto& [text, number] : item.braces) add(number);
+    }
   };
   look(plan.frames);
   look(plan.bodies);
@@ -43,6 +45,7 @@ std::vector<std::string> counts_of(const DesignPlan& plan) {
   look(plan.joints);
   look(plan.springs);
   look(plan.parts);
+  look(plan.drives);
   const int parameters = static_cast<int>(plan.parameters.size());
   for (int k = static_cast<int>(plan.lets.size()) - 1; k >= 0; --k)  // later ones use earlier ones
     if (slots.contains(parameters + k)) add(plan.let_numbers[static_cast<std::size_t>(k)]);

@@ -75,6 +75,7 @@ struct FlatLeaf {
   int base = ground, tip = ground;  ///< bodies; free_edge
   Vector3<S> base_at, tip_at, across;
   bool wire = false;
+  bool may_cross = false;          ///< other leaves
   FlatSize<S> width, thickness;    ///< width and thickness; both the diameter of a wire
   std::optional<S> curve;          ///< angle of its arc, bulging to across × (base → tip) [rad]
   std::optional<Vector3<S>> fold;  ///< middle of its fold line

@@ -104,6 +104,7 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
   set_size(from.thickness, leaf.thickness, leaf.thickness_profile);
   leaf.material = from.material ? constant_material<S>(*from.material) : material;
   if (from.wire) leaf.section = Section::circular;
+  leaf.may_cross = from.may_cross;
   return leaf;
 }
 

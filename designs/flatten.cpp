@@ -75,6 +75,15 @@ void Flattener<S>::not_negative(const DesignNumber& n, const std::string& pointe
 }
 
 template <class S>
+long Flattener<S>::whole(const DesignNumber& n, const std::string& pointer,
+                         const char* what) const {
+  const double value = value_of(number(n)), rounded = std::round(value);
+  if (std::abs(value - rounded) > 1e-9 || std::abs(value) > 1e6)
+    throw SpecError(pointer, fmt::format("{:g}", value), fmt::format("{} is a whole number", what));
+  return static_cast<long>(rounded);
+}
+
+template <class S>
 ItemSource Flattener<S>::source_of(const DesignItem& item) const {
   std::string instance = scope_.instance;
   if (!copy_.empty()) {
@@ -94,12 +103,8 @@ std::string Flattener<S>::instance_name(const DesignItem& item, const std::strin
       name += text[at];
       continue;
     }
-    const std::string index = text.substr(at + 1, end - at - 1);
-    const auto found = std::ranges::find(copy_, index, &std::pair<std::string, long>::first);
-    if (found == copy_.end())
-      throw SpecError(item.pointer, "\"" + text + "\"",
-                      fmt::format("{{{}}} is no index of its repeat", index));
-    name += std::to_string(found->second);
+    const DesignNumber& inside = item.braces.at(text.substr(at + 1, end - at - 1));
+    name += std::to_string(whole(inside, inside.formula->pointer(), "a number in braces"));
     at = end;
   }
   return name;
@@ -124,16 +129,10 @@ void Flattener<S>::each_copy(const Item& item, std::size_t index, Add add) {
   }
   const RepeatIndex& repeat = item.repeat[index];
   const std::string pointer = item.pointer + "/repeat/" + repeat.name;
-  const auto whole = [&](const DesignNumber& bound) {
-    const double value = value_of(number(bound)), rounded = std::round(value);
-    if (std::abs(value - rounded) > 1e-9 || std::abs(value) > 1e6)
-      throw SpecError(pointer, fmt::format("{:g}", value), "an index is a whole number");
-    return static_cast<long>(rounded);
-  };
   long first = 0, last = -1;
   const bool sound = attempt(item, [&] {
-    first = whole(repeat.first);
-    last = whole(repeat.last);
+    first = whole(repeat.first, pointer, "an index");
+    last = whole(repeat.last, pointer, "an index");
     if (last - first + 1 > most_copies)
       throw SpecError(pointer, fmt::format("{} copies", last - first + 1),
                       fmt::format("at most {} copies", most_copies));

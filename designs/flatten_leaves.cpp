@@ -93,6 +93,7 @@ FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
   leaf.tip_at = at.place(vector(item.tip.at));
   leaf.across = at.across(vector(item.across));
   leaf.wire = item.wire;
+  leaf.may_cross = item.may_cross;
   if (leaf.wire && value_of(S(leaf.across.squaredNorm())) == 0) {
     // any direction will do: one that turns with the frame
     const Vector3<S> line = vector(item.tip.at) - vector(item.base.at);

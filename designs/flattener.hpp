@@ -125,6 +125,7 @@ class Flattener {
   }
   S positive(const DesignNumber& n, const std::string& pointer, const char* what) const;
   void not_negative(const DesignNumber& n, const std::string& pointer, const char* what) const;
+  long whole(const DesignNumber& n, const std::string& pointer, const char* what) const;
   Matrix3<S> inertia_of(const BodyItem& item) const;
   void check_mass(const BodyItem& item) const;  ///< throws SpecError for what no body has
   std::string instance_name(const DesignItem& item, const std::string& text) const;

@@ -51,6 +51,9 @@ class PlanReader {
                  const char* kind, DesignItem& item);
   void read_repeat(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
                    DesignItem& item);
+  /// The name of an item or of what it refers to. Numbers in braces are compiled into `item`.
+  std::string name(const std::string& text, const nlohmann::json::json_pointer& at,
+                   DesignItem& item);
   ChoiceCondition condition(const std::string& text, const nlohmann::json::json_pointer& at);
 
   /// Reads a number, which may use the names known to the present item.

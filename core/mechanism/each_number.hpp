@@ -130,6 +130,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     leaf.base = l.base;
     leaf.tip = l.tip;
     leaf.section = l.section;
+    leaf.may_cross = l.may_cross;
     leaf.width_profile.resize(l.width_profile.size());
     leaf.thickness_profile.resize(l.thickness_profile.size());
     if (l.curve) leaf.curve.emplace();

@@ -88,31 +88,46 @@ bool intersect(const Box& a, const Box& b) {
   return true;
 }
 
-/// Whether two clamped edges lie on one line: a fold, or leaves that meet in a hub.
-bool on_one_line(const LeafSpring& a, bool a_tip, const LeafSpring& b, bool b_tip) {
+/// Whether two clamped edges lie on one line, a fold or leaves that meet in a hub, or have their
+/// middles at one place of one body, as the links of a chain.
+bool meet(const LeafSpring& a, bool a_tip, const LeafSpring& b, bool b_tip) {
   const Vector3d line = a.axes.col(1), other = b.axes.col(1),
                  between =
                      (b_tip ? b.tip_middle() : b.origin) - (a_tip ? a.tip_middle() : a.origin);
-  const double size = a.length + b.length;
-  return line.cross(other).norm() < 1e-6 && line.cross(between).norm() < 1e-6 * size;
+  const double near = 1e-6 * (a.length + b.length);
+  const int body = a_tip ? a.tip : a.base;
+  return (line.cross(other).norm() < 1e-6 && line.cross(between).norm() < near) ||
+         (body != free_edge && body == (b_tip ? b.tip : b.base) && between.norm() < near);
 }
 
-/// Leaves whose edges share a line touch there with their thickness, and may: they are then tried
-/// as thin sheets that end a little before that line.
+/// Thins a leaf to a sheet, and shortens it at an edge: by a part of its thickness, and by what
+/// lies beyond the plane through the edge's middle with this normal, at most `most`.
+void draw_back(std::vector<Box>& boxes, const LeafSpring& leaf, bool tip, const Vector3d& normal,
+               double most) {
+  const auto end = [&]() -> Box& { return tip ? boxes.back() : boxes.front(); };
+  const Vector3d beyond = end().axes.transpose() * normal;
+  double step = std::min(most, end().half[1] * std::abs(beyond[1] / beyond[0])) +
+                std::min(0.1 * leaf.thickness, 0.2 * end().half[0]);
+  for (; step > 2 * end().half[0]; boxes.erase(tip ? boxes.end() - 1 : boxes.begin()))
+    step -= 2 * end().half[0];
+  end().half[0] -= 0.5 * step;
+  end().middle += (tip ? -0.5 : 0.5) * step * end().axes.col(0);
+  for (Box& each : boxes) each.half[2] = std::min(each.half[2], each.sheet);
+}
+
+/// Leaves that meet at their edges touch there with their thickness and overlap in a wedge, and
+/// may: they are then tried as thin sheets that end before the plane that halves their angle. The
+/// wedge takes at most a quarter of the shorter one.
 bool intersect(const LeafSpring& a, const LeafSpring& b) {
   std::vector<Box> boxes_a = boxes_of(a), boxes_b = boxes_of(b);
-  const auto draw_back = [](std::vector<Box>& boxes, const LeafSpring& leaf, bool tip) {
-    Box& box = tip ? boxes.back() : boxes.front();
-    const double step = std::min(0.1 * leaf.thickness, 0.2 * box.half[0]);
-    box.half[0] -= 0.5 * step;
-    box.middle += (tip ? -0.5 : 0.5) * step * box.axes.col(0);
-    for (Box& each : boxes) each.half[2] = std::min(each.half[2], each.sheet);
-  };
   for (const bool a_tip : {false, true})
     for (const bool b_tip : {false, true})
-      if (on_one_line(a, a_tip, b, b_tip)) {
-        draw_back(boxes_a, a, a_tip);
-        draw_back(boxes_b, b, b_tip);
+      if (meet(a, a_tip, b, b_tip)) {
+        const Vector3d normal = (a_tip ? -1 : 1) * a.edge_axes(a_tip).col(0) -
+                                (b_tip ? -1 : 1) * b.edge_axes(b_tip).col(0);
+        const double most = 0.25 * std::min(a.length, b.length);
+        draw_back(boxes_a, a, a_tip, normal, most);
+        draw_back(boxes_b, b, b_tip, normal, most);
       }
   for (const Box& box_a : boxes_a)
     for (const Box& box_b : boxes_b)
@@ -237,8 +252,9 @@ Check check_rules(const Joint& joint, int bodies) {
   return {};
 }
 
-/// The first two leaves that intersect: those before it are tried against each leaf in turn. Only
-/// leaves whose spheres overlap along one axis, that of the widest spread, are looked at.
+/// The first two leaves that intersect and must not: those before it are tried against each leaf in
+/// turn. Only leaves whose spheres overlap along one axis, that of the widest spread, are looked
+/// at.
 std::optional<std::pair<std::size_t, std::size_t>> intersecting(
     const std::vector<LeafSpring>& leaves) {
   struct Reach {
@@ -268,6 +284,7 @@ std::optional<std::pair<std::size_t, std::size_t>> intersecting(
     for (std::size_t b = a + 1; b < reaches.size() && reaches[b].from <= reaches[a].to; ++b) {
       const auto [j, i] = std::minmax(reaches[a].leaf, reaches[b].leaf);
       if (first && std::pair(i, j) >= *first) continue;
+      if (leaves[i].may_cross || leaves[j].may_cross) continue;
       if (intersect(leaves[j], leaves[i])) first = {i, j};
     }
   return first;
@@ -373,9 +390,9 @@ Check check_rules(const Mechanism& mechanism) {
   if (Check kept = check_bodies(mechanism); !kept) return kept;
   if (Check kept = check_joints(mechanism); !kept) return kept;
   if (const auto pair = intersecting(mechanism.leaves))
-    return Because(fmt::format("{} and {} intersect when undeflected",
-                               mechanism.leaves[pair->second].name,
-                               mechanism.leaves[pair->first].name));
+    return Because(
+        fmt::format("{} and {} intersect when undeflected; leaves with \"may_cross\" may",
+                    mechanism.leaves[pair->second].name, mechanism.leaves[pair->first].name));
   return check_directions(mechanism);
 }
 

@@ -90,6 +90,7 @@ struct LeafSpringT {
   std::vector<Scalar> width_profile, thickness_profile;
   MaterialT<Scalar> material;
   Section section = Section::rectangular;
+  bool may_cross = false;  ///< other leaves, as in planar models: no clearance between them
   std::optional<LeafPointT<Scalar>> point;
   /// Stress-free length, width and thickness over the nominal ones, for a leaf that is warmer than
   /// the bodies. Bodies hold its edges at the nominal places and widths, or at those of grown

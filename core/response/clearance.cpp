@@ -49,11 +49,12 @@ double distance(const Edge& a, const Edge& b) {
   return (between + a.half * at[0] - b.half * at[1]).norm();
 }
 
-// Whether two leaves are one piece at an edge: folds and hubs, where their edges meet on one body,
-// and the halves of a leaf on both sides of a rigid middle.
+// Whether two leaves are one piece at an edge, or may cross: folds and hubs, where their edges meet
+// on one body, and the halves of a leaf on both sides of a rigid middle.
 bool joined(const Mechanism& mechanism, const SolidPart& part_a, const SolidPart& part_b) {
   if (part_a.leaf == part_b.leaf) return true;  // legs of one leaf
   const LeafSpring &a = mechanism.leaves[part_a.leaf], &b = mechanism.leaves[part_b.leaf];
+  if (a.may_cross || b.may_cross) return true;
   const double touch = 0.5 * (1 + 1e-6) * (a.thickness + b.thickness);
   for (const Edge& ea : clamped_edges(a, part_a))
     for (const Edge& eb : clamped_edges(b, part_b)) {

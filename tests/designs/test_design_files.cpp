@@ -47,6 +47,7 @@ void check_same(const Mechanism& a, const Mechanism& b) {
     CHECK(a.leaves[i].name == b.leaves[i].name);
     CHECK(a.leaves[i].base == b.leaves[i].base);
     CHECK(a.leaves[i].tip == b.leaves[i].tip);
+    CHECK(a.leaves[i].may_cross == b.leaves[i].may_cross);
   }
   for (std::size_t i = 0; i < a.bodies.size(); ++i) {
     CHECK(a.bodies[i].name == b.bodies[i].name);
@@ -184,6 +185,69 @@ TEST_CASE("a repeated item is each of its copies") {
   check_same(make(repeated), make(written));
   CHECK_THAT(complaint(repeated, {{"count", 2.5}}), Contains("count") && Contains("whole number"));
   CHECK_THAT(complaint(repeated, {{"count", 2000}}), Contains("at most 1000 copies"));
+}
+
+TEST_CASE("names take formulas of indices and counts") {
+  json chain = json::parse(R"({
+    "flexopt_design": 1,
+    "parameters": {"count": {"unit": "1", "default": 3}, "sprung": {"unit": "1", "default": 1}},
+    "let": {"last": "count - 1"},
+    "frames": [{"name": "f0"}, {"name": "away", "at": [0, "1 m", 0]},
+               {"name": "f{i}", "in": "f{i - 1}", "at": ["20 mm", 0, 0], "repeat": {"i": [1, "count"]}}],
+    "bodies": [{"name": "p{i}", "frame": "f{i}", "at": [0, 0, 0], "repeat": {"i": [1, "last"]}},
+               {"name": "end_effector", "frame": "f{count}", "at": [0, 0, 0]}],
+    "leaves": [
+      {"name": "s1", "base": {"body": "ground", "at": [0, 0, 0]}, "tip": {"body": "p1", "at": ["20 mm", 0, 0]},
+       "across": [0, 0, 1], "width": "5 mm", "thickness": "0.3 mm"},
+      {"name": "s{i}", "frame": "f{i-1}", "repeat": {"i": [2, "last"]}, "base": {"body": "p{i-1}", "at": [0, 0, 0]},
+       "tip": {"body": "p{i}", "at": ["20 mm", 0, 0]}, "across": [0, 0, 1], "width": "5 mm", "thickness": "0.3 mm"},
+      {"name": "s{count}", "frame": "f{last}", "base": {"body": "p{count-1}", "at": [0, 0, 0]},
+       "tip": {"body": "end_effector", "at": ["20 mm", 0, 0]},
+       "across": [0, 0, 1], "width": "5 mm", "thickness": "0.3 mm"}],
+    "springs": [{"name": "spring", "body": "p{sprung}", "at": [0, 0, 0], "other_at": [0, 0.1, 0], "stiffness": 1}],
+    "parts": [{"name": "arm {2*i}", "repeat": {"i": [2, 2]}, "frame": "away", "design": "leaf_spring",
+               "join": {"end_effector": "p{i-1}"},
+               "parameters": {"length": "50 mm", "width": "5 mm", "thickness": "0.3 mm"}}],
+    "drive": {"direction": "uy"}})");
+  for (const std::size_t count : {2, 3, 6}) {
+    const Mechanism m = make(chain, {{"count", double(count)}});
+    REQUIRE(m.leaves.size() == count + 1);
+    CHECK_THAT(m.leaves.front().name, Catch::StartsWith("arm 4/"));
+    CHECK(m.leaves.front().tip == m.leaves[1].tip);
+    for (std::size_t i = 1; i <= count; ++i) {
+      const LeafSpring& leaf = m.leaves[i];
+      CHECK(leaf.name == "s" + std::to_string(i));
+      CHECK(leaf.base == (i == 1 ? ground : m.leaves[i - 1].tip));
+      CHECK((leaf.origin - Vector3d(0.02 * double(i - 1), 0, 0)).norm() < 1e-15);
+    }
+    CHECK(m.leaves.back().tip == m.end_effector);
+    CHECK(m.springs[0].body == m.leaves[1].tip);
+  }
+  CHECK(read(chain)->counts == std::vector<std::string>{"count", "sprung"});
+  CHECK_THAT(complaint(chain, {{"sprung", 1.5}}), Contains("sprung") && Contains("whole number"));
+  chain["leaves"][1]["tip"]["body"] = "p{i/4}";
+  CHECK_THAT(complaint(chain), Contains("/leaves/1/tip/body = 0.5") && Contains("copy i = 2"));
+}
+
+TEST_CASE("a leaf that may cross others does so repeated, mirrored, reinforced and written flat") {
+  json inner = cantilever();
+  inner["leaves"][0].update(json::parse(
+      R"({"name": "leaf {i}", "repeat": {"i": [0, 1]}, "may_cross": true,
+          "reinforcement": {"fraction": 0.4, "thickness": "1 mm"}})"));
+  inner.erase("drive");
+  json outer = cantilever();
+  outer["leaves"][0]["width"] = "10 mm";
+  outer["parts"] = {{{"name", "x"},
+                     {"design", inner},
+                     {"mirror", "y"},
+                     {"join", {{"end_effector", "end_effector"}}}}};
+  const Mechanism m = make(outer);
+  REQUIRE(m.leaves.size() == 5);
+  for (const LeafSpring& leaf : m.leaves) CHECK(leaf.may_cross == (leaf.name != "leaf"));
+  const auto flat = expanded(*read(outer), {{"length", 0.08}, {"count", 3}}, {}, steel());
+  check_same(m, make(json::parse(flat.dump())));
+  outer["parts"][0]["design"]["leaves"][0].erase("may_cross");
+  CHECK_THAT(complaint(outer), Contains("leaves with \"may_cross\" may"));
 }
 
 TEST_CASE("a part is its items in its frame, with the bodies that it shares") {

@@ -21,6 +21,7 @@ Mechanism everything() {
   leaf.name = "leaf";
   leaf.tip = 1;
   leaf.section = Section::circular;
+  leaf.may_cross = true;
   leaf.material.name = "steel";
   leaf.material.allowable_stress = 5e8;
   leaf.material.thermal_expansion = 1e-5;
@@ -82,6 +83,7 @@ TEST_CASE("a mechanism with other numbers keeps names, indices and kinds") {
   CHECK(leaf.name == "leaf");
   CHECK(leaf.tip == 1);
   CHECK(leaf.section == Section::circular);
+  CHECK(leaf.may_cross);
   CHECK(leaf.material.name == "steel");
   CHECK(leaf.material.allowable_stress == 5e8);
   CHECK(leaf.material.thermal_expansion == 1e-5);

@@ -88,6 +88,54 @@ TEST_CASE("leaves that share volume intersect, leaves that touch do not") {
   CHECK(!check_rules(m));
 }
 
+TEST_CASE("leaves cross in one plane where one of them may") {
+  Mechanism m = one_leaf();
+  m.leaves.push_back(leaf("b", {0.05, -0.05, 0.2e-3}, rotation_exp({0, 0, M_PI / 2})));
+  CHECK_THAT(why_not(check_rules(m)),
+             Contains("a and b intersect when undeflected; leaves with \"may_cross\" may"));
+  m.leaves[1].may_cross = true;
+  CHECK(check_rules(m));
+  std::swap(m.leaves[0], m.leaves[1]);
+  CHECK(check_rules(m));
+  m.leaves.push_back(leaf("c", {0.08, -0.05, 0.2e-3}, rotation_exp({0, 0, M_PI / 2})));
+  CHECK_THAT(why_not(check_rules(m)), Contains("a and c"));
+}
+
+TEST_CASE("links of a chain overlap in a wedge at the body that clamps both, and nowhere else") {
+  // 100 mm long and 30 mm wide: w/2 tan(turn/2) is a quarter of the length at 118 degrees
+  const auto chain = [](const Vector3d& turn, double slip = 0, int base = 1) {
+    Mechanism m = one_leaf();
+    m.bodies.push_back(body("joint"));
+    m.leaves[0].tip = 1;
+    m.leaves.push_back(models::between(base, 0, leaf("b", {0.1 - slip, 0, 0}, rotation_exp(turn))));
+    return m;
+  };
+  const auto flat = [](double degrees) { return Vector3d(0, 0, degrees * M_PI / 180); };
+  for (const double kink : {1.0, -10.0, 30.0, 90.0, -117.0}) {
+    INFO(kink);
+    CHECK(check_rules(chain(flat(kink))));
+    CHECK_THAT(why_not(check_rules(chain(flat(kink), 1e-3))), Contains("a and b intersect"));
+    CHECK_THAT(why_not(check_rules(chain(flat(kink), 0, ground))), Contains("a and b intersect"));
+  }
+  CHECK(check_rules(chain({0.3, 0.5, 0.4})));
+  CHECK_THAT(why_not(check_rules(chain(flat(119)))), Contains("a and b intersect"));
+  CHECK_THAT(why_not(check_rules(chain(flat(-175)))), Contains("a and b intersect"));
+  Mechanism stub = chain(flat(180));  // back on the first, a fifth as long
+  stub.leaves[1].length = 0.02;
+  CHECK_THAT(why_not(check_rules(stub)), Contains("a and b intersect"));
+  // the fourth link, at right angles like the others, crosses the first
+  Mechanism loop = chain(flat(90));
+  loop.bodies.push_back(body("second joint"));
+  loop.bodies.push_back(body("third joint"));
+  loop.leaves[1].tip = 2;
+  loop.leaves.push_back(models::between(2, 3, leaf("c", {0.1, 0.1, 0}, rotation_exp(flat(180)))));
+  loop.leaves[2].length = 0.07;
+  loop.leaves.push_back(models::between(3, 0, leaf("d", {0.03, 0.1, 0}, rotation_exp(flat(-90)))));
+  CHECK_THAT(why_not(check_rules(loop)), Contains("a and d intersect"));
+  loop.leaves[3].length = 0.08;
+  CHECK(check_rules(loop));
+}
+
 TEST_CASE("a leaf beside the narrow end of a tapered one does not cross it") {
   Mechanism m = one_leaf();
   m.leaves[0].width_profile = {1.0, 0.5};

@@ -151,7 +151,7 @@ TEST_CASE("leaves and the box of a body that does not hold them are apart by wha
   CHECK(clearance_of(Solids::undeflected(m), pairs)->value == 0);
 }
 
-TEST_CASE("leaves that are one piece at an edge are no pair") {
+TEST_CASE("leaves that are one piece at an edge or may cross are no pair") {
   Mechanism fold = models::guide(0.1, 0.03, 5e-4);
   fold.bodies.push_back(models::body({0.1, 0, 0}, 0, 0));
   fold.leaves[0] = models::leaf({0, 0, 0}, {1, 0, 0}, 0.1, 0.03, 5e-4);
@@ -165,6 +165,8 @@ TEST_CASE("leaves that are one piece at an edge are no pair") {
   // the same edges on different bodies
   fold.leaves[1].base = ground;
   CHECK(clearance_pairs(fold).size() == 1);
+  fold.leaves[0].may_cross = true;
+  CHECK(clearance_pairs(fold).empty());
   CHECK_FALSE(clearance_of(Solids::undeflected(fold), {}));
 }
 
