@@ -92,12 +92,12 @@ bool read_worst_assembly(json& goal, const GoalContext& context, const Constrain
     throw wrong(goal, at, "as",
                 "of errors of assembly in a box the \"worst\" counts: no other distribution of "
                 "them is known");
-  if (!read.expression.empty())
+  if (read.of_parameters())
     throw SpecError(place, shown_under,
                     "a formula of the parameters is the same however the mechanism is assembled");
-  if (is_of_design(read.quantity))
+  if (read.of_design())
     throw SpecError(place, shown_under,
-                    read.quantity + " is the same however the mechanism is assembled");
+                    read.name() + " is the same however the mechanism is assembled");
   if (read.min && read.max)
     throw SpecError(place, shown_under,
                     "under errors of assembly each bound has a number of its own: give min and max "
@@ -141,12 +141,16 @@ bool names_the_box(const json& job) {
 void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec) {
   const auto look_at = [&](const Constraint& goal, bool least) {
     const auto same = [&](const Constraint& c) {
-      return c.quantity == goal.quantity && c.over_stroke == goal.over_stroke &&
+      return c.name() == goal.name() && c.over_stroke == goal.over_stroke &&
              c.load_case == goal.load_case && c.min.has_value() == least;
     };
     if (!goal.worst_assembly || std::ranges::any_of(spec.quantities, same)) return;
-    Constraint one{
-        .quantity = goal.quantity, .over_stroke = goal.over_stroke, .load_case = goal.load_case};
+    Constraint one{.quantity = goal.quantity,
+                   .expression = goal.expression,
+                   .over_stroke = goal.over_stroke,
+                   .load_case = goal.load_case,
+                   .unit = goal.unit,
+                   .terms = goal.terms};
     if (least) one.min = 0;  // the least is the worst
     one.label = goal_label(one);
     spec.quantities.push_back(std::move(one));
