@@ -96,6 +96,10 @@ const Quantity& GoalContext::quantity(const std::string& name, const std::string
   return *found;
 }
 
+Expression GoalContext::formula(const std::string& text, const Pointer& at) const {
+  return {text, names, at.to_string(), formula_names(family.drives)};
+}
+
 void GoalContext::take(const json& goal, const char* key, bool is_formula, const Pointer& at,
                        Constraint& measure) const {
   (is_formula ? measure.expression : measure.quantity) = goal[key];

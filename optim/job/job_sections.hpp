@@ -13,8 +13,8 @@
 #include "core/spec/field_table.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
+#include "optim/job/expression.hpp"
 #include "optim/job/job.hpp"
-#include "optim/job/job_numbers.hpp"
 
 namespace flexopt {
 
@@ -81,9 +81,7 @@ struct GoalContext {
   const Quantity& quantity(const std::string& name, const std::string& load_case,
                            const JsonPointer& at) const;
   /// A formula of the values and the quantities. Throws SpecError.
-  Expression formula(const std::string& text, const JsonPointer& at) const {
-    return {text, names, at.to_string(), formula_names(family.drives)};
-  }
+  Expression formula(const std::string& text, const JsonPointer& at) const;
   /// What is measured, from the text under `key`: a quantity, or a formula; and its load case.
   /// Throws SpecError.
   void take(const nlohmann::json& goal, const char* key, bool formula, const JsonPointer& at,
