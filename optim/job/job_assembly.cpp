@@ -24,8 +24,10 @@ const EnumNames<OverStroke> worse_names{
 const RecordTable<Constraint>& worst_table() {
   static const auto table =
       RecordTable<Constraint>()
-          .required("quantity", shape::text(100), &Constraint::quantity,
+          .optional("quantity", shape::text(100), &Constraint::quantity,
                     "whose worst value is looked for")
+          .optional("expression", shape::text(), &Constraint::expression,
+                    "or a formula of quantities and parameters")
           .choice<OverStroke>("over_stroke", worse_names, &Constraint::over_stroke,
                               "its worse side, and which value over the stroke: the least, the "
                               "largest, or the largest in size")
@@ -179,10 +181,9 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
     faults.attempt([&] {
       Constraint one = worst_table().read(read["quantities"][i]);
       const Pointer here = at / "quantities" / i;
-      one.load_case = context.load_case(read["quantities"][i], here);
-      one.quantity = context.quantity(one.quantity, one.load_case, here / "quantity").name;
-      if (is_of_design(one.quantity))
-        throw SpecError(here / "quantity", shown(one.quantity),
+      const char* const key = context.take(read["quantities"][i], here, one);
+      if (one.of_design())
+        throw SpecError(here / key, shown(one.name()),
                         "it is the same however the mechanism is assembled");
       if (one.over_stroke == OverStroke::min) one.min = 0;  // the least is the worst
       one.label = goal_label(one);

@@ -122,6 +122,15 @@ void GoalContext::take(const json& goal, const char* key, bool is_formula, const
                 "a formula of the parameters does not vary over the stroke: leave it away");
 }
 
+const char* GoalContext::take(const json& goal, const Pointer& at, Constraint& measure) const {
+  const bool is_formula = goal.contains("expression");
+  if (goal.contains("quantity") == is_formula)
+    throw SpecError(at, shown(goal), "give quantity or expression, one of the two");
+  const char* const key = is_formula ? "expression" : "quantity";
+  take(goal, key, is_formula, at, measure);
+  return key;
+}
+
 bool Constraint::of_design() const { return std::ranges::all_of(quantities(), is_of_design); }
 
 std::string goal_label(const Constraint& goal) {
@@ -134,11 +143,8 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
                         const std::optional<OverStroke>& usual) {
   Constraint measure = constraint_table().read(read);
   const bool least = read.contains("min"), largest = read.contains("max");
-  if (read.contains("quantity") == read.contains("expression"))
-    throw SpecError(at, shown(read), "give quantity or expression, one of the two");
+  context.take(read, at, measure);
   measure.margin = read_margin(read, context.borne.tolerances, at);
-  const bool formula = read.contains("expression");
-  context.take(read, formula ? "expression" : "quantity", formula, at, measure);
   if (!measure.of_parameters()) {
     const bool said = read.contains("over_stroke"), both = least && largest;
     if (!said && both)

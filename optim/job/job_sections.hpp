@@ -86,6 +86,8 @@ struct GoalContext {
   /// Throws SpecError.
   void take(const nlohmann::json& goal, const char* key, bool formula, const JsonPointer& at,
             Constraint& measure) const;
+  /// From "quantity" or "expression", of which there must be one: the key.
+  const char* take(const nlohmann::json& goal, const JsonPointer& at, Constraint& measure) const;
 };
 
 /// "max_stress max over stroke, case up"
