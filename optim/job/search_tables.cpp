@@ -76,8 +76,9 @@ const RecordTable<OptimiseSpec>& search_table() {
 const RecordTable<Objective>& objective_table() {
   static const auto table =
       RecordTable<Objective>()
-          .other(shape::optional("maximise", text(),
-                                 "a quantity of a path point, or a formula of quantities and parameters"))
+          .other(shape::optional(
+              "maximise", text(),
+              "a quantity of a path point, or a formula of quantities and parameters"))
           .other(shape::optional("minimise", text(), "the same, to be made small"))
           .optional_choice<OverStroke>(
               "over_stroke", over_stroke_names, &Objective::over_stroke,
