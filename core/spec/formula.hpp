@@ -8,6 +8,7 @@
 //   min max sum avg (any number of arguments), abs sign rint round sqrt exp ln log (both natural)
 //   log2 log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh, pi
 //   5 mm   3 [N/m]     a number with its unit: one symbol, or any unit in brackets
+//   'load.-ux'         a name with signs in it, in quotes
 //
 // Dimensions. The sides of a sum, a comparison, of min, max, sum, avg, atan2 and of ?: have one
 // dimension; arguments of sin, exp and the like are plain numbers or angles, which count as

@@ -84,6 +84,12 @@ void FormulaParser::read_tokens() {
       token.text = text.substr(at, token.end - at);
       for (const FormulaName& n : names_)
         has_fraction_ = has_fraction_ || (n.unit.empty() && n.name == token.text);
+    } else if (const auto name = text.substr(at + 1, text.find('\'', at + 1) - at - 1);
+               c == '\'' && text.substr(at + 1 + name.size()).starts_with('\'') &&
+               std::ranges::find(names_, name, &FormulaName::name) != names_.end()) {
+      token.kind = Kind::name;
+      token.text = name;
+      token.end = at + name.size() + 2;
     } else {
       token.kind = Kind::sign;
       token.text = text.substr(at, 2);

@@ -52,15 +52,26 @@ std::string label_suffix(const ToleranceMargin& margin, bool worst_assembly);
 
 /// A number of a design that counts, with its bounds where it is a constraint.
 struct Constraint {
-  std::string quantity;    ///< a quantity of a path point, or
-  std::string expression;  ///< a formula of the design parameters; one of the two is empty
-  OverStroke over_stroke = OverStroke::max;  ///< unused for an expression
+  std::string quantity;                      ///< a quantity of a path point, or
+  std::string expression;                    ///< a formula; one of the two is empty
+  OverStroke over_stroke = OverStroke::max;  ///< unused for a formula of the parameters
   std::optional<double> min, max;            ///< SI; of a constraint, at least one
   std::string label;                         ///< "max_stress max over stroke"
   std::string load_case;                     ///< the one that counts; empty: the worst of all
   ToleranceMargin margin;
-  bool worst_assembly = false;  ///< its worst in the box of errors of assembly counts
-  std::string unit = "SI";      ///< SI unit of the formula's value, where it is known
+  bool worst_assembly = false;     ///< its worst in the box of errors of assembly counts
+  std::string unit = "SI";         ///< SI unit of the formula's value, where it is known
+  std::vector<std::string> terms;  ///< quantities in the formula; none: it is of the parameters
+
+  const std::string& name() const { return quantity.empty() ? expression : quantity; }
+  /// Quantities that it is made of.
+  std::vector<std::string> quantities() const {
+    return quantity.empty() ? terms : std::vector{quantity};
+  }
+  /// Whether it is a formula of the parameters alone, which needs no mechanics.
+  bool of_parameters() const { return quantities().empty(); }
+  /// Whether it is one number of the design: the same at every point of a path.
+  bool of_design() const;
 };
 
 struct Objective : Constraint {

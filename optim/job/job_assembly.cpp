@@ -24,8 +24,10 @@ const EnumNames<OverStroke> worse_names{
 const RecordTable<Constraint>& worst_table() {
   static const auto table =
       RecordTable<Constraint>()
-          .required("quantity", shape::text(100), &Constraint::quantity,
+          .optional("quantity", shape::text(100), &Constraint::quantity,
                     "whose worst value is looked for")
+          .optional("expression", shape::text(), &Constraint::expression,
+                    "or a formula of quantities and parameters")
           .choice<OverStroke>("over_stroke", worse_names, &Constraint::over_stroke,
                               "its worse side, and which value over the stroke: the least, the "
                               "largest, or the largest in size")
@@ -92,12 +94,12 @@ bool read_worst_assembly(json& goal, const GoalContext& context, const Constrain
     throw wrong(goal, at, "as",
                 "of errors of assembly in a box the \"worst\" counts: no other distribution of "
                 "them is known");
-  if (!read.expression.empty())
+  if (read.of_parameters())
     throw SpecError(place, shown_under,
                     "a formula of the parameters is the same however the mechanism is assembled");
-  if (is_of_design(read.quantity))
+  if (read.of_design())
     throw SpecError(place, shown_under,
-                    read.quantity + " is the same however the mechanism is assembled");
+                    read.name() + " is the same however the mechanism is assembled");
   if (read.min && read.max)
     throw SpecError(place, shown_under,
                     "under errors of assembly each bound has a number of its own: give min and max "
@@ -141,12 +143,16 @@ bool names_the_box(const json& job) {
 void look_at_goals(const OptimiseSpec& goals, AssemblyTolerances& spec) {
   const auto look_at = [&](const Constraint& goal, bool least) {
     const auto same = [&](const Constraint& c) {
-      return c.quantity == goal.quantity && c.over_stroke == goal.over_stroke &&
+      return c.name() == goal.name() && c.over_stroke == goal.over_stroke &&
              c.load_case == goal.load_case && c.min.has_value() == least;
     };
     if (!goal.worst_assembly || std::ranges::any_of(spec.quantities, same)) return;
-    Constraint one{
-        .quantity = goal.quantity, .over_stroke = goal.over_stroke, .load_case = goal.load_case};
+    Constraint one{.quantity = goal.quantity,
+                   .expression = goal.expression,
+                   .over_stroke = goal.over_stroke,
+                   .load_case = goal.load_case,
+                   .unit = goal.unit,
+                   .terms = goal.terms};
     if (least) one.min = 0;  // the least is the worst
     one.label = goal_label(one);
     spec.quantities.push_back(std::move(one));
@@ -175,10 +181,9 @@ AssemblyTolerances read_assembly_tolerances(json& read, const Mechanism& mechani
     faults.attempt([&] {
       Constraint one = worst_table().read(read["quantities"][i]);
       const Pointer here = at / "quantities" / i;
-      one.load_case = context.load_case(read["quantities"][i], here);
-      one.quantity = context.quantity(one.quantity, one.load_case, here / "quantity").name;
-      if (is_of_design(one.quantity))
-        throw SpecError(here / "quantity", shown(one.quantity),
+      const char* const key = context.take(read["quantities"][i], here, one);
+      if (one.of_design())
+        throw SpecError(here / key, shown(one.name()),
                         "it is the same however the mechanism is assembled");
       if (one.over_stroke == OverStroke::min) one.min = 0;  // the least is the worst
       one.label = goal_label(one);

@@ -96,18 +96,46 @@ const Quantity& GoalContext::quantity(const std::string& name, const std::string
   return *found;
 }
 
-void forbid_over_stroke(const json& read, const Pointer& at) {
-  if (read.contains("case"))
-    throw wrong(read, at, "case",
+Expression GoalContext::formula(const std::string& text, const Pointer& at) const {
+  return {text, names, at.to_string(), formula_names(family.drives)};
+}
+
+void GoalContext::take(const json& goal, const char* key, bool is_formula, const Pointer& at,
+                       Constraint& measure) const {
+  (is_formula ? measure.expression : measure.quantity) = goal[key];
+  if (is_formula) {
+    const Expression of = formula(measure.expression, at / key);
+    measure.unit = of.unit();
+    measure.terms = of.quantities();
+  }
+  if (!measure.of_parameters()) {
+    measure.load_case = load_case(goal, at);
+    for (const std::string& name : measure.quantities())
+      quantity(name, measure.load_case, at / key);
+    return;
+  }
+  if (goal.contains("case"))
+    throw wrong(goal, at, "case",
                 "a formula of the parameters is the same in all load cases: leave it away");
-  if (read.contains("over_stroke"))
-    throw wrong(read, at, "over_stroke",
+  if (goal.contains("over_stroke"))
+    throw wrong(goal, at, "over_stroke",
                 "a formula of the parameters does not vary over the stroke: leave it away");
 }
 
+const char* GoalContext::take(const json& goal, const Pointer& at, Constraint& measure) const {
+  const bool is_formula = goal.contains("expression");
+  if (goal.contains("quantity") == is_formula)
+    throw SpecError(at, shown(goal), "give quantity or expression, one of the two");
+  const char* const key = is_formula ? "expression" : "quantity";
+  take(goal, key, is_formula, at, measure);
+  return key;
+}
+
+bool Constraint::of_design() const { return std::ranges::all_of(quantities(), is_of_design); }
+
 std::string goal_label(const Constraint& goal) {
-  if (!goal.expression.empty()) return goal.expression;
-  return fmt::format("{} {} over stroke{}", goal.quantity, name_of(goal.over_stroke),
+  if (goal.of_parameters()) return goal.expression;
+  return fmt::format("{} {} over stroke{}", goal.name(), name_of(goal.over_stroke),
                      goal.load_case.empty() ? "" : ", case " + goal.load_case);
 }
 
@@ -115,18 +143,10 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
                         const std::optional<OverStroke>& usual) {
   Constraint measure = constraint_table().read(read);
   const bool least = read.contains("min"), largest = read.contains("max");
-  if (read.contains("quantity") == read.contains("expression"))
-    throw SpecError(at, shown(read), "give quantity or expression, one of the two");
+  context.take(read, at, measure);
   measure.margin = read_margin(read, context.borne.tolerances, at);
-  if (read.contains("expression")) {
-    forbid_over_stroke(read, at);
-    const Expression formula(measure.expression, context.names, (at / "expression").to_string());
-    measure.expression = formula.text();
-    measure.unit = formula.unit();
-  } else {
+  if (!measure.of_parameters()) {
     const bool said = read.contains("over_stroke"), both = least && largest;
-    measure.load_case = context.load_case(read, at);
-    measure.quantity = context.quantity(measure.quantity, measure.load_case, at / "quantity").name;
     if (!said && both)
       throw SpecError(at / "over_stroke", "nothing",
                       "with min and max it must be said which value over the stroke is meant: "
@@ -135,7 +155,7 @@ Constraint read_measure(json& read, const GoalContext& context, const Pointer& a
       throw SpecError(at / "case", "nothing",
                       "with min and max over several load cases two numbers are meant: give two "
                       "constraints, or the case");
-    if (!said && !usual && !is_of_design(measure.quantity))
+    if (!said && !usual && !measure.of_design())
       throw SpecError(at / "over_stroke", "nothing",
                       "it must be said which value over the stroke is meant: min, max, max_abs, "
                       "first, last");

@@ -6,6 +6,7 @@
 
 #include "core/mechanism/body_inertia.hpp"
 #include "core/mechanism/each_number.hpp"
+#include "core/response/quantities.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 
@@ -103,6 +104,26 @@ std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters)
   std::vector<FormulaName> names;
   for (const Parameter& p : parameters) names.push_back({p.name, p.unit});
   return names;
+}
+
+std::vector<FormulaName> formula_names(const DriveList& drives) {
+  std::vector<FormulaName> names;
+  for (const Quantity& q : quantities(drives)) names.push_back({q.name, q.unit});
+  return names;
+}
+
+Expression goal_formula(const Job& job, const std::string& text, const std::string& pointer) {
+  const Family& family = resolve(job.design)->family();
+  std::vector<Parameter> all = family.parameters;
+  all.insert(all.end(), job_numbers().begin(), job_numbers().end());
+  return {text, formula_names(all), pointer, formula_names(family.drives)};
+}
+
+ParameterValues complete_numbers(const Job& job, const ParameterValues& parameters) {
+  ParameterValues all = complete_parameters(job.design, parameters);
+  const auto [material, end_effector] = numbers_set(job, parameters);
+  for (const auto& [name, value] : numbers_of(material, end_effector)) all[name] = value;
+  return all;
 }
 
 Check has_number(const Family& family, const FamilyChoices& choices, const std::string& name) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/math/answer.hpp"
+#include "optim/job/expression.hpp"
 #include "optim/job/job.hpp"
 
 namespace flexopt {
@@ -25,8 +26,16 @@ std::vector<std::string> parameter_names(const Family& family);
 /// The family's parameters, then those numbers that differ from design to design.
 std::vector<Parameter> parameters_of(const Job& job);
 
-/// Names and units of parameters, as formulas want them.
+/// Names and units of parameters, and of the quantities of a mechanism, as formulas want them.
 std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters);
+std::vector<FormulaName> formula_names(const DriveList& drives);
+
+/// A formula of a goal of the job: of parameters, numbers of the job, and quantities.
+Expression goal_formula(const Job& job, const std::string& text, const std::string& pointer = "");
+
+/// `parameters` of a design of the job with what its formulas make of them, and all numbers of its
+/// material and end-effector: what formulas of goals may use. Throws SpecError.
+ParameterValues complete_numbers(const Job& job, const ParameterValues& parameters);
 
 /// Whether a design has such a number: none of an end-effector where nothing rigid hangs on it.
 Check has_number(const Family& family, const FamilyChoices& choices, const std::string& name);

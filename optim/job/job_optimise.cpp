@@ -137,19 +137,12 @@ Objective read_objective(json& read, const GoalContext& context) {
   const bool formula =
       !context.find_quantity(goal) &&
       (goal.find_first_of("+-*/^(") != std::string::npos || context.values.contains(goal));
-  if (formula) {
-    forbid_over_stroke(read, at);
-    const Expression of(goal, context.names, (at / key).to_string());
-    objective.expression = of.text();
-    objective.unit = of.unit();
-    read_worst_assembly(read, context, objective, at);
-    return objective;
+  context.take(read, key.c_str(), formula, at, objective);
+  if (!objective.of_parameters()) {
+    if (!read.contains("over_stroke"))
+      objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
+    read["over_stroke"] = name_of(objective.over_stroke);
   }
-  objective.load_case = context.load_case(read, at);
-  objective.quantity = context.quantity(goal, objective.load_case, at / key).name;
-  if (!read.contains("over_stroke"))
-    objective.over_stroke = objective.maximise ? OverStroke::min : OverStroke::max;
-  read["over_stroke"] = name_of(objective.over_stroke);
   Constraint bounded = objective;
   if (objective.maximise) bounded.min = 0;
   objective.worst_assembly = read_worst_assembly(read, context, bounded, at);
@@ -166,8 +159,8 @@ Constraint read_constraint(json& read, const GoalContext& context, const Pointer
     if (!formula)
       return read_quantity(shape::quantity(context.find_quantity(constraint.quantity)->unit),
                            read[key], at / key);
-    const Expression of(constraint.expression, context.names, (at / "expression").to_string());
-    return formula_bound(of, read[key], at / key);
+    return formula_bound(context.formula(constraint.expression, at / "expression"), read[key],
+                         at / key);
   };
   for (const auto& [key, place] : {std::pair{"min", &constraint.min}, {"max", &constraint.max}})
     if (read.contains(key))
@@ -194,10 +187,10 @@ ParetoSpec read_pareto(json& read, const Objective& objective, const GoalContext
   if (front.quantity == objective.quantity && front.expression == objective.expression &&
       front.margin.text() == objective.margin.text() &&
       front.worst_assembly == objective.worst_assembly &&
-      (!front.expression.empty() ||
+      (front.of_parameters() ||
        (front.over_stroke == objective.over_stroke && front.load_case == objective.load_case)))
     throw SpecError((at / (front.quantity.empty() ? "expression" : "quantity")).to_string(),
-                    '"' + (front.quantity.empty() ? front.expression : front.quantity) + '"',
+                    '"' + front.name() + '"',
                     "it is the objective already: a front needs a second one");
   return front;
 }

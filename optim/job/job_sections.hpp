@@ -13,6 +13,7 @@
 #include "core/spec/field_table.hpp"
 #include "core/spec/spec_error.hpp"
 #include "designs/family.hpp"
+#include "optim/job/expression.hpp"
 #include "optim/job/job.hpp"
 
 namespace flexopt {
@@ -81,10 +82,15 @@ struct GoalContext {
   /// The quantity of that name, with what it asks of the rest of the job. Throws SpecError.
   const Quantity& quantity(const std::string& name, const std::string& load_case,
                            const JsonPointer& at) const;
+  /// A formula of the values and the quantities. Throws SpecError.
+  Expression formula(const std::string& text, const JsonPointer& at) const;
+  /// What is measured, from the text under `key`: a quantity, or a formula; and its load case.
+  /// Throws SpecError.
+  void take(const nlohmann::json& goal, const char* key, bool formula, const JsonPointer& at,
+            Constraint& measure) const;
+  /// From "quantity" or "expression", of which there must be one: the key.
+  const char* take(const nlohmann::json& goal, const JsonPointer& at, Constraint& measure) const;
 };
-
-/// Throws SpecError where a formula of the parameters is asked for at places of the stroke.
-void forbid_over_stroke(const nlohmann::json& read, const JsonPointer& at);
 
 /// "max_stress max over stroke, case up"
 std::string goal_label(const Constraint& goal);

@@ -287,9 +287,9 @@ void look_at_inertia(Looked& at) {
 
 /// Frequencies of leaves alone. Who writes a mass of zero means it.
 void look_at_mass(Looked& at) {
-  const auto of_modes = [&](const Constraint& goal) {
-    return std::ranges::any_of(quantities(at.family().drives), [&](const Quantity& q) {
-      return q.name == goal.quantity && q.row->needs.need_frequencies();
+  const auto of_modes = [](const Constraint& goal) {
+    return std::ranges::any_of(goal.quantities(), [](const std::string& name) {
+      return needs_of(name).need_frequencies();
     });
   };
   const auto& search = at.job.optimise;

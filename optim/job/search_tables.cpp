@@ -32,7 +32,7 @@ RecordTable<Goal> measure_table(const char* formula) {
       .optional("expression", text(), &Goal::expression, formula)
       .template optional_choice<OverStroke>(
           "over_stroke", over_stroke_names, &Goal::over_stroke,
-          "how a quantity's values over the stroke become one; default: the worst")
+          "how the values over the stroke become one; default: the worst")
       .optional("case", text(100), &Goal::load_case, case_meaning)
       .other(under_field())
       .other(margin_field());
@@ -76,8 +76,9 @@ const RecordTable<OptimiseSpec>& search_table() {
 const RecordTable<Objective>& objective_table() {
   static const auto table =
       RecordTable<Objective>()
-          .other(shape::optional("maximise", text(),
-                                 "a quantity of a path point, or a formula of the parameters"))
+          .other(shape::optional(
+              "maximise", text(),
+              "a quantity of a path point, or a formula of quantities and parameters"))
           .other(shape::optional("minimise", text(), "the same, to be made small"))
           .optional_choice<OverStroke>(
               "over_stroke", over_stroke_names, &Objective::over_stroke,
@@ -89,7 +90,7 @@ const RecordTable<Objective>& objective_table() {
 }
 
 const RecordTable<Constraint>& constraint_table() {
-  static const auto table = measure_table<Constraint>("or a formula of the parameters, in SI")
+  static const auto table = measure_table<Constraint>("or a formula of quantities and parameters")
                                 .other(shape::optional("min", shape::quantity(""), "lower bound"))
                                 .other(shape::optional("max", shape::quantity(""), "upper bound"));
   return table;
@@ -121,7 +122,7 @@ const RecordTable<VerifySpec>& verify_table() {
 }
 
 const RecordTable<ParetoSpec>& pareto_table() {
-  static const auto table = measure_table<ParetoSpec>("or a formula of the parameters")
+  static const auto table = measure_table<ParetoSpec>("or a formula of quantities and parameters")
                                 .choice<bool>("sense", {{"minimise", false}, {"maximise", true}},
                                               &ParetoSpec::maximise, "which way is better")
                                 .with_default("points", integer(2, 200), &ParetoSpec::points,

@@ -22,13 +22,10 @@ Job prepared(Job job) {
   const ParameterValues numbers = numbers_of(job.design.material, job.end_effector);
   job.design.resolved = resolve(job.design);
   std::vector<std::string> wanted;
-  std::vector<Parameter> all = job.design.resolved->family().parameters;
-  all.insert(all.end(), job_numbers().begin(), job_numbers().end());
-  const std::vector<FormulaName> known = formula_names(all);
   for (const Variable& v : spec.variables) wanted.push_back(v.parameter);
   const auto add = [&](const std::string& formula, const std::string& pointer) {
     if (formula.empty()) return;
-    const std::vector<std::string> names = Expression(formula, known, pointer).names();
+    const std::vector<std::string> names = goal_formula(job, formula, pointer).names();
     wanted.insert(wanted.end(), names.begin(), names.end());
   };
   add(spec.objective.expression, "/optimise/objective");
@@ -95,7 +92,7 @@ DesignProblem::DesignProblem(const Job& job, Evaluators evaluators)
   std::erase_if(assembled, [](const Goal& goal) { return goal.worst_assembly; });
   for (std::size_t k = 0; k < cases_of(job_).size(); ++k)
     requests_.push_back(request_of_goals(job_, assembled, k));
-  for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.expression;
+  for (const Goal& g : goals_) needs_mechanics_ = needs_mechanics_ || !g.of_parameters();
   // values with and without derivatives must be those of one function
   const bool searched = algorithm_of(optimiser_options(*job_.optimise)).gradients;
   if (evaluators_.gradients && (searched || robust())) {
@@ -194,7 +191,8 @@ Answer<std::vector<GoalReading>, Why> DesignProblem::look_in_box(const Parameter
     reduced |= of_reduced_leaves(found.response, request);
     return found;
   };
-  return worst_assembly_->read({mechanism, model, box_requests_, exact}, evaluate, gradient);
+  return worst_assembly_->read({mechanism, model, box_requests_, parameters, exact}, evaluate,
+                               gradient);
 }
 
 DesignValues DesignProblem::look(const ParameterValues& parameters, bool gradient,

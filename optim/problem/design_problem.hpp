@@ -92,8 +92,8 @@ class DesignProblem {
   /// derivatives.
   DesignValues evaluate(const Variables& variables, bool gradient = false,
                         std::optional<Accuracy> accuracy = {}) const;
-  /// Exact derivatives of one goal with a formula with respect to the variables, SI per SI. Nothing
-  /// of one that counts tolerances.
+  /// Exact derivatives of one goal with a formula of the parameters with respect to the variables,
+  /// SI per SI. Nothing of one that counts tolerances.
   std::optional<VectorXd> formula_gradient(std::size_t goal, const Variables& variables) const;
   /// A path with the given model and request.
   StrokeResponse respond(const Variables& variables, const ModelOptions& model,
@@ -103,7 +103,8 @@ class DesignProblem {
   DesignValues read(const Variables& variables, const std::vector<StrokeSensitivity>& found,
                     const std::vector<StrokeRequest>& requests) const;
 
-  /// Values of one goal with a formula; nothing when it or the parameters make no sense there.
+  /// Value of one goal with a formula of the parameters; nothing when it or the parameters make no
+  /// sense there.
   std::optional<double> formula(std::size_t goal, const Variables& variables) const;
   /// Whether the mechanics are worth asking: no formula's constraint is missed by more than half
   /// its bound, or has no value.

@@ -203,7 +203,7 @@ bool EvaluationBook::add_differences(const VectorXd& x, const DesignValues& valu
   }
   // what is a formula has exact ones
   for (std::size_t g = 0; g < values.goals.size(); ++g)
-    if (problem_.goals()[g].expression)
+    if (problem_.goals()[g].of_parameters())
       if (const auto exact = problem_.formula_gradient(g, problem_.variables(x)))
         for (const Eigen::Index j : columns)
           known.values(values.first(g), j) = (*exact)[j] * problem_.range(j);

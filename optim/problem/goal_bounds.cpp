@@ -22,7 +22,7 @@ double excess(double value, const std::optional<double>& min, const std::optiona
 std::optional<double> DesignProblem::formula(std::size_t goal, const Variables& variables) const
     try {
   const Goal& of = goals_[goal];
-  assert(of.expression);
+  assert(of.of_parameters());
   const ParameterValues all = parameters(variables);
   const std::optional<double> value = of.expression->value(all);
   if (!of.margin || !value) return value;
@@ -40,7 +40,7 @@ std::optional<double> DesignProblem::formula_violation(const Variables& variable
                                                        const Scales& scales) const {
   double most = 0;
   for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
-    if (!goals_[i + 1].expression) continue;
+    if (!goals_[i + 1].of_parameters()) continue;
     const std::optional<double> value = formula(i + 1, variables);
     if (!value) return std::nullopt;
     const Constraint& c = spec().constraints[i];
@@ -52,7 +52,7 @@ std::optional<double> DesignProblem::formula_violation(const Variables& variable
 Check DesignProblem::near_formulas(const Variables& variables, const Scales& scales) const {
   constexpr double far = 0.5;  // nearer than that the mechanics still tell where to go
   for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
-    if (!goals_[i + 1].expression) continue;
+    if (!goals_[i + 1].of_parameters()) continue;
     const Constraint& c = spec().constraints[i];
     const std::optional<double> value = formula(i + 1, variables);
     if (!value) return Because(fmt::format("not evaluated: {} has no value", c.label));
@@ -91,7 +91,7 @@ Scales DesignProblem::scales(const DesignValues* reference, const Scales* before
   for (std::size_t i = 0; i < spec().constraints.size(); ++i) {
     const Constraint& c = spec().constraints[i];
     double scale = std::max(std::abs(c.min.value_or(0)), std::abs(c.max.value_or(0)));
-    if (scale == 0 && goals_[i + 1].expression) {  // the middle of each side of the box
+    if (scale == 0 && goals_[i + 1].of_parameters()) {  // the middle of each side of the box
       for (int j = 0; j < size(); ++j)
         for (const double end : {0.0, 1.0}) {
           VectorXd x = VectorXd::Constant(size(), 0.5);

@@ -14,15 +14,34 @@ void append_rows(MatrixXd& all, const MatrixXd& more) {
   all.bottomRows(more.rows()) = more;
 }
 
-Answer<GoalReading, Why> read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+namespace {
+
+/// A formula of the parameters, whose derivatives follow from the formula itself.
+Answer<GoalReading, Why> read_formula(const Expression& formula,
+                                      const ParameterValues& parameters) {
+  const std::optional<double> value = formula.value(parameters);
+  if (!value) {
+    const std::string reason = fmt::format("{} is not finite", formula.text());
+    return BecauseOf({reason, reason});
+  }
+  GoalReading reading{{*value}, {}, formula.names()};
+  if (const auto gradient = formula.gradient(parameters)) reading.gradient = gradient->transpose();
+  return reading;
+}
+
+}  // namespace
+
+Answer<GoalReading, Why> read_parts(const Goal& goal, const ParameterValues& parameters,
+                                    const std::vector<StrokeSensitivity>& found,
                                     const std::vector<StrokeRequest>& requests,
                                     const std::vector<JobCase>& named) {
+  if (goal.of_parameters()) return read_formula(*goal.expression, parameters);
   GoalReading whole;
   bool differentiated = true;
   for (const GoalPart& part : goal.parts) {
     const StrokeSensitivity& of = found[part.load_case];
     auto reading = read_goal(goal, of.response, requests[part.load_case],
-                             of.gradients ? &*of.gradients : nullptr);
+                             of.gradients ? &*of.gradients : nullptr, parameters);
     if (!reading && !named.empty())
       reading.error().message += fmt::format(" (load case {})", named[part.load_case].name);
     if (!reading) return reading;
@@ -81,9 +100,9 @@ DesignValues DesignProblem::read_goals(const ParameterValues& parameters,
   if (worst && !*worst) return {.message = worst->error().message, .reason = worst->error().reason};
   for (std::size_t g = 0; g < goals_.size(); ++g) {
     const Goal& goal = goals_[g];
-    auto read = goal.expression                ? read_goal(goal, parameters)
-                : goal.worst_assembly && worst ? Answer<GoalReading, Why>((**worst)[g])
-                                               : read_parts(goal, found, requests, job_.cases);
+    auto read = goal.worst_assembly && worst
+                    ? Answer<GoalReading, Why>((**worst)[g])
+                    : read_parts(goal, parameters, found, requests, job_.cases);
     if (!read) return {.message = read.error().message, .reason = read.error().reason};
     GoalReading& reading = *read;
     const std::string name = goal.label.find(goal.quantity) != std::string::npos

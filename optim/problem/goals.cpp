@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 
 #include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/quantities.hpp"
@@ -72,17 +73,9 @@ Goal make_goal(const Job& job, const std::string& label, const Constraint& asked
             .least = least,
             .margin = asked.margin,
             .worst_assembly = asked.worst_assembly};
-  const bool formula = !asked.expression.empty();
-  if (formula) {
-    std::vector<FormulaName> names;
-    const Family& family = resolve(job.design)->family();
-    for (const auto& [name, value] : job.design.parameters)
-      names.push_back({name, find_parameter(family, name)->unit});
-    goal.expression.emplace(asked.expression, names, pointer);
-  } else {
-    goal.parts = parts_of(job, asked.load_case);
-  }
-  if (formula || is_of_design(goal.quantity))
+  if (!asked.expression.empty()) goal.expression = goal_formula(job, asked.expression, pointer);
+  if (!goal.of_parameters()) goal.parts = parts_of(job, asked.load_case);
+  if (asked.of_design())
     goal.over_stroke = OverStroke::first;  // one number, one row
   else if (is_lowest_of_modes(goal.quantity) && goal.over_stroke == OverStroke::min)
     goal.branches = std::clamp(job.request.frequencies, 1, most_branches);
@@ -103,29 +96,37 @@ std::optional<VectorXd> row_of(const MatrixXd& rows, std::size_t index) {
   return row < rows.rows() ? std::optional<VectorXd>(rows.row(row)) : std::nullopt;
 }
 
-/// The goal's candidates at a point that has a value, the worst first: as many as the goal wants,
-/// or fewer. `all`: null where derivatives are not wanted.
-std::vector<PointValue> candidates(const Goal& goal, const StrokeResponse& response,
-                                   const PathPoint& point, double value,
-                                   const StrokeRequest& request, const StrokeGradients* all) {
-  const std::ptrdiff_t index = &point - response.path.data();
+/// The path that a goal is read from. `gradients`: null where derivatives are not wanted.
+struct ReadPath {
+  const StrokeResponse& response;
+  const StrokeRequest& request;
+  const StrokeGradients* gradients = nullptr;
+};
+
+/// Candidates of a quantity at a point that has a value, the worst first: as many as the goal
+/// wants, or fewer.
+std::vector<PointValue> candidates(const std::string& quantity, int branches, const ReadPath& path,
+                                   const PathPoint& point, double value) {
+  const StrokeRequest& request = path.request;
+  const StrokeGradients* all = path.gradients;
+  const std::ptrdiff_t index = &point - path.response.path.data();
   const PointGradients* gradients = all ? &all->path[index] : nullptr;
   std::vector<PointValue> found;
   const auto add = [&](double of, auto gradient) {
-    if (found.size() == static_cast<std::size_t>(goal.branches)) return;
+    if (found.size() == static_cast<std::size_t>(branches)) return;
     found.push_back({of, gradients ? gradient() : std::optional<VectorXd>()});
   };
-  if (goal.branches > 1 && goal.quantity == "max_stress") {
+  if (branches > 1 && quantity == "max_stress") {
     for (std::size_t k = 0; k < point.stress_peaks.size(); ++k)
       add(point.stress_peaks[k].value, [&] { return row_of(gradients->stress_peaks, k); });
-  } else if (goal.branches > 1 && goal.quantity == "parasitic_frequency_screening") {
-    const auto [modes, slopes, at] = modes_to_point(response, all, point).value();
+  } else if (branches > 1 && quantity == "parasitic_frequency_screening") {
+    const auto [modes, slopes, at] = modes_to_point(path.response, all, point).value();
     for (const ScreeningFrequency& f : screening_frequencies(*modes, request.parasitic, at))
       add(f.value, [&, modes = modes, slopes = slopes, at = at]() -> std::optional<VectorXd> {
         if (!slopes) return std::nullopt;
         return screening_gradient((*modes)[f.mode], (*slopes)[f.mode], at);
       });
-  } else if (goal.branches > 1 && goal.quantity == "parasitic_frequency") {
+  } else if (branches > 1 && quantity == "parasitic_frequency") {
     // it is the frequency of the first mode that counts
     const std::vector<Mode>& modes = locked(request) ? point.modes_locked : point.modes_free;
     for (std::size_t k = 0; k < modes.size(); ++k)
@@ -135,8 +136,65 @@ std::vector<PointValue> candidates(const Goal& goal, const StrokeResponse& respo
               locked(request) ? gradients->frequencies_locked : gradients->frequencies_free, k);
         });
   }
-  if (found.empty()) add(value, [&] { return gradient_of(point, *gradients, goal.quantity); });
+  if (found.empty()) add(value, [&] { return gradient_of(point, *gradients, quantity); });
   return found;
+}
+
+/// What counts of a quantity at a point.
+Answer<std::vector<PointValue>, Why> values_at(const std::string& quantity, int branches,
+                                               const ReadPath& path, const PathPoint& point) {
+  const std::optional<double> value = value_of(point, quantity);
+  const std::optional<double> nothing =
+      value.value_or(-1) < 0 ? value_of_nothing(point, quantity) : std::nullopt;
+  if (nothing) {
+    const auto size = path.gradients ? std::ssize(path.gradients->parameters) : 0;
+    return std::vector{PointValue{*nothing, VectorXd::Zero(size)}};
+  }
+  if (value && std::isfinite(*value)) return candidates(quantity, branches, path, point, *value);
+  const std::string reason = fmt::format("{} has no value", quantity);
+  const std::string why = why_missing(point, quantity);
+  return BecauseOf(
+      {fmt::format("{} at stroke {:.6g}{}{}", reason, point.stroke, why.empty() ? "" : ": ", why),
+       reason});
+}
+
+/// The derivatives of a formula by the chain rule; nothing where one of them is missing.
+std::optional<VectorXd> chained(const Expression& formula, const ParameterValues& numbers,
+                                const std::map<std::string, PointValue>& terms,
+                                const std::vector<std::string>& parameters) {
+  const std::optional<VectorXd> slopes = formula.gradient(numbers);
+  if (!slopes) return std::nullopt;
+  VectorXd sum = VectorXd::Zero(std::ssize(parameters));
+  for (Eigen::Index i = 0; i < slopes->size(); ++i) {
+    const std::string& name = formula.names()[static_cast<std::size_t>(i)];
+    if (const auto term = terms.find(name); term != terms.end()) {
+      if (!term->second.gradient) return std::nullopt;
+      sum += (*slopes)[i] * *term->second.gradient;
+    } else if (const auto at = std::ranges::find(parameters, name); at != parameters.end()) {
+      sum[at - parameters.begin()] += (*slopes)[i];
+    }
+  }
+  return sum;
+}
+
+/// What counts of a formula at a point. `numbers`: the parameters, which get the quantities there.
+Answer<std::vector<PointValue>, Why> values_at(const Expression& formula, const ReadPath& path,
+                                               const PathPoint& point, ParameterValues& numbers) {
+  std::map<std::string, PointValue> terms;
+  for (const std::string& quantity : formula.quantities()) {
+    auto found = values_at(quantity, 1, path, point);
+    if (!found) return BecauseOf(found.error());
+    numbers[quantity] = found->front().value;
+    terms[quantity] = std::move(found->front());
+  }
+  const std::optional<double> value = formula.value(numbers);
+  if (!value) {
+    const std::string reason = fmt::format("{} is not finite", formula.text());
+    return BecauseOf({fmt::format("{} at stroke {:.6g}", reason, point.stroke), reason});
+  }
+  PointValue one{*value, {}};
+  if (path.gradients) one.gradient = chained(formula, numbers, terms, path.gradients->parameters);
+  return std::vector{std::move(one)};
 }
 
 /// Whether a point has an equilibrium whose numbers count.
@@ -206,17 +264,18 @@ StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals,
   request.outputs = {};
   for (const Goal& goal : goals)
     if (std::ranges::find(goal.parts, load_case, &GoalPart::load_case) != goal.parts.end())
-      request.outputs.add(needs_of(goal.quantity));
+      for (const std::string& quantity : goal.quantities()) request.outputs.add(needs_of(quantity));
   return request;
 }
 
 int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& request) {
   // with the drive held no mode is one of the drive's
   const bool lowest_count = locked(request) && request.parasitic.skipped.empty();
-  for (const Goal& goal : goals) {
-    if (goal.quantity == "parasitic_frequency" && lowest_count) continue;
-    if (!goal.expression && needs_of(goal.quantity).need_frequencies()) return request.frequencies;
-  }
+  for (const Goal& goal : goals)
+    for (const std::string& quantity : goal.quantities()) {
+      if (quantity == "parasitic_frequency" && lowest_count) continue;
+      if (needs_of(quantity).need_frequencies()) return request.frequencies;
+    }
   return std::min(request.frequencies, most_branches);
 }
 
@@ -227,38 +286,28 @@ Eigen::Index DesignValues::first(std::size_t goal) const {
 }
 
 std::size_t Goal::points() const {
-  if (expression) return 1;
+  if (of_parameters()) return 1;
   std::size_t count = 0;
   for (const GoalPart& part : parts) count += part.points;
   return count;
 }
 
 Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& response,
-                                   const StrokeRequest& request, const StrokeGradients* gradients) {
+                                   const StrokeRequest& request, const StrokeGradients* gradients,
+                                   const ParameterValues& parameters) {
   GoalReading reading;
   bool differentiated = gradients && gradients->path.size() == response.path.size();
+  const ReadPath path{response, request, differentiated ? gradients : nullptr};
   if (differentiated) reading.parameters = gradients->parameters;
+  ParameterValues numbers = goal.expression ? parameters : ParameterValues();
   for (const PathPoint& point : response.path) {
     if (auto counts = check_point(point, response, request); !counts)
       return BecauseOf(counts.error());
-    const std::optional<double> value = value_of(point, goal.quantity);
-    const std::optional<double> nothing =
-        value.value_or(-1) < 0 ? value_of_nothing(point, goal.quantity) : std::nullopt;
-    if (!nothing && (!value || !std::isfinite(*value))) {
-      const std::string reason = fmt::format("{} has no value", goal.quantity);
-      const std::string why = why_missing(point, goal.quantity);
-      return BecauseOf({fmt::format("{} at stroke {:.6g}{}{}", reason, point.stroke,
-                                    why.empty() ? "" : ": ", why),
-                        reason});
-    }
-    std::vector<PointValue> found;
-    if (!nothing)
-      found =
-          candidates(goal, response, point, *value, request, differentiated ? gradients : nullptr);
-    else
-      found = {{*nothing, VectorXd::Zero(differentiated ? std::ssize(gradients->parameters) : 0)}};
+    const auto found = goal.expression ? values_at(*goal.expression, path, point, numbers)
+                                       : values_at(goal.quantity, goal.branches, path, point);
+    if (!found) return BecauseOf(found.error());
     for (std::size_t k = 0; k < static_cast<std::size_t>(goal.branches); ++k) {
-      const PointValue& one = found[std::min(k, found.size() - 1)];  // the last one repeated
+      const PointValue& one = (*found)[std::min(k, found->size() - 1)];  // the last one repeated
       reading.values.push_back(one.value);
       differentiated = differentiated && one.gradient;
       if (differentiated) append_rows(reading.gradient, one.gradient->transpose());
@@ -269,19 +318,6 @@ Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& respo
     return BecauseOf({fmt::format("{} of {} stroke points came back: {}", response.path.size(),
                                   request.points.size(), response.message),
                       "no equilibrium"});
-  return reading;
-}
-
-Answer<GoalReading, Why> read_goal(const Goal& goal, const ParameterValues& parameters) {
-  assert(goal.expression);
-  const std::optional<double> value = goal.expression->value(parameters);
-  if (!value) {
-    const std::string reason = fmt::format("{} is not finite", goal.expression->text());
-    return BecauseOf({reason, reason});
-  }
-  GoalReading reading{{*value}, {}, goal.expression->names()};
-  if (const auto gradient = goal.expression->gradient(parameters))
-    reading.gradient = gradient->transpose();
   return reading;
 }
 
@@ -305,7 +341,7 @@ Extreme extreme(const Goal& goal, const GoalValues& values) {
 }
 
 GoalPlace place_of(const Goal& goal, std::size_t entry) {
-  assert(!goal.expression);
+  assert(!goal.of_parameters());
   std::size_t point = entry / static_cast<std::size_t>(goal.branches);
   for (const GoalPart& part : goal.parts) {
     if (point < part.points) return {part.load_case, point};

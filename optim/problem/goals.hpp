@@ -21,21 +21,27 @@ struct GoalPart {
 struct Goal {
   std::string label;
   std::string quantity;                  ///< a quantity of a path point, or
-  std::optional<Expression> expression;  ///< a formula of the parameters
+  std::optional<Expression> expression;  ///< a formula of quantities and parameters
   OverStroke over_stroke = OverStroke::first;
   /// Candidates at each point, ascending: the lowest few frequencies whose lowest is the parasitic
   /// one, so that a gradient method sees the modes on both sides of a crossing; descending: the
   /// places of largest stress, for the same reason. 1 for all others.
   int branches = 1;
-  /// For a quantity, the load cases whose values are stored one after the other. Empty: one part of
-  /// any size.
+  /// The load cases whose values are stored one after the other. Empty: one part of any size. A
+  /// formula of the parameters has none.
   std::vector<GoalPart> parts;
   bool least = false;           ///< the least number is the worst, of several load cases too
   ToleranceMargin margin;       ///< to the worse side
   bool worst_assembly = false;  ///< at the worst errors of assembly in the job's box
 
-  /// Points of all parts; 1 of a formula.
+  /// Points of all parts; 1 of a formula of the parameters.
   std::size_t points() const;
+  /// Whether it is a formula of the parameters alone, which needs no mechanics.
+  bool of_parameters() const { return expression && expression->quantities().empty(); }
+  /// Quantities that it reads at a point.
+  std::vector<std::string> quantities() const {
+    return expression ? expression->quantities() : std::vector{quantity};
+  }
 };
 
 /// The objective first, then the constraints in the job's order, then the second objective of a
@@ -54,7 +60,7 @@ int frequencies_needed(const std::vector<Goal>& goals, const StrokeRequest& requ
 StrokeRequest request_of_goals(const Job& job, const std::vector<Goal>& goals,
                                std::size_t load_case = 0);
 
-/// Values of one goal: points × branches, part by part, or one for a formula.
+/// Values of one goal: points × branches, part by part, or one for a formula of the parameters.
 using GoalValues = std::vector<double>;
 
 struct GoalReading {
@@ -89,17 +95,19 @@ struct DesignValues {
 /// Adds rows below those of a matrix of as many columns, or of none.
 void append_rows(MatrixXd& all, const MatrixXd& more);
 
-/// Reads a goal with a quantity for one load case, with derivatives where gradients are given.
+/// Reads a goal with quantities for one load case, with derivatives where gradients are given. Of a
+/// formula f(q, p) of quantities and parameters they are ∂f/∂p + Σ ∂f/∂q dq/dp; `parameters` has
+/// the values of p.
 Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& response,
                                    const StrokeRequest& request,
-                                   const StrokeGradients* gradients = nullptr);
-/// Reads a goal with a quantity for all its load cases, part by part. `named`: load cases whose
-/// names messages tell, or none.
-Answer<GoalReading, Why> read_parts(const Goal& goal, const std::vector<StrokeSensitivity>& found,
+                                   const StrokeGradients* gradients = nullptr,
+                                   const ParameterValues& parameters = {});
+/// Reads a goal for all its load cases, part by part; a formula of the parameters by itself.
+/// `named`: load cases whose names messages tell, or none.
+Answer<GoalReading, Why> read_parts(const Goal& goal, const ParameterValues& parameters,
+                                    const std::vector<StrokeSensitivity>& found,
                                     const std::vector<StrokeRequest>& requests,
                                     const std::vector<JobCase>& named = {});
-/// Reads a goal with a formula, whose derivatives follow from the formula itself.
-Answer<GoalReading, Why> read_goal(const Goal& goal, const ParameterValues& parameters);
 
 /// Which of the goal's values is the one over the stroke, and with which sign it enters (−1 for a
 /// negative value under max_abs).
@@ -115,7 +123,7 @@ Extreme extreme(const Goal& goal, const GoalValues& values, std::size_t part);
 struct GoalPlace {
   std::size_t load_case = 0, point = 0;
 };
-/// Where an entry of a goal with a quantity is from.
+/// Where an entry of a goal with quantities is from.
 GoalPlace place_of(const Goal& goal, std::size_t entry);
 
 /// For a path with a point without equilibrium, the stroke nearest to the first such point that was

@@ -94,7 +94,7 @@ Posing::Posing(EvaluationBook& book, const Pose& pose, bool slack, Aim aim, doub
 
 /// Whether bounding the goal's one number is the same as bounding every value.
 bool Posing::pointwise(const Goal& goal, bool upper) const {
-  if (!split_ || goal.expression) return false;
+  if (!split_ || goal.of_parameters()) return false;
   const auto values = goal.points() * static_cast<std::size_t>(goal.branches);
   if (goal.over_stroke == OverStroke::min) return !upper && values > 1;
   if (goal.over_stroke == OverStroke::max) return upper && values > 1;

@@ -76,7 +76,7 @@ Answer<BoxLook, Why> WorstAssemblyGoals::values_at(
     for (const GoalPart& part : one.parts) {
       const StrokeSensitivity& of = found[part.load_case];
       const auto reading = read_goal(one, of.response, design.requests[part.load_case],
-                                     of.gradients ? &*of.gradients : nullptr);
+                                     of.gradients ? &*of.gradients : nullptr, design.parameters);
       if (!reading)
         return said(reading.error(), cases_[part.load_case],
                     fmt::format(" (errors of assembly at {:.3g} of their box)",
@@ -182,8 +182,9 @@ Answer<std::vector<GoalReading>, Why> WorstAssemblyGoals::read(const Design& des
       std::vector<GoalReading> readings(paths.size());
       for (std::size_t p = 0; p < paths.size(); ++p) {
         if (places[p].second != part.load_case) continue;
-        auto reading = read_goal(plain_[g], paths[p].response, design.requests[part.load_case],
-                                 paths[p].gradients ? &*paths[p].gradients : nullptr);
+        auto reading =
+            read_goal(plain_[g], paths[p].response, design.requests[part.load_case],
+                      paths[p].gradients ? &*paths[p].gradients : nullptr, design.parameters);
         if (!reading) return said(reading.error(), cases_[part.load_case]);
         readings[p] = std::move(*reading);
       }

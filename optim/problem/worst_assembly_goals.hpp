@@ -85,6 +85,7 @@ class WorstAssemblyGoals {
     const Mechanism& mechanism;
     const ModelOptions& model;
     const std::vector<StrokeRequest>& requests;  ///< requests of all load cases
+    const ParameterValues& parameters;           ///< that formulas use
     /// Derivatives along the errors are exact; else central differences.
     bool exact = false;
   };

@@ -10,9 +10,9 @@
 namespace flexopt {
 namespace {
 
-/// Load case and point of the number of a goal; nothing for a formula.
+/// Load case and point of the number of a goal; nothing for a formula of the parameters.
 std::optional<GoalPlace> place(const Goal& goal, const GoalValues& values) {
-  if (goal.expression) return std::nullopt;
+  if (goal.of_parameters()) return std::nullopt;
   return place_of(goal, extreme(goal, values).entry);
 }
 

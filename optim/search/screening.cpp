@@ -281,7 +281,7 @@ VectorXd onto_formulas(const DesignProblem& problem, const Scales& scales, const
   if (violation(x0) == 0.0) return x0;
   std::vector<std::size_t> formulas;
   for (std::size_t i = 0; i < problem.spec().constraints.size(); ++i)
-    if (problem.goals()[i + 1].expression) formulas.push_back(i);
+    if (problem.goals()[i + 1].of_parameters()) formulas.push_back(i);
   Problem p;
   p.lower = VectorXd::Zero(x0.size());
   p.upper = VectorXd::Ones(x0.size());

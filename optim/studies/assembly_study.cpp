@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/response/quantities.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/problem/worst_assembly_goals.hpp"
 #include "optim/solvers/central_differences.hpp"
 #include "optim/solvers/problem.hpp"
@@ -92,7 +93,8 @@ Box::Box(const Job& job, const ParameterValues& parameters, const ModelOptions& 
       progress_(progress) {
   for (JobCase& one : cases_) {
     one.request.outputs = {Output::equilibrium};
-    for (const Constraint& c : spec_.quantities) one.request.outputs.add(needs_of(c.quantity));
+    for (const Constraint& c : spec_.quantities)
+      for (const std::string& name : c.quantities()) one.request.outputs.add(needs_of(name));
     if (spec_.wants_critical()) one.request.outputs.add(Output::stiffness);
   }
 }
@@ -222,8 +224,11 @@ std::pair<VectorXd, Reading> Box::worst(double scale, const Read& of, const Vect
 /// Which side of a quantity is the worse one.
 double side_of(const Constraint& of) { return of.min ? -1 : 1; }
 
+/// The number of a quantity or a formula at a point of a path.
+using NumberAt = std::function<std::optional<double>(const PathPoint&)>;
+
 /// The worst over the stroke of a quantity, and over these load cases, its worse side up.
-Reading read_worst(const Paths& found, const Constraint& of,
+Reading read_worst(const Paths& found, const Constraint& of, const NumberAt& number,
                    const std::vector<std::size_t>& cases) {
   Reading reading;
   for (const std::size_t k : cases) {
@@ -232,8 +237,8 @@ Reading read_worst(const Paths& found, const Constraint& of,
       if ((of.over_stroke == OverStroke::first && i > 0) ||
           (of.over_stroke == OverStroke::last && i + 1 < path.size()))
         continue;
-      const auto value = value_of(path[i], of.quantity);
-      if (!value) return {.what = fmt::format("{} has no value at point {}", of.quantity, i)};
+      const auto value = number(path[i]);
+      if (!value) return {.what = fmt::format("{} has no value at point {}", of.name(), i)};
       double side = side_of(of);
       if (of.over_stroke == OverStroke::max_abs && *value < 0) side = -1;
       if (reading.ok && side * *value <= reading.value) continue;
@@ -270,19 +275,20 @@ Reading read_critical(const Paths& found, const Paths& nominal, const AssemblyTo
   return reading;
 }
 
-WorstAssembly worst_of(Box& box, const Constraint& of, const Paths& nominal) {
+WorstAssembly worst_of(Box& box, const Constraint& of, const NumberAt& number,
+                       const Paths& nominal) {
   WorstAssembly result;
   result.of = of;
   const int before = box.evaluations();
   const std::vector<std::size_t> cases = box.cases_named(of.load_case);
-  const Reading plain = read_worst(nominal, of, cases);
+  const Reading plain = read_worst(nominal, of, number, cases);
   const double side = side_of(of);
   if (!plain.ok) {
     result.reason = plain.what;
     return result;
   }
   result.nominal = side * plain.value;
-  const Read read{[&](const Paths& found) { return read_worst(found, of, cases); }, cases};
+  const Read read{[&](const Paths& found) { return read_worst(found, of, number, cases); }, cases};
   std::vector<VectorXd> as_bad;
   const auto [z, reading] = box.worst(1, read, VectorXd::Zero(box.size()), &result.corner, &as_bad);
   if (result.corner) *result.corner *= side;
@@ -395,8 +401,15 @@ AssemblyReport study_assembly(const Job& job, const ParameterValues& parameters,
       report.message = one.message;
       return report;
     }
-  for (const Constraint& of : spec.quantities)
-    report.quantities.push_back(worst_of(box, of, nominal));
+  const ParameterValues numbers = complete_numbers(job, parameters);
+  for (const Constraint& of : spec.quantities) {
+    NumberAt number = [&](const PathPoint& point) { return value_of(point, of.quantity); };
+    if (!of.expression.empty())
+      number = [&, formula = goal_formula(job, of.expression)](const PathPoint& point) {
+        return formula.value(point, numbers);
+      };
+    report.quantities.push_back(worst_of(box, of, number, nominal));
+  }
   if (spec.wants_critical()) report.critical = critical_of(box, spec, nominal);
   return report;
 }

@@ -96,9 +96,7 @@ class Study {
 
 Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptions& model)
     : job_(job), spec_(*job.tolerances), model_(model) {
-  parameters_ = complete_parameters(job.design, parameters);
-  const auto [material, end_effector] = numbers_set(job, parameters);
-  for (const auto& [name, value] : numbers_of(material, end_effector)) parameters_[name] = value;
+  parameters_ = complete_numbers(job, parameters);
   std::set<std::string> names;
   for (const Tolerance& entry : spec_.entries)
     for (const ToleranceTerm& term : entry.terms) names.insert(term.parameter);
@@ -122,7 +120,7 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
 
 Answer<GoalReading, Why> Study::read(const Goal& goal, const ParameterValues& parameters,
                                      const std::vector<StrokeSensitivity>& found) const {
-  auto reading = goal.expression ? read_goal(goal, parameters) : read_parts(goal, found, requests_);
+  auto reading = read_parts(goal, parameters, found, requests_);
   if (reading && reading->gradient.rows() > 0)
     reading->gradient = slopes(reading->parameters, reading->gradient);
   return reading;
@@ -139,6 +137,7 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     of.label = goal.label;
     of.quantity = goal.quantity;
     if (goal.expression) of.expression = goal.expression->text();
+    of.unit = g > 0 ? spec.constraints[g - 1].unit : spec.objective.unit;
     if (g > 0) of.min = spec.constraints[g - 1].min, of.max = spec.constraints[g - 1].max;
     const auto reading = read(goal, parameters_, found);
     if (!reading) {
@@ -151,7 +150,7 @@ void Study::linearise_goals(const std::vector<StrokeSensitivity>& found,
     values.goals.push_back(reading->values);
     const Extreme e = extreme(goal, reading->values);
     of.number.value = e.sign * reading->values[e.entry];
-    if (!goal.expression) of.decisive = place_of(goal, e.entry);
+    if (!goal.of_parameters()) of.decisive = place_of(goal, e.entry);
     if (reading->gradient.rows() == 0) continue;
     const LinearGoal linear = linear_goal(goal, reading->values, reading->gradient);
     of.number.slopes = linear.slopes;

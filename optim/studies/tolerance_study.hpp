@@ -54,6 +54,7 @@ struct ToleratedQuantity {
 /// The objective, or a constraint.
 struct ToleratedGoal {
   std::string label, quantity, expression;  ///< one of the latter is empty
+  std::string unit;                         ///< as Constraint::unit
   ToleratedNumber number;
   double low = 0, high = 0;           ///< LinearGoal's; where there are slopes
   std::optional<double> min, max;     ///< bounds of a constraint

@@ -24,11 +24,6 @@ bool some_leaf_reduced(const std::vector<PathPoint>& path) {
   });
 }
 
-/// SI unit of a goal; "(SI)" of a formula, which has no quantity.
-std::string shown_unit_of(const std::string& quantity, const DriveList& drives) {
-  return quantity.empty() ? "(SI)" : quantity_unit(quantity, drives);
-}
-
 /// Shows rounding noise as zero: relative to the largest value of its kind, and where a mechanism
 /// at rest has nothing else.
 double without_noise(double value, double largest, const std::string& unit) {
@@ -96,9 +91,7 @@ std::string optimum_lines(const Job& job, const Optimum& optimum, const DriveLis
     cells.push_back(shown(optimum.verified->objective, goal_unit(goal, drives)));
     cells.push_back(difference(optimum.verified->objective_difference));
   }
-  text += line((goal.quantity.empty() ? goal.expression : goal.quantity) +
-                   label_suffix(goal.margin, goal.worst_assembly),
-               cells);
+  text += line(goal.name() + label_suffix(goal.margin, goal.worst_assembly), cells);
   for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
     const ConstraintState& state = optimum.constraints[i];
     const std::string si =
@@ -156,7 +149,8 @@ std::string tolerated_lines(const RunRecord& record, const DriveList& drives) {
   for (const ToleratedGoal& goal : record.tolerances->goals)
     text += tolerated_line(
         goal.label == "objective" && !goal.quantity.empty() ? goal.quantity : goal.label,
-        goal.number, shown_unit_of(goal.quantity, drives), entries);
+        goal.number, goal.quantity.empty() ? goal.unit : quantity_unit(goal.quantity, drives),
+        entries);
   if (!record.tolerances->goals.empty()) return text;
   const std::vector<Quantity> known = quantities(drives);
   for (const ToleratedQuantity* q : widest_spreads(record)) {
@@ -204,7 +198,7 @@ std::string assembly_lines(const RunRecord& record, const DriveList& drives) {
   if (!report.quantities.empty())
     text += line("errors of assembly:", {"as designed", "worst in the box"});
   for (const WorstAssembly& one : report.quantities) {
-    const std::string unit = quantity_unit(one.of.quantity, drives);
+    const std::string unit = goal_unit(one.of, drives);
     text += line(one.of.label,
                  {shown(one.nominal, unit), one.worst ? shown(*one.worst, unit) : one.reason});
   }

@@ -153,8 +153,7 @@ std::vector<Column> path_columns(const StrokeResponse& response, const DriveList
 
 std::string objective_cell(const Objective& goal, const DriveList& drives) {
   return headed(
-      "objective: " + (goal.expression.empty() ? goal.quantity + " " + name_of(goal.over_stroke)
-                                               : goal.expression),
+      "objective: " + goal.name() + (goal.of_parameters() ? "" : " " + name_of(goal.over_stroke)),
       goal_unit(goal, drives));
 }
 

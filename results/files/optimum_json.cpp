@@ -14,12 +14,9 @@ namespace {
 using Json = OrderedJson;
 
 Json goal_json(const Constraint& goal, const DriveList& drives) {
-  if (!goal.expression.empty())
-    return {{"name", goal.expression}, {"expression", goal.expression}, {"unit", goal.unit}};
-  return {{"name", extreme_name(goal.quantity, goal.over_stroke, drives)},
-          {"quantity", goal.quantity},
-          {"over_stroke", name_of(goal.over_stroke)},
-          {"unit", quantity_unit(goal.quantity, drives)}};
+  Json json = {{"name", extreme_name(goal, drives)}};
+  json.update(measure_json(goal, drives));
+  return json;
 }
 
 /// The bound that the margin is measured from.

@@ -332,8 +332,11 @@ std::string goal_unit(const Constraint& goal, const DriveList& drives) {
   return goal.quantity.empty() ? goal.unit : quantity_unit(goal.quantity, drives);
 }
 
-std::string goal_unit(const std::string& quantity, const DriveList& drives) {
-  return quantity.empty() ? "SI" : quantity_unit(quantity, drives);
+OrderedJson measure_json(const Constraint& goal, const DriveList& drives) {
+  OrderedJson json = {{goal.quantity.empty() ? "expression" : "quantity", goal.name()}};
+  if (!goal.of_parameters()) json["over_stroke"] = name_of(goal.over_stroke);
+  json["unit"] = goal_unit(goal, drives);
+  return json;
 }
 
 std::string parameter_unit(const Family& family, const std::string& parameter) {

@@ -183,8 +183,6 @@ void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoi
 /// m | rad of the first drive, or 1 for a load path
 std::string stroke_unit(const DriveList& drives, const StrokeRequest& request);
 std::string quantity_unit(const std::string& quantity, const DriveList& drives);  ///< "" if unknown
-/// Unit of a goal's quantity; "SI" for a formula, which has no quantity.
-std::string goal_unit(const std::string& quantity, const DriveList& drives);
 /// Unit of a goal's quantity, or of its formula.
 std::string goal_unit(const Constraint& goal, const DriveList& drives);
 std::string parameter_unit(const Family& family, const std::string& parameter);
@@ -193,7 +191,10 @@ std::string parameter_unit(const Family& family, const std::string& parameter);
 /// none.
 std::string quantity_text(double value, const std::string& unit, int digits = 5);
 
-/// "lowest parasitic frequency over the stroke": what a goal takes of a quantity, in words.
-std::string extreme_name(const std::string& quantity, OverStroke over, const DriveList& drives);
+/// "lowest parasitic frequency over the stroke": what a goal takes of a quantity or a formula, in
+/// words.
+std::string extreme_name(const Constraint& goal, const DriveList& drives);
+/// {"quantity" or "expression", "over_stroke" but for a formula of the parameters, "unit"}
+OrderedJson measure_json(const Constraint& goal, const DriveList& drives);
 
 }  // namespace flexopt

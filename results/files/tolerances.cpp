@@ -99,7 +99,7 @@ Json goal_json(const RunRecord& record, const ToleratedGoal& goal, const DriveLi
   const bool formula = !goal.expression.empty();
   Json json = {{"label", goal.label},
                {formula ? "expression" : "quantity", formula ? goal.expression : goal.quantity},
-               {"unit", goal_unit(goal.quantity, drives)}};
+               {"unit", formula ? goal.unit : quantity_unit(goal.quantity, drives)}};
   json.update(number_json(goal.number, record.job.tolerances->entries));
   json["low"] = goal.number.slopes ? Json(goal.low) : Json();
   json["high"] = goal.number.slopes ? Json(goal.high) : Json();
@@ -149,11 +149,7 @@ Json map_json(const RunRecord& record, const MapSpec& map, const ResponseMap& fo
   for (std::size_t q = 0; q < map.quantities.size(); ++q) {
     const Constraint& of = map.quantities[q];
     Json json = {{"label", of.label}};
-    if (of.expression.empty())
-      json.update({{"quantity", of.quantity}, {"over_stroke", name_of(of.over_stroke)}});
-    else
-      json["expression"] = of.expression;
-    json["unit"] = goal_unit(of.quantity, drives);
+    json.update(measure_json(of, drives));
     json["values"] = map_rows_json(found.quantities[q], columns);
     quantities.push_back(std::move(json));
   }
@@ -181,7 +177,7 @@ std::string maps_csv(const RunRecord& record) {
                           csv::text_cell(map.parameters[1].parameter),
                           csv::number_cell(found.parameters[1][k % columns]),
                           csv::text_cell(map.quantities[q].label),
-                          csv::text_cell(goal_unit(map.quantities[q].quantity, drives)),
+                          csv::text_cell(goal_unit(map.quantities[q], drives)),
                           csv::number_cell(found.quantities[q][k]),
                           found.margin.empty() ? "" : csv::number_cell(found.margin[k])});
   }
@@ -206,12 +202,10 @@ void add_place(const GoalPlace& place, const Job& job, Json& json) {
 }
 
 Json worst_json(const WorstAssembly& worst, const RunRecord& record, const DriveList& drives) {
-  Json json = {{"quantity", worst.of.quantity},
-               {"over_stroke", name_of(worst.of.over_stroke)},
-               {"unit", quantity_unit(worst.of.quantity, drives)},
-               {"nominal", worst.nominal},
+  Json json = measure_json(worst.of, drives);
+  json.update({{"nominal", worst.nominal},
                {"corner", optional_json(worst.corner)},
-               {"worst", optional_json(worst.worst)}};
+               {"worst", optional_json(worst.worst)}});
   add_place(worst.place, record.job, json);
   json["misalignment"] = errors_json(worst.misalignment, record.mechanism);
   json["as_bad"] = list_json(

@@ -94,14 +94,14 @@ std::string quantity_text(double value, const std::string& unit, int digits) {
                      unit == "1" ? "" : unit);
 }
 
-std::string extreme_name(const std::string& quantity, OverStroke over, const DriveList& drives) {
-  std::string name = quantity;
+std::string extreme_name(const Constraint& goal, const DriveList& drives) {
+  std::string name = goal.name();
   for (const Quantity& q : quantities(drives))
-    if (q.name == quantity) name = q.label;
+    if (q.name == goal.quantity) name = q.label;
   for (const std::string_view lead : {"largest ", "lowest "})
     if (name.starts_with(lead)) name.erase(0, lead.size());
-  if (is_of_design(quantity)) return name;
-  switch (over) {
+  if (goal.of_design()) return name;
+  switch (goal.over_stroke) {
     case OverStroke::min:
       return "lowest " + name + " over the stroke";
     case OverStroke::max:
@@ -139,9 +139,7 @@ Verdict verdict_of(const RunRecord& record) {
     const Optimum& optimum = *record.optimum;
     const Objective& goal = record.job.optimise->objective;
     const DriveList drives(record.mechanism);
-    std::string name = goal.quantity.empty()
-                           ? goal.expression
-                           : extreme_name(goal.quantity, goal.over_stroke, drives);
+    std::string name = extreme_name(goal, drives);
     name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
     const bool local = optimum.status == OptimumStatus::local;
     verdict = {local ? "warn" : "good", local ? "local optimum" : name_of(optimum.status),

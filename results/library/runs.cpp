@@ -31,7 +31,7 @@ Job differentiated(Job job) {
 
 /// Whether a limit of the goal is one of each of its entries.
 bool holds_everywhere(const Goal& goal, bool upper) {
-  if (goal.expression) return false;
+  if (goal.of_parameters()) return false;
   if (goal.over_stroke == OverStroke::max_abs) return upper;
   return goal.over_stroke == (upper ? OverStroke::max : OverStroke::min);
 }

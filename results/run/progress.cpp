@@ -122,7 +122,7 @@ void ProgressDisplay::show_live(const RunStep& step) {
 }
 
 BestSoFar::BestSoFar(const OptimiseSpec& spec, const DriveList& drives) : spec_(spec) {
-  if (!spec.objective.quantity.empty()) unit_ = quantity_unit(spec.objective.quantity, drives);
+  unit_ = goal_unit(spec.objective, drives);
 }
 
 void BestSoFar::add(const EvaluationRecord& evaluation) {
@@ -134,10 +134,9 @@ void BestSoFar::add(const EvaluationRecord& evaluation) {
 std::string BestSoFar::text() const {
   if (!best_) return "";
   const Objective& goal = spec_.objective;
-  std::string text =
-      fmt::format("best {}{} {:.5g}{}{}", goal.quantity.empty() ? goal.expression : goal.quantity,
-                  label_suffix(goal.margin, goal.worst_assembly), best_->objective,
-                  unit_.empty() || unit_ == "1" ? "" : " ", unit_ == "1" ? "" : unit_);
+  std::string text = fmt::format(
+      "best {}{} {:.5g}{}{}", goal.name(), label_suffix(goal.margin, goal.worst_assembly),
+      best_->objective, unit_.empty() || unit_ == "1" ? "" : " ", unit_ == "1" ? "" : unit_);
   if (const auto& worst = best_->worst; worst && worst->place < spec_.constraints.size())
     text += fmt::format(", worst {} {:+.2g} %", spec_.constraints[worst->place].label,
                         100 * (std::abs(worst->excess) < 1e-6 ? 0 : worst->excess));

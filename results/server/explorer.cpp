@@ -12,6 +12,7 @@
 #include "core/spec/spec_error.hpp"
 #include "optim/job/found_design.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/job/job_sections.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
@@ -43,15 +44,12 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
   const DriveList drives(record.mechanism);
   const Scales scales = problem.scales(&values);
   const Objective& objective = spec.objective;
-  goals.push_back(
-      {{"label", objective.quantity.empty() ? objective.expression
-                                            : fmt::format("{} {} over stroke", objective.quantity,
-                                                          name_of(objective.over_stroke))},
-       {"role", "objective"},
-       {"sense", objective.maximise ? "maximise" : "minimise"},
-       {"value", problem.objective(values)},
-       {"unit", goal_unit(objective, drives)},
-       {"as", objective.worst_assembly ? "worst" : objective.margin.text()}});
+  goals.push_back({{"label", goal_label(objective)},
+                   {"role", "objective"},
+                   {"sense", objective.maximise ? "maximise" : "minimise"},
+                   {"value", problem.objective(values)},
+                   {"unit", goal_unit(objective, drives)},
+                   {"as", objective.worst_assembly ? "worst" : objective.margin.text()}});
   const std::vector<double> reached = problem.constraints(values);
   for (std::size_t i = 0; i < spec.constraints.size(); ++i) {
     const Constraint& c = spec.constraints[i];

@@ -39,8 +39,8 @@ export function assembly_section() {
   const way = (word, v, unit) => v.some((x) => x !== 0) && `${word} (${v.map((x) => number_text(x * shown_factor(unit))).join(", ")}) ${shown_unit(unit)}`;
   const error_text = (e) => `${e.leaf} ${e.end} ${[way("moved", e.move, "m"), way("turned", e.turn, "rad")].filter(Boolean).join(", ") || "as designed"}`;
   return [element("p", {class: "lead"}, [critical && `Critical errors of assembly: the box times ${number_text(critical.scale)}; ${critical.reason}.`, message].filter(Boolean).join(" ")),
-    worst_case.length ? table_of(worst_case, [{name: "Quantity", left: true, text: (w) => heading(readable(w.quantity)) + `, ${readable(w.over_stroke)}`},
-      {name: "As designed", text: (w) => quantity_text(w.nominal, w.unit)}, {name: "Worst in the box", text: (w) => w.worst === null ? w.reason : quantity_text(w.worst, w.unit)},
+    worst_case.length ? table_of(worst_case, [{name: "Quantity", left: true, text: (w) => heading(readable(w.quantity ?? w.expression)) + `, ${readable(w.over_stroke)}`},
+      {name: "As designed", text: (w) => goal_text(w, w.nominal)}, {name: "Worst in the box", text: (w) => w.worst === null ? w.reason : goal_text(w, w.worst)},
       {name: "Where", left: true, text: place_of},
       {name: "By", left: true, text: (w) => w.misalignment.map(error_text).join("; ")}]) : null];
 }

@@ -219,6 +219,15 @@ TEST_CASE("a formula without units may hold quantities in SI as factors") {
   CHECK_FALSE(si("0.5*width - 2 mm").fits_anywhere());
 }
 
+TEST_CASE("a name with signs in it stands in quotes") {
+  const std::vector<FormulaName> names{{"load.-ux", "N"}, {"load.+x-1", "N"}, {"x", "N"}};
+  const Formula f("2*'load.-ux' - 'load.+x-1'/x*(x)", names, at);
+  CHECK(f.value(std::vector<double>{3, 5, 7}).value() == Approx(1));
+  CHECK(f.names() == std::vector<std::string>{"load.-ux", "load.+x-1", "x"});
+  for (const char* wrong : {"'load.-u'", "'load.-ux", "'", "2*''", "load.-ux"})
+    CHECK_THROWS_AS(Formula(wrong, names, at), SpecError);
+}
+
 TEST_CASE("wrong formulas are refused with place and reason") {
   const auto [text, reason] = GENERATE(table<std::string, std::string>({
       {"2*outer_width", "unknown name 'outer_width' (position 3)"},

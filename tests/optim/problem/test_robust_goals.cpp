@@ -7,7 +7,7 @@
 namespace {
 
 json document() {
-  return test::guide_job(R"({
+  return test::guide_job(R"J({
     "design": {"parameters": {"width": {"expression": "length/3"}, "thickness": "0.4 mm"}},
     "model": {"mesh": [4, 2]}, "stroke": {"from": "-3 mm", "to": "5 mm", "points": 3},
     "frequencies": 3,
@@ -19,7 +19,9 @@ json document() {
       "constraints": [{"quantity": "max_stress", "max": "400 MPa"},
                       {"quantity": "drive_load", "over_stroke": "max_abs", "max": "6 N"},
                       {"quantity": "support_stiffness.uz", "min": "1 N/mm"},
-                      {"expression": "length*thickness", "max": "100 mm^2"}]}})");
+                      {"expression": "length*thickness", "max": "100 mm^2"},
+                      {"expression": "support_stiffness.uz/drive_stiffness*(length/thickness)",
+                       "min": 1}]}})J");
 }
 
 json under_tolerances(const std::string& as) {

@@ -241,3 +241,20 @@ TEST_CASE("a guide is optimised for its worst errors of assembly", "[slow]") {
       CHECK(problem.objective(there) <= optimum.objective * (1 + 1e-4));
     }
 }
+
+TEST_CASE("a formula of quantities counts its own worst errors of assembly") {
+  json task = document();
+  task["optimise"]["objective"]["maximise"] = "support_stiffness.uz/drive_stiffness*width";
+  check_derivatives(task, 1);
+  const Job job = parse_job(task);
+  const Constraint& looked_at = job.assembly_tolerances->quantities.front();
+  CHECK(looked_at.expression == job.optimise->objective.expression);
+  const double worst = DesignProblem(job).objective(DesignProblem(job).evaluate(at));
+  for (const double x : {-1.0, 0.0, 1.0})
+    for (const double z : {-1.0, 1.0}) {
+      const std::vector<double> across = sampled(job, at, "support_stiffness.uz", x, -x, z),
+                                along = sampled(job, at, "drive_stiffness", x, -x, z);
+      for (std::size_t i = 0; i < across.size(); ++i)
+        CHECK(across[i] / along[i] * at[1] >= worst * (1 - 1e-9));
+    }
+}

@@ -77,6 +77,27 @@ TEST_CASE("the worst errors of assembly are as bad as any of a grid") {
   }
 }
 
+TEST_CASE("the worst errors of assembly are found of formulas of quantities, too") {
+  json document = guide();
+  document["assembly_tolerances"]["quantities"] = json::parse(R"([
+    {"expression": "support_stiffness.uz/drive_stiffness*thickness", "over_stroke": "min"},
+    {"quantity": "support_stiffness.uz", "over_stroke": "min"}])");
+  const AssemblyReport report = study(document);
+  const Job job = parse_job(document);
+  const WorstAssembly &ratio = report.quantities.at(0), &plain = report.quantities.at(1);
+  REQUIRE(ratio.worst);
+  const auto worst_ratio = [](const StrokeResponse& response) {
+    double least = 1e99;
+    for (const PathPoint& p : response.path)
+      least = std::min(least, *p.support_stiffness[2] / p.drive_stiffness * 0.5e-3);
+    return least;
+  };
+  CHECK(ratio.nominal == Approx(worst_ratio(with(job, {}))).epsilon(1e-9));
+  CHECK(*ratio.worst == Approx(worst_ratio(with(job, ratio.misalignment))).epsilon(1e-9));
+  CHECK(*ratio.worst <= worst_ratio(with(job, plain.misalignment)) * (1 + 1e-9));
+  CHECK(*ratio.worst < ratio.nominal);
+}
+
 TEST_CASE("at the critical scale something is critical, and nothing short of it") {
   json document = guide();
   json& box = document["assembly_tolerances"];

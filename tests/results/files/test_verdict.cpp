@@ -87,11 +87,12 @@ TEST_CASE("numbers are written as a designer reads them") {
   CHECK(quantity_text(0.7, "1") == "0.7");
   CHECK(quantity_text(4.5e8, "Pa", 3) == "450 MPa");
   const DriveList drive(Direction::uy);
-  CHECK(extreme_name("parasitic_frequency", OverStroke::min, drive) ==
+  CHECK(extreme_name({.quantity = "parasitic_frequency", .over_stroke = OverStroke::min}, drive) ==
         "lowest parasitic frequency over the stroke");
-  CHECK(extreme_name("max_stress", OverStroke::max, drive) ==
+  CHECK(extreme_name({.quantity = "max_stress"}, drive) ==
         "largest von Mises stress over the stroke");
-  CHECK(extreme_name("drive_load", OverStroke::max_abs, drive) ==
+  CHECK(extreme_name({.quantity = "drive_load", .over_stroke = OverStroke::max_abs}, drive) ==
         "largest size of the drive load over the stroke");
-  CHECK(extreme_name("drive_load", OverStroke::last, drive) == "drive load at the last point");
+  CHECK(extreme_name({.quantity = "drive_load", .over_stroke = OverStroke::last}, drive) ==
+        "drive load at the last point");
 }

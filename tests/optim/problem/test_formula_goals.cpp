@@ -1,0 +1,199 @@
+// Goals that are formulas of quantities: their values, exact derivatives, and the worst of them.
+#include "core/math/ridders.hpp"
+#include "core/response/quantities.hpp"
+#include "optim/problem/design_problem.hpp"
+#include "optim/search/optimise.hpp"
+#include "tests/optim/guide_job.hpp"
+
+namespace {
+
+json guide() {
+  return test::guide_job(R"J({
+    "design": {"parameters": {"width": {"expression": "length/3"}, "thickness": "0.4 mm"}},
+    "model": {"mesh": [4, 2]}, "stroke": {"from": "-3 mm", "to": "5 mm", "points": 3},
+    "optimise": {
+      "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"},
+                    {"parameter": "length", "min": "60 mm", "max": "120 mm"},
+                    {"parameter": "end_effector.mass", "min": "0.1 kg", "max": "1 kg"}],
+      "objective": {"maximise": "support_stiffness.uz/drive_stiffness"},
+      "constraints": [
+        {"expression": "max_stress*width*thickness^2/length + 0.1 N", "max": "100 N"},
+        {"expression": "sqrt(drive_stiffness/(end_effector.mass + leaf_mass))", "max": "50 1/s"},
+        {"expression": "leaf_mass/end_effector.mass", "max": "20 %"},
+        {"expression": "abs(drive_load)/(end_effector.mass*9.81 m)", "over_stroke": "last",
+         "max": "10 1/s^2"},
+        {"expression": "parasitic_frequency*pi*2", "over_stroke": "min", "min": "10 Hz"}]
+}
+})J");
+}
+
+/// A body on two leaves in a row, with two drives of its own.
+json own_mechanism() {
+  return json::parse(R"J({
+    "job": "optimise", "frequencies": 0, "end_effector": {"mass": "0.1 kg"},
+    "design": {"material": {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3,
+      "density": "7800 kg/m^3"}, "parameters": {},
+      "mechanism": {"flexopt_design": 1, "name": "own",
+        "parameters": {"height": {"unit": "m", "above": 0, "default": "60 mm", "meaning": "of it"},
+                       "sheet": {"unit": "m", "above": 0, "default": "0.3 mm", "meaning": "all"}},
+        "bodies": [{"name": "stage", "at": [0, "height", 0]},
+                   {"name": "end_effector", "at": [0, "height", 0]}],
+        "leaves": [
+          {"name": "a", "base": {"body": "ground", "at": [0, 0, 0]},
+           "tip": {"body": "stage", "at": [0, "height", 0]},
+           "across": [0, 0, 1], "width": "20 mm", "thickness": "sheet"},
+          {"name": "b", "base": {"body": "stage", "at": ["5 mm", "height", 0]},
+           "tip": {"body": "end_effector", "at": ["5 mm", "1.9*height", 0]},
+           "across": [0, 0, 1], "width": "20 mm", "thickness": "1.2*sheet"}],
+        "drives": [{"name": "x", "body": "end_effector", "direction": "ux"},
+                   {"name": "tilt", "body": "end_effector", "direction": "rz"}]}},
+    "model": {"flexure": "beam", "mesh": [4, 2], "accuracy": "full"},
+    "stroke": {"at": [{"x": "2 mm", "tilt": "10 mrad"}, {"x": "3 mm", "tilt": 0}]},
+    "optimise": {
+      "variables": [{"parameter": "height", "min": "40 mm", "max": "80 mm"},
+                    {"parameter": "sheet", "min": "0.2 mm", "max": "0.5 mm"}],
+      "objective": {"minimise": "drive_stiffness.x*'drive_stiffness.tilt'/(material.youngs_modulus*sheet)^2"},
+      "constraints": [{"expression": "drive_load.x*height - drive_load.tilt", "over_stroke": "last",
+                       "max": "10 N m"},
+                      {"expression": "support_stiffness.uz/drive_stiffness.x", "min": 2}],
+      "algorithm": {"name": "LD_SLSQP"}}})J");
+}
+
+/// Exact derivatives of every entry of every goal against extrapolated differences.
+void check_derivatives(const json& document, const Variables& at) {
+  Job job = parse_job(document);
+  job.request.newton.tolerance = 1e-12;
+  const DesignProblem problem(job);
+  const DesignValues exact = problem.evaluate(at, true);
+  INFO(exact.message << exact.no_gradient);
+  REQUIRE(exact.gradient.rows() > 0);
+  for (std::size_t j = 0; j < at.size(); ++j) {
+    const auto along = [&](double x) {
+      Variables moved = at;
+      moved[j] = x;
+      const DesignValues there = problem.evaluate(moved, true);  // of the function that is searched
+      REQUIRE(there.ok);
+      std::vector<double> all;
+      for (const GoalValues& g : there.goals) all.insert(all.end(), g.begin(), g.end());
+      return all;
+    };
+    const Derivatives differences = ridders(along, at[j], 0.02 * at[j], 5);
+    Eigen::Index k = 0;
+    for (std::size_t g = 0; g < exact.goals.size(); ++g)
+      for (const double value : exact.goals[g]) {
+        const double found = exact.gradient(k, static_cast<Eigen::Index>(j));
+        const double expected = differences.value[k], error = differences.error[k];
+        const double rounding = 3e-9 * std::max(std::abs(value), 1e-6) / at[j];
+        INFO(problem.goals()[g].label << " by variable " << j << ": " << found << " not "
+                                      << expected << ", known to " << error);
+        CHECK(error <= 1e-7 * std::abs(expected) + rounding);
+        CHECK(std::abs(found - expected) <= 1e-7 * std::abs(expected) + rounding);
+        ++k;
+      }
+  }
+}
+
+const Variables at{0.45e-3, 0.09, 0.3};
+
+}  // namespace
+
+TEST_CASE("a formula of quantities is what they make at each point, the worst over the stroke") {
+  const Job job = parse_job(guide());
+  const OptimiseSpec& spec = *job.optimise;
+  CHECK(spec.objective.over_stroke == OverStroke::min);
+  CHECK(spec.objective.unit == "1");
+  CHECK(spec.constraints[0].over_stroke == OverStroke::max);
+  CHECK(spec.constraints[4].label == "parasitic_frequency*pi*2 min over stroke");
+  CHECK(spec.constraints[2].of_design());
+  CHECK(*parse_job(*job.as_read).as_read == *job.as_read);  // as shown, it reads as the same
+  const DesignProblem problem(job);
+  const DesignValues values = problem.evaluate(at);
+  REQUIRE(values.ok);
+  const ParameterValues parameters = problem.parameters(at);
+  const StrokeResponse response = problem.respond(at, problem.job().model, problem.request());
+  REQUIRE(response.path.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const PathPoint& p = response.path[i];
+    CHECK(values.goals[0][i] == Approx(*p.support_stiffness[2] / p.drive_stiffness).epsilon(1e-12));
+    CHECK(values.goals[1][i] ==
+          Approx(p.max_stress->value * parameters.at("width") * at[0] * at[0] / at[1] + 0.1)
+              .epsilon(1e-12));
+    CHECK(values.goals[2][i] ==
+          Approx(std::sqrt(p.drive_stiffness / (at[2] + *value_of(p, "leaf_mass")))));
+  }
+  CHECK(problem.objective(values) == *std::ranges::min_element(values.goals[0]));
+  CHECK(problem.constraints(values)[3] == values.goals[4].back());
+  CHECK(problem.near_formulas(at, problem.scales(&values)));  // none is known beforehand
+}
+
+TEST_CASE("derivatives of formulas of quantities are those of their values") {
+  check_derivatives(guide(), at);
+  check_derivatives(own_mechanism(), {0.06, 0.3e-3});
+}
+
+TEST_CASE("a formula over load cases is the worst of theirs, or of the one that is named") {
+  json document = guide();
+  document["cases"] = json::parse(R"J({
+    "hanging": {"loads": [{"force": ["40 N", 0, 0]}]},
+    "standing": {"loads": [{"force": ["-40 N", 0, 0]}], "stroke": {"to": "8 mm", "points": 2}}})J");
+  json& constraints = document["optimise"]["constraints"];
+  constraints[0]["case"] = "hanging";
+  constraints.erase(4);  // two modes are equal here
+  const DesignProblem problem(parse_job(document));
+  const DesignValues values = problem.evaluate(at, true);
+  REQUIRE(values.ok);
+  CHECK(values.goals[0].size() == 5);
+  CHECK(values.goals[1].size() % 3 == 0);
+  CHECK(problem.objective(values) ==
+        *std::ranges::min_element(values.goals[0]));  // the least of both, as it is maximised
+  CHECK(problem.constraints(values)[3] == std::max(values.goals[4][2], values.goals[4][4]));
+  check_derivatives(document, at);
+}
+
+TEST_CASE("a formula whose quantity or value is missing says so, with the place") {
+  const Job job = parse_job(guide());
+  const Goal goal = make_goals(job)[0];
+  StrokeResponse response;
+  PathPoint p;
+  p.status = PointStatus::converged;
+  p.stable = true;
+  p.support_stiffness[2] = 3;
+  response.path = {p, p, p};
+  CHECK_THAT(read_goal(goal, response, job.request).error().message,
+             Contains("is not finite at stroke 0"));
+  response.path[1].support_stiffness[2].reset();
+  response.path[0].drive_stiffness = 2;
+  CHECK_THAT(read_goal(goal, response, job.request).error().message,
+             Contains("support_stiffness.uz has no value"));
+}
+
+TEST_CASE("the least mass of a guide that is so much stiffer across than along is found") {
+  json job = json::parse(R"J({
+    "job": "optimise", "design": {"family": "double_parallelogram", "parameters": {
+      "length": "150 mm", "width": "20 mm", "thickness": "0.5 mm", "outer_spacing": "60 mm",
+      "inner_spacing": "30 mm"}, "material":
+      {"youngs_modulus": "200 GPa", "poissons_ratio": 0.3, "density": "8000 kg/m^3"}},
+    "model": {"flexure": "beam"}, "frequencies": 0, "stroke": {"to": "15 mm", "points": 3},
+    "optimise": {"variables": [{"parameter": "length", "min": "20 mm", "max": "200 mm"},
+                               {"parameter": "width", "min": "10 mm", "max": "50 mm"},
+                               {"parameter": "thickness", "min": "0.1 mm", "max": "2 mm"}],
+      "objective": {"minimise": "leaf_mass"}, "algorithm": {"name": "LD_SLSQP"},
+      "constraints": [{"quantity": "max_stress", "max": "250 MPa"},
+                      {"expression": "support_stiffness.uz/drive_stiffness", "min": 1000}],
+      "max_evaluations": 60}})J");
+  const Optimum found = optimise(parse_job(job), {});
+  REQUIRE(found.status == OptimumStatus::optimal);
+  CHECK(found.gradients == "exact");
+  CHECK(found.constraints[1].active);
+  CHECK(found.constraints[1].decisive.value().point == 2);
+  const PathPoint& end = found.response.path.back();
+  CHECK(*end.support_stiffness[2] / end.drive_stiffness == Approx(1000).epsilon(2e-3));
+  REQUIRE(found.verified);
+  CHECK(found.verified->constraints[1] == Approx(1000).epsilon(5e-3));
+  // the leaves twist where they are bent: the ratio falls with the square of stroke over length
+  job["stroke"]["to"] = "38 mm";
+  const Optimum none = optimise(parse_job(job), {});
+  CHECK(none.status == OptimumStatus::infeasible);
+  CHECK_THAT(none.stop_reason, Contains("support_stiffness.uz/drive_stiffness min over stroke") &&
+                                   Contains("length at its maximum"));
+}
