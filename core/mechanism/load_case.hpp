@@ -42,7 +42,7 @@ struct AssemblyError {
 /// A step of the mounting: what holds the drives while its loads come. Which loads these are is
 /// said by the loads.
 struct MountingStep {
-  std::string name = {};  ///< for messages
+  std::string name = {};     ///< for messages
   bool drives_free = false;  ///< in the first steps alone: what was held is not released
   /// Where the drives go before [m, rad], one stroke for each; nothing: they stay where they are.
   std::optional<VectorXd> strokes = {};
@@ -64,8 +64,8 @@ inline constexpr double largest_expansion = 0.05;
 
 struct LoadCase {
   std::vector<DeadLoad> constant;  ///< applied before the stroke, unchanged along it
-  /// Assembly errors, applied with the constant loads; at most one for each edge and step. Moves and
-  /// rotation vectors of one edge add up.
+  /// Assembly errors, applied with the constant loads; at most one for each edge and step. Moves
+  /// and rotation vectors of one edge add up.
   std::vector<AssemblyError> assembly = {};
   /// How much warmer each leaf is than as built [K]; empty: none. They grow with the constant
   /// loads.
@@ -78,7 +78,8 @@ struct LoadCase {
   /// Growing loads, which add to the constant ones. If there are any, nothing is driven: the points
   /// of the path are the factors of these loads.
   std::vector<DeadLoad> growing;
-  /// The steps in which all but the growing loads come; empty: one, in which drives are held at zero.
+  /// The steps in which all but the growing loads come; empty: one, in which drives are held at
+  /// zero.
   std::vector<MountingStep> mounting = {};
   int gravity_step = 0, temperature_step = 0;  ///< in which gravity and all warmth come
   std::vector<int> spring_steps = {};          ///< in which each preload comes; empty: in the first

@@ -141,7 +141,8 @@ MountingStep read_drives(const json& read, const MountingSpec& spec, const Mecha
     throw SpecError(at / "drive", shown(read["drive"]),
                     "the step before holds the drives, and what was held is not freed: free them "
                     "from the first step on");
-  if (read.contains("stroke")) step.strokes = read_strokes(read["stroke"], mechanism, at / "stroke");
+  if (read.contains("stroke"))
+    step.strokes = read_strokes(read["stroke"], mechanism, at / "stroke");
   return step;
 }
 
@@ -199,10 +200,10 @@ EdgeTolerance read_edge(const json& read, const Mechanism& mechanism, const Poin
 }  // namespace
 
 Shape mounting_shape() {
-  return shape::one_of(
-      {shape::list(assembly_table().shape(), 0, 1000),
-       shape::record({shape::required("steps", shape::list(mounting_table().shape(), 1, 100),
-                                      "of the mounting, before the stroke, one after the other")})});
+  return shape::one_of({shape::list(assembly_table().shape(), 0, 1000),
+                        shape::record({shape::required(
+                            "steps", shape::list(mounting_table().shape(), 1, 100),
+                            "of the mounting, before the stroke, one after the other")})});
 }
 
 void read_mounting(const json& read, const Mechanism& mechanism, FaultList& faults,

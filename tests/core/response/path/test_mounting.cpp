@@ -45,8 +45,8 @@ double turning_stiffness(const Mechanism& m, const LoadCase& loads) {
 }  // namespace
 
 TEST_CASE("flat blades whose bases are turned up carry what the elastica says") {
-  // inextensible elastica of a blade, clamped at 45° at (−225 mm, 0), horizontal at (0, y): shooting
-  // with RK4 in 200 steps
+  // inextensible elastica of a blade, clamped at 45° at (−225 mm, 0), horizontal at (0, y):
+  // shooting with RK4 in 200 steps
   const std::vector<double> at{0.03, 0.01, 0, -0.01, -0.03};
   const std::vector<double> carried{737.0847, 644.2830, 628.7460, 650.3236, 887.3903};
   const StrokeResponse r = test::evaluated(two_blades(), models::free_beams(16), mounted(at, true));
@@ -62,8 +62,8 @@ TEST_CASE("flat blades whose bases are turned up carry what the elastica says") 
 
 TEST_CASE("after the mounting the answer at a point does not depend on the others") {
   const Mechanism m = two_blades();
-  const StrokeResponse all =
-                           test::evaluated(m, models::free_beams(12), mounted({0.03, 0, -0.01}, true)),
+  const StrokeResponse all = test::evaluated(m, models::free_beams(12),
+                                             mounted({0.03, 0, -0.01}, true)),
                        one = test::evaluated(m, models::free_beams(12), mounted({-0.01}, true));
   CHECK(all.path[2].drive_load == Approx(one.path[0].drive_load).epsilon(1e-9));
 }
@@ -73,9 +73,9 @@ TEST_CASE("a step of the mounting that fails is named with what was held in it")
       evaluate_stroke(two_blades(), models::free_beams(12), mounted({0}, false));
   CAPTURE(r.path[0].message);
   CHECK(r.path[0].status != PointStatus::converged);
-  CHECK_THAT(r.path[0].message,
-             Contains("mounting step 1 of 2 (bases): no equilibrium") &&
-                 Contains("uy of end-effector is held at 0") && Contains("\"drive\": \"free\""));
+  CHECK_THAT(r.path[0].message, Contains("mounting step 1 of 2 (bases): no equilibrium") &&
+                                    Contains("uy of end-effector is held at 0") &&
+                                    Contains("\"drive\": \"free\""));
 }
 
 TEST_CASE("a strip that a step has tightened turns by sqrt(E I W) coth") {
