@@ -101,7 +101,7 @@ TEST_CASE("steps of the mounting say when each load comes") {
   CHECK(loads.constant[0].step == 3);
   CHECK(loads.constant[1].step == 2);
   // where all is named there is no more
-  const Job named = parse_job(patched(R"({"gravity": [0, "-9.81 m/s^2", 0],
+  const Job named = parse_job(patched(R"({"loads": [], "gravity": [0, "-9.81 m/s^2", 0],
     "assembly": {"steps": [{"gravity": true}]}})"));
   CHECK(named.request.loads.mounting.size() == 1);
 }
