@@ -127,12 +127,12 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
   state.blur = lengths_of(equations.motion(solver.solve(equations.right_side())), system);
   state.noise = state.blur / step;
   // where errors of assembly grow, the unstable state is wanted
-  const bool assembles = growth.constant != 0 && !system.loads().assembly.empty(),
+  const bool assembles = growth.constant != 0 && system.loads().assembles_in(here.factors.step),
              settled = system.correction() < rounding * step;
   for (int i = 0; !assembles && settled && i < system.leaves(); ++i)
     state.interiors.push_back(system.leaf(i).interior(Vector12d::Zero()));
   system.apply({here.factors.constant - step * growth.constant,
-                here.factors.growing - step * growth.growing});
+                here.factors.growing - step * growth.growing, here.factors.step});
   system.assemble();
   VectorXd change = VectorXd::Zero(equations.right_side().size());
   change.head(system.size()) =

@@ -5,9 +5,10 @@ namespace flexopt {
 std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
                                    const Mechanism& mechanism) {
   std::vector<BodyLoad> acting;
-  const auto add = [&](const std::vector<DeadLoad>& list, double factor) {
-    if (factor == 0) return;
+  const auto add = [&](const std::vector<DeadLoad>& list, const auto& factor_of) {
     for (const DeadLoad& load : list) {
+      const double factor = factor_of(load);
+      if (factor == 0) continue;
       const int body = load.body.value_or(mechanism.end_effector);
       const Vector3d arm =
           load.place ? Vector3d(*load.place - mechanism.bodies[body].reference) : load.arm;
@@ -15,9 +16,9 @@ std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
           {body, factor * load.force, factor * load.moment, arm, load.place.has_value()});
     }
   };
-  add(loads.constant, factors.constant);
-  add(loads.growing, factors.growing);
-  const Vector3d gravity = factors.constant * loads.gravity;
+  add(loads.constant, [&](const DeadLoad& load) { return factors.of_step(load.step); });
+  add(loads.growing, [&](const DeadLoad&) { return factors.growing; });
+  const Vector3d gravity = factors.of_step(loads.gravity_step) * loads.gravity;
   if (gravity.isZero(0)) return acting;
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
     const RigidBody& body = mechanism.bodies[b];

@@ -33,11 +33,12 @@ std::string held_directions(const Mechanism& mechanism) {
 
 }  // namespace
 
-std::string held_meanwhile(const System& system) {
+std::string held_meanwhile(const System& system, bool drives_held) {
   const Mechanism& mechanism = system.mechanism();
   std::string text;
   const VectorXd strokes = present_strokes(system);
-  for (std::size_t k = 0; system.loads().driven() && k < mechanism.drives.size(); ++k) {
+  drives_held = drives_held && system.loads().driven();
+  for (std::size_t k = 0; drives_held && k < mechanism.drives.size(); ++k) {
     const Drive& drive = mechanism.drives[k];
     const bool turns = is_rotation(drive.direction);
     const double load = system.drive_load(k), stroke = strokes[k],

@@ -10,15 +10,13 @@ Springs::Springs(const Mechanism& mechanism)
     : mechanism_(&mechanism),
       acting_(mechanism.springs),
       preloaded_(std::ranges::any_of(mechanism.springs, is_preloaded)) {
-  apply(0);
+  for (std::size_t k = 0; k < acting_.size(); ++k) apply(k, 0);
 }
 
-void Springs::apply(double share) {
-  for (std::size_t k = 0; k < acting_.size(); ++k) {
-    if (acting_[k].matrix) continue;
-    const double free = mechanism_->springs[k].free_length, built = built_length(acting_[k]);
-    acting_[k].free_length = share == 1 ? free : built + share * (free - built);
-  }
+void Springs::apply(std::size_t k, double share) {
+  if (acting_[k].matrix) return;
+  const double free = mechanism_->springs[k].free_length, built = built_length(acting_[k]);
+  acting_[k].free_length = share == 1 ? free : built + share * (free - built);
 }
 
 void Springs::add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
@@ -37,7 +35,7 @@ void Springs::add(const std::vector<JointBody>& poses, double& energy, VectorXd&
 VectorXd preload_forces(const Mechanism& mechanism) {
   const auto n = 6 * static_cast<Eigen::Index>(mechanism.bodies.size());
   Springs springs(mechanism);
-  springs.apply(1);
+  for (std::size_t k = 0; k < mechanism.springs.size(); ++k) springs.apply(k, 1);
   double energy = 0;
   VectorXd force = VectorXd::Zero(n);
   BlockMatrix tangent(static_cast<int>(mechanism.bodies.size()));

@@ -15,8 +15,8 @@ class Springs {
 
   /// Whether one of them pulls or pushes in the undeflected state.
   bool preloaded() const { return preloaded_; }
-  /// Lets so much of the difference between free and built lengths act, 0 … 1.
-  void apply(double share);
+  /// Lets so much of the difference between free and built lengths of a spring act, 0 … 1.
+  void apply(std::size_t spring, double share);
 
   /// Adds energy, forces on the bodies and tangent at these poses.
   void add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,

@@ -277,21 +277,22 @@ Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions
   return result;
 }
 
-Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options) {
+Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options,
+                      bool drives_free) {
   const LoadFactors from = system.load_factors();
-  const bool driven = system.loads().driven();
+  const bool driven = system.loads().driven() && !drives_free;
   const std::optional<VectorXd> strokes =
       driven ? std::optional(present_strokes(system)) : std::nullopt;
   const LoadFactors growth{to.constant - from.constant, to.growing - from.growing};
   const auto at = [&](double p) {
     return p == 1 ? to
                   : LoadFactors{from.constant + p * growth.constant,
-                                from.growing + p * growth.growing};
+                                from.growing + p * growth.growing, to.step};
   };
   const Way along{.what = "load",
                   .drive_held = driven,
                   .moves = !(from == to),
-                  .assembles = growth.constant != 0 && !system.loads().assembly.empty(),
+                  .assembles = growth.constant != 0 && system.loads().assembles_in(to.step),
                   .solve =
                       [&](double p) {
                         system.apply(at(p));
@@ -304,8 +305,47 @@ Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& optio
                         return fmt::format("{:.6g}", growth.growing == 0 ? f.constant : f.growing);
                       }};
   Equilibrium result = WayFollower(system, options, along).follow();
-  if (!result.converged) result.message += held_meanwhile(system);
+  if (!result.converged) result.message += held_meanwhile(system, driven);
   return result;
+}
+
+Equilibrium mount(System& system, const NewtonOptions& options) {
+  const LoadCase& loads = system.loads();
+  const std::size_t steps = loads.mounting.size();
+  const LoadFactors from = system.load_factors();
+  Equilibrium whole;
+  std::string crossings;
+  for (int k = from.step; k <= loads.mounted().step; ++k) {
+    const MountingStep step = steps > 0 ? loads.mounting[k] : MountingStep();
+    const auto named = [&](const std::string& text) {
+      return steps == 0 ? text
+                        : fmt::format("mounting step {} of {}{}: {}", k + 1, steps,
+                                      step.name.empty() ? "" : " (" + step.name + ")", text);
+    };
+    const auto add = [&](Equilibrium next) {
+      next.iterations += whole.iterations;
+      next.turns_sharply = next.turns_sharply || whole.turns_sharply;
+      if (!next.crossings.empty())
+        crossings += (crossings.empty() ? "" : "; ") + named(next.crossings);
+      whole = std::move(next);
+    };
+    const bool begun = k == from.step && from.constant > 0;
+    if (!begun) system.apply({0, 0, k});
+    whole.converged = true;
+    if (step.strokes && !begun) add(step_to(system, *step.strokes, options));
+    if (whole.converged) add(step_load(system, {1, 0, k}, options, step.drives_free));
+    if (whole.converged) continue;
+    whole.message = named(whole.message);
+    if (loads.driven() && !system.drives().empty())
+      whole.message +=
+          step.drives_free
+              ? "; meanwhile the drives are free: put less on in this step, or hold them"
+              : "; steps of \"assembly\" may leave drives free until loads have come (\"drive\": "
+                "\"free\")";
+    break;
+  }
+  whole.crossings = std::move(crossings);
+  return whole;
 }
 
 }  // namespace flexopt

@@ -56,14 +56,20 @@ std::string stretch_message(double strain);
 Equilibrium step_to(System& system, const VectorXd& strokes, const NewtonOptions& options);
 
 /// Brings the loads from those that act to these factors, in halved steps where needed: at the
-/// present strokes, or with nothing driven where the load case says so.
-Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options);
+/// present strokes, or with nothing driven where the load case says so or the drives are free. The
+/// step of the mounting stays.
+Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& options,
+                      bool drives_free = false);
+
+/// Brings the constant loads step by step, from the step that is being made on. Iterations are
+/// those of all steps; messages and crossings name the step.
+Equilibrium mount(System& system, const NewtonOptions& options);
 
 // What holds a mechanism while its loads come, told where they find no equilibrium.
 
-/// Describes what is held in an assembled equilibrium: the prescribed strokes, with the load that
-/// each takes and the direction in which its drive would have to give, and the directions in which
-/// bodies are held. Empty where nothing is held.
-std::string held_meanwhile(const System& system);
+/// Describes what is held in an assembled equilibrium: the prescribed strokes, if drives are held,
+/// with the load that each takes and the direction in which its drive would have to give, and the
+/// directions in which bodies are held. Empty where nothing is held.
+std::string held_meanwhile(const System& system, bool drives_held = true);
 
 }  // namespace flexopt

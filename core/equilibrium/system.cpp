@@ -70,8 +70,9 @@ bool System::is_forced(int i) const {
 void System::set_factors(LoadFactors factors) {
   factors_ = factors;
   acting_ = acting_loads(loads_, factors_, *mechanism_);
-  springs_.apply(factors_.constant);
-  const double share = factors_.constant;
+  for (std::size_t k = 0; k < mechanism_->springs.size(); ++k)
+    springs_.apply(k, factors_.of_step(loads_.spring_steps.empty() ? 0 : loads_.spring_steps[k]));
+  const double share = factors_.of_step(loads_.temperature_step);
   for (int i = 0; i < leaves(); ++i) {
     const LeafSpring& leaf = mechanism_->leaves[i];
     fits_[i] = {};
@@ -79,20 +80,27 @@ void System::set_factors(LoadFactors factors) {
     if (share != 1 && leaf.tip != free_edge)
       fits_[i][1].move = (1 - share) * (leaf.growth - 1) * leaf.span();
     for (int e = 0; e < 2; ++e) fits_[i][e].move += share * growth_move(*mechanism_, i, e);
-    if (!is_reducible(leaf, loads_)) leaves_[i]->act({share, share * loads_.gravity});
+    if (!is_reducible(leaf, loads_)) leaves_[i]->act(acting_inside(loads_));
   }
   for (const AssemblyError& error : loads_.assembly) {
     EdgeFit& fit = fits_[error.leaf][error.end];
-    fit.move += share * error.move;
-    fit.turn = rotation_exp(share * error.turn);
+    fit.move += factors_.of_step(error.step) * error.move;
+    fit.spin += factors_.of_step(error.step) * error.turn;
+    fit.turn = rotation_exp(fit.spin);
   }
   assembled_ = false;
+}
+
+LeafLoad System::acting_inside(const LoadCase& loads) const {
+  return {factors_.of_step(loads.temperature_step),
+          factors_.of_step(loads.gravity_step) * loads.gravity};
 }
 
 void System::apply(LoadFactors factors) {
   if (factors == factors_) return;
   std::vector<int> forced;
-  for (int i = 0; factors.constant != factors_.constant && i < leaves(); ++i)
+  const bool forces = factors.constant != factors_.constant || factors.step != factors_.step;
+  for (int i = 0; forces && i < leaves(); ++i)
     if (is_forced(i)) forced.push_back(i);
   std::vector<EdgePoses> before;
   if (!forced.empty()) assemble();  // leaves move by their tangents
@@ -262,7 +270,7 @@ std::unique_ptr<System> System::on_full_leaves(LoadCase loads, const std::string
   for (const auto& leaf : leaves_) {
     full.push_back(leaf->full_model(reason));
     // a copy keeps its weight, and a system sets that of leaves alone that its loads act inside
-    full.back()->act({factors_.constant, factors_.constant * loads.gravity});
+    full.back()->act(acting_inside(loads));
     state.leaves.push_back(full.back()->save());
   }
   auto system = std::make_unique<System>(*mechanism_, std::move(full), std::move(loads));

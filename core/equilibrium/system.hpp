@@ -131,6 +131,7 @@ class System {
   /// Displacement and rotation of a leaf's end in its body, against the design.
   struct EdgeFit {
     Vector3d move = Vector3d::Zero();      ///< undeflected, global axes [m]
+    Vector3d spin = Vector3d::Zero();      ///< rotation vector of `turn` [rad]
     Matrix3d turn = Matrix3d::Identity();  ///< about the edge's middle, global axes
   };
   const EdgeFit& edge_fit(int leaf, int end) const { return fits_[leaf][end]; }
@@ -158,6 +159,7 @@ class System {
   Vector3d place(int leaf, int end) const;  ///< of the edge's middle, undeflected
   bool is_forced(int leaf) const;           ///< at this factor of the constant loads or another
   void set_factors(LoadFactors factors);
+  LeafLoad acting_inside(const LoadCase& loads) const;  ///< at the present factors
 
   const Mechanism* mechanism_;
   std::vector<std::unique_ptr<LeafElement>> leaves_;

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <string_view>
-#include <utility>
 
 namespace flexopt {
 namespace {
@@ -29,7 +29,7 @@ Check check_loads(const LoadCase& loads, const Mechanism& mechanism) {
 
 Check check_assembly(const LoadCase& loads, const Mechanism& mechanism) {
   const int leaves = static_cast<int>(mechanism.leaves.size());
-  std::set<std::pair<int, int>> edges;
+  std::set<std::array<int, 3>> edges;
   for (const AssemblyError& error : loads.assembly) {
     if (error.leaf < 0 || error.leaf >= leaves)
       return Because(fmt::format("an assembly error is of leaf {}, but there are {} leaves",
@@ -40,8 +40,30 @@ Check check_assembly(const LoadCase& loads, const Mechanism& mechanism) {
           fmt::format("an assembly error of leaf {} is not of a clamped edge", error.leaf));
     if (!error.move.allFinite() || !error.turn.allFinite())
       return Because(fmt::format("an assembly error of leaf {} is not finite", error.leaf));
-    if (!edges.insert({error.leaf, error.end}).second)
+    if (!edges.insert({error.leaf, error.end, error.step}).second)
       return Because(fmt::format("two assembly errors are of one edge of leaf {}", error.leaf));
+  }
+  return {};
+}
+
+Check check_mounting(const LoadCase& loads, const Mechanism& mechanism) {
+  const std::size_t steps = std::max<std::size_t>(1, loads.mounting.size());
+  const auto exists = [&](int step) { return step >= 0 && static_cast<std::size_t>(step) < steps; };
+  const auto of_one = [&](const auto& item) { return exists(item.step); };
+  if (!std::ranges::all_of(loads.constant, of_one) ||
+      !std::ranges::all_of(loads.assembly, of_one) || !exists(loads.gravity_step) ||
+      !exists(loads.temperature_step) || !std::ranges::all_of(loads.spring_steps, exists))
+    return Because(fmt::format("a load comes in a step that is none of the {}", steps));
+  if (!loads.spring_steps.empty() && loads.spring_steps.size() != mechanism.springs.size())
+    return Because(fmt::format("there are steps of {} springs, but {} springs",
+                               loads.spring_steps.size(), mechanism.springs.size()));
+  bool held = false;
+  for (const MountingStep& step : loads.mounting) {
+    if (held && step.drives_free) return Because("a step frees drives that were held before");
+    held = held || !step.drives_free;
+    if (step.strokes && step.strokes->size() != static_cast<Eigen::Index>(mechanism.drives.size()))
+      return Because(fmt::format("a step has {} strokes, but there are {} drives",
+                                 step.strokes->size(), mechanism.drives.size()));
   }
   return {};
 }
@@ -153,6 +175,7 @@ Check is_reducible(const LeafSpring& leaf, const LoadCase& loads) {
 Check check_rules(const LoadCase& loads, const Mechanism& mechanism) {
   if (Check kept = check_loads(loads, mechanism); !kept) return kept;
   if (Check kept = check_assembly(loads, mechanism); !kept) return kept;
+  if (Check kept = check_mounting(loads, mechanism); !kept) return kept;
   if (Check kept = check_temperatures(loads, mechanism); !kept) return kept;
   return check_expansions(loads, mechanism);
 }

@@ -1,5 +1,6 @@
 #pragma once
 // The loads of the case that is solved. Plain data.
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct DeadLoad {
   /// where a design parameter moves the reference point.
   std::optional<Vector3d> place = {};
   std::string name = {};  ///< may be empty
+  int step = 0;           ///< of the mounting in which it comes; not of growing loads
 };
 
 /// A force and a moment at O: [Fx Fy Fz Mx My Mz] in N and N m.
@@ -34,6 +36,27 @@ struct AssemblyError {
   int end = 0;                       ///< 0 base, 1 tip
   Vector3d move = Vector3d::Zero();  ///< of the edge's middle, undeflected, global axes [m]
   Vector3d turn = Vector3d::Zero();  ///< rotation vector about that middle, global axes [rad]
+  int step = 0;                      ///< of the mounting in which it comes
+};
+
+/// A step of the mounting: what holds the drives while its loads come. Which loads these are is
+/// said by the loads.
+struct MountingStep {
+  std::string name = {};     ///< for messages
+  bool drives_free = false;  ///< in the first steps alone: what was held is not released
+  /// Where the drives go before [m, rad], one stroke for each; nothing: they stay where they are.
+  std::optional<VectorXd> strokes = {};
+};
+
+/// How much of each kind acts.
+struct LoadFactors {
+  double constant = 0, growing = 0;
+  /// Of the mounting: `constant` is the share of its loads; those of earlier steps act whole, of
+  /// later ones not at all.
+  int step = 0;
+  bool operator==(const LoadFactors&) const = default;
+
+  double of_step(int other) const { return other < step ? 1 : other == step ? constant : 0; }
 };
 
 /// Largest thermal strain that is plausible for a solid.
@@ -41,7 +64,8 @@ inline constexpr double largest_expansion = 0.05;
 
 struct LoadCase {
   std::vector<DeadLoad> constant;  ///< applied before the stroke, unchanged along it
-  /// Assembly errors, applied with the constant loads; at most one for each edge.
+  /// Assembly errors, applied with the constant loads; at most one for each edge and step. Moves
+  /// and rotation vectors of one edge add up.
   std::vector<AssemblyError> assembly = {};
   /// How much warmer each leaf is than as built [K]; empty: none. They grow with the constant
   /// loads.
@@ -54,19 +78,26 @@ struct LoadCase {
   /// Growing loads, which add to the constant ones. If there are any, nothing is driven: the points
   /// of the path are the factors of these loads.
   std::vector<DeadLoad> growing;
+  /// The steps in which all but the growing loads come; empty: one, in which drives are held at
+  /// zero.
+  std::vector<MountingStep> mounting = {};
+  int gravity_step = 0, temperature_step = 0;  ///< in which gravity and all warmth come
+  std::vector<int> spring_steps = {};          ///< in which each preload comes; empty: in the first
 
   bool driven() const { return growing.empty(); }
   /// Whether anything comes before the stroke.
   bool acts_before_stroke() const {
     return !constant.empty() || !assembly.empty() || !temperature.empty() ||
-           !body_expansion.empty() || !gravity.isZero(0);
+           !body_expansion.empty() || !gravity.isZero(0) || !mounting.empty();
   }
-};
-
-/// How much of each kind acts.
-struct LoadFactors {
-  double constant = 0, growing = 0;
-  bool operator==(const LoadFactors&) const = default;
+  /// The constant loads whole, and so much of the growing ones.
+  LoadFactors mounted(double growing_share = 0) const {
+    return {1, growing_share, std::max(0, static_cast<int>(mounting.size()) - 1)};
+  }
+  /// Whether edges are moved or turned in this step.
+  bool assembles_in(int step) const {
+    return std::ranges::any_of(assembly, [&](const AssemblyError& e) { return e.step == step; });
+  }
 };
 
 /// Displacement of an edge (0 base, 1 tip) when the body that holds it has grown by heat [m].

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
@@ -58,6 +59,122 @@ const RecordTable<AssemblyTolerances>& box_table() {
   return table;
 }
 
+/// A step of the mounting.
+struct MountingSpec {
+  std::string name;
+  std::vector<std::string> loads, springs;
+  bool gravity = false, temperature = false, drives_free = false;
+};
+
+const RecordTable<MountingSpec>& mounting_table() {
+  static const auto table =
+      RecordTable<MountingSpec>()
+          .optional("name", shape::text(100), &MountingSpec::name, "for messages")
+          .other(shape::with_default("edges", shape::list(assembly_table().shape(), 0, 1000),
+                                     json::array(),
+                                     "that are moved or turned; of one edge in several steps moves "
+                                     "and rotation vectors add up"))
+          .optional("loads", shape::list(shape::text(100), 0, 100), &MountingSpec::loads,
+                    "names of the loads that come")
+          .optional("springs", shape::list(shape::text(100), 0, 1000), &MountingSpec::springs,
+                    "names of the springs that get their preload")
+          .with_default("gravity", shape::boolean(), &MountingSpec::gravity,
+                        "whether gravity comes")
+          .with_default("temperature", shape::boolean(), &MountingSpec::temperature,
+                        "whether bodies and leaves get their temperature")
+          .row(shape::optional("drive", shape::choice({"held", "free"}),
+                               "whether the drives stay where they are (the default) or are free; "
+                               "what was held is not freed by a later step"),
+               [](const json& read, MountingSpec& step) { step.drives_free = read == "free"; })
+          .other(shape::optional(
+              "stroke", shape::one_of({shape::quantity(""), shape::map(shape::quantity(""))}),
+              "where the drive goes first; of drives with names by these, others to zero"));
+  return table;
+}
+
+void read_edges(const json& read, const Pointer& list, int step, const Mechanism& mechanism,
+                FaultList& faults, LoadCase& loads) {
+  std::set<std::pair<int, int>> edges;
+  faults.each(read, list, [&](const json& item, const Pointer& at) {
+    const AssemblySpec error = assembly_table().read(item);
+    const int leaf = find_leaf(mechanism, error.leaf, at / "leaf", error.end);
+    if (error.end == 1 && mechanism.leaves[static_cast<std::size_t>(leaf)].tip == free_edge)
+      throw wrong(item, at, "end", "the tip of this leaf is free: no body holds it");
+    if (!edges.insert({leaf, error.end}).second)
+      throw wrong(item, at, "end", "one error for each edge: this one has another");
+    loads.assembly.push_back({leaf, error.end, error.move, error.turn, step});
+  });
+}
+
+VectorXd read_strokes(const json& read, const Mechanism& mechanism, const Pointer& at) {
+  const std::vector<Drive>& drives = mechanism.drives;
+  VectorXd strokes = VectorXd::Zero(static_cast<Eigen::Index>(drives.size()));
+  const std::vector<std::string> known = names_in(drives);
+  const bool named = known != std::vector<std::string>{""};
+  if (named != read.is_object())
+    throw SpecError(at, shown(read),
+                    named ? "expected strokes by the names of the drives"
+                          : "expected the stroke of the drive, which has no name");
+  if (!named) {
+    strokes[0] = read_quantity(stroke_place(drives[0].direction), read, at);
+    return strokes;
+  }
+  for (const auto& [name, stroke] : read.items()) {
+    const auto k = std::ranges::find(known, name) - known.begin();
+    if (k == strokes.size())
+      throw SpecError(at / name, shown(stroke),
+                      "no drive has this name; " + known_names(name, known));
+    strokes[k] = read_quantity(stroke_place(drives[static_cast<std::size_t>(k)].direction), stroke,
+                               at / name);
+  }
+  return strokes;
+}
+
+/// How the drives are held in a step behind others.
+MountingStep read_drives(const json& read, const MountingSpec& spec, const Mechanism& mechanism,
+                         const LoadCase& loads, const Pointer& at) {
+  MountingStep step{.name = spec.name, .drives_free = spec.drives_free};
+  for (const char* key : {"drive", "stroke"})
+    if (read.contains(key) && (mechanism.drives.empty() || !loads.driven()))
+      throw SpecError(at / key, shown(read[key]), "nothing is driven here");
+  if (spec.drives_free && read.contains("stroke"))
+    throw SpecError(at / "stroke", shown(read["stroke"]), "the drive is free in this step");
+  if (spec.drives_free && !loads.mounting.empty() && !loads.mounting.back().drives_free)
+    throw SpecError(at / "drive", shown(read["drive"]),
+                    "the step before holds the drives, and what was held is not freed: free them "
+                    "from the first step on");
+  if (read.contains("stroke"))
+    step.strokes = read_strokes(read["stroke"], mechanism, at / "stroke");
+  return step;
+}
+
+/// The step in which each item of a kind comes, none of them at first.
+class StepsOf {
+ public:
+  StepsOf(std::string what, std::vector<std::string> names)
+      : what_(std::move(what)), names_(std::move(names)), steps_(names_.size()) {}
+
+  /// Throws SpecError where no item has this name, or it comes before.
+  void put_on(const std::string& name, int step, const Pointer& at) {
+    const auto found = std::ranges::find(names_, name);
+    if (found == names_.end() || name.empty())
+      throw SpecError(at, shown(name),
+                      fmt::format("no {} has this name; {}", what_, known_names(name, names_)));
+    std::optional<int>& own = steps_[static_cast<std::size_t>(found - names_.begin())];
+    if (own)
+      throw SpecError(at, shown(name),
+                      fmt::format("it comes in step {} of the mounting already", *own + 1));
+    own = step;
+  }
+  /// Of an item; where no step names it, `last`.
+  int of(std::size_t item, int last) const { return steps_[item].value_or(last); }
+
+ private:
+  std::string what_;
+  std::vector<std::string> names_;
+  std::vector<std::optional<int>> steps_;
+};
+
 Shape edge_shape() {
   std::vector<Field> fields = assembly_table().fields();
   for (Field& field : fields) {
@@ -83,6 +200,49 @@ EdgeTolerance read_edge(const json& read, const Mechanism& mechanism, const Poin
 }
 
 }  // namespace
+
+Shape mounting_shape() {
+  return shape::one_of({shape::list(assembly_table().shape(), 0, 1000),
+                        shape::record({shape::required(
+                            "steps", shape::list(mounting_table().shape(), 1, 100),
+                            "of the mounting, before the stroke, one after the other")})});
+}
+
+void read_mounting(const json& read, const Mechanism& mechanism, FaultList& faults,
+                   LoadCase& loads) {
+  if (read.is_array()) read_edges(read, Pointer("/assembly"), 0, mechanism, faults, loads);
+  if (!read.contains("steps")) return;
+  StepsOf dead("load", names_in(loads.constant)), springs("spring", names_in(mechanism.springs)),
+      around("kind", {"gravity", "temperature"});
+  int k = 0;
+  faults.each(read["steps"], Pointer("/assembly/steps"), [&](const json& item, const Pointer& at) {
+    const MountingSpec spec = mounting_table().read(item);
+    read_edges(item["edges"], at / "edges", k, mechanism, faults, loads);
+    loads.mounting.push_back(read_drives(item, spec, mechanism, loads, at));
+    for (std::size_t i = 0; faults.sound("/loads") && i < spec.loads.size(); ++i)
+      dead.put_on(spec.loads[i], k, at / "loads" / i);
+    for (std::size_t i = 0; i < spec.springs.size(); ++i)
+      springs.put_on(spec.springs[i], k, at / "springs" / i);
+    for (const auto& [kind, comes] :
+         {std::pair{"gravity", spec.gravity}, {"temperature", spec.temperature}})
+      if (comes) around.put_on(kind, k, at / kind);
+    ++k;
+  });
+  bool rest = false;  // that no step names
+  const auto step_of = [&](const StepsOf& steps, std::size_t item, bool acts) {
+    const int step = steps.of(item, acts ? k : 0);
+    rest = rest || step == k;
+    return step;
+  };
+  for (std::size_t i = 0; i < loads.constant.size(); ++i)
+    loads.constant[i].step = step_of(dead, i, true);
+  for (std::size_t i = 0; i < mechanism.springs.size(); ++i)
+    loads.spring_steps.push_back(step_of(springs, i, !mechanism.springs[i].matrix));
+  loads.gravity_step = step_of(around, 0, !loads.gravity.isZero(0));
+  loads.temperature_step =
+      step_of(around, 1, !loads.temperature.empty() || !loads.body_expansion.empty());
+  if (rest) loads.mounting.push_back({.name = "the rest"});
+}
 
 bool read_worst_assembly(json& goal, const GoalContext& context, const Constraint& read,
                          const Pointer& at) {

@@ -29,20 +29,6 @@ void read_load_path(const json& read, StrokeRequest& request) {
   for (int i = 0; i < path.points; ++i) request.points.push_back(i / (path.points - 1.0));
 }
 
-void read_assembly(const json& read, const Mechanism& mechanism, FaultList& faults,
-                   LoadCase& loads) {
-  std::set<std::pair<int, int>> edges;
-  faults.each(read, Pointer("/assembly"), [&](const json& item, const Pointer& at) {
-    const AssemblySpec error = assembly_table().read(item);
-    const int leaf = find_leaf(mechanism, error.leaf, at / "leaf", error.end);
-    if (error.end == 1 && mechanism.leaves[static_cast<std::size_t>(leaf)].tip == free_edge)
-      throw wrong(item, at, "end", "the tip of this leaf is free: no body holds it");
-    if (!edges.insert({leaf, error.end}).second)
-      throw wrong(item, at, "end", "one error for each edge: this one has another");
-    loads.assembly.push_back({leaf, error.end, error.move, error.turn});
-  });
-}
-
 // Linear coefficient of all leaves, where it is one.
 std::optional<double> expansion_of_leaves(const Mechanism& mechanism) {
   std::optional<double> all;
@@ -297,7 +283,7 @@ void read_surroundings(const json& read, const Mechanism& mechanism, const Model
     for (int i = 0; i < 3; ++i) loads.gravity[i] = read["gravity"][static_cast<std::size_t>(i)];
   if (read.contains("temperature"))
     read_temperature(read["temperature"], mechanism, faults, loads, notes);
-  read_assembly(read["assembly"], mechanism, faults, loads);
+  read_mounting(read["assembly"], mechanism, faults, loads);
   if (model.accuracy == Accuracy::full || !faults.sound("/temperature")) return;
   const Mechanism warm = warmed(mechanism, loads);
   std::vector<std::string> full;

@@ -200,11 +200,19 @@ int find_leaf(const Mechanism& mechanism, const std::string& name, const JsonPoi
 void find_loaded_bodies(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
                         std::vector<DeadLoad>& loads);
 
-/// Gravity, temperature and errors of assembly, once the leaves are known. `notes`: which leaves
+/// Gravity, temperature and assembly, once the leaves are known. `notes`: which leaves
 /// are full models because of them.
 void read_surroundings(const nlohmann::json& read, const Mechanism& mechanism,
                        const ModelOptions& model, FaultList& faults, LoadCase& loads,
                        std::vector<std::string>& notes);
+
+/// What "assembly" may hold: edges that are moved or turned at once, or the steps of the mounting.
+Shape mounting_shape();
+
+/// Takes in moved and turned edges, and the steps in which these and the other loads, which have
+/// been read, come; what no step names comes in one more behind them.
+void read_mounting(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
+                   LoadCase& loads);
 
 // Where the drives of a design go: the stroke of one, and the strokes of drives with names.
 

@@ -260,8 +260,9 @@ Shape job_shape(const Family* family) {
                "acceleration that acts on bodies and leaves, global axes, before the stroke"),
       optional("temperature", temperature_shape(),
                "how much warmer leaves are than the bodies that hold them, before the stroke"),
-      with_default("assembly", list(assembly_table().shape(), 0, 1000), json::array(),
-                   "edges that sit in their bodies other than designed, before the stroke"),
+      with_default("assembly", mounting_shape(), json::array(),
+                   "edges that sit in their bodies other than designed, before the stroke; or the "
+                   "steps in which these and the loads come"),
       optional("buckling",
                record({required("load", text(100),
                                 "name of the dead load that grows, all else kept, until the "

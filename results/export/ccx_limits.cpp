@@ -84,6 +84,8 @@ void check_drives(const Mechanism& mechanism, Refusals& refusals) {
 
 void check_loads(const Exported& of, Refusals& refusals) {
   const LoadCase& loads = of.request.loads;
+  if (!loads.mounting.empty())
+    refusals.add("assembly in steps", "the deck puts all loads on at once, its drives held");
   for (const double strain : loads.body_expansion)
     if (strain != 0) {
       refusals.add("the temperature of bodies", "rigid bodies of CalculiX do not expand");

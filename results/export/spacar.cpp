@@ -65,7 +65,8 @@ void check_carried_by_spacar(const Exported& exported) {
     else if (is_rotation(drive.direction) && ++turned[drive.body] == 2)
       refuse(name, "SPACAR Light prescribes one rotation of a node");
   }
-  if (!loads.assembly.empty()) refuse("assembly", "clamped edges are where they are drawn");
+  if (!loads.assembly.empty() || !loads.mounting.empty())
+    refuse("assembly", "clamped edges are where they are drawn");
   if (!loads.temperature.empty() || !loads.body_expansion.empty())
     refuse("temperature", "SPACAR Light has no thermal expansion");
   for (const DeadLoad& load : loads.constant)

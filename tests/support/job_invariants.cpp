@@ -110,8 +110,7 @@ std::optional<double> energy_error(const Job& job, const Mechanism& mechanism,
     if (far.leaves.at(static_cast<std::size_t>(i)).model == "full" && !system.leaf(i).is_full())
       system.replace_leaf(i, system.leaf(i).full_model("as on the path"));
   const NewtonOptions& newton = request.newton;
-  if (system.loaded_at_rest() && !step_load(system, {.constant = 1}, newton).converged)
-    return std::nullopt;
+  if (system.loaded_at_rest() && !mount(system, newton).converged) return std::nullopt;
   // with bent states as on the path: beyond the last one rounding grows with a high power
   constexpr int most_refinements = 12;
   for (int round = 0; round < most_refinements; ++round)

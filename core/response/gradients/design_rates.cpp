@@ -149,7 +149,8 @@ LeafVariation<S> DesignRates<S>::variation(int i, const Mechanism& direction,
     if (leaf.clamp_growth[e] != 1) {  // growth_move
       Vector3d moves = d.origin + d.axes * (L * end) + leaf.axes * (d.length * end + L * dend);
       if (b >= 0) moves -= direction.bodies[b].reference;
-      const double share = factor_->system().load_factors().constant;
+      const System& system = factor_->system();
+      const double share = system.load_factors().of_step(system.loads().temperature_step);
       dplace += to_leaf * (share * (leaf.clamp_growth[e] - 1) / held_length * moves);
     }
     if (b < 0) {

@@ -348,8 +348,9 @@ std::vector<std::unique_ptr<LeafElement>> make_reduced_leaves(const Mechanism& m
     return modal_leaves(springs, model, loads, meshes);
   const bool driven = loads.driven();
   const std::vector<VectorXd> one{VectorXd::Ones(mechanism.drives.size())};
-  const std::vector<LinearMotion> motion = linear_motion(
-      mechanism, model, loads, {1, driven ? 0 : largest}, several.empty() ? one : several, meshes);
+  const std::vector<LinearMotion> motion =
+      linear_motion(mechanism, model, loads, loads.mounted(driven ? 0 : largest),
+                    several.empty() ? one : several, meshes);
   std::vector<std::unique_ptr<LeafElement>> leaves;
   std::vector<std::shared_ptr<TubeModel>> models;
   std::map<const PlateMesh*, std::shared_ptr<PlatePool>> pools;

@@ -196,9 +196,9 @@ void BranchWalk::load() {
 }
 
 Equilibrium BranchWalk::step(Stage stage) {
-  if (!stage) return step_load(system(), {.constant = 1}, request_.newton);
+  if (!stage) return mount(system(), request_.newton);
   if (!request_.loads.driven())
-    return step_load(system(), {1, request_.points[*stage]}, request_.newton);
+    return step_load(system(), request_.loads.mounted(request_.points[*stage]), request_.newton);
   return step_to(system(), request_.strokes_at(*stage, mechanism_.drives.size()), request_.newton);
 }
 

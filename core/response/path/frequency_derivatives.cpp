@@ -376,7 +376,9 @@ Answer<FrequencyDerivativesResult> frequency_derivatives(const Mechanism& mechan
   System system(mechanism, make_full_leaves(mechanism, model), loads);
   system.assemble();
   if (system.loaded_at_rest()) {
-    const Equilibrium loaded = step_load(system, {.constant = 1}, newton);
+    Equilibrium loaded = mount(system, newton);
+    if (loaded.converged && loads.driven() && !loads.mounting.empty())  // drives may have moved
+      loaded = step_to(system, VectorXd::Zero(mechanism.drives.size()), newton);
     if (!loaded.converged) return Because(loaded.message);
   }
   const Answer<MechanismFactor> factor = MechanismFactor::of(system);

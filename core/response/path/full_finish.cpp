@@ -12,10 +12,11 @@
 namespace flexopt {
 
 Equilibrium step_from_rest(System& system, const StrokeRequest& request, std::size_t point) {
-  if (!request.loads.driven()) return step_load(system, {1, request.points[point]}, request.newton);
-  if (system.loaded_at_rest())
-    if (Equilibrium loaded = step_load(system, {.constant = 1}, request.newton); !loaded.converged)
-      return loaded;
+  const bool driven = request.loads.driven();
+  if (system.loaded_at_rest() && (driven || !request.loads.mounting.empty()))
+    if (Equilibrium loaded = mount(system, request.newton); !loaded.converged) return loaded;
+  if (!driven)
+    return step_load(system, request.loads.mounted(request.points[point]), request.newton);
   Equilibrium reached;
   for (std::size_t k = request.in_order ? 0 : point; k <= point; ++k) {
     reached =

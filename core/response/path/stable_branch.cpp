@@ -69,7 +69,8 @@ void add_push(const Push& push, double amplitude, double stiffness, double lengt
     if (!acceleration.isZero(0))
       loads.constant.push_back({.force = -body.mass * acceleration,
                                 .body = b,
-                                .arm = body.center_of_mass - body.reference});
+                                .arm = body.center_of_mass - body.reference,
+                                .step = loads.gravity_step});
   }
 }
 

@@ -59,6 +59,7 @@ TEST_CASE("gravity, warmth and errors of assembly are read by the names of leave
   CHECK(loads.assembly[1].leaf == 0);
   CHECK(loads.assembly[1].end == 0);
   CHECK((loads.assembly[1].move - Vector3d(0, 0, 1e-5)).norm() < 1e-18);
+  CHECK(loads.mounting.empty());
   const Mechanism mechanism = make_mechanism(job, job.design.parameters);
   CHECK(mechanism.leaves[0].material.thermal_expansion.value() == Approx(12e-6));
   CHECK(warmed(mechanism, loads).leaves[1].growth == Approx(1 + 6e-5));
@@ -75,6 +76,34 @@ TEST_CASE("gravity, warmth and errors of assembly are read by the names of leave
   document.erase("gravity");
   document.erase("temperature");
   CHECK_FALSE(says(parse_job(document)));
+}
+
+TEST_CASE("steps of the mounting say when each load comes") {
+  const Job job = parse_job(patched(R"({
+    "loads": [{"name": "payload", "force": [0, 0, "-5 N"]}, {"name": "pull", "force": ["1 N", 0, 0]}],
+    "gravity": [0, "-9.81 m/s^2", 0],
+    "assembly": {"steps": [
+      {"name": "bases", "drive": "free", "edges": [{"leaf": "leaf -y", "end": "base", "move": ["1 mm", 0, 0]}]},
+      {"gravity": true, "stroke": "2 mm", "edges": [{"leaf": "leaf -y", "end": "base", "turn": [0, 0, "1 deg"]}]},
+      {"loads": ["pull"]}]}})"));
+  const LoadCase& loads = job.request.loads;
+  REQUIRE(loads.mounting.size() == 4);  // one more for what no step names
+  CHECK(loads.mounting[0].drives_free);
+  CHECK(loads.mounting[0].name == "bases");
+  CHECK_FALSE(loads.mounting[1].drives_free);
+  REQUIRE(loads.mounting[1].strokes);
+  CHECK((*loads.mounting[1].strokes)[0] == Approx(2e-3));
+  CHECK_FALSE(loads.mounting[2].strokes);
+  REQUIRE(loads.assembly.size() == 2);
+  CHECK(loads.assembly[0].step == 0);
+  CHECK(loads.assembly[1].step == 1);
+  CHECK(loads.gravity_step == 1);
+  CHECK(loads.constant[0].step == 3);
+  CHECK(loads.constant[1].step == 2);
+  // where all is named there is no more
+  const Job named = parse_job(patched(R"({"loads": [], "gravity": [0, "-9.81 m/s^2", 0],
+    "assembly": {"steps": [{"gravity": true}]}})"));
+  CHECK(named.request.loads.mounting.size() == 1);
 }
 
 TEST_CASE("all of one material that is warm expands freely, whatever its leaves consist of") {

@@ -103,6 +103,7 @@ TEST_CASE("A deck has the mass and the inertia of the bodies") {
 
 TEST_CASE("What a deck cannot carry is refused by name") {
   CHECK_THAT(refused(test::gallery("clamped_plate")), Contains("material point of leaf plate"));
+  CHECK_THAT(refused(test::gallery("flat_blades")), Contains("assembly in steps"));
   Exported guide = test::gallery("parallel_guide");
   guide.request.loads.body_expansion = {1e-3, 0};
   guide.request.loads.assembly.push_back({.leaf = 0, .end = 1, .move = Vector3d(1e-5, 0, 0)});

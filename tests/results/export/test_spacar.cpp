@@ -233,6 +233,7 @@ TEST_CASE("What a script says to look at is what SPACAR Light answers") {
 TEST_CASE("What SPACAR Light cannot carry is refused by name") {
   CHECK_THROWS_WITH(script_of("hinged_leaf"), Contains("joint hinge"));
   CHECK_THROWS_WITH(script_of("crooked_guide"), Contains("assembly"));
+  CHECK_THROWS_WITH(script_of("flat_blades"), Contains("assembly"));
   CHECK_THROWS_WITH(script_of("clamped_plate"), Contains("material point of leaf plate"));
   CHECK_THROWS_WITH(script_of("tip_tilt_stage"), Contains("one rotation of a node"));
 }
