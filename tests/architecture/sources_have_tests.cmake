@@ -93,7 +93,7 @@ set(tested_by
   core/response/leaf_mass core/response/test_room_taken
   core/response/solid_rates core/response/test_solids
   core/response/undeflected_place core/response/test_solids
-  core/response/probe core/response/path/test_material_points
+  core/response/named_point core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
   core/response/quantity_rows core/response/path/test_response
   core/response/request core/response/path/test_response

@@ -29,7 +29,7 @@ TEST_CASE("a job's dynamics and export reach the evaluation") {
   REQUIRE(job.request.state_space);
   CHECK(job.request.state_space->modes == 3);
   CHECK(job.request.state_space->damping == std::vector<double>{0.03});  // that of dynamics
-  CHECK(job.request.state_space->probes);
+  CHECK(job.request.state_space->sensors);
   CHECK_FALSE(job.request.wants_state_space(0));
   CHECK(job.request.wants_state_space(1));
   CHECK(document_of(job)["dynamics"]["transmissibility"]["to"] == 1000);
@@ -38,7 +38,7 @@ TEST_CASE("a job's dynamics and export reach the evaluation") {
   listed["export"]["state_space"] = {{"modes", 2}, {"damping", {0.01, 0}}, {"sensors", false}};
   const StateSpaceRequest wanted = *parse_job(listed).request.state_space;
   CHECK(wanted.damping == std::vector<double>{0.01, 0});
-  CHECK_FALSE(wanted.probes);
+  CHECK_FALSE(wanted.sensors);
   CHECK(wanted.points.empty());
   listed.merge_patch(json::parse(R"({"dynamics": null, "export": {"state_space": {"damping": null}},
       "optimise": {"objective": {"maximise": "parasitic_frequency"}, "constraints": []}})"));
