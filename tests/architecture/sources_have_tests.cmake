@@ -122,6 +122,7 @@ set(tested_by
   optim/job/job_loads optim/job/test_job
   optim/job/job_maps optim/studies/test_response_map
   optim/job/job_numbers optim/job/test_job
+  optim/job/job_points optim/job/test_job_dynamics
   optim/job/job_shape optim/job/test_job
   optim/job/job_tables optim/job/test_job
   optim/job/model_table optim/job/test_job

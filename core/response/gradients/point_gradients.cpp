@@ -317,11 +317,10 @@ void set_dynamics(const System& system, const DynamicsMeasures& dynamics,
       lambda[k] = term.lambda;
       weight[k] = term.weight;
     }
-    const GroundShare ground{translations, dynamics.carried * translations};
+    std::optional<GroundShare> ground;
+    if (!translations.isZero(0)) ground = {translations, dynamics.carried * translations};
     VectorXd sum =
-        design.quadratic(Y, lambda, state_rates, translations.isZero(0) ? nullptr : &ground)
-            .transpose() *
-        weight;
+        design.quadratic(Y, lambda, state_rates, ground ? &*ground : nullptr).transpose() * weight;
     if (measure.lever)
       sum +=
           lever_rates(measure.lever->point, system, design.directions(), state_rates).transpose() *
