@@ -10,7 +10,7 @@ namespace flexopt {
 /// length; the direction along its width is the one that makes its axes right-handed.
 Mechanism mirrored(const Mechanism& mechanism, int normal);
 
-/// Strokes along the mirrored drives, loads and probes. Every number of the answer is that of the
+/// Strokes along the mirrored drives, loads and points of leaves. Every number of the answer is that of the
 /// mechanism itself, but for its sign.
 StrokeRequest mirrored(const StrokeRequest& request, const Mechanism& mechanism, int normal);
 

@@ -62,3 +62,38 @@ TEST_CASE("goals ask for the measures alone, and an endless mass line is beyond 
   CHECK(aggregate(goals[0], reading->values) == 250);
   CHECK_FALSE(read_goal(goals[1], response, request));  // no transmissibility was found
 }
+
+TEST_CASE(
+    "points are read on bodies and on leaves, and what lies on no leaf is on the end-effector") {
+  json document = shaken();
+  document["points"] = json::parse(R"([
+    {"name": "motor", "body": "end_effector", "direction": "uy"},
+    {"name": "encoder", "at": ["200 mm", 0, 0], "direction": [0, 3, 4]},
+    {"name": "gauge", "at": ["50 mm", "30 mm", 0]}])");
+  document["dynamics"]["transfers"] =
+      json::parse(R"([{"from": "motor", "to": "encoder", "drive": "locked"}])");
+  document["dynamics"]["transmissibility"]["point"] = "encoder";
+  const Job job = parse_job(document);
+  const std::vector<NamedPoint>& points = job.request.named_points;
+  REQUIRE(points.size() == 3);
+  CHECK(points[0].body == 0);
+  CHECK_FALSE(points[0].at);
+  CHECK(points[1].body == 0);
+  CHECK(points[1].direction->isApprox((Vector6d() << 0, 0.6, 0.8, 0, 0, 0).finished()));
+  CHECK_FALSE(points[2].body);
+  CHECK_FALSE(points[2].direction);
+  CHECK(points[2].kind == std::string("point"));
+  CHECK(std::ranges::count(job.notes, "encoder lies on no leaf: fixed to the end-effector.") == 1);
+  REQUIRE(job.request.dynamics->transfers.size() == 1);
+  CHECK(job.request.dynamics->transfers[0].from == 0);
+  CHECK(job.request.dynamics->transfers[0].to == 1);
+  CHECK(job.request.dynamics->transfers[0].drive == DriveState::locked);
+  CHECK(job.request.dynamics->transmissibility->point == 1);
+
+  json old = shaken();
+  old["probes"] = document["points"];
+  const std::vector<NamedPoint> same = parse_job(old).request.named_points;
+  REQUIRE(same.size() == 3);
+  CHECK(same[2].leaf == points[2].leaf);
+  CHECK(same[2].kind == std::string("probe"));
+}

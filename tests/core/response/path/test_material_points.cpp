@@ -1,6 +1,7 @@
 // Leaves with a free tip, guided tips, plates loaded at a material point, load paths and probes.
 #include <Eigen/Dense>
 
+#include "core/math/rotation.hpp"
 #include "support/slopes.hpp"
 #include "support/strokes.hpp"
 
@@ -189,8 +190,12 @@ TEST_CASE("a point lies on the leaf it was put on, and nowhere else") {
   CHECK(probe->along == Approx(1));
   CHECK(probe->across == Approx(1));
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
-    StrokeRequest request{.points = {0.01},
-                          .named_points = {*probe, *point_on_leaf(guide, "base", {0, 0.03, 0})}};
+    StrokeRequest request{
+        .points = {0.01},
+        .named_points = {*probe,
+                         *point_on_leaf(guide, "base", {0, 0.03, 0}),
+                         {.name = "sensor", .body = 0, .at = Vector3d(0.2, 0.01, 0)},
+                         {.name = "O", .body = 0}}};
     const StrokeResponse r = evaluate_stroke(guide, {.accuracy = accuracy}, request);
     // the tip edge is part of the end-effector
     const PathPoint& p = r.path[0];
@@ -198,5 +203,14 @@ TEST_CASE("a point lies on the leaf it was put on, and nowhere else") {
     const Vector3d turned = Eigen::AngleAxisd(p.rotation.norm(), p.rotation.normalized()) * arm;
     CHECK((p.named_points[0] - (p.displacement + turned - arm)).norm() < 1e-9);
     CHECK(p.named_points[1].norm() < 1e-12);
+    const Vector3d beyond(0.1, 0.01, 0);
+    const Matrix3d turn = rotation_exp(p.rotation);
+    CHECK((p.named_points[2] - (p.displacement + turn * beyond - beyond)).norm() < 1e-12);
+    CHECK(p.named_points[3] == p.displacement);
+    NamedPoint tilted = request.named_points[2];
+    tilted.direction = Vector6d::Unit(5);
+    CHECK(motion_along(tilted, 2, p) == p.rotation[2]);
+    tilted.direction = Vector6d::Unit(1);
+    CHECK(motion_along(tilted, 2, p) == p.named_points[2][1]);
   }
 }
