@@ -294,11 +294,12 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   }
   for (std::size_t k = 0; k < point.transfers.size(); ++k) {
     const TransferRule& rule = request.dynamics->transfers[k];
+    const std::optional<double>& bandwidth = point.transfers[k].bandwidth;
     json["transfers"].push_back({{"from", request.named_points[rule.from].name},
                                  {"to", request.named_points[rule.to].name},
                                  {"drive", rule.drive == DriveState::free ? "free" : "locked"},
                                  {"compliance", point.transfers[k].compliance},
-                                 {"bandwidth", number_json(point.transfers[k].bandwidth)}});
+                                 {"bandwidth", bandwidth ? Json(*bandwidth) : Json()}});
   }
   if (point.transmissibility)
     json["transmissibility_frequency"] = point.transmissibility->frequency;
