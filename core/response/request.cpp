@@ -34,6 +34,12 @@ bool StrokeRequest::wants_state_space(std::size_t point) const {
               state_space->points.end());
 }
 
+bool StrokeRequest::wants_leaf_points(std::size_t point) const {
+  const bool linear = (wants_state_space(point) && state_space->sensors) ||
+                      (wants_dynamics() && !dynamics->transfers.empty());
+  return linear && std::ranges::any_of(named_points, [](const NamedPoint& p) { return !p.body; });
+}
+
 std::optional<std::size_t> StrokeRequest::growing_load() const {
   if (!outputs.has(Output::buckling) || buckling_load.empty()) return std::nullopt;
   const auto named = std::ranges::find(loads.constant, buckling_load, &DeadLoad::name);

@@ -10,26 +10,44 @@
 #include <vector>
 
 #include "core/math/work_limit.hpp"
+#include "core/mechanism/joint.hpp"
 #include "core/mechanism/load_case.hpp"
 #include "core/mechanism/mechanism.hpp"
 #include "core/mechanism/model_options.hpp"
 
 namespace flexopt {
 
-/// A material point of a leaf's mid-surface whose displacement is wanted.
-struct Probe {
+/// A point whose motion is wanted, and at which loads of a linear model act: fixed to a body, or a
+/// material point of a leaf's mid-surface.
+struct NamedPoint {
   std::string name;
   int leaf = 0;
   double along = 0, across = 0;  ///< place on the leaf, each in [0, 1]
+  std::optional<int> body = {};  ///< to which it is fixed; nothing: it is on the leaf
+  /// Place on the body, undeflected, global axes [m]. It stays the same where a design parameter
+  /// moves the body. Nothing: the body's reference point.
+  std::optional<Vector3d> at = {};
+  /// Along which it moves and is loaded, a unit vector of translations or rotations along global
+  /// axes, which does not turn; rotations are those of a body. Nothing: all three translations.
+  std::optional<Vector6d> direction = {};
+  const char* kind = "point";  ///< what results call it; "probe" by the old key of a job
+
+  int motions() const { return direction ? 1 : 3; }
+  bool turns() const { return direction && !direction->tail<3>().isZero(0); }
+  /// Vector from the reference point of the body, where it stands now, to the point [m].
+  Vector3d lever(const JointBody& now) const {
+    return at ? Vector3d(now.rotation * (*at - now.reference)) : Vector3d::Zero();
+  }
 };
 
-/// The probe at a place of the undeflected mechanism (its foot on the mid-surface), if a leaf is
+/// The point at a place of the undeflected mechanism (its foot on the mid-surface), if a leaf is
 /// there.
-std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, const Vector3d& place);
+std::optional<NamedPoint> point_on_leaf(const Mechanism& mechanism, std::string name,
+                                        const Vector3d& place);
 
 /// What an evaluation can answer.
 enum class Output {
-  equilibrium,            ///< drive load, motion of O, stability, probes
+  equilibrium,            ///< drive load, motion of O and points, stability
   stiffness,              ///< compliance at O and what follows from it
   gain,                   ///< gain and cross-coupling of the drives
   stress,                 ///< largest von Mises stress
@@ -150,19 +168,28 @@ struct TransmissibilityRule {
   Direction direction = Direction::uy;  ///< translation of the ground, and of O
   double from = 0, to = 0;              ///< band in which the largest gain counts [Hz]
   DriveState drive = DriveState::free;
+  /// Named point of a body, with a translation as direction, whose motion counts in place of O's.
+  std::optional<std::size_t> point;
+};
+
+/// A harmonic load at a named point, and the motion of another, or the same; both have directions.
+struct TransferRule {
+  std::size_t from = 0, to = 0;  ///< of StrokeRequest::named_points
+  DriveState drive = DriveState::free;
 };
 
 /// What is read off the harmonic motion about an equilibrium.
 struct DynamicsRule {
   double damping = 0.01;  ///< ratio ζ, above zero: stiffness K (1 + 2iζ)
   std::optional<TransmissibilityRule> transmissibility;
+  std::vector<TransferRule> transfers;
 };
 
 /// Settings of a linear state-space model.
 struct StateSpaceRequest {
   int modes = 8;                      ///< that are kept, drive free; fewer where there are fewer
   std::vector<double> damping{0.01};  ///< ratio of all modes, or one of each mode that is kept
-  bool probes = true;                 ///< whether the request's probes are outputs
+  bool sensors = true;                ///< whether the named points are inputs and outputs
   std::vector<int> points;            ///< of the stroke; empty: all
 };
 
@@ -221,7 +248,7 @@ struct StrokeRequest {
   BranchChoice branch = BranchChoice::primary;
   /// How many places of large stress a differentiable point lists: PathPoint::stress_peaks.
   int stress_peaks = 0;
-  std::vector<Probe> probes;
+  std::vector<NamedPoint> named_points;
   NewtonOptions newton;
   WorkLimits limits;  ///< of one evaluation of these points
   /// Told of every Newton iteration.
@@ -237,6 +264,8 @@ struct StrokeRequest {
   bool wants_frequency_derivatives() const;
   bool wants_dynamics() const { return dynamics && outputs.has(Output::dynamics); }
   bool wants_state_space(std::size_t point) const;
+  /// Whether named points of leaves are loaded there, or their small motions wanted.
+  bool wants_leaf_points(std::size_t point) const;
   /// The load that grows, among the constant ones, where critical factors are wanted.
   std::optional<std::size_t> growing_load() const;
   bool wants_capacity() const { return outputs.has(Output::load_capacity) && capacity.any(); }

@@ -150,10 +150,18 @@ struct FatigueCycle {
   LifeRange range = LifeRange::within;  ///< of a life
 };
 
-/// The largest gain from the ground to O.
+/// The largest gain from the ground to O, or to a named point.
 struct Transmissibility {
-  double value = 0;      ///< absolute motion of O over that of the ground
+  double value = 0;      ///< absolute motion over that of the ground
   double frequency = 0;  ///< where [Hz]
+};
+
+/// From a load at a named point to the motion of another.
+struct Transfer {
+  double compliance = 0;  ///< at rest: motion over load [m/N, rad/N, m/(N m), rad/(N m)]
+  /// Where the mass that the load feels leaves that at rest by √2, up or down; nothing where it
+  /// does not, or where the load does not move the point [Hz].
+  std::optional<double> bandwidth;
 };
 
 /// What goes into a linear model, or comes out of it.
@@ -232,6 +240,7 @@ struct PathPoint {
   /// Bandwidth of each drive, the others held [Hz]; nothing where its mass line does not end.
   std::vector<std::optional<double>> bandwidths;
   std::optional<Transmissibility> transmissibility;
+  std::vector<Transfer> transfers;  ///< as DynamicsRule; not where derivatives are wanted
   std::optional<StateSpace> state_space;
   /// Load capacities by direction: CapacityRule.
   std::array<std::optional<LoadCapacity>, 12> load_capacity;
@@ -242,9 +251,13 @@ struct PathPoint {
   int negative_pivots = 0;  ///< inertia of that tangent
   std::vector<LeafReport> leaves;
   std::vector<LeafShape> shapes;
-  std::vector<Vector3d> probes;    ///< displacements, in the order of the request [m]
-  std::vector<BodyMotion> bodies;  ///< of every body of the mechanism
+  std::vector<Vector3d> named_points;  ///< displacements, in the order of the request [m]
+  std::vector<BodyMotion> bodies;      ///< of every body of the mechanism
 };
+
+/// Motion of named point k of a request along its direction at a converged point of the path:
+/// displacement, or component of the rotation vector of its body [m, rad].
+double motion_along(const NamedPoint& named, std::size_t k, const PathPoint& point);
 
 enum class Status { ok, no_equilibrium, left_branch, limit_reached };
 

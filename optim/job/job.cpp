@@ -50,26 +50,6 @@ void check_superelements(const Mechanism& mechanism, const ModelOptions& model, 
     }
 }
 
-/// `mechanism`: null where the geometry is not known.
-std::vector<Probe> read_probes(const json& read, const Mechanism* mechanism, FaultList& faults) {
-  std::vector<Probe> probes;
-  std::set<std::string> names;
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    const Pointer at = Pointer("/probes") / i;
-    if (!read[i].is_object()) continue;
-    const ProbeSpec wanted = probe_table().read(read[i]);
-    if (faults.sound(at / "name") && !names.insert(wanted.name).second)
-      faults.add(at / "name", shown(wanted.name), "names must be different");
-    if (!mechanism || !faults.sound(at)) continue;
-    const std::optional<Probe> probe = probe_at(*mechanism, wanted.name, wanted.at);
-    if (probe)
-      probes.push_back(*probe);
-    else
-      faults.add(at / "at", shown(read[i]["at"]) + " m", "no leaf is there when undeflected");
-  }
-  return probes;
-}
-
 /// Reads a job from its document. Each part is read as far as what it depends on is sound.
 class JobReader {
  public:
@@ -147,6 +127,7 @@ void JobReader::read_mechanism() {
     if (sound("/design/material") && sound("/model/flexure"))
       faults_.attempt([&] { check_leaf_model(job_.design, job_.model, Pointer("/model")); });
     faults_.attempt([&] { mechanism_ = make_mechanism(job_, job_.design.parameters); });
+    read_points(read_, mechanism_ ? &*mechanism_ : nullptr, faults_, job_.request, job_.notes);
     if (mechanism_) {
       find_loaded_bodies(read_["loads"], *mechanism_, faults_, job_.request.loads.constant);
       read_surroundings(read_, *mechanism_, job_.model, faults_, job_.request.loads, job_.notes);
@@ -168,7 +149,6 @@ void JobReader::read_mechanism() {
     job_.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");
   if (mechanism_ && sound("/model"))
     faults_.attempt([&] { check_superelements(*mechanism_, job_.model, read_["model"]); });
-  job_.request.probes = read_probes(read_["probes"], mechanism_ ? &*mechanism_ : nullptr, faults_);
 }
 
 /// What does not go with the kind of the job.

@@ -4,6 +4,7 @@
 
 #include "core/mechanism/drive.hpp"
 #include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
 #include "core/spec/record_table.hpp"
 #include "optim/job/job_sections.hpp"
 
@@ -35,6 +36,20 @@ const RecordTable<TransmissibilityRule>& transmissibility_table() {
           .required("to", frequency, &TransmissibilityRule::to, "upper end of the band")
           .choice<DriveState>("drive", {{"free", DriveState::free}, {"locked", DriveState::locked}},
                               &TransmissibilityRule::drive,
+                              "whether the drives' loads are constant or their strokes")
+          .other(shape::optional("point", shape::text(100),
+                                 "name of a point with a translation, on a body, whose motion "
+                                 "counts in place of O's"));
+  return table;
+}
+
+const RecordTable<TransferRule>& transfer_table() {
+  static const auto table =
+      RecordTable<TransferRule>()
+          .other(shape::required("from", shape::text(100), "point at which the load acts"))
+          .other(shape::required("to", shape::text(100), "point whose motion is wanted"))
+          .choice<DriveState>("drive", {{"free", DriveState::free}, {"locked", DriveState::locked}},
+                              &TransferRule::drive,
                               "whether the drives' loads are constant or their strokes");
   return table;
 }
@@ -45,7 +60,9 @@ const RecordTable<DynamicsRule>& dynamics_table() {
           .with_default("damping", ratio(false), &DynamicsRule::damping,
                         "damping ratio of every mode")
           .other(shape::optional("transmissibility", transmissibility_table().shape(),
-                                 "the largest gain from the ground to O over a band"));
+                                 "the largest gain from the ground to O over a band"))
+          .other(shape::optional("transfers", shape::list(transfer_table().shape(), 1, 100),
+                                 "compliance and bandwidth from point to point"));
   return table;
 }
 
@@ -65,8 +82,8 @@ const RecordTable<StateSpaceRequest>& state_space_table() {
                    "damping ratio of all modes, or of one after the other; default "
                    "that of dynamics, or 0.01"),
                read_damping)
-          .with_default("sensors", shape::boolean(), &StateSpaceRequest::probes,
-                        "whether the displacements of the job's probes are outputs")
+          .with_default("sensors", shape::boolean(), &StateSpaceRequest::sensors,
+                        "whether the job's points are inputs and outputs")
           .optional("points", shape::list(shape::integer(0, 10000), 1, 10001),
                     &StateSpaceRequest::points,
                     "which points of the path, the first is 0; default all");
@@ -96,6 +113,7 @@ void check_transmissibility(const json& read, const TransmissibilityRule& rule,
                fmt::format("the band begins at {:g} Hz: expected more", rule.from));
   const auto d = static_cast<std::size_t>(index(rule.direction));
   const char* held = "";
+  if (rule.point) return;
   if (mechanism.bodies[static_cast<std::size_t>(mechanism.end_effector)].held[d])
     held = "O cannot move there: the ground takes it along";
   else if (rule.drive == DriveState::locked && prescribed_directions(mechanism)[d])
@@ -103,12 +121,50 @@ void check_transmissibility(const json& read, const TransmissibilityRule& rule,
   if (*held) faults.add(at / "direction", shown(read["direction"]), held);
 }
 
+// Place of a point with a direction among those that were read. Throws SpecError.
+std::size_t find_point(const std::vector<NamedPoint>& points, const std::string& name,
+                       const Pointer& at) {
+  const auto found = std::ranges::find(points, name, &NamedPoint::name);
+  if (found == points.end())
+    throw SpecError(at, shown(name),
+                    "no point has this name; " + known_names(name, names_in(points)));
+  if (!found->direction) throw SpecError(at, shown(name), "this point has no \"direction\"");
+  return static_cast<std::size_t>(found - points.begin());
+}
+
+// The names of points, once these are known.
+void read_points_of_rules(const json& read, const std::vector<NamedPoint>& points,
+                          FaultList& faults, DynamicsRule& rule) {
+  if (rule.transmissibility && read["transmissibility"].contains("point"))
+    faults.attempt([&] {
+      const Pointer at("/dynamics/transmissibility/point");
+      const std::string name = read["transmissibility"]["point"];
+      const NamedPoint& point =
+          points[*(rule.transmissibility->point = find_point(points, name, at))];
+      if (!point.body || point.turns())
+        throw SpecError(at, shown(name),
+                        "expected a point of a body with a translation as direction");
+    });
+  if (read.contains("transfers"))
+    faults.each(read["transfers"], Pointer("/dynamics/transfers"),
+                [&](const json& item, const Pointer& at) {
+                  TransferRule transfer = transfer_table().read(item);
+                  transfer.from = find_point(points, item["from"], at / "from");
+                  transfer.to = find_point(points, item["to"], at / "to");
+                  rule.transfers.push_back(transfer);
+                });
+}
+
 void read_measures(const json& read, const Mechanism& mechanism, FaultList& faults,
                    StrokeRequest& request) {
   DynamicsRule rule = dynamics_table().read(read["dynamics"]);
   if (read["dynamics"].contains("transmissibility")) {
+    rule.transmissibility = transmissibility_table().read(read["dynamics"]["transmissibility"]);
+  }
+  if (faults.sound("/points") && faults.sound("/probes"))
+    read_points_of_rules(read["dynamics"], request.named_points, faults, rule);
+  if (rule.transmissibility) {
     const json& section = read["dynamics"]["transmissibility"];
-    rule.transmissibility = transmissibility_table().read(section);
     check_transmissibility(section, *rule.transmissibility, mechanism, faults);
   }
   request.dynamics = rule;

@@ -188,6 +188,15 @@ int find_leaf(const Mechanism& mechanism, const std::string& name, const Pointer
   return static_cast<int>(found - known.begin());
 }
 
+int find_body(const Mechanism& mechanism, const std::string& name, const Pointer& at) {
+  if (name == "end_effector") return mechanism.end_effector;
+  const std::vector<std::string> known = names_in(mechanism.bodies);
+  const auto found = std::ranges::find(known, name);
+  if (found == known.end())
+    throw SpecError(at, shown(name), "no body has this name; " + known_names(name, known));
+  return static_cast<int>(found - known.begin());
+}
+
 EndEffector read_end_effector(const json& read, FaultList& faults) {
   EndEffector body = end_effector_table().read(read);
   if (!faults.attempt([&] { check_inertia(body.inertia); })) {
@@ -245,7 +254,6 @@ void check_material_point(const Job& job, FaultList& faults) {
 
 void find_loaded_bodies(const json& read, const Mechanism& mechanism, FaultList& faults,
                         std::vector<DeadLoad>& loads) {
-  const std::vector<std::string> known = names_in(mechanism.bodies);
   std::set<std::string> names;
   auto load = loads.begin();
   for (std::size_t i = 0; i < read.size(); ++i) {
@@ -254,16 +262,9 @@ void find_loaded_bodies(const json& read, const Mechanism& mechanism, FaultList&
     DeadLoad& own = *load++;
     if (!own.name.empty() && !names.insert(own.name).second)
       faults.add(at / "name", shown(own.name), "names must be different");
-    if (read[i].contains("body") && read[i]["body"] != "end_effector") {
-      const std::string& wanted = read[i]["body"].get_ref<const std::string&>();
-      const auto found = std::ranges::find(known, wanted);
-      if (found == known.end()) {
-        faults.add(at / "body", shown(wanted),
-                   "no body has this name; " + known_names(wanted, known));
-        continue;
-      }
-      own.body = static_cast<int>(found - known.begin());
-    }
+    if (read[i].contains("body") && read[i]["body"] != "end_effector" &&
+        !faults.attempt([&] { own.body = find_body(mechanism, read[i]["body"], at / "body"); }))
+      continue;
     const RigidBody& body = mechanism.bodies[own.body.value_or(mechanism.end_effector)];
     if (!body.held[3] || !body.held[4] || !body.held[5]) continue;
     if (own.body && !own.moment.isZero(0))

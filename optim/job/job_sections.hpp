@@ -196,9 +196,17 @@ void check_material_point(const Job& job, FaultList& faults);
 int find_leaf(const Mechanism& mechanism, const std::string& name, const JsonPointer& at,
               std::optional<int> end = {});
 
+/// The same of a body; the end-effector has two names.
+int find_body(const Mechanism& mechanism, const std::string& name, const JsonPointer& at);
+
 /// The bodies that loads name, once these are known; `loads` are those of the job that were sound.
 void find_loaded_bodies(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
                         std::vector<DeadLoad>& loads);
+
+std::vector<Field> point_fields();
+/// The points of the job. `mechanism`: null where the geometry is not known.
+void read_points(const nlohmann::json& read, const Mechanism* mechanism, FaultList& faults,
+                 StrokeRequest& request, std::vector<std::string>& notes);
 
 /// Gravity, temperature and assembly, once the leaves are known. `notes`: which leaves
 /// are full models because of them.

@@ -252,8 +252,6 @@ Shape job_shape(const Family* family) {
       optional("load_path", load_path_table().shape(),
                "a dead load at O that grows from zero, beside loads; nothing is driven, and stroke "
                "in the results is the load factor"),
-      with_default("probes", list(probe_table().shape(), 0, 100), json::array(),
-                   "material points of the undeflected leaves whose displacement is wanted"),
       with_default("loads", list(load_table().shape(), 0, 100), json::array(),
                    "dead loads on bodies in global axes, applied before the stroke"),
       optional("gravity", vector3("m/s^2", 1e6),
@@ -293,6 +291,7 @@ Shape job_shape(const Family* family) {
                    "values the result must have; a job in the repository is a test"),
   };
   fields.insert(fields.end(), sections.begin(), sections.end());
+  for (Field& field : point_fields()) fields.push_back(std::move(field));
   for (Field& field : stress_fields()) fields.push_back(std::move(field));
   for (Field& field : dynamics_fields()) fields.push_back(std::move(field));
   return with_fields(

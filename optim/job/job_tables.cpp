@@ -1,5 +1,6 @@
 #include "optim/job/job_tables.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -153,12 +154,32 @@ Shape temperature_shape() {
                        "of the bodies; default: that of the leaves")});
 }
 
-const RecordTable<ProbeSpec>& probe_table() {
+const RecordTable<NamedPointSpec>& named_point_table() {
+  const auto read_direction = [](const json& read, NamedPointSpec& point) {
+    Vector6d along = Vector6d::Zero();
+    if (read.is_string())
+      along[std::ranges::find(direction_names, read.get_ref<const std::string&>()) -
+            direction_names.begin()] = 1;
+    else
+      for (int k = 0; k < 3; ++k) along[k] = read[static_cast<std::size_t>(k)];
+    point.direction = along.normalized();
+  };
   static const auto table =
-      RecordTable<ProbeSpec>()
-          .required("name", text(100), &ProbeSpec::name, "in the results")
-          .required("at", vector3("m", 1e3), &ProbeSpec::at,
-                    "place on an undeflected leaf; its foot on the mid-surface");
+      RecordTable<NamedPointSpec>()
+          .required("name", text(100), &NamedPointSpec::name, "in the results")
+          .optional("body", text(100), &NamedPointSpec::body,
+                    "to which it is fixed; default: it is the material point of the leaf that is "
+                    "there, or fixed to the end-effector where none is")
+          .optional("at", vector3("m", 1e3), &NamedPointSpec::at,
+                    "its place, undeflected, global axes; on a leaf its foot on the mid-surface; "
+                    "default: the reference point of the body that is named")
+          .row(shape::optional(
+                   "direction",
+                   one_of({choice({direction_names.begin(), direction_names.end()}),
+                           vector3("1", 1e6)}),
+                   "along which it moves and is loaded, global axes, which do not turn with the "
+                   "body; a rotation is that of the body; default: along x, y and z"),
+               read_direction);
   return table;
 }
 

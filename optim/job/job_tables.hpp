@@ -41,9 +41,10 @@ struct AssemblySpec {
   Vector3d move = Vector3d::Zero(), turn = Vector3d::Zero();  ///< [m], [rad]
 };
 
-struct ProbeSpec {
-  std::string name;
-  Vector3d at = Vector3d::Zero();  ///< [m]
+struct NamedPointSpec {
+  std::string name, body;             ///< body: empty where none is named
+  std::optional<Vector3d> at;         ///< [m]
+  std::optional<Vector6d> direction;  ///< unit vector, or zero
 };
 
 /// Name, kind and frequencies of a job.
@@ -58,7 +59,7 @@ const RecordTable<LoadSpec>& load_table();
 const RecordTable<LoadSpec>& load_path_table();
 const RecordTable<AssemblySpec>& assembly_table();
 Shape temperature_shape();
-const RecordTable<ProbeSpec>& probe_table();
+const RecordTable<NamedPointSpec>& named_point_table();
 const RecordTable<Expectation>& expectation_table();
 const RecordTable<ModelChoice>& model_table();
 const RecordTable<WorkLimits>& limits_table();

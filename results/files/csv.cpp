@@ -105,6 +105,23 @@ void add_errors(std::vector<Column>& columns, const StrokeResponse& response,
   }
 }
 
+void add_points(std::vector<Column>& columns, const StrokeRequest& request) {
+  for (std::size_t k = 0; k < request.named_points.size(); ++k) {
+    const NamedPoint named = request.named_points[k];
+    const std::string name = fmt::format("{}s.{}", named.kind, named.name);
+    const auto add = [&](const std::string& of, const char* unit, const auto& value) {
+      columns.push_back({headed(name + of, unit), [=](const PathPoint& point) {
+                           return converged(point) ? number_cell(value(point)) : std::string();
+                         }});
+    };
+    for (int i = 0; i < 3; ++i)
+      add({'.', "xyz"[i]}, "m", [=](const PathPoint& point) { return point.named_points[k][i]; });
+    if (named.direction)
+      add("", named.turns() ? "rad" : "m",
+          [=](const PathPoint& point) { return motion_along(named, k, point); });
+  }
+}
+
 std::vector<Column> path_columns(const StrokeResponse& response, const DriveList& drives,
                                  const StrokeRequest& request, const StrokeErrors* errors) {
   std::vector<Column> columns;
@@ -129,13 +146,7 @@ std::vector<Column> path_columns(const StrokeResponse& response, const DriveList
                          return converged(point) ? number_cell(quantity.value(point)) : "";
                        }});
   }
-  for (std::size_t k = 0; k < request.probes.size(); ++k)
-    for (int i = 0; i < 3; ++i)
-      columns.push_back({headed(fmt::format("probes.{}.{}", request.probes[k].name, "xyz"[i]), "m"),
-                         [=](const PathPoint& point) {
-                           return converged(point) ? number_cell(point.probes[k][i])
-                                                   : std::string();
-                         }});
+  add_points(columns, request);
   columns.push_back({"stable", [](const PathPoint& point) {
                        return !converged(point) ? "" : point.stable ? "true" : "false";
                      }});

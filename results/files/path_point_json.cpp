@@ -286,11 +286,20 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   if (!point.fillet_fault.empty()) json["fillet_fault"] = point.fillet_fault;
   json["clearance_place"] = clearance_place_json(point.clearance);
   json["bodies"] = bodies_json(point, mechanism);
-  if (!point.probes.empty()) {
-    Json probes = Json::object();
-    for (std::size_t k = 0; k < point.probes.size(); ++k)
-      probes[request.probes[k].name] = {{"displacement", vector_json(point.probes[k])}};
-    json["probes"] = std::move(probes);
+  for (std::size_t k = 0; k < point.named_points.size(); ++k) {
+    const NamedPoint& named = request.named_points[k];
+    Json& own = json[std::string(named.kind) + "s"][named.name];
+    own["displacement"] = vector_json(point.named_points[k]);
+    if (named.direction) own["along"] = motion_along(named, k, point);
+  }
+  for (std::size_t k = 0; k < point.transfers.size(); ++k) {
+    const TransferRule& rule = request.dynamics->transfers[k];
+    const std::optional<double>& bandwidth = point.transfers[k].bandwidth;
+    json["transfers"].push_back({{"from", request.named_points[rule.from].name},
+                                 {"to", request.named_points[rule.to].name},
+                                 {"drive", rule.drive == DriveState::free ? "free" : "locked"},
+                                 {"compliance", point.transfers[k].compliance},
+                                 {"bandwidth", bandwidth ? Json(*bandwidth) : Json()}});
   }
   if (point.transmissibility)
     json["transmissibility_frequency"] = point.transmissibility->frequency;

@@ -93,7 +93,7 @@ set(tested_by
   core/response/leaf_mass core/response/test_room_taken
   core/response/solid_rates core/response/test_solids
   core/response/undeflected_place core/response/test_solids
-  core/response/probe core/response/path/test_material_points
+  core/response/named_point core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
   core/response/quantity_rows core/response/path/test_response
   core/response/request core/response/path/test_response
@@ -122,6 +122,7 @@ set(tested_by
   optim/job/job_loads optim/job/test_job
   optim/job/job_maps optim/studies/test_response_map
   optim/job/job_numbers optim/job/test_job
+  optim/job/job_points optim/job/test_job_dynamics
   optim/job/job_shape optim/job/test_job
   optim/job/job_tables optim/job/test_job
   optim/job/model_table optim/job/test_job

@@ -71,7 +71,7 @@ StrokeRequest mirrored(const StrokeRequest& request, const Mechanism& mechanism,
   for (DeadLoad& load : r.loads.constant) mirror.reflect(load);
   for (DeadLoad& load : r.loads.growing) mirror.reflect(load);
   mirror.reflect(r.loads.gravity);
-  for (Probe& probe : r.probes) probe.across = 1 - probe.across;
+  for (NamedPoint& point : r.named_points) point.across = 1 - point.across;  // of leaves
   if (!r.loads.driven() || mechanism.drives.empty()) return r;
   for (double& point : r.points) point *= sign_of_stroke(mirror, mechanism.drives.front());
   for (VectorXd& strokes : r.strokes)

@@ -10,8 +10,8 @@ namespace flexopt {
 /// length; the direction along its width is the one that makes its axes right-handed.
 Mechanism mirrored(const Mechanism& mechanism, int normal);
 
-/// Strokes along the mirrored drives, loads and probes. Every number of the answer is that of the
-/// mechanism itself, but for its sign.
+/// Strokes along the mirrored drives, loads and points of leaves. Every number of the answer is
+/// that of the mechanism itself, but for its sign.
 StrokeRequest mirrored(const StrokeRequest& request, const Mechanism& mechanism, int normal);
 
 /// The normal of a plane across which the stroke of the first drive keeps its sign.

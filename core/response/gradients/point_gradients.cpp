@@ -291,9 +291,21 @@ void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGrad
   if (k < rows.rows()) gradients.parasitic_frequency = VectorXd(rows.row(k));
 }
 
+// Derivatives of the lever of a point on its body: 3 × parameters.
+MatrixXd lever_rates(const NamedPoint& point, const System& system,
+                     const std::vector<Mechanism>& directions, const MatrixXd& state_rates) {
+  const int b = *point.body;
+  const JointBody& now = system.pose(b);
+  MatrixXd rates = -hat(point.lever(now)) * state_rates.middleRows(6 * b + 3, 3);
+  for (Eigen::Index p = 0; point.at && p < rates.cols(); ++p)
+    rates.col(p) -= now.rotation * directions[p].bodies[b].reference;
+  return rates;
+}
+
 // Sets the derivatives of the dynamic measures as sums over their terms.
-void set_dynamics(const DynamicsMeasures& dynamics, const DesignRates<double>& design,
-                  const MatrixXd& state_rates, PointGradients& gradients) {
+void set_dynamics(const System& system, const DynamicsMeasures& dynamics,
+                  const DesignRates<double>& design, const MatrixXd& state_rates,
+                  PointGradients& gradients) {
   const auto gradient = [&](const DynamicsMeasure& measure) {
     const auto n = static_cast<Eigen::Index>(measure.terms.size());
     MatrixXd Y(state_rates.rows(), n), translations(3, n);
@@ -305,10 +317,15 @@ void set_dynamics(const DynamicsMeasures& dynamics, const DesignRates<double>& d
       lambda[k] = term.lambda;
       weight[k] = term.weight;
     }
-    if (translations.isZero(0))
-      return VectorXd(design.quadratic(Y, lambda, state_rates).transpose() * weight);
-    const GroundShare ground{translations, dynamics.carried * translations};
-    return VectorXd(design.quadratic(Y, lambda, state_rates, &ground).transpose() * weight);
+    std::optional<GroundShare> ground;
+    if (!translations.isZero(0)) ground = {translations, dynamics.carried * translations};
+    VectorXd sum =
+        design.quadratic(Y, lambda, state_rates, ground ? &*ground : nullptr).transpose() * weight;
+    if (measure.lever)
+      sum +=
+          lever_rates(measure.lever->point, system, design.directions(), state_rates).transpose() *
+          measure.lever->weight;
+    return sum;
   };
   for (const std::optional<DynamicsMeasure>& measure : dynamics.bandwidths) {
     gradients.bandwidths.emplace_back();
@@ -343,7 +360,7 @@ PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<
     set_room_taken(*solids, point, moving_places(factor, *solids, directions, state_rates, fields),
                    gradients);
 
-  if (dynamics) set_dynamics(*dynamics, design, state_rates, gradients);
+  if (dynamics) set_dynamics(factor.system(), *dynamics, design, state_rates, gradients);
 
   std::vector<Column> columns;
   std::optional<StiffnessColumns> stiffness;

@@ -8,6 +8,7 @@
 
 #include "core/response/modes/harmonic_answer.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
+#include "core/response/modes/point_forces.hpp"
 
 namespace flexopt {
 namespace {
@@ -50,40 +51,63 @@ double sign_change(const std::function<double(double)>& function, double a, doub
   return 0.5 * (a + b);
 }
 
-// End of the mass line (H7): where |m(σ)| first is √2 m(0).
-std::optional<double> end_of_mass_line(const PoleSum& mass, double damping) {
-  const std::vector<double> poles = mass.frequencies();
-  if (poles.empty()) return std::nullopt;
-  const double still = mass.at(0).real();
-  const auto excess = [&](double f) {
-    return std::abs(mass.at(shift(f, damping))) - sqrt2 * still;
-  };
-  // a peak lower than this share leaves the line within 1 %
-  const std::vector<double> list =
-      samples(mass, 1e-2 * poles.front(), poles.back(), damping, 0.01 * still);
+// The least frequency of a list, refined, at which an excess is not negative.
+std::optional<double> first_excess(const std::function<double(double)>& excess,
+                                   const std::vector<double>& list) {
   for (std::size_t k = 1; k < list.size(); ++k)
     if (excess(list[k]) >= 0) return sign_change(excess, list[k - 1], list[k]);
   return std::nullopt;
 }
 
-std::optional<double> end_of_mass_line(HarmonicAnswer& answer, double damping) {
+// End of the mass line (H7): where |m(σ)| first is √2 m(0).
+std::optional<double> end_of_mass_line(const PoleSum& mass, double damping) {
+  const std::vector<double> poles = mass.frequencies();
+  if (poles.empty()) return std::nullopt;
+  const double still = mass.at(0).real();
+  // a peak lower than this share leaves the line within 1 %
+  return first_excess(
+      [&](double f) { return std::abs(mass.at(shift(f, damping))) - sqrt2 * still; },
+      samples(mass, 1e-2 * poles.front(), poles.back(), damping, 0.01 * still));
+}
+
+// End of the mass line of a response H between points (H10).
+std::optional<double> end_of_transfer(const PoleSum& response, double damping) {
+  const std::vector<double> poles = response.frequencies();
+  const double compliance = response.at(0).real();
+  PoleSum growth = response;  // (H − H(0))/σ
+  growth.weight = response.weight.cwiseProduct(response.theta);
+  const double still = std::abs(growth.at(0).real() / compliance);
+  if (poles.empty() || !(still > 0)) return std::nullopt;
+  return first_excess(
+      [&](double f) {
+        const Complex sigma = shift(f, damping);
+        const double ratio = std::abs(growth.at(sigma) / response.at(sigma)) / still;
+        return std::max(ratio, 1 / ratio) - sqrt2;
+      },
+      samples(response, 1e-2 * poles.front(), poles.back(), damping, 0));
+}
+
+// `end`: where the line ends by the answer so far.
+std::optional<double> end_of_mass_line(HarmonicAnswer& answer, double damping,
+                                       const std::function<std::optional<double>()>& end) {
   for (;;) {
     const bool more = answer.extend();
     if (answer.still()) return std::nullopt;
-    const std::optional<double> found = end_of_mass_line(answer.mass(), damping);
+    const std::optional<double> found = end();
     if (found && answer.residual(shift(*found, damping)) <= residual_tolerance) return found;
     if (!more) return std::nullopt;
   }
 }
 
-// Gain (H8) along a direction in which the ground moves everything by 1.
+// Gain (H8) from a direction in which the ground moves everything by 1.
 struct Gain {
+  double carried;  ///< motion with the ground
   PoleSum relative;
   double damping;
 
   Complex at(double f) const {
     const Complex sigma = shift(f, damping);
-    return 1.0 + sigma * relative.at(sigma);
+    return carried + sigma * relative.at(sigma);
   }
   // Derivative of |T|² with respect to the frequency, up to a positive factor.
   double slope(double f) const {
@@ -205,9 +229,10 @@ std::optional<DynamicsMeasure> bandwidth(const MechanismFactor& factor, double d
                                          const VectorXd& unit_stroke, bool terms) {
   HarmonicAnswer answer(unit_stroke, std::min(factor.size(), most_columns), factor.solver(true),
                         factor.masses());
-  const std::optional<double> end = end_of_mass_line(answer, damping);
+  const std::optional<double> end =
+      end_of_mass_line(answer, damping, [&] { return end_of_mass_line(answer.mass(), damping); });
   if (!end) return std::nullopt;
-  DynamicsMeasure measure{*end, *end, {}};
+  DynamicsMeasure measure{*end, *end, {}, {}};
   if (terms) measure.terms = bandwidth_terms(factor, *end, damping, answer, unit_stroke);
   return measure;
 }
@@ -228,8 +253,14 @@ bool reaches(HarmonicAnswer& answer, double damping, const std::vector<double>& 
 std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
                                                 const RigidMotion& rigid,
                                                 const TransmissibilityRule& rule, double damping,
-                                                bool terms) {
-  const int d = index(rule.direction), unknown = 6 * factor.system().mechanism().end_effector + d;
+                                                bool terms, const NamedPoint* point) {
+  const int d = index(rule.direction);
+  VectorXd force = VectorXd::Zero(factor.size());
+  if (point)
+    force = point_on_body_forces(factor, *point);
+  else
+    force[6 * factor.system().mechanism().end_effector + d] = 1;
+  const double carried = point ? (*point->direction)[d] : 1;
   const LinearMap solve = factor.solver(rule.drive == DriveState::locked), mass = factor.masses();
   const int most = std::min(factor.size(), most_columns);
   HarmonicAnswer answer(solve(rigid.inertia.col(d)).col(0), most, solve, mass);
@@ -242,17 +273,15 @@ std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
   double frequency = rule.to;
   for (bool found = false; !found;) {
     if (!reaches(answer, damping, frequencies)) return std::nullopt;
-    frequency = largest_gain({answer.row(unknown), damping}, rule.from, rule.to);
+    frequency = largest_gain({carried, answer.along(force), damping}, rule.from, rule.to);
     found = answer.still() || answer.residual(shift(frequency, damping)) <= residual_tolerance;
     frequencies.push_back(frequency);
   }
   const Complex sigma = shift(frequency, damping);
   const VectorXcd relative = sigma * answer.vector(sigma);
-  const Complex T = 1.0 + relative[unknown];
-  DynamicsMeasure measure{std::abs(T), frequency, {}};
+  const Complex T = carried + (force.cast<Complex>().transpose() * relative)(0);
+  DynamicsMeasure measure{std::abs(T), frequency, {}, {}};
   if (!terms) return measure;
-  VectorXd force = VectorXd::Zero(factor.size());
-  force[unknown] = 1;
   HarmonicAnswer adjoint(solve(force).col(0), most, solve, mass);
   if (!reaches(adjoint, damping, {frequency})) return std::nullopt;
   const VectorXcd weighted = std::conj(T) / std::abs(T) * adjoint.vector(sigma);
@@ -261,24 +290,54 @@ std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
   Terms of(factor, std::abs(sigma));
   of.real_part(-1, sigma, parts(weighted), absolute);
   measure.terms = of.take();
+  if (point) {
+    const Vector3d spin =
+        (std::conj(T) / std::abs(T) * relative.segment<3>(6 * *point->body + 3)).real();
+    measure.lever = {*point, point->direction->head<3>().cross(spin)};
+  }
   return measure;
 }
 
 }  // namespace
 
 DynamicsMeasures dynamics_measures(const MechanismFactor& factor, const DynamicsRule& rule,
-                                   bool driven, bool terms) {
+                                   bool driven, bool terms, const std::vector<NamedPoint>& points) {
   DynamicsMeasures measures;
   const MatrixXd strokes = driven ? factor.drive_shapes() : MatrixXd(factor.size(), 0);
   for (Eigen::Index k = 0; k < strokes.cols(); ++k)
     measures.bandwidths.push_back(bandwidth(factor, rule.damping, strokes.col(k), terms));
   if (rule.transmissibility) {
     const RigidMotion rigid = rigid_motion(factor);
-    measures.transmissibility =
-        transmissibility(factor, rigid, *rule.transmissibility, rule.damping, terms);
+    measures.transmissibility = transmissibility(
+        factor, rigid, *rule.transmissibility, rule.damping, terms,
+        rule.transmissibility->point ? &points[*rule.transmissibility->point] : nullptr);
     measures.carried = rigid.motion.leftCols<3>();
   }
   return measures;
+}
+
+Answer<std::vector<Transfer>> transfers(const MechanismFactor& factor, const DynamicsRule& rule,
+                                        const std::vector<NamedPoint>& points, LeafRates& rates) {
+  constexpr double rounding = 1e-10;  // of a compliance between points that nothing couples
+  std::vector<Transfer> found;
+  for (const TransferRule& wanted : rule.transfers) {
+    const Answer<MatrixXd> forces =
+        point_forces(factor, {points[wanted.from], points[wanted.to]}, rates);
+    if (!forces) return Because(forces.error());
+    const LinearMap solve = factor.solver(wanted.drive == DriveState::locked);
+    const MatrixXd still = solve(*forces);
+    const Eigen::Matrix2d compliance = forces->transpose() * still;
+    Transfer& transfer = found.emplace_back(Transfer{compliance(1, 0), {}});
+    if (std::abs(compliance(1, 0)) <=
+        rounding * std::sqrt(std::abs(compliance(0, 0) * compliance(1, 1))))
+      continue;
+    HarmonicAnswer answer(still.col(0), std::min(factor.size(), most_columns), solve,
+                          factor.masses());
+    transfer.bandwidth = end_of_mass_line(answer, rule.damping, [&] {
+      return end_of_transfer(answer.along(forces->col(1)), rule.damping);
+    });
+  }
+  return found;
 }
 
 }  // namespace flexopt

@@ -57,10 +57,10 @@ void HarmonicAnswer::decompose() {
   Q_ = eigen.eigenvectors();
 }
 
-PoleSum HarmonicAnswer::row(int unknown) const {
-  if (still()) return {VectorXd::Zero(1), VectorXd::Constant(1, start_[unknown])};
-  return {theta_,
-          size_ * Q_.row(0).transpose().cwiseProduct((krylov_.V().row(unknown) * Q_).transpose())};
+PoleSum HarmonicAnswer::along(const VectorXd& a) const {
+  if (still()) return {VectorXd::Zero(1), VectorXd::Constant(1, a.dot(start_))};
+  return {theta_, size_ * Q_.row(0).transpose().cwiseProduct(Q_.transpose() *
+                                                             (krylov_.V().transpose() * a))};
 }
 
 PoleSum HarmonicAnswer::mass() const {

@@ -37,8 +37,8 @@ class HarmonicAnswer {
   /// Whether y(0) has no mass that moves, so that y(σ) = y(0).
   bool still() const { return krylov_.columns() == 0; }
 
-  /// aᵀ y(σ) for a row of the unknowns.
-  PoleSum row(int unknown) const;
+  /// aᵀ y(σ).
+  PoleSum along(const VectorXd& a) const;
   /// y(0)ᵀ M y(σ).
   PoleSum mass() const;
   /// What is left of (1 − σ K⁻¹M) y(σ) = y(0), over y(σ), both by their mass.

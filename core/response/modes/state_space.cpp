@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "core/elements/leaf/leaf_gradient.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
+#include "core/response/modes/point_forces.hpp"
 
 namespace flexopt {
 namespace {
@@ -15,7 +15,21 @@ std::string name_of_drive(const MechanismFactor& factor, std::size_t k, const ch
   return name.empty() ? what : fmt::format("{}.{}", what, name);
 }
 
-std::vector<Signal> inputs_of(const MechanismFactor& factor) {
+// The signals of points: motions, or the loads that do work on them.
+void add_points(const std::vector<NamedPoint>& points, bool loads, std::vector<Signal>& signals) {
+  for (const NamedPoint& point : points) {
+    const std::string name = fmt::format("{}.{}", point.kind, point.name);
+    const char* unit = loads ? (point.turns() ? "N m" : "N") : (point.turns() ? "rad" : "m");
+    if (point.direction)
+      signals.push_back({name, unit});
+    else
+      for (const char axis : {'x', 'y', 'z'})
+        signals.push_back({fmt::format("{}.{}", name, axis), unit});
+  }
+}
+
+std::vector<Signal> inputs_of(const MechanismFactor& factor,
+                              const std::vector<NamedPoint>& points) {
   std::vector<Signal> inputs;
   const std::vector<Drive>& drives = factor.system().mechanism().drives;
   for (std::size_t k = 0; k < drives.size(); ++k)
@@ -25,10 +39,12 @@ std::vector<Signal> inputs_of(const MechanismFactor& factor) {
     inputs.push_back({fmt::format("ground.{}", direction_names[d]), d < 3 ? "m/s^2" : "rad/s^2"});
   for (int d = 0; d < 6; ++d)
     inputs.push_back({fmt::format("load.{}", direction_names[d]), d < 3 ? "N" : "N m"});
+  add_points(points, true, inputs);
   return inputs;
 }
 
-std::vector<Signal> outputs_of(const MechanismFactor& factor, const std::vector<Probe>& probes) {
+std::vector<Signal> outputs_of(const MechanismFactor& factor,
+                               const std::vector<NamedPoint>& points) {
   std::vector<Signal> outputs;
   for (int d = 0; d < 6; ++d)
     outputs.push_back({fmt::format("O.{}", direction_names[d]), d < 3 ? "m" : "rad"});
@@ -36,77 +52,55 @@ std::vector<Signal> outputs_of(const MechanismFactor& factor, const std::vector<
   for (std::size_t k = 0; k < drives.size(); ++k)
     outputs.push_back(
         {name_of_drive(factor, k, "stroke"), is_rotation(drives[k].direction) ? "rad" : "m"});
-  for (const Probe& probe : probes)
-    for (const char axis : {'x', 'y', 'z'})
-      outputs.push_back({fmt::format("probe.{}.{}", probe.name, axis), "m"});
+  add_points(points, false, outputs);
   return outputs;
 }
 
-MatrixXd forces_of(const MechanismFactor& factor) {
+// `at_points`: loads on points.
+MatrixXd forces_of(const MechanismFactor& factor, const MatrixXd& at_points) {
   const MatrixXd drives = factor.system().drive_forces();
   const Eigen::Index of_drives = drives.cols();
-  MatrixXd F = MatrixXd::Zero(factor.size(), of_drives + 12);
+  MatrixXd F = MatrixXd::Zero(factor.size(), of_drives + 12 + at_points.cols());
   F.topLeftCorner(factor.bodies(), of_drives) = drives;
   F.middleCols(of_drives, 6) = -rigid_motion(factor).inertia;
   F.block<6, 6>(6 * factor.system().mechanism().end_effector, of_drives + 6).setIdentity();
+  F.rightCols(at_points.cols()) = at_points;
   factor.clear_held(F);
   return F;
 }
 
-// Displacement of a material point of a leaf for motions X of all unknowns, in global axes [m].
-Answer<MatrixXd> probe_motion(const MechanismFactor& factor, const Probe& probe, const MatrixXd& X,
-                              LeafRates& rates) {
-  const MechanismFactor::Leaf& leaf = factor.leaves()[probe.leaf];
-  const auto gradient = leaf.linear->gradient(rates, leaf.rows);
-  if (!gradient) return Because(gradient.error());
-  LeafVariation<double> none;  // a leaf as it is: only its state moves
-  none.shape = VectorXd::Zero(ShapeParameter::sizes);
-  const auto fields = (*gradient)->fields(
-      factor.leaf_rows(leaf, X),
-      std::vector<LeafVariation<double>>(static_cast<std::size_t>(X.cols()), none));
-  const LeafScale& scale = leaf.linear->scale();
-  return scale.length * scale.axes * fields->place_rates(probe.along, probe.across);
-}
-
 // Values of all outputs for motions X of all unknowns.
-Answer<MatrixXd> outputs_for(const MechanismFactor& factor, const std::vector<Probe>& probes,
-                             const MatrixXd& X, LeafRates& rates) {
+MatrixXd outputs_for(const MechanismFactor& factor, const MatrixXd& at_points, const MatrixXd& X) {
   const MatrixXd strokes = factor.system().drive_forces().transpose();
-  const auto of_probes = static_cast<Eigen::Index>(probes.size());
-  MatrixXd Y(6 + strokes.rows() + 3 * of_probes, X.cols());
-  Y.topRows(6) = X.middleRows<6>(6 * factor.system().mechanism().end_effector);
-  Y.middleRows(6, strokes.rows()) = strokes * X.topRows(factor.bodies());
-  for (Eigen::Index k = 0; k < of_probes; ++k) {
-    const Probe& probe = probes[k];
-    const Answer<MatrixXd> motion = probe_motion(factor, probe, X, rates);
-    if (!motion) return Because(fmt::format("probe {}: {}", probe.name, motion.error()));
-    Y.middleRows(6 + strokes.rows() + 3 * k, 3) = *motion;
-  }
+  MatrixXd Y(6 + strokes.rows() + at_points.cols(), X.cols());
+  Y << X.middleRows<6>(6 * factor.system().mechanism().end_effector),
+      strokes * X.topRows(factor.bodies()), at_points.transpose() * X;
   return Y;
 }
 
 }  // namespace
 
 Answer<StateSpace> state_space(const MechanismFactor& factor, const StateSpaceRequest& request,
-                               const std::vector<Probe>& all_probes, const FullModes& free,
+                               const std::vector<NamedPoint>& all_points, const FullModes& free,
                                LeafRates& rates) {
-  const std::vector<Probe> probes = request.probes ? all_probes : std::vector<Probe>();
+  const std::vector<NamedPoint> points = request.sensors ? all_points : std::vector<NamedPoint>();
+  const Answer<MatrixXd> at_points = point_forces(factor, points, rates);
+  if (!at_points) return Because(at_points.error());
   const int modes = std::min(request.modes, free.converged);
   StateSpace model;
-  model.inputs = inputs_of(factor);
-  model.outputs = outputs_of(factor, probes);
+  model.inputs = inputs_of(factor, points);
+  model.outputs = outputs_of(factor, points);
   model.omega2 = free.lambda.head(modes);
   model.damping.resize(modes);
   for (int k = 0; k < modes; ++k)
     model.damping[k] = request.damping.size() == 1 ? request.damping.front() : request.damping[k];
-  const MatrixXd forces = forces_of(factor), phi = free.phi.leftCols(modes);
+  const MatrixXd forces = forces_of(factor, *at_points), phi = free.phi.leftCols(modes);
   MatrixXd X(factor.size(), modes + forces.cols());
   X << phi, factor.solve(forces);
-  const Answer<MatrixXd> Y = outputs_for(factor, probes, X, rates);
-  if (!Y) return Because(Y.error());
+  const MatrixXd Y = outputs_for(factor, *at_points, X);
   model.forces = phi.transpose() * forces;
-  model.motions = Y->leftCols(modes);
-  model.residual = Y->rightCols(forces.cols()) -
+  model.motions = Y.leftCols(modes);
+  model.residual = Y.rightCols(forces.cols()) -
                    model.motions * model.omega2.cwiseInverse().asDiagonal() * model.forces;
   return model;
 }

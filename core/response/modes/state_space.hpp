@@ -8,10 +8,11 @@
 
 namespace flexopt {
 
-/// `free`: modes with the drive free, at least as many as are kept. `probes`: outputs, if the
-/// request wants them so. None where a leaf with a probe does not know how its points move.
+/// `free`: modes with the drive free, at least as many as are kept. `points`: inputs and
+/// outputs, if the request wants them so. None where a leaf with a point does not know how its
+/// inside moves.
 Answer<StateSpace> state_space(const MechanismFactor& factor, const StateSpaceRequest& request,
-                               const std::vector<Probe>& probes, const FullModes& free,
+                               const std::vector<NamedPoint>& points, const FullModes& free,
                                LeafRates& rates);
 
 }  // namespace flexopt

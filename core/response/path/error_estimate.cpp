@@ -258,7 +258,7 @@ StrokeRequest estimate_request(StrokeRequest request) {
                           Output::shapes});
   request.values = PathValues::as_modelled;
   request.buckling_load.clear();
-  request.probes.clear();
+  request.named_points.clear();
   return request;
 }
 

@@ -61,7 +61,7 @@ Check check_interior(System& system, const StrokeRequest& request, std::size_t k
   use.stress = request.outputs.has(Output::stress);
   use.sections = use.stress && request.stress.need_history();
   use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||
-               (request.wants_state_space(k) && !request.probes.empty());
+               request.wants_leaf_points(k);
   for (int i = 0; i < system.leaves(); ++i)
     if (const Check has = system.leaf(i).check_interior(use); !has)
       return Because(fmt::format("leaf {}: {}", i, has.error()));

@@ -128,11 +128,14 @@ void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
 // Whether modes of reduced leaves, which were found or not, are believed.
 // Those up to the highest frequency are made of all modes of the leaves up to somewhat more.
 Check PointOutputs::check_modes(const MechanismFactor& factor, const FullModeLists& lists,
-                                bool found, const DynamicsMeasures& dynamics) const {
+                                bool found, const DynamicsMeasures& dynamics,
+                                const PathPoint& point) const {
   if (model_->leaf_modes == 0) return {};
   double highest = dynamics.transmissibility ? request_->dynamics->transmissibility->to : 0;
   for (const std::optional<DynamicsMeasure>& bandwidth : dynamics.bandwidths)
     if (bandwidth) highest = std::max(highest, bandwidth->frequency);
+  for (const Transfer& transfer : point.transfers)
+    highest = std::max(highest, transfer.bandwidth.value_or(0));
   for (const FullModes* list : {&lists.free, &lists.locked})
     for (const Mode& mode : list->modes) highest = std::max(highest, mode.frequency);
   const auto wanted = [&](DriveState drive) {
@@ -152,14 +155,27 @@ Check PointOutputs::check_modes(const MechanismFactor& factor, const FullModeLis
   return {};
 }
 
-// False where a probe has no motion; the point then says why.
+// False where a named point has no motion; the point then says why.
+bool PointOutputs::add_transfers(const MechanismFactor& factor, PathPoint& point) {
+  if (!request_->wants_dynamics()) return true;
+  LeafRates own;
+  LeafRates& rates = differentiable_ ? differentiable_->design.rates : own;
+  Answer<std::vector<Transfer>> found =
+      transfers(factor, *request_->dynamics, request_->named_points, rates);
+  if (found)
+    point.transfers = std::move(*found);
+  else
+    refuse(point, found.error());
+  return found.has_value();
+}
+
 bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullModes& free,
                                    std::size_t index, PathPoint& point) {
   if (!request_->wants_state_space(index)) return true;
   LeafRates own;
   LeafRates& rates = differentiable_ ? differentiable_->design.rates : own;
   Answer<StateSpace> model =
-      state_space(factor, *request_->state_space, request_->probes, free, rates);
+      state_space(factor, *request_->state_space, request_->named_points, free, rates);
   if (model)
     point.state_space = std::move(*model);
   else
@@ -172,8 +188,10 @@ void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& po
   if (!linear) return refuse(point, linear.error());
   const MechanismFactor& factor = *linear;
   if (request_->wants_dynamics())
-    set_measures(dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), false),
+    set_measures(dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), false,
+                                   request_->named_points),
                  point);
+  if (!add_transfers(factor, point)) return;
   if (!request_->wants_state_space(index)) return;
   const auto modes =
       full_modes(factor, std::min(request_->state_space->modes, factor.size()), 0, ModeMotions::no);
@@ -195,13 +213,15 @@ Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids
   DynamicsMeasures dynamics;
   if (request_->wants_dynamics()) {
     dynamics = dynamics_measures(factor, *request_->dynamics, request_->loads.driven(),
-                                 gradients != nullptr);
+                                 gradients != nullptr, request_->named_points);
     set_measures(dynamics, point);
   }
+  if (!gradients && !add_transfers(factor, point)) return {};
   FullModeLists modes;
   if (model_->mass == LeafMass::consistent) {
     const bool found = add_full_frequencies(factor, index, modes, point);
-    if (Check believed = check_modes(factor, modes, found, dynamics); !believed) return believed;
+    if (Check believed = check_modes(factor, modes, found, dynamics, point); !believed)
+      return believed;
     if (!found || !add_state_space(factor, modes.free, index, point)) return {};
     add_mode_shapes(system, point);
   }

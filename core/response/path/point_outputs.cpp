@@ -13,6 +13,20 @@
 namespace flexopt {
 namespace {
 
+Vector3d displacement_of(System& system, const NamedPoint& point) {
+  if (point.body) {
+    const JointBody& now = system.pose(*point.body);
+    return now.position + point.lever(now) - point.at.value_or(now.reference);
+  }
+  const LeafSpring& leaf = system.mechanism().leaves[point.leaf];
+  const ArcPoint<double> middle = leaf.middle(point.along);
+  const double beside =
+      (point.across - 0.5) * leaf.width * profile_at(leaf.width_profile, point.along);
+  const Vector3d place =
+      leaf.origin + leaf.axes * Vector3d(middle.x * leaf.length, beside, middle.z * leaf.length);
+  return system.leaf(point.leaf).material_point(point.along, point.across) - place;
+}
+
 void add_motion(System& system, const StrokeRequest& request, PathPoint& point) {
   const Mechanism& mechanism = system.mechanism();
   const JointBody& pose = system.pose(mechanism.end_effector);
@@ -30,16 +44,8 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
     point.bodies.push_back({at.position - at.reference, rotation_log(at.rotation)});
   }
   point.bodies[mechanism.end_effector].displacement = point.displacement;
-  for (const Probe& probe : request.probes) {
-    const LeafSpring& leaf = mechanism.leaves[probe.leaf];
-    const ArcPoint<double> middle = leaf.middle(probe.along);
-    const double beside =
-        (probe.across - 0.5) * leaf.width * profile_at(leaf.width_profile, probe.along);
-    const Vector3d place =
-        leaf.origin + leaf.axes * Vector3d(middle.x * leaf.length, beside, middle.z * leaf.length);
-    point.probes.push_back(system.leaf(probe.leaf).material_point(probe.along, probe.across) -
-                           place);
-  }
+  for (const NamedPoint& named : request.named_points)
+    point.named_points.push_back(displacement_of(system, named));
 }
 
 void add_stiffness(const System& system, const StrokeRequest& request, PathPoint& point) {

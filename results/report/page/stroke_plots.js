@@ -163,9 +163,9 @@ function motion_charts() {
   const charts = [chart({title: load_path || drive_units ? "Displacement of O" : rotary ? "Centre shift of O" : "Parasitic translation of O",
     note: load_path ? "under the growing load" : rotary ? "against an ideal rotation about the undeflected centre" : "of O, besides the drive",
     y: `displacement [${large ? "mm" : "µm"}]`, lines: three(shifts, "u", 1e-12, (p) => p.displacement, large ? 1e3 : 1e6), empty: "None: below 10⁻⁶ µm."})];
-  for (const {name} of job.probes ?? [])
-    charts.push(chart({title: `Displacement of ${name}`, note: "a material point of a leaf", y: "displacement [mm]",
-      lines: three(range(3), "u", 1e-12, (p) => p.probes?.[name]?.displacement, 1e3), empty: "It does not move."}));
+  for (const {name} of [...(job.points ?? []), ...(job.probes ?? [])])
+    charts.push(chart({title: `Displacement of ${name}`, note: "a point of a body or a leaf", y: "displacement [mm]",
+      lines: three(range(3), "u", 1e-12, (p) => (p.points ?? p.probes)?.[name]?.displacement, 1e3), empty: "It does not move."}));
   if (rotary && size((p) => Math.hypot(p.displacement[0], p.displacement[1])) > 1e-12) {
     const ends = by_stroke(converged), marked = ends.filter((p, i) => i === 0 || i === ends.length - 1 || p.stroke === 0);
     charts.push(line_chart({title: "Path of the rotation centre O", x: "ux [µm]", y: "uy [µm]", note: "seen along the hinge axis; the numbers are the stroke", zero: false,

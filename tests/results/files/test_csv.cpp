@@ -148,3 +148,21 @@ TEST_CASE("history.csv has a row an evaluation, failed ones with their reason") 
   }
   REQUIRE(best);
 }
+
+TEST_CASE("points have columns of their displacement and of the part along their direction") {
+  RunRecord record = test::evaluated_hinge();
+  StrokeRequest& request = record.job.request;
+  request.named_points = {{.name = "gauge"},
+                          {.name = "tilt", .body = 0, .direction = Vector6d::Unit(5)},
+                          {.name = "old", .body = 0, .kind = "probe"}};
+  for (PathPoint& p : record.response.path) p.named_points.assign(3, {0.1, 0.2, p.stroke});
+  const auto columns =
+      columns_of(path_csv(record.response, drive_direction(record.mechanism), request));
+  for (std::size_t i = 0; i < record.response.path.size(); ++i) {
+    const PathPoint& p = record.response.path[i];
+    CHECK(number(columns.at("points.gauge.z [m]")[i]) == p.stroke);
+    CHECK(number(columns.at("points.tilt [rad]")[i]) == p.bodies[0].rotation[2]);
+    CHECK(number(columns.at("probes.old.y [m]")[i]) == 0.2);
+  }
+  CHECK(columns.count("points.gauge [m]") == 0);
+}

@@ -50,16 +50,16 @@ TEST_CASE("10 × 10 linear superelements give the seed's clamped plate within it
                       {3, 6.17851, 5.2229, 2.42743, 0.649486}};
   StrokeRequest request = load_path(250, {0, 0.1, 0.5, 1});
   for (const double across : {0.2, 0.0, 0.5, 0.8})
-    request.probes.push_back({.name = "", .leaf = 0, .along = 0.5, .across = across});
+    request.named_points.push_back({.name = "", .leaf = 0, .along = 0.5, .across = across});
   const StrokeResponse r = test::evaluated(seed_plate(), linear(10, 10), request);
   for (const Row& row : rows) {
     const PathPoint& p = r.path[row.index];
     CHECK(p.leaves[0].model == "linear_craig_bampton");
     CHECK(1e3 * p.displacement[1] == Approx(row.load).epsilon(0.03));
-    CHECK((p.probes[0] - p.displacement).norm() < 1e-9);  // the point is the node
-    CHECK(1e3 * p.probes[1][1] == Approx(row.edge).epsilon(0.03));
-    CHECK(1e3 * p.probes[2][1] == Approx(row.middle).epsilon(0.03));
-    CHECK(1e3 * p.probes[3][1] == Approx(row.opposite).epsilon(0.04));
+    CHECK((p.named_points[0] - p.displacement).norm() < 1e-9);  // the point is the node
+    CHECK(1e3 * p.named_points[1][1] == Approx(row.edge).epsilon(0.03));
+    CHECK(1e3 * p.named_points[2][1] == Approx(row.middle).epsilon(0.03));
+    CHECK(1e3 * p.named_points[3][1] == Approx(row.opposite).epsilon(0.04));
     CHECK(p.stable);
   }
   // twice as fine: nearer

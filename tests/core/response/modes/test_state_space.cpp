@@ -163,7 +163,7 @@ TEST_CASE("answers are those of the pencil solved at the frequency") {
 TEST_CASE("a sensor on a clamped edge moves with its body, and static sag is 1/ω²") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   StrokeRequest request = request_of({0.01}, {.modes = 3, .damping = {0.01, 0.02, 0.03}});
-  request.probes = {{"corner", 0, 1.0, 1.0}, {"middle", 1, 0.5, 0.5}};
+  request.named_points = {{"corner", 0, 1.0, 1.0}, {"middle", 1, 0.5, 0.5}};
   const StrokeResponse response = evaluated(m, models::full(Flexure::plate, {6, 2}), request);
   const StateSpace& model = *response.path[0].state_space;
   CHECK(model.damping == Vector3d(0.01, 0.02, 0.03));
@@ -187,7 +187,7 @@ TEST_CASE("a sensor on a clamped edge moves with its body, and static sag is 1/�
   // beside a point of a drive nothing else moves as fast: one mass alone
   m.bodies[0].held = {true, false, true, true, true, true};
   for (LeafSpring& l : m.leaves) l.material.density = 1e-9;
-  request.probes.clear();
+  request.named_points.clear();
   request.state_space->damping = {0.01};
   request.state_space->modes = 1;
   const PathPoint held = evaluate_stroke(m, models::full(Flexure::beam, {6, 1}), request).path[0];

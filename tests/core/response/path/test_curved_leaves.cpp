@@ -117,17 +117,17 @@ TEST_CASE("the mass of an undeflected arc is that of the deflected one at rest")
   CHECK(difference(a, b) < 1e-9);
 }
 
-TEST_CASE("a probe on an arc stands on it, and nowhere else") {
+TEST_CASE("a point on an arc stands on it, and nowhere else") {
   const Mechanism m = hinge(0.06, 60 * deg, 0.02, 4e-4);
   const LeafSpring& leaf = m.leaves[0];
   const ArcPoint<double> at = leaf.middle(0.3);
   const Vector3d place =
       leaf.origin + leaf.axes * Vector3d(at.x * leaf.length, 4e-3, at.z * leaf.length);
-  const auto probe = probe_at(m, "p", place);
+  const auto probe = point_on_leaf(m, "p", place);
   REQUIRE(probe);
   CHECK(probe->along == Approx(0.3));
   CHECK(probe->across == Approx(0.7));
-  CHECK_FALSE(probe_at(m, "p", {0.03, 0, 0}));
-  const StrokeResponse r = evaluate_stroke(m, model_of(Accuracy::full), {.probes = {*probe}});
-  CHECK(r.path[0].probes[0].norm() < 1e-7 * 0.06);  // what the mesh's arc is off its circle
+  CHECK_FALSE(point_on_leaf(m, "p", {0.03, 0, 0}));
+  const StrokeResponse r = evaluate_stroke(m, model_of(Accuracy::full), {.named_points = {*probe}});
+  CHECK(r.path[0].named_points[0].norm() < 1e-7 * 0.06);  // what the mesh's arc is off its circle
 }

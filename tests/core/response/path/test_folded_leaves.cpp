@@ -115,14 +115,15 @@ TEST_CASE("a folded leaf holds one direction, along its fold") {
   CHECK(rigid.end_effector_degrees_of_freedom == 5);
 }
 
-TEST_CASE("a probe on the second leg stands on it") {
+TEST_CASE("a point on the second leg stands on it") {
   const Mechanism m = folded(true);
-  const auto probe = probe_at(m, "p", {length, 0.25 * length, 0.005});
+  const auto probe = point_on_leaf(m, "p", {length, 0.25 * length, 0.005});
   REQUIRE(probe);
   CHECK(probe->along == Approx(0.625));
-  CHECK_FALSE(probe_at(m, "p", {0.8 * length, 0.25 * length, 0}));
-  StrokeRequest request{.probes = {*probe}};
-  CHECK(evaluate_stroke(m, {.accuracy = Accuracy::full}, request).path[0].probes[0].norm() < 1e-12);
+  CHECK_FALSE(point_on_leaf(m, "p", {0.8 * length, 0.25 * length, 0}));
+  StrokeRequest request{.named_points = {*probe}};
+  CHECK(evaluate_stroke(m, {.accuracy = Accuracy::full}, request).path[0].named_points[0].norm() <
+        1e-12);
 }
 
 TEST_CASE("folds that cannot be are refused") {

@@ -1,6 +1,7 @@
 // Leaves with a free tip, guided tips, plates loaded at a material point, load paths and probes.
 #include <Eigen/Dense>
 
+#include "core/math/rotation.hpp"
 #include "support/slopes.hpp"
 #include "support/strokes.hpp"
 
@@ -67,8 +68,8 @@ TEST_CASE("superelements follow the cantilever and the clamped plate of their pa
     request.points = {0, 0.1, 0.5, 1};
     request.loads.growing = {load_at_O(250 * Vector6d::Unit(1))};
     for (const double z : {0.0, 200.0, 320.0})
-      request.probes.push_back(
-          *probe_at(plate, std::to_string(z), Vector3d(200 * mm, 0, (z - 200) * mm)));
+      request.named_points.push_back(
+          *point_on_leaf(plate, std::to_string(z), Vector3d(200 * mm, 0, (z - 200) * mm)));
     model.mesh = {20, 20};
     model.free_edge_torsion = false;
     const StrokeResponse r = test::evaluated(plate, model, request);
@@ -79,9 +80,9 @@ TEST_CASE("superelements follow the cantilever and the clamped plate of their pa
     for (const auto& [index, o, p0, p1, p2] : expected) {
       const PathPoint& p = r.path[static_cast<std::size_t>(index)];
       CHECK(p.displacement[1] == Approx(o * mm).epsilon(5e-3));
-      CHECK(p.probes[0][1] == Approx(p0 * mm).epsilon(5e-3));
-      CHECK(p.probes[1][1] == Approx(p1 * mm).epsilon(5e-3));
-      CHECK(p.probes[2][1] == Approx(p2 * mm).epsilon(1e-2));
+      CHECK(p.named_points[0][1] == Approx(p0 * mm).epsilon(5e-3));
+      CHECK(p.named_points[1][1] == Approx(p1 * mm).epsilon(5e-3));
+      CHECK(p.named_points[2][1] == Approx(p2 * mm).epsilon(1e-2));
     }
   }
 }
@@ -179,24 +180,37 @@ TEST_CASE("a load path and the stroke it leads to are one equilibrium") {
   }
 }
 
-TEST_CASE("a probe lies on the leaf it was put on, and nowhere else") {
+TEST_CASE("a point lies on the leaf it was put on, and nowhere else") {
   const Mechanism guide = models::guide(0.1, 0.02, 5e-4, 0.06);
-  CHECK_FALSE(probe_at(guide, "beside", {0.05, 0, 0}).has_value());
-  CHECK_FALSE(probe_at(guide, "beyond", {0.11, 0.03, 0}).has_value());
-  const auto probe = probe_at(guide, "tip", {0.1, -0.03, 0.01});
+  CHECK_FALSE(point_on_leaf(guide, "beside", {0.05, 0, 0}).has_value());
+  CHECK_FALSE(point_on_leaf(guide, "beyond", {0.11, 0.03, 0}).has_value());
+  const auto probe = point_on_leaf(guide, "tip", {0.1, -0.03, 0.01});
   REQUIRE(probe);
   CHECK(probe->leaf == 1);
   CHECK(probe->along == Approx(1));
   CHECK(probe->across == Approx(1));
   for (const Accuracy accuracy : {Accuracy::full, Accuracy::reduced}) {
-    StrokeRequest request{.points = {0.01},
-                          .probes = {*probe, *probe_at(guide, "base", {0, 0.03, 0})}};
+    StrokeRequest request{
+        .points = {0.01},
+        .named_points = {*probe,
+                         *point_on_leaf(guide, "base", {0, 0.03, 0}),
+                         {.name = "sensor", .body = 0, .at = Vector3d(0.2, 0.01, 0)},
+                         {.name = "O", .body = 0}}};
     const StrokeResponse r = evaluate_stroke(guide, {.accuracy = accuracy}, request);
     // the tip edge is part of the end-effector
     const PathPoint& p = r.path[0];
     const Vector3d arm(0, -0.03, 0.01);
     const Vector3d turned = Eigen::AngleAxisd(p.rotation.norm(), p.rotation.normalized()) * arm;
-    CHECK((p.probes[0] - (p.displacement + turned - arm)).norm() < 1e-9);
-    CHECK(p.probes[1].norm() < 1e-12);
+    CHECK((p.named_points[0] - (p.displacement + turned - arm)).norm() < 1e-9);
+    CHECK(p.named_points[1].norm() < 1e-12);
+    const Vector3d beyond(0.1, 0.01, 0);
+    const Matrix3d turn = rotation_exp(p.rotation);
+    CHECK((p.named_points[2] - (p.displacement + turn * beyond - beyond)).norm() < 1e-12);
+    CHECK(p.named_points[3] == p.displacement);
+    NamedPoint tilted = request.named_points[2];
+    tilted.direction = Vector6d::Unit(5);
+    CHECK(motion_along(tilted, 2, p) == p.rotation[2]);
+    tilted.direction = Vector6d::Unit(1);
+    CHECK(motion_along(tilted, 2, p) == p.named_points[2][1]);
   }
 }

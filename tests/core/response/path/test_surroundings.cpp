@@ -293,10 +293,10 @@ TEST_CASE("a leaf without clamps across expands freely") {
   const double L = 0.1, alpha = 1e-5, change = 100;
   const Mechanism m = warm_steel(cantilever(L, 0.01, 5e-4), alpha);
   StrokeRequest request = request_with(undriven({.temperature = {change}}));
-  request.probes = {{"middle", 0, 0.5, 0.5}, {"corner", 0, 1.0, 1.0}};
+  request.named_points = {{"middle", 0, 0.5, 0.5}, {"corner", 0, 1.0, 1.0}};
   const PathPoint p = evaluated(m, full(), request).path[0];
   CHECK(p.displacement[0] == Approx(alpha * change * L).epsilon(0.01));
-  const Vector3d further = p.probes[1] - p.probes[0];
+  const Vector3d further = p.named_points[1] - p.named_points[0];
   CHECK(further[0] == Approx(alpha * change * 0.5 * L).epsilon(1e-4));
   CHECK(further[2] == Approx(alpha * change * 0.005).epsilon(1e-3));
 }

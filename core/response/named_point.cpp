@@ -7,8 +7,9 @@
 
 namespace flexopt {
 
-std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, const Vector3d& place) {
-  Probe probe{std::move(name)};
+std::optional<NamedPoint> point_on_leaf(const Mechanism& mechanism, std::string name,
+                                        const Vector3d& place) {
+  NamedPoint point{std::move(name)};
   double nearest = 0;
   bool found = false;
   for (int i = 0; i < static_cast<int>(mechanism.leaves.size()); ++i) {
@@ -24,12 +25,17 @@ std::optional<Probe> probe_at(const Mechanism& mechanism, std::string name, cons
     if (found && height >= nearest) continue;
     found = true;
     nearest = height;
-    probe.leaf = i;
-    probe.along = along;
-    probe.across = std::clamp(local[1] / width + 0.5, 0.0, 1.0);
+    point.leaf = i;
+    point.along = along;
+    point.across = std::clamp(local[1] / width + 0.5, 0.0, 1.0);
   }
   if (!found) return std::nullopt;
-  return probe;
+  return point;
+}
+
+double motion_along(const NamedPoint& named, std::size_t k, const PathPoint& point) {
+  if (named.turns()) return named.direction->tail<3>().dot(point.bodies[*named.body].rotation);
+  return named.direction->head<3>().dot(point.named_points[k]);
 }
 
 }  // namespace flexopt
