@@ -297,8 +297,7 @@ void add_number(const QuantityRow& row, const StrokeResponse& response, const Po
   for (const PathPoint* p : points) {
     StrokeCell& cell = added.cells.emplace_back(StrokeCell{row.value(*p, component)});
     if (cell.value) continue;
-    if (row.needs.has(Output::buckling) && p->buckling)
-      cell.value = p->buckling->drive_locked.at_least;
+    if (row.at_least) cell.value = row.at_least(*p, component);
     cell.at_least = cell.value.has_value();
     if (!cell.value) cell.reason = why_missing(*p, row, component);
   }
