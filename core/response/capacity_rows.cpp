@@ -62,7 +62,8 @@ std::vector<QuantityRow> capacity_rows() {
        },
        .at_least = largest_stroke<true>,
        .of_drives = true,
-       .of_design = true}};
+       .of_design = true,
+       .in_report = true}};
 }
 
 }  // namespace flexopt

@@ -42,6 +42,22 @@ std::string line(const std::string& name, const std::vector<std::string>& cells)
   return text + "\n";
 }
 
+/// The largest stroke of each drive either way, the load there, and what ends it.
+std::string stroke_capacity_lines(const PathPoint& point, const DriveList& drives) {
+  std::string text;
+  for (const Quantity& q : quantities(drives)) {
+    const auto k = static_cast<std::size_t>(q.component);
+    if (!q.row->needs.has(Output::stroke_capacity) || k >= point.stroke_capacity.size()) continue;
+    const auto& capacity = point.stroke_capacity[k];
+    if (!capacity) continue;
+    const bool open = capacity->limit == StrokeLimit::none;
+    text += line(q.label, {(open ? "> " : "") + shown(capacity->value, q.unit),
+                           shown(capacity->drive_load, load_unit(drives.items[k / 2].direction))});
+    text += fmt::format("    {}\n", capacity->reason);
+  }
+  return text;
+}
+
 /// The rows of the table with a designer's units.
 std::string stroke_lines(const StrokeResponse& response, const DriveList& drives,
                          const StrokeRequest& request) {
@@ -62,6 +78,7 @@ std::string stroke_lines(const StrokeResponse& response, const DriveList& drives
         reasons += fmt::format("  {} at {} {}: {}\n", row.label, table.front().label,
                                shown(table.front().cells[k].value, table.front().unit), why);
   }
+  if (!response.path.empty()) reasons += stroke_capacity_lines(response.path.front(), drives);
   return text + reasons;
 }
 
