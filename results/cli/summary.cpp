@@ -330,12 +330,11 @@ void add_capacities(const QuantityRow& row, const Points& points, const StrokeRe
                                                     .unit = row.unit({}, static_cast<int>(k)),
                                                     .absent = "none"});
     for (const PathPoint* p : points) {
+      const auto& capacity = p->load_capacity[k];
       StrokeCell& cell = added.cells.emplace_back();
-      if (const auto& capacity = p->load_capacity[k]) {
-        cell.value = capacity->value;
-        cell.at_least = capacity->limit == CapacityLimit::none;
-        if (cell.at_least) cell.reason = capacity->reason;
-      }
+      if (capacity) cell.value = capacity->value;
+      cell.at_least = capacity && capacity->limit == CapacityLimit::none;
+      if (cell.at_least) cell.reason = capacity->reason;
     }
   }
 }

@@ -16,7 +16,7 @@ namespace flexopt {
 namespace {
 
 constexpr int steps = 16;         // to the end of the search
-constexpr double root = 1e-11;    // of (S35)
+constexpr double root = 1e-11;    // of (S37)
 constexpr double nearest = 1e-6;  // distance to a limit that has no measure, over the stroke
 constexpr int most_trials = 80;   // for a limit
 
@@ -33,7 +33,7 @@ struct BoundedNumber {
   bool least;            // it must not fall below the bound, else its size not rise above it
   bool of_rest = false;  // the bound is a share of the number at rest
 
-  // (S35): below zero within the bound, smooth in the number.
+  // (S37): below zero within the bound, smooth in the number.
   double over(double number) const {
     if (!least) return std::abs(number) / bound - 1;
     return number > bound / 2 ? bound / number - 1 : 3 - 4 * number / bound;
@@ -82,7 +82,7 @@ StrokeRequest trial_request(const Mechanism& mechanism, const StrokeCapacityRule
 struct Trial {
   double stroke = 0;
   PathPoint point;
-  std::optional<double> over;  // (S35); nothing: no equilibrium, an unstable one, or no numbers
+  std::optional<double> over;  // (S37); nothing: no equilibrium, an unstable one, or no numbers
   const BoundedNumber* number = nullptr;  // which is largest
 
   bool inside() const { return over && *over < 0; }
@@ -346,7 +346,7 @@ std::optional<VectorXd> StrokeSearch::gradient(double sign) {
   if (number.of_rest)
     rates -= rule_.stiffness_share *
              number.row->gradient(*rest_, rest_gradients_, number.component)->head(count);
-  return VectorXd(-sign / (*of)[count] * rates);  // (S36)
+  return VectorXd(-sign / (*of)[count] * rates);  // (S38)
 }
 
 }  // namespace

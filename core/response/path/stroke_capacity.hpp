@@ -1,5 +1,5 @@
 #pragma once
-// The largest strokes of drives: README.md of core/response, (S35) and (S36).
+// The largest strokes of drives: README.md of core/response, (S37) and (S38).
 #include "core/response/path/point_outputs.hpp"
 
 namespace flexopt {
