@@ -15,10 +15,11 @@
 namespace flexopt {
 namespace {
 
-constexpr int steps = 16;         // to the end of the search
-constexpr double root = 1e-11;    // of (S37)
-constexpr double nearest = 1e-6;  // distance to a limit that has no measure, over the stroke
-constexpr int most_trials = 80;   // for a limit
+constexpr int search_steps = 16;     // to the end of the search
+constexpr double precision = 1e-11;  // of (S37)
+constexpr double unmeasured_precision =
+    1e-6;                        // distance to a limit that has no measure, over the stroke
+constexpr int most_trials = 80;  // for a limit
 
 const QuantityRow& row_named(std::string_view name) {
   return *std::ranges::find(quantity_rows(), name, &QuantityRow::name);
@@ -165,7 +166,7 @@ void StrokeSearch::go_to(double stroke) {
 
 void StrokeSearch::visit(double stroke) {
   if (astray_) {
-    go_to(rule_.up_to / steps);  // leaves are made for strokes of this size
+    go_to(rule_.up_to / search_steps);  // leaves are made for strokes of this size
     walk_.begin();
   }
   astray_ = false;
@@ -223,8 +224,8 @@ bool StrokeSearch::search(double sign) {
   }
   if (parameters() >= 0 && rest_gradients_.drive_loads.size() == 0)
     rest_gradients_ = gradients_at(0);
-  for (int k = 1; k <= steps; ++k) {
-    beyond_ = look(sign * rule_.up_to * k / steps);
+  for (int k = 1; k <= search_steps; ++k) {
+    beyond_ = look(sign * rule_.up_to * k / search_steps);
     if (!beyond_.inside()) {
       refine();
       return true;
@@ -241,9 +242,10 @@ void StrokeSearch::refine() {
   for (int k = 0; k < most_trials; ++k) {
     const bool measured = beyond_.over.has_value();
     const double gap = beyond_.stroke - inside_.stroke;
-    if (std::abs(gap) <= (measured ? root : nearest) * std::abs(beyond_.stroke)) return;
+    if (std::abs(gap) <= (measured ? precision : unmeasured_precision) * std::abs(beyond_.stroke))
+      return;
     Trial next = look(inside_.stroke + (measured ? low / (low - high) : 0.5) * gap);
-    const bool found = next.over && std::abs(*next.over) <= root;
+    const bool found = next.over && std::abs(*next.over) <= precision;
     if (next.inside()) {
       if (side > 0) high /= 2;
       side = 1;

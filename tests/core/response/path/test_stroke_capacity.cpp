@@ -56,8 +56,7 @@ TEST_CASE("the limit is found again at the stroke of the capacity, on reduced an
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full}) {
     const ModelOptions model{.accuracy = accuracy, .mesh = {6, 2}};
-    const StrokeCapacity by_stress =
-        capacity(m, model, asking({.up_to = 0.05, .stress = 3e8}));
+    const StrokeCapacity by_stress = capacity(m, model, asking({.up_to = 0.05, .stress = 3e8}));
     CHECK(at_stroke(m, model, by_stress.value).max_stress->value == Approx(3e8).epsilon(1e-6));
     const StrokeCapacity by_load =
         capacity(m, model, asking({.up_to = 0.05, .drive_load = 20.0}), 1);
