@@ -17,9 +17,8 @@ namespace {
 
 constexpr int search_steps = 16;     // to the end of the search
 constexpr double precision = 1e-11;  // of (S37)
-constexpr double unmeasured_precision =
-    1e-6;                        // distance to a limit that has no measure, over the stroke
-constexpr int most_trials = 80;  // for a limit
+constexpr double halving = 1e-6;     // distance to a limit without a measure, over the stroke
+constexpr int most_trials = 80;      // for a limit
 
 const QuantityRow& row_named(std::string_view name) {
   return *std::ranges::find(quantity_rows(), name, &QuantityRow::name);
@@ -242,8 +241,7 @@ void StrokeSearch::refine() {
   for (int k = 0; k < most_trials; ++k) {
     const bool measured = beyond_.over.has_value();
     const double gap = beyond_.stroke - inside_.stroke;
-    if (std::abs(gap) <= (measured ? precision : unmeasured_precision) * std::abs(beyond_.stroke))
-      return;
+    if (std::abs(gap) <= (measured ? precision : halving) * std::abs(beyond_.stroke)) return;
     Trial next = look(inside_.stroke + (measured ? low / (low - high) : 0.5) * gap);
     const bool found = next.over && std::abs(*next.over) <= precision;
     if (next.inside()) {
@@ -305,8 +303,8 @@ StrokeCapacity StrokeSearch::find(double sign) {
     if (!search(sign)) {
       capacity.reason = "no limit up to the stroke where the search ends";
     } else if (beyond_.number) {
-      capacity = {.limit = beyond_.number->limit, .reason = what_happens(end().point)};
-      capacity.stress = peak_of(*beyond_.number, end().point);
+      capacity = {.limit = beyond_.number->limit, .reason = what_happens(beyond_.point)};
+      capacity.stress = peak_of(*beyond_.number, beyond_.point);
     } else {
       capacity = beyond_end();
     }
