@@ -82,7 +82,8 @@ StrokeRequest trial_request(const Mechanism& mechanism, const StrokeCapacityRule
 struct Trial {
   double stroke = 0;
   PathPoint point;
-  std::optional<double> over;  // (S37); nothing: no equilibrium, an unstable one, or no numbers
+  std::optional<double> over =
+      {};  // (S37); nothing: no equilibrium, an unstable one, or no numbers
   const BoundedNumber* number = nullptr;  // which is largest
 
   bool inside() const { return over && *over < 0; }

@@ -56,14 +56,16 @@ TEST_CASE("a guided leaf goes as far as the stress of slender beams lets it, eit
 TEST_CASE("the limit is found again at the stroke of the capacity, on reduced and full leaves") {
   const Mechanism m = models::guide(0.1, 0.03, 5e-4);
   for (const Accuracy accuracy : {Accuracy::reduced, Accuracy::full}) {
+    // reduced leaves depend on the way by their own error
+    const double same = accuracy == Accuracy::full ? 1e-7 : 1e-4;
     const ModelOptions model{.accuracy = accuracy, .mesh = {6, 2}};
     const StrokeCapacity by_stress = capacity(m, model, asking({.up_to = 0.05, .stress = 3e8}));
-    CHECK(at_stroke(m, model, by_stress.value).max_stress->value == Approx(3e8).epsilon(1e-6));
+    CHECK(at_stroke(m, model, by_stress.value).max_stress->value == Approx(3e8).epsilon(same));
     const StrokeCapacity by_load =
         capacity(m, model, asking({.up_to = 0.05, .drive_load = 20.0}), 1);
     CHECK(by_load.limit == StrokeLimit::drive_load);
     CHECK(by_load.drive_load == Approx(-20).epsilon(1e-9));
-    CHECK(at_stroke(m, model, -by_load.value).drive_load == Approx(-20).epsilon(1e-6));
+    CHECK(at_stroke(m, model, -by_load.value).drive_load == Approx(-20).epsilon(same));
     const StrokeCapacity by_support =
         capacity(m, model, asking({.up_to = 0.05, .stiffness_share = 0.5}));
     CHECK(by_support.limit == StrokeLimit::stiffness);
@@ -72,7 +74,7 @@ TEST_CASE("the limit is found again at the stroke of the capacity, on reduced an
     for (std::size_t d = 0; d < 6; ++d)
       if (rest.support_stiffness[d])
         least = std::min(least, *there.support_stiffness[d] / *rest.support_stiffness[d]);
-    CHECK(least == Approx(0.5).epsilon(1e-6));
+    CHECK(least == Approx(0.5).epsilon(same));
   }
 }
 
