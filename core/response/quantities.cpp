@@ -65,6 +65,7 @@ bool is_answered(const QuantityRow& row, const StrokeRequest& request) {
   if (row.name == "bandwidth") return request.dynamics && request.loads.driven();
   if (row.name == "transmissibility") return request.dynamics && request.dynamics->transmissibility;
   if (row.needs.has(Output::load_capacity)) return request.capacity.any();
+  if (row.needs.has(Output::stroke_capacity)) return !request.stroke_capacity.empty();
   if (row.name == "notch_stress") return request.stress.fillet.has_value();
   if (row.name == "yield_safety") return request.stress.yield;
   if (row.name == "fatigue_safety") return request.stress.fatigue;
@@ -75,6 +76,10 @@ bool is_answered(const QuantityRow& row, const StrokeRequest& request) {
 bool is_answered(const Quantity& quantity, const StrokeRequest& request) {
   if (quantity.row->needs.has(Output::load_capacity))
     return request.capacity.directions[quantity.component];
+  if (quantity.row->needs.has(Output::stroke_capacity))
+    return std::ranges::any_of(request.stroke_capacity, [&](const StrokeCapacityRule& rule) {
+      return rule.drive == quantity.component / 2 && rule.ways[quantity.component % 2];
+    });
   return is_answered(*quantity.row, request);
 }
 
@@ -83,6 +88,10 @@ std::string why_missing(const PathPoint& point, const QuantityRow& row, int comp
     return (component == 0 ? point.buckling->drive_locked : point.buckling->drive_free).reason;
   if (row.needs.has(Output::load_capacity)) {
     const auto& capacity = point.load_capacity[component];
+    return capacity ? capacity->reason : "";
+  }
+  if (component < std::ssize(point.stroke_capacity) && row.needs.has(Output::stroke_capacity)) {
+    const auto& capacity = point.stroke_capacity[component];
     return capacity ? capacity->reason : "";
   }
   if (!row.needs.has(Output::stress)) return "";
@@ -150,7 +159,11 @@ std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients
   return of_drive ? of_drive->gradient(point, gradients) : find(name).gradient(point, gradients);
 }
 
-int component_of(std::string_view name) { return find(name).component; }
+std::optional<double> at_least(const PathPoint& point, std::string_view name) {
+  const auto of_drive = of_named_drive(point, name);
+  const Quantity& q = of_drive ? *of_drive : find(name);
+  return q.row->at_least ? q.row->at_least(point, q.component) : std::nullopt;
+}
 
 namespace {
 // Row of a number, also under the name of any drive.
@@ -162,8 +175,9 @@ const QuantityRow& row_of(std::string_view name) {
 }  // namespace
 
 std::string why_missing(const PathPoint& point, std::string_view name) {
-  const QuantityRow& row = row_of(name);
-  return why_missing(point, row, row.of_drives ? 0 : component_of(name));
+  const auto of_drive = of_named_drive(point, name);
+  const Quantity& q = of_drive ? *of_drive : find(name);
+  return why_missing(point, *q.row, q.component);
 }
 
 bool is_of_design(std::string_view name) { return row_of(name).of_design; }

@@ -71,6 +71,8 @@ struct QuantityRow {
   /// Derivative of the value along the parameters; nothing where there is none.
   std::optional<VectorXd> (*gradient)(const PathPoint&, const PointGradients&,
                                       int component) = nullptr;
+  /// Where the search for the number met none: how large it is at least.
+  std::optional<double> (*at_least)(const PathPoint&, int component) = nullptr;
   /// Unit vector that belongs to the number, if one does; result.json then has
   /// {"value", "direction"}.
   std::optional<Vector3d> (*direction)(const PathPoint&) = nullptr;
@@ -87,6 +89,8 @@ struct QuantityRow {
 };
 
 const std::vector<QuantityRow>& quantity_rows();
+/// Those of load_capacity and stroke_capacity.
+std::vector<QuantityRow> capacity_rows();
 
 /// Whether an evaluation by this request has the numbers of the row: a load that grows is named, a
 /// fillet is given, the materials have what a safety needs.
@@ -122,8 +126,8 @@ std::string why_missing(const PathPoint& point, std::string_view name);
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name);
-/// Which component of its row a number is.
-int component_of(std::string_view name);
+/// How large a number without a value is at least, where that is known.
+std::optional<double> at_least(const PathPoint& point, std::string_view name);
 /// Whether it is the same at every point of a path.
 bool is_of_design(std::string_view name);
 /// What an evaluation must answer for it.

@@ -304,6 +304,11 @@ std::optional<double> critical_factor(const PathPoint& p, int drive) {
   return (drive == 0 ? p.buckling->drive_locked : p.buckling->drive_free).factor;
 }
 
+std::optional<double> factor_at_least(const PathPoint& p, int drive) {
+  if (!p.buckling) return std::nullopt;
+  return (drive == 0 ? p.buckling->drive_locked : p.buckling->drive_free).at_least;
+}
+
 std::vector<QuantityRow> buckling() {
   return {{.name = "buckling_load_factor",
            .label = "buckling load factor",
@@ -314,6 +319,7 @@ std::vector<QuantityRow> buckling() {
            .unit = plain_number,
            .value = [](const PathPoint& p, int) { return critical_factor(p, 0); },
            .gradient = rate<&PointGradients::buckling_locked>,
+           .at_least = [](const PathPoint& p, int) { return factor_at_least(p, 0); },
            .in_report = true},
           {.name = "buckling",
            .components = {"drive_locked", "drive_free"},
@@ -324,9 +330,9 @@ std::vector<QuantityRow> buckling() {
            .needs = {Output::equilibrium, Output::buckling},
            .unit = plain_number,
            .value = critical_factor,
-           .gradient = [](const PathPoint&, const PointGradients& g, int drive) {
-             return drive == 0 ? g.buckling_locked : g.buckling_free;
-           }}};
+           .gradient = [](const PathPoint&, const PointGradients& g,
+                          int drive) { return drive == 0 ? g.buckling_locked : g.buckling_free; },
+           .at_least = factor_at_least}};
 }
 
 std::vector<QuantityRow> dynamics() {
@@ -354,35 +360,6 @@ std::vector<QuantityRow> dynamics() {
        .in_report = true}};
 }
 
-std::string load_of_component(Direction, int d) { return load_unit(static_cast<Direction>(d % 6)); }
-
-std::vector<std::string> signed_directions() {
-  std::vector<std::string> names = directions();
-  for (const std::string& name : directions()) names.push_back("-" + name);
-  return names;
-}
-
-std::vector<QuantityRow> load_capacity() {
-  return {{.name = "load_capacity",
-           .components = signed_directions(),
-           .layout = Layout::object,
-           .label = "load capacity",
-           .meaning = "largest dead load at O along (or, with -, against) a direction, beside the "
-                      "loads that act, drives held, before the stress limit, a singular tangent or "
-                      "the stated loss of support stiffness; load_capacity_limit says which",
-           .needs = {Output::equilibrium, Output::load_capacity},
-           .unit = load_of_component,
-           .value = [](const PathPoint& p, int d) -> std::optional<double> {
-             const auto& capacity = p.load_capacity[d];
-             if (!capacity || capacity->limit == CapacityLimit::none) return std::nullopt;
-             return capacity->value;
-           },
-           .gradient = component<&PointGradients::load_capacity>,
-           .error = ErrorKind::stress,  // which often ends it
-           .of_supports = true,
-           .in_report = true}};
-}
-
 }  // namespace
 
 const std::vector<QuantityRow>& quantity_rows() {
@@ -390,7 +367,7 @@ const std::vector<QuantityRow>& quantity_rows() {
     std::vector<QuantityRow> all;
     for (const auto& topic :
          {load_and_motion(), gain_rows(), frequencies_and_stress(), stress_safety(),
-          softest_translation(), room_taken(), buckling(), dynamics(), load_capacity()})
+          softest_translation(), room_taken(), buckling(), dynamics(), capacity_rows()})
       all.insert(all.end(), topic.begin(), topic.end());
     return all;
   }();

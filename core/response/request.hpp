@@ -62,6 +62,7 @@ enum class Output {
   dynamics,               ///< bandwidth and transmissibility, by the rule of the request
   state_space,            ///< the linear model about the equilibrium, as the request wants it
   load_capacity,          ///< largest loads at O, by the rule of the request
+  stroke_capacity,        ///< largest strokes, by the rules of the request
   shapes                  ///< deformed mid-surfaces for drawing
 };
 
@@ -92,10 +93,13 @@ class Outputs {
   bool has(Output one) const { return set_.test(static_cast<std::size_t>(one)); }
   bool has_any(const Outputs& of) const { return (set_ & of.set_).any(); }
   bool empty() const { return set_.none(); }
-  /// Whether equilibria along the stroke are solved for them; the frequency derivatives need the
-  /// undeflected one only, and the undeflected envelope none.
+  /// Whether equilibria at the points of the stroke are solved for them; the frequency derivatives
+  /// need the undeflected one only, the undeflected envelope none, and stroke capacities points of
+  /// their own.
   bool need_path() const {
-    return !Outputs(*this).remove({Output::frequency_derivatives, Output::envelope}).empty();
+    return !Outputs(*this)
+                .remove({Output::frequency_derivatives, Output::envelope, Output::stroke_capacity})
+                .empty();
   }
   /// Whether they are made of natural frequencies.
   bool need_frequencies() const {
@@ -207,6 +211,21 @@ struct CapacityRule {
   bool any() const { return std::ranges::find(directions, true) != directions.end(); }
 };
 
+/// How far a drive may go, the others at rest.
+struct StrokeCapacityRule {
+  int drive = 0;
+  double up_to = 0;                      ///< where the search ends, either way [m or rad]
+  std::array<bool, 2> ways{true, true};  ///< forward, backward: which are looked at
+  /// Limit of all leaves [Pa]; nothing: safeties against yield and fatigue, of those that the
+  /// request's StressRules want, of 1.
+  std::optional<double> stress;
+  /// Least share of the support stiffness at rest that must remain. Skipped when zero.
+  double stiffness_share = 0;
+  std::array<bool, 6> supports{true, true, true, true, true, true};  ///< whose stiffness counts
+  std::optional<double> clearance;                                   ///< that must remain [m]
+  std::optional<double> drive_load;  ///< that is there, either way [N or N m]
+};
+
 /// Branch that is followed where branches of equilibria meet.
 enum class BranchChoice {
   primary,  ///< the one that the path comes along, stable or not
@@ -245,6 +264,7 @@ struct StrokeRequest {
   std::optional<DynamicsRule> dynamics;
   std::optional<StateSpaceRequest> state_space;
   CapacityRule capacity;
+  std::vector<StrokeCapacityRule> stroke_capacity;  ///< at most one for each drive
   BranchChoice branch = BranchChoice::primary;
   /// How many places of large stress a differentiable point lists: PathPoint::stress_peaks.
   int stress_peaks = 0;
@@ -269,6 +289,9 @@ struct StrokeRequest {
   /// The load that grows, among the constant ones, where critical factors are wanted.
   std::optional<std::size_t> growing_load() const;
   bool wants_capacity() const { return outputs.has(Output::load_capacity) && capacity.any(); }
+  bool wants_stroke_capacity() const {
+    return outputs.has(Output::stroke_capacity) && !stroke_capacity.empty() && loads.driven();
+  }
 };
 
 }  // namespace flexopt

@@ -131,6 +131,27 @@ struct LoadCapacity {
   double stiffness = 0;              ///< of a stiffness: its value there [N/m or N m/rad]
 };
 
+/// What ends a drive's way.
+enum class StrokeLimit {
+  stress,          ///< the one that is stated
+  yield,           ///< safety of 1
+  fatigue,         ///< safety of 1
+  stiffness,       ///< a support stiffness falls to the stated share of that at rest
+  clearance,       ///< the one that is stated
+  drive_load,      ///< the one that is stated
+  instability,     ///< a bifurcation
+  no_equilibrium,  ///< none is found beyond
+  none             ///< none of these as far as it was looked
+};
+/// The largest stroke of a drive one way, the others at rest.
+struct StrokeCapacity {
+  double value = 0;  ///< [m or rad], not negative; of `none` what is reached at least
+  StrokeLimit limit = StrokeLimit::none;
+  std::string reason;                ///< what happens there, or why the search ended
+  double drive_load = 0;             ///< there [N or N m]
+  std::optional<StressPeak> stress;  ///< the largest there
+};
+
 /// Life that counts in goals where there is none: decimal logarithm of the number of cycles.
 inline constexpr double longest_life = 30;
 
@@ -244,6 +265,9 @@ struct PathPoint {
   std::optional<StateSpace> state_space;
   /// Load capacities by direction: CapacityRule.
   std::array<std::optional<LoadCapacity>, 12> load_capacity;
+  /// Forward and backward of each drive, one drive after the other: StrokeCapacityRule. The same at
+  /// every point.
+  std::vector<std::optional<StrokeCapacity>> stroke_capacity;
   bool other_branch = false;  ///< the path has left the branch that it came along
   /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;

@@ -113,6 +113,8 @@ Check check_comparison(const std::string& name, const StrokeRequest& request) {
     return Because("it needs \"buckling\": {\"load\": …}, which says which load grows");
   if (needs.has(Output::load_capacity) && !request.capacity.any())
     return Because("it needs \"load_capacity\": {\"directions\": […]}");
+  if (needs.has(Output::stroke_capacity) && request.stroke_capacity.empty())
+    return Because("it needs \"stroke_capacity\": {…}");
   if (Check answered = check_stress(name, request); !answered) return answered;
   return check_dynamics(name, request);
 }

@@ -134,6 +134,7 @@ void JobReader::read_mechanism() {
       read_stress_rules(read_, *mechanism_, faults_, job_.request);
       read_dynamics(read_, *mechanism_, job_.model, faults_, job_.request);
       read_load_capacity(read_, *mechanism_, faults_, job_.request);
+      read_stroke_capacity(read_, *mechanism_, faults_, job_.request);
       if (read_.contains("assembly_tolerances") && faults_.sound("/assembly_tolerances"))
         job_.assembly_tolerances =
             read_assembly_tolerances(read_["assembly_tolerances"], *mechanism_,

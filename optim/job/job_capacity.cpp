@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -20,6 +21,9 @@ struct CapacitySpec {
   std::vector<std::string> directions, supports;
   std::optional<double> stress, stiffness_share, largest_force, largest_moment;
 };
+
+constexpr const char* share_is_missing =
+    "it is said of which stiffness a share counts: give stiffness_share, too";
 
 /// Index in CapacityRule::directions of a name with or without a sign.
 std::size_t index_of(const std::string& name) {
@@ -55,6 +59,39 @@ const RecordTable<CapacitySpec>& capacity_table() {
   return table;
 }
 
+/// How far a drive goes.
+struct StrokeCapacitySpec {
+  std::vector<std::string> ways, supports;
+  std::optional<double> up_to, stress, stiffness_share, clearance, drive_load;
+};
+constexpr std::array ways_of_drive{"forward", "backward"};
+
+RecordTable<StrokeCapacitySpec> stroke_capacity_table(std::optional<Direction> drive) {
+  using namespace shape;
+  using Spec = StrokeCapacitySpec;
+  const Shape place = drive ? stroke_place(*drive) : quantity("");
+  return RecordTable<Spec>()
+      .optional("up_to", drive ? quantity(place.unit, 0, place.max, true, place.open_max) : place,
+                &Spec::up_to,
+                "where the search ends, either way; default: the length of the longest leaf, or "
+                "1 rad")
+      .optional("ways", list(choice({ways_of_drive.begin(), ways_of_drive.end()}), 1, 2),
+                &Spec::ways, "which are looked at; default: both")
+      .optional("stress", quantity("Pa", 0, largest_number, true), &Spec::stress,
+                "limit of the stress of all leaves, with the fillet if the job has one; default: "
+                "safeties of 1 against yield and fatigue, where all materials have what they need")
+      .optional("stiffness_share", quantity("1", 0, 1, true, true), &Spec::stiffness_share,
+                "of a support stiffness at rest, to which it may fall; default: it is not looked "
+                "at")
+      .optional("supports", list(choice({direction_names.begin(), direction_names.end()}), 1, 6),
+                &Spec::supports, "whose stiffness counts; default: all")
+      .optional("clearance", quantity("m", 0, 100, true), &Spec::clearance,
+                "smallest distance between parts that must remain; default: it is not looked at")
+      .optional(
+          "drive_load", drive ? quantity(load_unit(*drive), 0, largest_number, true) : quantity(""),
+          &Spec::drive_load, "largest load of the drive, in size; default: it is not looked at");
+}
+
 /// Why no load along it does anything, or nothing.
 const char* without_effect(std::size_t direction, const Mechanism& mechanism) {
   const std::size_t d = direction % 6;
@@ -70,6 +107,20 @@ const char* without_effect(std::size_t direction, const Mechanism& mechanism) {
 Field load_capacity_field() {
   return shape::optional("load_capacity", capacity_table().shape(),
                          "at every point the largest load at O beside those that act");
+}
+
+Field stroke_capacity_field(const DriveList* drives) {
+  Shape shape =
+      stroke_capacity_table(drives ? std::optional(drives->first()) : std::nullopt).shape();
+  if (drives && drives->named()) {
+    std::vector<Field> each;
+    for (const DriveList::Item& drive : drives->items)
+      each.push_back(shape::optional(drive.name, stroke_capacity_table(drive.direction).shape(),
+                                     "of " + drive.name + ", the other drives at rest"));
+    shape = shape::record(std::move(each));
+  }
+  return shape::optional("stroke_capacity", std::move(shape),
+                         "the largest stroke from rest; of drives with names under these");
 }
 
 void read_load_capacity(const json& read, const Mechanism& mechanism, FaultList& faults,
@@ -98,14 +149,65 @@ void read_load_capacity(const json& read, const Mechanism& mechanism, FaultList&
   rule.largest_moment = spec.largest_moment;
   if (spec.supports.empty()) return;
   if (!spec.stiffness_share)
-    faults.add(at / "supports", shown(read["load_capacity"]["supports"]),
-               "it is said of which stiffness a share counts: give stiffness_share, too");
+    faults.add(at / "supports", shown(read["load_capacity"]["supports"]), share_is_missing);
   rule.supports = {};
   for (std::size_t i = 0; i < spec.supports.size(); ++i) {
     const std::size_t support = index_of(spec.supports[i]);
     if (const char* why = without_effect(support, mechanism))
       faults.add(at / "supports" / i, shown(spec.supports[i]), why);
     rule.supports[support] = true;
+  }
+}
+
+namespace {
+
+StrokeCapacityRule stroke_capacity_rule(const json& read, std::size_t drive,
+                                        const Mechanism& mechanism, const Pointer& at,
+                                        FaultList& faults) {
+  const Direction direction = mechanism.drives[drive].direction;
+  const StrokeCapacitySpec spec = stroke_capacity_table(direction).read(read);
+  double longest = 0;
+  for (const LeafSpring& leaf : mechanism.leaves) longest = std::max(longest, leaf.length);
+  StrokeCapacityRule rule{.drive = static_cast<int>(drive),
+                          .up_to = spec.up_to.value_or(is_rotation(direction) ? 1 : longest),
+                          .stress = spec.stress,
+                          .stiffness_share = spec.stiffness_share.value_or(0),
+                          .clearance = spec.clearance,
+                          .drive_load = spec.drive_load};
+  const auto listed = [](const auto& names, const std::string& name) {
+    return names.empty() || std::ranges::find(names, name) != names.end();
+  };
+  for (std::size_t way = 0; way < ways_of_drive.size(); ++way)
+    rule.ways[way] = listed(spec.ways, ways_of_drive[way]);
+  for (std::size_t d = 0; d < rule.supports.size(); ++d)
+    rule.supports[d] = listed(spec.supports, std::string(direction_names[d]));
+  if (!spec.supports.empty() && !spec.stiffness_share)
+    faults.add(at / "supports", shown(read["supports"]), share_is_missing);
+  for (std::size_t i = 0; i < spec.supports.size(); ++i)
+    if (const char* why = without_effect(index_of(spec.supports[i]), mechanism))
+      faults.add(at / "supports" / i, shown(spec.supports[i]), why);
+  return rule;
+}
+
+}  // namespace
+
+void read_stroke_capacity(const json& read, const Mechanism& mechanism, FaultList& faults,
+                          StrokeRequest& request) {
+  if (!read.contains("stroke_capacity") || !faults.sound("/stroke_capacity")) return;
+  const Pointer at("/stroke_capacity");
+  const json& section = read["stroke_capacity"];
+  if (!request.loads.driven() || mechanism.drives.empty()) {
+    faults.add(at, shown(section), "a drive makes the stroke: give a stroke, not a load_path");
+    return;
+  }
+  const DriveList drives(mechanism);
+  for (std::size_t k = 0; k < mechanism.drives.size(); ++k) {
+    const std::string& name = mechanism.drives[k].name;
+    if (!drives.named())
+      request.stroke_capacity.push_back(stroke_capacity_rule(section, k, mechanism, at, faults));
+    else if (section.contains(name))
+      request.stroke_capacity.push_back(
+          stroke_capacity_rule(section[name], k, mechanism, at / name, faults));
   }
 }
 

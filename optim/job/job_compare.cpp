@@ -300,10 +300,10 @@ std::vector<std::string> read_quantities(const json& read, const Job& job, Fault
     if (std::ranges::find(names, name) != names.end())
       faults.add(at, shown(read[i]), "it is listed before");
     names.push_back(name);
-    const bool sound =
-        std::ranges::all_of(std::array{"/design", "/stroke", "/buckling", "/load_capacity",
-                                       "/dynamics", "/fillet", "/fatigue", "/frequencies"},
-                            [&](const char* section) { return faults.sound(section); });
+    const bool sound = std::ranges::all_of(
+        std::array{"/design", "/stroke", "/buckling", "/load_capacity", "/stroke_capacity",
+                   "/dynamics", "/fillet", "/fatigue", "/frequencies"},
+        [&](const char* section) { return faults.sound(section); });
     if (!sound) continue;  // what is missing may be what is wrong
     if (const Check has = check_comparison(name, job.request); !has)
       faults.add(at, shown(read[i]), has.error());

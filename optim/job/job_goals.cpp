@@ -87,6 +87,8 @@ const Quantity& GoalContext::quantity(const std::string& name, const std::string
   if (found->row->needs.has(Output::load_capacity) && !is_answered(*found, request))
     throw refuse(fmt::format("it needs \"load_capacity\": {{\"directions\": [\"{}\"]}}",
                              found->row->components[static_cast<std::size_t>(found->component)]));
+  if (found->row->needs.has(Output::stroke_capacity) && !is_answered(*found, request))
+    throw refuse("it needs \"stroke_capacity\": {…}, of this drive and way");
   if (const Check has = check_stress(name, request);
       !has && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
     throw refuse(has.error());

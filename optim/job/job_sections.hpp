@@ -235,10 +235,16 @@ void read_stroke(nlohmann::json& read, const nlohmann::json& as_written, const D
 // How large loads at O may get: the key "load_capacity" of a job.
 
 Field load_capacity_field();
+/// And how far drives may go: "stroke_capacity". Without drives (null) units are not known.
+Field stroke_capacity_field(const DriveList* drives);
 
 /// Reads it against the drives, the end-effector and the materials. `request` has its loads.
 void read_load_capacity(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
                         StrokeRequest& request);
+
+/// Likewise; what it has by default does not depend on the points of the stroke.
+void read_stroke_capacity(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
+                          StrokeRequest& request);
 
 // How stresses are judged: the keys "fillet" and "fatigue" of a job.
 

@@ -270,6 +270,7 @@ Shape job_shape(const Family* family) {
                                     "not looked for")}),
                "at every point the factor of a load at which the mechanism becomes unstable"),
       load_capacity_field(),
+      stroke_capacity_field(family ? &drives : nullptr),
       with_default("branch", choice({"primary", "stable"}), "primary",
                    "where branches of equilibria meet: the one that the path comes along, or the "
                    "one that is stable"),

@@ -37,16 +37,13 @@ std::optional<double> value_of_nothing(const PathPoint& point, const std::string
   }
   if (quantity == "bandwidth" || quantity.starts_with("bandwidth."))
     return point.bandwidths.empty() ? std::nullopt : std::optional(endless_bandwidth);
-  if (needs_of(quantity).has(Output::load_capacity)) {
-    const auto& capacity = point.load_capacity[component_of(quantity)];
-    return capacity ? std::optional(capacity->value) : std::nullopt;
-  }
+  if (const auto bound = at_least(point, quantity)) return bound;
   if (!point.buckling) return std::nullopt;
   const CriticalLoad& load =
       quantity == "buckling.drive_free" ? point.buckling->drive_free : point.buckling->drive_locked;
   const bool asked = quantity == "buckling_load_factor" || quantity.starts_with("buckling.");
-  const bool never = load.at_least || load.none || load.factor.value_or(0) < 0;
-  return asked && never ? std::optional(load.at_least.value_or(no_critical_factor)) : std::nullopt;
+  const bool never = load.none || load.factor.value_or(0) < 0;
+  return asked && never ? std::optional(no_critical_factor) : std::nullopt;
 }
 
 // The quantities whose lowest over the stroke is that of several modes.

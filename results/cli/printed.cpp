@@ -135,6 +135,7 @@ std::string cost_of(const QuantityRow& row) {
       {Output::clearance, "surfaces"},
       {Output::buckling, "buckling, full leaves"},
       {Output::load_capacity, "growing loads, full leaves"},
+      {Output::stroke_capacity, "ways of their own"},
       {Output::dynamics, "harmonic motion, full leaves"}};
   for (const auto& [output, word] : words)
     if (row.needs.has(output)) return word;

@@ -37,6 +37,22 @@ std::string line(const std::string& name, const std::vector<std::string>& cells)
   return text + "\n";
 }
 
+/// The largest stroke of each drive either way, the load there, and what ends it.
+std::string stroke_capacity_lines(const PathPoint& point, const DriveList& drives) {
+  std::string text;
+  for (const Quantity& q : quantities(drives)) {
+    const auto k = static_cast<std::size_t>(q.component);
+    if (!q.row->needs.has(Output::stroke_capacity) || k >= point.stroke_capacity.size()) continue;
+    const auto& capacity = point.stroke_capacity[k];
+    if (!capacity) continue;
+    const bool open = capacity->limit == StrokeLimit::none;
+    text += line(q.label, {(open ? "> " : "") + shown(capacity->value, q.unit),
+                           shown(capacity->drive_load, load_unit(drives.items[k / 2].direction))});
+    text += fmt::format("    {}\n", capacity->reason);
+  }
+  return text;
+}
+
 /// The rows of the table with a designer's units.
 std::string stroke_lines(const StrokeResponse& response, const DriveList& drives,
                          const StrokeRequest& request) {
@@ -57,6 +73,7 @@ std::string stroke_lines(const StrokeResponse& response, const DriveList& drives
         reasons += fmt::format("  {} at {} {}: {}\n", row.label, table.front().label,
                                shown(table.front().cells[k].value, table.front().unit), why);
   }
+  if (!response.path.empty()) reasons += stroke_capacity_lines(response.path.front(), drives);
   return text + reasons;
 }
 
@@ -291,8 +308,7 @@ void add_number(const QuantityRow& row, const StrokeResponse& response, const Po
   for (const PathPoint* p : points) {
     StrokeCell& cell = added.cells.emplace_back(StrokeCell{row.value(*p, component)});
     if (cell.value) continue;
-    if (row.needs.has(Output::buckling) && p->buckling)
-      cell.value = p->buckling->drive_locked.at_least;
+    if (row.at_least) cell.value = row.at_least(*p, component);
     cell.at_least = cell.value.has_value();
     if (!cell.value) cell.reason = why_missing(*p, row, component);
   }
@@ -308,12 +324,11 @@ void add_capacities(const QuantityRow& row, const Points& points, const StrokeRe
                                                     .unit = row.unit({}, static_cast<int>(k)),
                                                     .absent = "none"});
     for (const PathPoint* p : points) {
+      const auto& capacity = p->load_capacity[k];
       StrokeCell& cell = added.cells.emplace_back();
-      if (const auto& capacity = p->load_capacity[k]) {
-        cell.value = capacity->value;
-        cell.at_least = capacity->limit == CapacityLimit::none;
-        if (cell.at_least) cell.reason = capacity->reason;
-      }
+      if (capacity) cell.value = capacity->value;
+      cell.at_least = capacity && capacity->limit == CapacityLimit::none;
+      if (cell.at_least) cell.reason = capacity->reason;
     }
   }
 }

@@ -166,6 +166,30 @@ Json capacity_limits_json(const PathPoint& point, const Mechanism& mechanism) {
   return limits;
 }
 
+const char* name_of(StrokeLimit limit) {
+  constexpr std::array names{"stress",      "yield",          "fatigue",
+                             "stiffness",   "clearance",      "drive_load",
+                             "instability", "no_equilibrium", "none"};
+  return names[static_cast<std::size_t>(limit)];
+}
+
+/// What ends the strokes, as the capacities stand; null where none was asked for.
+Json stroke_limits_json(const PathPoint& point, const Mechanism& mechanism) {
+  Json limits;
+  for (std::size_t k = 0; k < point.stroke_capacity.size(); ++k) {
+    const auto& capacity = point.stroke_capacity[k];
+    if (!capacity) continue;
+    Json one = {{"limit", name_of(capacity->limit)},
+                {"reason", capacity->reason},
+                {"drive_load", capacity->drive_load}};
+    if (capacity->limit == StrokeLimit::none) one["at_least"] = capacity->value;
+    if (capacity->stress) one["stress"] = notch_place_json(*capacity->stress, mechanism);
+    Json& of = point.drive_names.empty() ? limits : limits[point.drive_names[k / 2]];
+    of[k % 2 == 0 ? "forward" : "backward"] = std::move(one);
+  }
+  return limits;
+}
+
 /// Motion of every body by its name, as that of O is given.
 Json bodies_json(const PathPoint& point, const Mechanism& mechanism) {
   Json bodies = Json::object();
@@ -307,6 +331,8 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   json["buckling"] = buckling_json(point.buckling, mechanism);
   if (Json limits = capacity_limits_json(point, mechanism); !limits.is_null())
     json["load_capacity_limit"] = std::move(limits);
+  if (Json limits = stroke_limits_json(point, mechanism); !limits.is_null())
+    json["stroke_capacity_limit"] = std::move(limits);
   json["stable"] = point.stable;
   if (request.branch == BranchChoice::stable)
     json["branch"] = point.other_branch ? "other" : "primary";

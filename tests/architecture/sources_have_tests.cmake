@@ -95,6 +95,7 @@ set(tested_by
   core/response/undeflected_place core/response/test_solids
   core/response/named_point core/response/path/test_material_points
   core/response/quantities core/response/path/test_response
+  core/response/capacity_rows core/response/path/test_response
   core/response/quantity_rows core/response/path/test_response
   core/response/request core/response/path/test_response
   core/response/gradients/link_gradients core/response/gradients/test_joint_gradients

@@ -19,6 +19,8 @@ namespace flexopt {
 struct DesignDirections {
   std::vector<Mechanism> list;
   LeafRates rates;
+  /// What the strokes change by along each: drives × directions. Without columns they stay.
+  MatrixXd strokes;
 
   DesignDirections() = default;
   DesignDirections(const Mechanism& mechanism, std::vector<Mechanism> directions)

@@ -346,11 +346,14 @@ PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<
                                const StrokeRequest& request, const PathPoint& point,
                                const FullModeLists& lists, const Solids* solids,
                                const DynamicsMeasures* dynamics,
-                               const std::vector<std::vector<StressPlace>>& stress_places) {
+                               const std::vector<std::vector<StressPlace>>& stress_places,
+                               const MatrixXd& strokes) {
   const Mechanism& mechanism = factor.system().mechanism();
   const std::vector<Mechanism>& directions = design.directions();
   // (S7)
-  const MatrixXd moved = factor.balance(-design.residual(), request.loads.driven()),
+  const MatrixXd forces = -design.residual(),
+                 moved = strokes.size() > 0 ? factor.balance(forces, strokes)
+                                            : factor.balance(forces, request.loads.driven()),
                  state_rates = moved.topRows(factor.size());
   MovingFields fields(factor, design, state_rates);
   PointGradients gradients;

@@ -14,11 +14,12 @@ namespace flexopt {
 
 /// Modes: those that the point lists. `solids`: at the point; null where neither extents nor
 /// clearance are wanted. `dynamics`: with their terms; null where not wanted. `stress_places`: of
-/// PathPoint::sections.
+/// PathPoint::sections. `strokes`: DesignDirections.
 PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<double>& design,
                                const StrokeRequest& request, const PathPoint& point,
                                const FullModeLists& lists, const Solids* solids,
                                const DynamicsMeasures* dynamics,
-                               const std::vector<std::vector<StressPlace>>& stress_places);
+                               const std::vector<std::vector<StressPlace>>& stress_places,
+                               const MatrixXd& strokes);
 
 }  // namespace flexopt

@@ -13,6 +13,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/branch.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
+#include "core/response/path/stroke_capacity.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/response/solids.hpp"
 #include "core/response/stress_safety.hpp"
@@ -254,6 +255,8 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
       miss_frequency_derivatives(reached.what(), response);
     }
   add_room_taken(mechanism, request, differentiable, response);
+  if (request.wants_stroke_capacity())
+    cut_short |= add_stroke_capacities(mechanism, model, request, differentiable, response);
   if (path)
     summarise(response);
   else if (request.outputs.has(Output::frequency_derivatives) &&

@@ -231,7 +231,8 @@ Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids
   const auto design = design_rates(factor, differentiable_->design, *model_);
   if (!design) return refused(design.error());
   *gradients = point_gradients(factor, *design, *request_, point, modes, solids,
-                               request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_);
+                               request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_,
+                               differentiable_->design.strokes);
   return {};
 }
 

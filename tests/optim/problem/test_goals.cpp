@@ -112,6 +112,26 @@ TEST_CASE(
   CHECK_THAT(read_goal(g, response, job.request).error().message, Contains("unstable"));
 }
 
+TEST_CASE("a stroke without a limit counts as what is reached at least") {
+  StrokeResponse response;
+  PathPoint& p = response.path.emplace_back();
+  p.drive_names = {"x", "y"};
+  p.stroke_capacity.resize(4);
+  p.stroke_capacity[3] = {.value = 0.02, .limit = StrokeLimit::stress};
+  StrokeGradients gradients{{"a", "b"}, {PointGradients()}};
+  gradients.path[0].stroke_capacity.resize(4);
+  gradients.path[0].stroke_capacity[3] = Eigen::Vector2d(3, 4);
+  StrokeRequest request;
+  request.outputs = {Output::stroke_capacity};
+  const Goal g{"", "stroke_capacity.y.backward", {}, OverStroke::first, 1};
+  const auto read = [&] { return read_goal(g, response, request, &gradients).value(); };
+  CHECK(read().values == GoalValues{0.02});
+  CHECK(read().gradient == Eigen::RowVector2d(3, 4));
+  p.stroke_capacity[3] = {.value = 0.03, .limit = StrokeLimit::none};
+  CHECK(read().values == GoalValues{0.03});
+  CHECK(read().gradient.isZero(0));
+}
+
 TEST_CASE("a capacity without a limit counts as the load that is borne at least") {
   json document = guide::stiff_guide();
   document["stroke"] = {{"at", {0}}};

@@ -156,14 +156,17 @@ TEST_CASE("what is compared is what the job asks for") {
   more["loads"] = json::parse(R"([{"name": "payload", "force": [-1, 0, 0]}])");
   more["buckling"] = {{"load", "payload"}};
   more["load_capacity"] = {{"directions", {"uz"}}};
+  more["stroke_capacity"] = {{"up_to", 0.01}};
   more["dynamics"] = json::object();
   std::vector<std::string> all = plain;
-  all.insert(all.end(), {"buckling_load_factor", "buckling", "bandwidth", "load_capacity"});
+  all.insert(all.end(),
+             {"buckling_load_factor", "buckling", "bandwidth", "load_capacity", "stroke_capacity"});
   CHECK(names(more) == all);
   const auto outputs = [](const json& document) {
     return needs_of(compared_quantities(parse_job(document)));
   };
-  for (const Output output : {Output::buckling, Output::load_capacity, Output::dynamics}) {
+  for (const Output output :
+       {Output::buckling, Output::load_capacity, Output::stroke_capacity, Output::dynamics}) {
     CHECK(outputs(more).has(output));
     CHECK_FALSE(outputs(job_document()).has(output));
   }

@@ -22,6 +22,7 @@ json document() {
     "buckling": {"load": "payload", "largest_factor": 1e4},
     "load_capacity": {"directions":
       ["ux", "uz", "rx", "ry", "rz", "-ux", "-uz", "-rx", "-ry", "-rz"]},
+    "stroke_capacity": {"up_to": 0.02, "stress": 1e8},
     "dynamics": {"transmissibility": {"direction": "uz", "from": 10, "to": 400}},
     "fillet": 3e-4, "frequencies": 12,
     "stroke": {"from": 0, "to": 2e-3, "points": 2},

@@ -39,6 +39,7 @@ TEST_CASE("every quantity has a derivative of its own") {
   point.bandwidths = {vector()};
   point.transmissibility = vector();
   for (auto& d : point.load_capacity) d = vector();
+  point.stroke_capacity = {vector(), vector()};
 
   point.gain = numbered(6);
   point.cross_coupling = numbered(6);
