@@ -211,6 +211,28 @@ void PlanReader::read_springs() {
   });
 }
 
+void PlanReader::read_actuator(const json& from, const Pointer& at, DriveItem& drive) {
+  const bool turns = is_rotation(drive.direction);
+  if (from.contains("voice_coil")) {
+    const json& coil = from["voice_coil"];
+    const Pointer here = at / "voice_coil";
+    drive.voice_coil = {
+        number(coil["motor_constant"], turns ? "N m/A" : "N/A", here / "motor_constant"),
+        number(coil["resistance"], "ohm", here / "resistance")};
+  }
+  if (!from.contains("piezo")) return;
+  const json& stack = from["piezo"];
+  const Pointer here = at / "piezo";
+  if (turns || drive.voice_coil)
+    throw SpecError(here, shown(stack),
+                    turns ? "a piezo stack pushes along ux, uy or uz of its frame"
+                          : "a drive has one actuator");
+  DriveItem::Piezo& piezo = drive.piezo.emplace();
+  if (stack.contains("at")) piezo.at = vector(stack["at"], "m", here / "at");
+  piezo.free_stroke = number(stack["free_stroke"], "m", here / "free_stroke");
+  piezo.blocking_force = number(stack["blocking_force"], "N", here / "blocking_force");
+}
+
 void PlanReader::read_drives() {
   const auto read = [&](const json& from, const Pointer& at) {
     if (!from.is_object() || !faults_.sound(at)) return;
@@ -220,6 +242,7 @@ void PlanReader::read_drives() {
       drive.body = from["body"];
       drive.other = from["other"];
       drive.direction = direction_of(from["direction"]);
+      read_actuator(from, at, drive);
       plan_.drives.push_back(std::move(drive));
     });
   };

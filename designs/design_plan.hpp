@@ -125,6 +125,15 @@ struct SpringItem : DesignItem {
 struct DriveItem : DesignItem {
   std::string body, other;
   Direction direction = Direction::uy;
+  struct VoiceCoil {
+    DesignNumber motor_constant, resistance;
+  };
+  std::optional<VoiceCoil> voice_coil;
+  struct Piezo {
+    std::optional<DesignVector> at;  ///< where it pushes; none: the reference point of the body
+    DesignNumber free_stroke, blocking_force;
+  };
+  std::optional<Piezo> piezo;
 };
 
 struct DesignPlan;

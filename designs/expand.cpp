@@ -143,6 +143,15 @@ class Expander {
       if (drive.other != ground) item["other"] = name_of(drive.other);
       item["direction"] = direction_names[static_cast<std::size_t>(index(drive.direction))];
       if (!drive.axes.isIdentity(0)) item["frame"] = frame_of(i);
+      if (const auto& coil = drive.voice_coil)
+        item["voice_coil"] = {{"motor_constant", coil->motor_constant},
+                              {"resistance", coil->resistance}};
+      if (const auto& piezo = drive.piezo) {
+        const Vector3d at = drive.axes.transpose() * drive.piezo_at;
+        item["piezo"] = {{"at", numbers(at)},
+                         {"free_stroke", piezo->free_stroke},
+                         {"blocking_force", piezo->blocking_force}};
+      }
       list.push_back(std::move(item));
     }
     return list;

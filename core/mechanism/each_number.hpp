@@ -85,7 +85,17 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
       visit(spring.free_length);
     }
   }
-  for (auto& drive : mechanism.drives) entries(drive.axes);
+  for (auto& drive : mechanism.drives) {
+    entries(drive.axes);
+    if (drive.voice_coil) {
+      visit(drive.voice_coil->motor_constant);
+      visit(drive.voice_coil->resistance);
+    }
+    if (drive.piezo) {
+      visit(drive.piezo->free_stroke);
+      visit(drive.piezo->blocking_force);
+    }
+  }
 }
 
 /// What no parameter moves: name, strengths, expansion.
@@ -164,6 +174,8 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     drive.other = d.other;
     drive.direction = d.direction;
     drive.axes_change = d.axes_change;
+    if (d.voice_coil) drive.voice_coil.emplace();
+    if (d.piezo) drive.piezo.emplace();
   }
   std::vector<To*> places;
   each_number(to, [&](To& x) { places.push_back(&x); });

@@ -214,6 +214,22 @@ struct SpringT {
   std::optional<Matrix6<Scalar>> matrix;
 };
 
+/// A voice coil whose force is the drive load.
+template <class Scalar>
+struct VoiceCoilT {
+  Scalar motor_constant{};  ///< load over current [N/A or N m/A]
+  Scalar resistance{};      ///< of its winding [ohm]
+};
+
+/// A piezo stack. Its full voltage makes it longer by the free stroke where nothing loads it, and
+/// makes it push with the blocking force where its ends cannot part.
+template <class Scalar>
+struct PiezoStackT {
+  Scalar free_stroke{};     ///< [m]
+  Scalar blocking_force{};  ///< [N]
+  Scalar stiffness() const { return blocking_force / free_stroke; }
+};
+
 /// What a stroke prescribes: the motion of a body's reference point or its rotation, relative to
 /// `other`, along `direction` in axes of its own.
 template <class Scalar>
@@ -224,6 +240,10 @@ struct DriveT {
   /// Columns: x, y, z of the drive in the undeflected state, global; they turn with `other`.
   Matrix3<Scalar> axes = Matrix3<Scalar>::Identity();
   bool axes_change = false;  ///< along a design: the stroke then is a condition in any case
+  /// What makes the load. The stroke of a piezo is that of `body`, a body without mass at the end
+  /// of the stack, which a spring of the stack's stiffness ties to the body that the stack pushes.
+  std::optional<VoiceCoilT<Scalar>> voice_coil;
+  std::optional<PiezoStackT<Scalar>> piezo;
 };
 
 template <class Scalar>
