@@ -188,11 +188,14 @@ void PlanReader::read_springs() {
     spring.body = from["body"];
     spring.other = from["other"];
     spring.at = vector(from["at"], "m", at / "at");
-    if (from.contains("matrix") == from.contains("stiffness"))
+    const bool bushing = from.contains("matrix"), line = from.contains("line");
+    if (bushing + line + from.contains("stiffness") != 1)
       throw SpecError(at / "stiffness",
                       from.contains("stiffness") ? shown(from["stiffness"]) : "nothing",
-                      "give a stiffness, or the matrix of a bushing, one of the two");
-    const bool bushing = from.contains("matrix");
+                      "give a stiffness, a line, or the matrix of a bushing, one of them");
+    if (line && from.contains("free_length"))
+      throw SpecError(at / "free_length", shown(from["free_length"]),
+                      "the line of a spring says at which length it has no force");
     for (const char* key : {"other_at", "free_length"})
       if (bushing && from.contains(key))
         throw SpecError(at / key, shown(from[key]), "a bushing has one place");
@@ -203,7 +206,10 @@ void PlanReader::read_springs() {
         throw SpecError(at / "other_at", "nothing",
                         "it is required: the spring's end on the other body");
       spring.other_at = vector(from["other_at"], "m", at / "other_at");
-      spring.stiffness = number(from["stiffness"], "N/m", at / "stiffness");
+      for (std::size_t i = 0; line && i < from["line"].size(); ++i)
+        spring.line.push_back({number(from["line"][i][0], "m", at / "line" / i / 0),
+                               number(from["line"][i][1], "N", at / "line" / i / 1)});
+      if (!line) spring.stiffness = number(from["stiffness"], "N/m", at / "stiffness");
       if (from.contains("free_length"))
         spring.free_length = number(from["free_length"], "m", at / "free_length");
     }

@@ -119,7 +119,8 @@ struct SpringItem : DesignItem {
   DesignVector at, other_at;
   DesignNumber stiffness;
   std::optional<DesignNumber> free_length;
-  DesignMatrix matrix;  ///< 36 numbers of a bushing, else none
+  std::vector<std::array<DesignNumber, 2>> line;  ///< length and force, instead of both
+  DesignMatrix matrix;                            ///< 36 numbers of a bushing, else none
 };
 
 struct DriveItem : DesignItem {

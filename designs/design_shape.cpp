@@ -143,6 +143,8 @@ Shape springs() {
       optional("other_at", vector(), "its end on the other body"),
       optional("stiffness", number(), "force a length"),
       optional("free_length", number(), "without force; default: as built"),
+      optional("line", list(list(number(), 2, 2), 2, 100),
+               "instead of them: lengths, ascending, each with the force that pulls there"),
       optional("matrix", matrix(6), "of a bushing, about its place"),
   });
 }

@@ -116,8 +116,12 @@ class Expander {
         item["matrix"] = rows(*spring.matrix);
       } else {
         item["other_at"] = numbers(spring.other_place);
-        item["stiffness"] = spring.stiffness;
-        item["free_length"] = spring.free_length;
+        if (spring.line.empty()) {
+          item["stiffness"] = spring.stiffness;
+          item["free_length"] = spring.free_length;
+        } else {
+          item["line"] = spring.line;
+        }
       }
       list.push_back(std::move(item));
     }

@@ -158,6 +158,8 @@ void Flattener<S>::add_spring(const SpringItem& item) {
     if (value_of(S(Vector3<S>(spring.other_place - spring.place).norm())) == 0)
       throw SpecError(item.pointer + "/other_at", "\"" + spring.name + "\"",
                       "the two ends of a spring do not coincide");
+    for (const auto& [length, force] : item.line)
+      spring.line.push_back({number(length), number(force)});
     spring.free_length = item.free_length ? number(*item.free_length)
                                           : S(Vector3<S>(spring.other_place - spring.place).norm());
   } else {

@@ -16,6 +16,11 @@ Springs::Springs(const Mechanism& mechanism)
 void Springs::apply(double share) {
   for (std::size_t k = 0; k < acting_.size(); ++k) {
     if (acting_[k].matrix) continue;
+    const Spring& whole = mechanism_->springs[k];
+    const double slack =
+        whole.line.empty() || share == 1 ? 0 : (1 - share) * pull_at(whole, built_length(whole));
+    for (std::size_t i = 0; i < whole.line.size(); ++i)
+      acting_[k].line[i][1] = whole.line[i][1] - slack;
     const double free = mechanism_->springs[k].free_length, built = built_length(acting_[k]);
     acting_[k].free_length = share == 1 ? free : built + share * (free - built);
   }

@@ -36,6 +36,19 @@ void each_payload_number(Body& body, const Visit& visit) {
     }
 }
 
+/// visit(number) for each number of a drive's actuator.
+template <class Drive, class Visit>
+void each_actuator_number(Drive& drive, const Visit& visit) {
+  if (drive.voice_coil) {
+    visit(drive.voice_coil->motor_constant);
+    visit(drive.voice_coil->resistance);
+  }
+  if (drive.piezo) {
+    visit(drive.piezo->free_stroke);
+    visit(drive.piezo->blocking_force);
+  }
+}
+
 /// visit(number) for every number of the mechanism that a design may change.
 template <class Mechanism, class Visit>
 void each_number(Mechanism& mechanism, const Visit& visit) {
@@ -83,18 +96,15 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
       entries(spring.other_place);
       visit(spring.stiffness);
       visit(spring.free_length);
+      for (auto& [length, force] : spring.line) {
+        visit(length);
+        visit(force);
+      }
     }
   }
   for (auto& drive : mechanism.drives) {
     entries(drive.axes);
-    if (drive.voice_coil) {
-      visit(drive.voice_coil->motor_constant);
-      visit(drive.voice_coil->resistance);
-    }
-    if (drive.piezo) {
-      visit(drive.piezo->free_stroke);
-      visit(drive.piezo->blocking_force);
-    }
+    each_actuator_number(drive, visit);
   }
 }
 
@@ -166,6 +176,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     spring.body = s.body;
     spring.other = s.other;
     if (s.matrix) spring.matrix.emplace();
+    spring.line.resize(s.line.size());
   }
   for (const DriveT<From>& d : from.drives) {
     DriveT<To>& drive = to.drives.emplace_back();

@@ -209,6 +209,9 @@ struct SpringT {
   Vector3<Scalar> other_place;  ///< end on `other` [m]; not of a bushing
   Scalar stiffness{};           ///< not negative [N/m]; not of a bushing
   Scalar free_length{};         ///< length without force [m]; not of a bushing
+  /// Instead of stiffness and free length: at least two lengths [m], ascending, each with the force
+  /// that pulls the ends together there [N]. spring.hpp.
+  std::vector<std::array<Scalar, 2>> line;
   /// Stiffness of a bushing: loads at `place` over displacement and rotation of `body` relative to
   /// `other`, undeflected, global axes, symmetric and positive semidefinite [N/m, N, N m].
   std::optional<Matrix6<Scalar>> matrix;

@@ -142,7 +142,13 @@ TEST_CASE("an actuator that is written flat is the same mechanism") {
   json document = lever();
   document["frames"] = {{{"name", "turned"}, {"at", {0.01, 0, 0}}, {"turn", {{"z", 0.2}}}}};
   document["drive"]["frame"] = "turned";
-  for (const json& written : {document, guide()}) {
+  json sprung = guide();
+  sprung["springs"] = {{{"name", "spring"},
+                        {"body", "end_effector"},
+                        {"at", {"100 mm", 0, 0}},
+                        {"other_at", {"100 mm", "-50 mm", 0}},
+                        {"line", {{"30 mm", "-20 N"}, {"80 mm", "80 N"}}}}};
+  for (const json& written : {document, sprung}) {
     const Design design(written);
     const auto flat = expanded(*design.family, design.values, {}, steel);
     const Design again(json::parse(flat.dump()));
@@ -150,6 +156,27 @@ TEST_CASE("an actuator that is written flat is the same mechanism") {
     REQUIRE(a.size() == b.size());
     for (std::size_t i = 0; i < a.size(); ++i) CHECK(a[i] == Approx(b[i]).margin(1e-9));
   }
+}
+
+TEST_CASE(
+    "a spring with a straight line of forces acts as one of their stiffness, preload and all") {
+  json by_stiffness = guide(), by_line = guide();
+  by_stiffness["springs"] = {{{"name", "spring"},
+                              {"body", "end_effector"},
+                              {"at", {"100 mm", 0, 0}},
+                              {"other_at", {"100 mm", "-50 mm", "5 mm"}},
+                              {"stiffness", "2 N/mm"},
+                              {"free_length", "40 mm"}}};
+  by_line["springs"] = by_stiffness["springs"];
+  by_line["springs"][0].erase("stiffness");
+  by_line["springs"][0].erase("free_length");
+  by_line["springs"][0]["line"] = {{"30 mm", "-20 N"}, {"45 mm", "10 N"}, {"80 mm", "80 N"}};
+  for (const char* name : {"drive_load", "drive_stiffness", "displacement.x"})
+    CHECK(value(Design(by_line), 3e-3, name) ==
+          Approx(value(Design(by_stiffness), 3e-3, name)).epsilon(1e-9));
+  by_line["springs"][0]["line"][1][1] = "constant*0.8 [A]";  // no straight line any more
+  for (const char* name : {"drive_load", "drive_stiffness"})
+    check_derivatives(Design(by_line), 3e-3, name);
 }
 
 TEST_CASE("actuators that are none are refused") {
