@@ -140,14 +140,13 @@ TEST_CASE("the amplification of a lever is the ratio of its arms") {
 
 TEST_CASE("an actuator that is written flat is the same mechanism") {
   json document = lever();
-  document["frames"] = {{{"name", "turned"}, {"at", {0.01, 0, 0}}, {"turn", {{"z", 0.2}}}}};
+  document["frames"] =
+      json::parse(R"([{"name": "turned", "at": [0.01, 0, 0], "turn": [["z", 0.2]]}])");
   document["drive"]["frame"] = "turned";
   json sprung = guide();
-  sprung["springs"] = {{{"name", "spring"},
-                        {"body", "end_effector"},
-                        {"at", {"100 mm", 0, 0}},
-                        {"other_at", {"100 mm", "-50 mm", 0}},
-                        {"line", {{"30 mm", "-20 N"}, {"80 mm", "80 N"}}}}};
+  sprung["springs"] = json::parse(R"([{"name": "spring", "body": "end_effector",
+    "at": ["100 mm", 0, 0], "other_at": ["100 mm", "-50 mm", 0],
+    "line": [["30 mm", "-20 N"], ["80 mm", "80 N"]]}])");
   for (const json& written : {document, sprung}) {
     const Design design(written);
     const auto flat = expanded(*design.family, design.values, {}, steel);
@@ -161,16 +160,12 @@ TEST_CASE("an actuator that is written flat is the same mechanism") {
 TEST_CASE(
     "a spring with a straight line of forces acts as one of their stiffness, preload and all") {
   json by_stiffness = guide(), by_line = guide();
-  by_stiffness["springs"] = {{{"name", "spring"},
-                              {"body", "end_effector"},
-                              {"at", {"100 mm", 0, 0}},
-                              {"other_at", {"100 mm", "-50 mm", "5 mm"}},
-                              {"stiffness", "2 N/mm"},
-                              {"free_length", "40 mm"}}};
-  by_line["springs"] = by_stiffness["springs"];
-  by_line["springs"][0].erase("stiffness");
-  by_line["springs"][0].erase("free_length");
-  by_line["springs"][0]["line"] = {{"30 mm", "-20 N"}, {"45 mm", "10 N"}, {"80 mm", "80 N"}};
+  by_stiffness["springs"] = json::parse(R"([{"name": "spring", "body": "end_effector",
+    "at": ["100 mm", 0, 0], "other_at": ["100 mm", "-50 mm", "5 mm"],
+    "stiffness": "2 N/mm", "free_length": "40 mm"}])");
+  by_line["springs"] = json::parse(R"([{"name": "spring", "body": "end_effector",
+    "at": ["100 mm", 0, 0], "other_at": ["100 mm", "-50 mm", "5 mm"],
+    "line": [["30 mm", "-20 N"], ["45 mm", "10 N"], ["80 mm", "80 N"]]}])");
   for (const char* name : {"drive_load", "drive_stiffness", "displacement.x"})
     CHECK(value(Design(by_line), 3e-3, name) ==
           Approx(value(Design(by_stiffness), 3e-3, name)).epsilon(1e-9));
