@@ -207,11 +207,14 @@ void PlanReader::read_springs() {
     spring.body = name(from["body"], at / "body", spring);
     spring.other = name(from["other"], at / "other", spring);
     spring.at = vector(from["at"], "m", at / "at");
-    if (from.contains("matrix") == from.contains("stiffness"))
+    const bool bushing = from.contains("matrix"), line = from.contains("line");
+    if (bushing + line + from.contains("stiffness") != 1)
       throw SpecError(at / "stiffness",
                       from.contains("stiffness") ? shown(from["stiffness"]) : "nothing",
-                      "give a stiffness, or the matrix of a bushing, one of the two");
-    const bool bushing = from.contains("matrix");
+                      "give a stiffness, a line, or the matrix of a bushing, one of them");
+    if (line && from.contains("free_length"))
+      throw SpecError(at / "free_length", shown(from["free_length"]),
+                      "the line of a spring says at which length it has no force");
     for (const char* key : {"other_at", "free_length"})
       if (bushing && from.contains(key))
         throw SpecError(at / key, shown(from[key]), "a bushing has one place");
@@ -222,12 +225,37 @@ void PlanReader::read_springs() {
         throw SpecError(at / "other_at", "nothing",
                         "it is required: the spring's end on the other body");
       spring.other_at = vector(from["other_at"], "m", at / "other_at");
-      spring.stiffness = number(from["stiffness"], "N/m", at / "stiffness");
+      for (std::size_t i = 0; line && i < from["line"].size(); ++i)
+        spring.line.push_back({number(from["line"][i][0], "m", at / "line" / i / 0),
+                               number(from["line"][i][1], "N", at / "line" / i / 1)});
+      if (!line) spring.stiffness = number(from["stiffness"], "N/m", at / "stiffness");
       if (from.contains("free_length"))
         spring.free_length = number(from["free_length"], "m", at / "free_length");
     }
     plan_.springs.push_back(std::move(spring));
   });
+}
+
+void PlanReader::read_actuator(const json& from, const Pointer& at, DriveItem& drive) {
+  const bool turns = is_rotation(drive.direction);
+  if (from.contains("voice_coil")) {
+    const json& coil = from["voice_coil"];
+    const Pointer here = at / "voice_coil";
+    drive.voice_coil = {
+        number(coil["motor_constant"], turns ? "N m/A" : "N/A", here / "motor_constant"),
+        number(coil["resistance"], "ohm", here / "resistance")};
+  }
+  if (!from.contains("piezo")) return;
+  const json& stack = from["piezo"];
+  const Pointer here = at / "piezo";
+  if (turns || drive.voice_coil)
+    throw SpecError(here, shown(stack),
+                    turns ? "a piezo stack pushes along ux, uy or uz of its frame"
+                          : "a drive has one actuator");
+  DriveItem::Piezo& piezo = drive.piezo.emplace();
+  if (stack.contains("at")) piezo.at = vector(stack["at"], "m", here / "at");
+  piezo.free_stroke = number(stack["free_stroke"], "m", here / "free_stroke");
+  piezo.blocking_force = number(stack["blocking_force"], "N", here / "blocking_force");
 }
 
 void PlanReader::read_drives() {
@@ -239,6 +267,7 @@ void PlanReader::read_drives() {
       drive.body = name(from["body"], at / "body", drive);
       drive.other = name(from["other"], at / "other", drive);
       drive.direction = direction_of(from["direction"]);
+      read_actuator(from, at, drive);
       plan_.drives.push_back(std::move(drive));
     });
   };

@@ -122,12 +122,22 @@ struct SpringItem : DesignItem {
   DesignVector at, other_at;
   DesignNumber stiffness;
   std::optional<DesignNumber> free_length;
-  DesignMatrix matrix;  ///< 36 numbers of a bushing, else none
+  std::vector<std::array<DesignNumber, 2>> line;  ///< length and force, instead of both
+  DesignMatrix matrix;                            ///< 36 numbers of a bushing, else none
 };
 
 struct DriveItem : DesignItem {
   std::string body, other;
   Direction direction = Direction::uy;
+  struct VoiceCoil {
+    DesignNumber motor_constant, resistance;
+  };
+  std::optional<VoiceCoil> voice_coil;
+  struct Piezo {
+    std::optional<DesignVector> at;  ///< where it pushes; none: the reference point of the body
+    DesignNumber free_stroke, blocking_force;
+  };
+  std::optional<Piezo> piezo;
 };
 
 struct DesignPlan;

@@ -146,6 +146,8 @@ Shape springs() {
       optional("other_at", vector(), "its end on the other body"),
       optional("stiffness", number(), "force a length"),
       optional("free_length", number(), "without force; default: as built"),
+      optional("line", list(list(number(), 2, 2), 2, 100),
+               "instead of them: lengths, ascending, each with the force that pulls there"),
       optional("matrix", matrix(6), "of a bushing, about its place"),
   });
 }
@@ -167,6 +169,15 @@ std::vector<Field> drive_fields() {
           with_default("other", reference(), "ground", "against what"),
           required("direction", direction(), "along or about which axis of its frame"),
           optional("frame", reference(), "the frame that it is written in"),
+          optional("voice_coil",
+                   record({required("motor_constant", number(), "force or moment a current"),
+                           required("resistance", number(), "of its winding")}),
+                   "a voice coil makes the load"),
+          optional("piezo",
+                   record({optional("at", vector(), "where it pushes; default: the body's place"),
+                           required("free_stroke", number(), "at full voltage, without load"),
+                           required("blocking_force", number(), "at full voltage, held")}),
+                   "a piezo stack pushes the body: its stroke without load is prescribed"),
           optional("when", text(), "only under these choices")};
 }
 

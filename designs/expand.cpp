@@ -117,8 +117,12 @@ class Expander {
         item["matrix"] = rows(*spring.matrix);
       } else {
         item["other_at"] = numbers(spring.other_place);
-        item["stiffness"] = spring.stiffness;
-        item["free_length"] = spring.free_length;
+        if (spring.line.empty()) {
+          item["stiffness"] = spring.stiffness;
+          item["free_length"] = spring.free_length;
+        } else {
+          item["line"] = spring.line;
+        }
       }
       list.push_back(std::move(item));
     }
@@ -144,6 +148,15 @@ class Expander {
       if (drive.other != ground) item["other"] = name_of(drive.other);
       item["direction"] = direction_names[static_cast<std::size_t>(index(drive.direction))];
       if (!drive.axes.isIdentity(0)) item["frame"] = frame_of(i);
+      if (const auto& coil = drive.voice_coil)
+        item["voice_coil"] = {{"motor_constant", coil->motor_constant},
+                              {"resistance", coil->resistance}};
+      if (const auto& piezo = drive.piezo) {
+        const Vector3d at = drive.axes.transpose() * drive.piezo_at;
+        item["piezo"] = {{"at", numbers(at)},
+                         {"free_stroke", piezo->free_stroke},
+                         {"blocking_force", piezo->blocking_force}};
+      }
       list.push_back(std::move(item));
     }
     return list;

@@ -58,9 +58,10 @@ std::vector<std::string> counts_of(const DesignPlan& plan) {
 DriveList drives_of(const DesignPlan& plan) {
   DriveList list;
   for (const DriveItem& drive : plan.drives) {
-    const bool remote =
-        drive.body != "end_effector" || drive.other != "ground" || !drive.frame.empty();
-    list.items.push_back({drive.name, drive.direction, remote});
+    const bool remote = drive.body != "end_effector" || drive.other != "ground" ||
+                        !drive.frame.empty() || drive.piezo;
+    list.items.push_back({drive.name, drive.direction, remote, drive.voice_coil.has_value(),
+                          drive.piezo.has_value()});
     if (!remote) list.prescribed[static_cast<std::size_t>(index(drive.direction))] = true;
   }
   return list;

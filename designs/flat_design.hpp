@@ -35,8 +35,11 @@ template <class S>
 using FlatJoint = Sourced<JointT<S>>;
 template <class S>
 using FlatSpring = Sourced<SpringT<S>>;
+/// `piezo_at`: where the stack pushes its body, which is that of the drive.
 template <class S>
-using FlatDrive = Sourced<DriveT<S>>;
+struct FlatDrive : Sourced<DriveT<S>> {
+  Vector3<S> piezo_at = Vector3<S>::Zero();
+};
 
 /// A direction that a body holds, of the kind held_displacement or held_rotation.
 template <class S>

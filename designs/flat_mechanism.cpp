@@ -189,6 +189,38 @@ void add_held(MechanismT<S>& mechanism, const FlatBody<S>& from, int index) {
                                 .axis = direction.axis});
 }
 
+/// Puts a piezo stack between the bodies of its drive: a body without mass slides along the axis on
+/// `other`, as far as the drive says, and a spring along the axis ties the body to it.
+template <class S>
+void add_piezo(MechanismT<S>& mechanism, const FlatDrive<S>& from, DriveT<S>& drive) {
+  const std::string name = drive.name.empty() ? "piezo" : "piezo " + drive.name;
+  if (std::ranges::find(mechanism.bodies, name, &RigidBodyT<S>::name) != mechanism.bodies.end())
+    throw SpecError(from.source.pointer + "/piezo", "\"" + name + "\"",
+                    "the end of the stack is a body of this name, which another one has");
+  const int stack = static_cast<int>(mechanism.bodies.size());
+  const Vector3<S> axis = drive.axes.col(index(drive.direction));
+  RigidBodyT<S> end;
+  end.name = name;
+  end.role = BodyRole::intermediate;
+  end.reference = end.center_of_mass = from.piezo_at;
+  end.inertia = Matrix3<S>::Zero();
+  mechanism.bodies.push_back(std::move(end));
+  mechanism.joints.push_back({.name = name,
+                              .type = JointType::prismatic,
+                              .body = stack,
+                              .other = drive.other,
+                              .place = from.piezo_at,
+                              .axis = axis});
+  SpringT<S> spring{.name = name, .body = drive.body, .other = stack, .place = from.piezo_at};
+  Matrix6<S>& matrix = spring.matrix.emplace(Matrix6<S>::Zero());
+  const S stiffness = drive.piezo->stiffness();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) matrix(i, j) = stiffness * axis[i] * axis[j];
+  spring.other_place = spring.place;
+  mechanism.springs.push_back(std::move(spring));
+  drive.body = stack;
+}
+
 }  // namespace
 
 template <class S>
@@ -233,6 +265,10 @@ MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& mate
     add_held(mechanism, design.bodies[i], static_cast<int>(i));
   mechanism.springs.assign(design.springs.begin(), design.springs.end());
   mechanism.drives.assign(design.drives.begin(), design.drives.end());
+  for (std::size_t k = 0; k < design.drives.size(); ++k)
+    if (mechanism.drives[k].piezo)
+      attempt(design.drives[k].source,
+              [&] { add_piezo(mechanism, design.drives[k], mechanism.drives[k]); });
   faults.raise();
   return mechanism;
 }

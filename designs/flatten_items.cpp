@@ -158,6 +158,8 @@ void Flattener<S>::add_spring(const SpringItem& item) {
     if (value_of(S(Vector3<S>(spring.other_place - spring.place).norm())) == 0)
       throw SpecError(item.pointer + "/other_at", "\"" + spring.name + "\"",
                       "the two ends of a spring do not coincide");
+    for (const auto& [length, force] : item.line)
+      spring.line.push_back({number(length), number(force)});
     spring.free_length = item.free_length ? number(*item.free_length)
                                           : S(Vector3<S>(spring.other_place - spring.place).norm());
   } else {
@@ -185,6 +187,21 @@ void Flattener<S>::add_drive(const DriveItem& item) {
   drive.other = body(item, item.other, "/other");
   drive.direction = item.direction;
   drive.axes = at.axes;
+  if (item.voice_coil)
+    drive.voice_coil = {positive(item.voice_coil->motor_constant,
+                                 item.pointer + "/voice_coil/motor_constant", "a motor constant"),
+                        positive(item.voice_coil->resistance,
+                                 item.pointer + "/voice_coil/resistance", "a resistance")};
+  if (item.piezo) {
+    if (drive.body == ground)
+      throw SpecError(item.pointer + "/body", "\"ground\"", "a stack pushes a body that moves");
+    drive.piezo = {
+        positive(item.piezo->free_stroke, item.pointer + "/piezo/free_stroke", "a free stroke"),
+        positive(item.piezo->blocking_force, item.pointer + "/piezo/blocking_force",
+                 "a blocking force")};
+    drive.piezo_at = item.piezo->at ? at.place(vector(*item.piezo->at))
+                                    : out_.bodies[static_cast<std::size_t>(drive.body)].at;
+  }
   out_.drives.push_back(std::move(drive));
 }
 

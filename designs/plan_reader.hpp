@@ -37,6 +37,8 @@ class PlanReader {
   void read_springs();
   void read_parts();
   void read_drives();
+  void read_actuator(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                     DriveItem& drive);
   /// `at`: pointer of the direction, which ends with `key` behind that of the body.
   HeldDirection held(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
                      std::string key);

@@ -15,7 +15,11 @@ Springs::Springs(const Mechanism& mechanism)
 
 void Springs::apply(std::size_t k, double share) {
   if (acting_[k].matrix) return;
-  const double free = mechanism_->springs[k].free_length, built = built_length(acting_[k]);
+  const Spring& whole = mechanism_->springs[k];
+  const double built = built_length(whole), free = whole.free_length;
+  const double slack = whole.line.empty() || share == 1 ? 0 : (1 - share) * pull_at(whole, built);
+  for (std::size_t i = 0; i < whole.line.size(); ++i)
+    acting_[k].line[i][1] = whole.line[i][1] - slack;
   acting_[k].free_length = share == 1 ? free : built + share * (free - built);
 }
 

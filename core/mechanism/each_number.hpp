@@ -36,6 +36,19 @@ void each_payload_number(Body& body, const Visit& visit) {
     }
 }
 
+/// visit(number) for each number of a drive's actuator.
+template <class Drive, class Visit>
+void each_actuator_number(Drive& drive, const Visit& visit) {
+  if (drive.voice_coil) {
+    visit(drive.voice_coil->motor_constant);
+    visit(drive.voice_coil->resistance);
+  }
+  if (drive.piezo) {
+    visit(drive.piezo->free_stroke);
+    visit(drive.piezo->blocking_force);
+  }
+}
+
 /// visit(number) for every number of the mechanism that a design may change.
 template <class Mechanism, class Visit>
 void each_number(Mechanism& mechanism, const Visit& visit) {
@@ -83,9 +96,16 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
       entries(spring.other_place);
       visit(spring.stiffness);
       visit(spring.free_length);
+      for (auto& [length, force] : spring.line) {
+        visit(length);
+        visit(force);
+      }
     }
   }
-  for (auto& drive : mechanism.drives) entries(drive.axes);
+  for (auto& drive : mechanism.drives) {
+    entries(drive.axes);
+    each_actuator_number(drive, visit);
+  }
 }
 
 /// What no parameter moves: name, strengths, expansion.
@@ -157,6 +177,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     spring.body = s.body;
     spring.other = s.other;
     if (s.matrix) spring.matrix.emplace();
+    spring.line.resize(s.line.size());
   }
   for (const DriveT<From>& d : from.drives) {
     DriveT<To>& drive = to.drives.emplace_back();
@@ -165,6 +186,8 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
     drive.other = d.other;
     drive.direction = d.direction;
     drive.axes_change = d.axes_change;
+    if (d.voice_coil) drive.voice_coil.emplace();
+    if (d.piezo) drive.piezo.emplace();
   }
   std::vector<To*> places;
   each_number(to, [&](To& x) { places.push_back(&x); });

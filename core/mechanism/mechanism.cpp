@@ -365,6 +365,13 @@ Check check_rules(const Spring& spring, int bodies) {
   if (!spring.other_place.allFinite()) return Because(name + ": its place is not finite");
   if (!(built_length(spring) > 1e-9 * (spring.place.norm() + spring.other_place.norm())))
     return Because(name + ": its two ends coincide");
+  for (std::size_t i = 0; i < spring.line.size(); ++i) {
+    const auto& [length, force] = spring.line[i];
+    const double before = i == 0 ? 0 : spring.line[i - 1][0];
+    if (!(std::isfinite(length) && std::isfinite(force) && length > before))
+      return Because(name + ": the lengths of its line must ascend from above zero");
+  }
+  if (spring.line.size() == 1) return Because(name + ": its line needs two lengths or more");
   if (!(std::isfinite(spring.stiffness) && spring.stiffness >= 0))
     return Because(name + ": its stiffness must not be negative");
   if (!(std::isfinite(spring.free_length) && spring.free_length >= 0))

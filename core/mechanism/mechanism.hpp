@@ -210,9 +210,28 @@ struct SpringT {
   Vector3<Scalar> other_place;  ///< end on `other` [m]; not of a bushing
   Scalar stiffness{};           ///< not negative [N/m]; not of a bushing
   Scalar free_length{};         ///< length without force [m]; not of a bushing
+  /// Instead of stiffness and free length: at least two lengths [m], ascending, each with the force
+  /// that pulls the ends together there [N]. spring.hpp.
+  std::vector<std::array<Scalar, 2>> line;
   /// Stiffness of a bushing: loads at `place` over displacement and rotation of `body` relative to
   /// `other`, undeflected, global axes, symmetric and positive semidefinite [N/m, N, N m].
   std::optional<Matrix6<Scalar>> matrix;
+};
+
+/// A voice coil whose force is the drive load.
+template <class Scalar>
+struct VoiceCoilT {
+  Scalar motor_constant{};  ///< load over current [N/A or N m/A]
+  Scalar resistance{};      ///< of its winding [ohm]
+};
+
+/// A piezo stack. Its full voltage makes it longer by the free stroke where nothing loads it, and
+/// makes it push with the blocking force where its ends cannot part.
+template <class Scalar>
+struct PiezoStackT {
+  Scalar free_stroke{};     ///< [m]
+  Scalar blocking_force{};  ///< [N]
+  Scalar stiffness() const { return blocking_force / free_stroke; }
 };
 
 /// What a stroke prescribes: the motion of a body's reference point or its rotation, relative to
@@ -225,6 +244,10 @@ struct DriveT {
   /// Columns: x, y, z of the drive in the undeflected state, global; they turn with `other`.
   Matrix3<Scalar> axes = Matrix3<Scalar>::Identity();
   bool axes_change = false;  ///< along a design: the stroke then is a condition in any case
+  /// What makes the load. The stroke of a piezo is that of `body`, a body without mass at the end
+  /// of the stack, which a spring of the stack's stiffness ties to the body that the stack pushes.
+  std::optional<VoiceCoilT<Scalar>> voice_coil;
+  std::optional<PiezoStackT<Scalar>> piezo;
 };
 
 template <class Scalar>

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/mechanism/force_line.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -170,17 +172,28 @@ T turning(const V3<T>& f, const V3<T>& x, const V3<T>& y, const V3<T>& o) {
   return 0.5 * (dot(f, x) * dot(y, o) + dot(f, y) * dot(x, o)) - dot(f, o) * dot(x, y);
 }
 
-// The force k (1 − l₀/l) d between the ends and its derivative k (1 − l₀/l) 1 + k l₀/l³ d dᵀ.
+template <class S>
+double plain(const Rate<S>& x) {
+  return flexopt::plain(x.value);
+}
+
 template <class T>
-Answers<T> point_spring(const SpringNumbers<T>& s, const Ends<T>& e) {
+Pull<T> linear_pull(const SpringNumbers<T>& s, const T& length) {
+  const T stretch = length - s.free_length;
+  return {0.5 * s.stiffness * stretch * stretch, s.stiffness * stretch, s.stiffness};
+}
+
+// The force f/l d between the ends and its derivative f/l 1 + (f′ − f/l)/l² d dᵀ.
+template <class T, class PullAt>
+Answers<T> point_spring(const PullAt& pull_at, const Ends<T>& e) {
   using std::sqrt;
   const V3<T>& d = e.apart;
-  const T length = sqrt(dot(d, d)), stretch = length - s.free_length;
-  const T share = s.stiffness * stretch / length,
-          along = s.stiffness * s.free_length / (length * length * length);
+  const T length = sqrt(dot(d, d));
+  const Pull<T> pull = pull_at(length);
+  const T share = pull.force / length, along = (pull.stiffness - share) / (length * length);
   const V3<T> force = share * d;
   Answers<T> r;
-  r.energy = 0.5 * s.stiffness * stretch * stretch;
+  r.energy = pull.energy;
   for (int i = 0; i < 12; ++i) {
     const Motion<T> y(i);
     const V3<T> v = y.moves(e);
@@ -315,7 +328,17 @@ Answers<typename Read::T> answers(const SpringState<S>& at, const SpringState<S>
   const auto s = read<S>(*at.spring, *rate.spring, number);
   const auto body = read(at.body, rate.body, number), other = read(at.other, rate.other, number);
   const auto e = ends_of(s, body, other);
-  return at.spring->matrix ? bushing(s, e, body, other) : point_spring(s, e);
+  using T = typename Read::T;
+  if (at.spring->matrix) return bushing(s, e, body, other);
+  if (at.spring->line.empty())
+    return point_spring([&](const T& length) { return linear_pull(s, length); }, e);
+  const auto point = [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    const std::array<double, 2>&x = at.spring->line[k], &dx = rate.spring->line[k];
+    return std::array<T, 2>{number(S(x[0]), S(dx[0])), number(S(x[1]), S(dx[1]))};
+  };
+  const ForceLine<T, decltype(point)> line{point, static_cast<int>(at.spring->line.size())};
+  return point_spring([&](const T& length) { return line.at(length); }, e);
 }
 
 template <class S, class T, class Of>
@@ -354,8 +377,16 @@ template SpringForcesOf<Jet> spring_rates(const SpringState<Jet>&, const SpringS
 
 double built_length(const Spring& spring) { return (spring.place - spring.other_place).norm(); }
 
+double pull_at(const Spring& spring, double length) {
+  if (spring.line.empty()) return spring.stiffness * (length - spring.free_length);
+  const auto point = [&](int i) { return spring.line[static_cast<std::size_t>(i)]; };
+  const ForceLine<double, decltype(point)> line{point, static_cast<int>(spring.line.size())};
+  return line.at(length).force;
+}
+
 bool is_preloaded(const Spring& spring) {
   if (spring.matrix) return false;
+  if (!spring.line.empty()) return pull_at(spring, built_length(spring)) != 0;
   const double built = built_length(spring);
   return spring.stiffness > 0 && std::abs(spring.free_length - built) > 1e-12 * built;
 }

@@ -7,7 +7,10 @@ namespace flexopt {
 
 /// Energy of a spring or bushing, with derivatives by (displacement, spin) of `body` and `other`.
 ///
-/// A spring whose ends are d apart has the energy ½ k (|d| − l₀)².
+/// A spring whose ends are d apart has the energy ½ k (|d| − l₀)². The force of one with a line is
+/// a cubic of the length between two neighbours of the table, with the slopes that the parabola
+/// through a length and its two neighbours has there; beyond the ends it goes on straight. So its
+/// stiffness has no jumps, and its energy counts from the first length.
 ///
 /// A bushing with the matrix K has ½ eᵀ K e. The six numbers e are how far its place on `body` is
 /// from that on `other`, and the rotation vector of `body` relative to `other`, both in axes that
@@ -47,6 +50,8 @@ extern template SpringForcesOf<Jet> spring_rates(const SpringState<Jet>&, const 
 
 /// Distance of the undeflected ends of a spring between two points [m].
 double built_length(const Spring& spring);
+/// Force of a spring between two points that pulls its ends together at a length [m] [N].
+double pull_at(const Spring& spring, double length);
 /// Whether it pulls or pushes in the undeflected state. Bushings do not.
 bool is_preloaded(const Spring& spring);
 

@@ -1,18 +1,10 @@
 #include "core/response/gain.hpp"
 
 #include "core/mechanism/drive.hpp"
+#include "core/response/quantity_readers.hpp"
 
 namespace flexopt {
 namespace {
-
-template <auto Member>
-std::optional<double> of_motion(const PathPoint& p, int k) {
-  return k < std::ssize(p.*Member) ? (p.*Member)[static_cast<std::size_t>(k)] : std::nullopt;
-}
-template <auto Member>
-std::optional<VectorXd> of_motion(const PathPoint&, const PointGradients& g, int k) {
-  return k < (g.*Member).rows() ? std::optional<VectorXd>((g.*Member).row(k)) : std::nullopt;
-}
 
 QuantityRow motion_row(std::string name, std::string label, std::string meaning) {
   return {.name = std::move(name),
@@ -79,16 +71,16 @@ std::vector<QuantityRow> gain_rows() {
       "derivative of the end-effector's motion in a direction (displacement of O, spin, along "
       "global axes) by the stroke of a drive that acts elsewhere, other drives locked; along the "
       "output of an amplifier its amplification ratio");
-  gain.value = of_motion<&PathPoint::gain>;
-  gain.gradient = of_motion<&PointGradients::gain>;
-  gain.of_remote_drives = true;
+  gain.value = entry<&PathPoint::gain>;
+  gain.gradient = rate_row<&PointGradients::gain>;
+  gain.of_kind = &DriveList::Item::remote;
   QuantityRow coupling = motion_row(
       "cross_coupling", "cross-coupling",
       "motion of the end-effector in a direction over that along the output of the drive, while "
       "this drive alone moves on; the output is the global axis along which a sliding drive moves "
       "O most, or about which a turning one turns the end-effector most");
-  coupling.value = of_motion<&PathPoint::cross_coupling>;
-  coupling.gradient = of_motion<&PointGradients::cross_coupling>;
+  coupling.value = entry<&PathPoint::cross_coupling>;
+  coupling.gradient = rate_row<&PointGradients::cross_coupling>;
   return {gain, coupling};
 }
 

@@ -103,13 +103,14 @@ DriveList::DriveList(Direction drive) : items{{{}, drive}} { prescribed[index(dr
 
 DriveList::DriveList(const Mechanism& mechanism) : prescribed(prescribed_directions(mechanism)) {
   for (const Drive& drive : mechanism.drives)
-    items.push_back({drive.name, drive.direction, !end_effector_direction(mechanism, drive)});
+    items.push_back({drive.name, drive.direction, !end_effector_direction(mechanism, drive),
+                     drive.voice_coil.has_value(), drive.piezo.has_value()});
 }
 
 bool DriveList::offers(const QuantityRow& row, int component) const {
   if (row.of_supports && prescribed[component % 6]) return false;
   const auto drive = static_cast<std::size_t>(component / components_of(row));
-  return !row.of_remote_drives || (drive < items.size() && items[drive].remote);
+  return !row.of_kind || (drive < items.size() && items[drive].*row.of_kind);
 }
 
 std::vector<Quantity> quantities(const DriveList& drives) {

@@ -25,6 +25,7 @@ struct DriveList {
     std::string name;
     Direction direction = Direction::uy;
     bool remote = false;  ///< it is none of the end-effector along a global axis
+    bool voice_coil = false, piezo = false;
   };
   std::vector<Item> items;
   std::array<bool, 6> prescribed{};  ///< directions of the end-effector
@@ -81,8 +82,8 @@ struct QuantityRow {
   /// One number for each drive, or all components: those of drives with names are called
   /// "name.drive" or "name.drive.component".
   bool of_drives = false;
-  bool of_remote_drives = false;  ///< only of drives that are not of the end-effector
-  bool of_design = false;         ///< one number of the design: the same at every point
+  bool DriveList::Item::*of_kind = nullptr;  ///< only of drives of which this holds
+  bool of_design = false;                    ///< one number of the design: the same at every point
   bool in_csv = true;  ///< as columns of their own; the frequencies have their kinds beside
   SummaryLine in_summary = SummaryLine::none;
   bool in_report = false;  ///< a row of the report's tables

@@ -1,7 +1,8 @@
 // The rows of the table of quantities, by topic.
+#include "core/response/actuators.hpp"
 #include "core/response/gain.hpp"
 #include "core/response/principal_stiffness.hpp"
-#include "core/response/quantities.hpp"
+#include "core/response/quantity_readers.hpp"
 
 namespace flexopt {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 constexpr int most_frequencies = 12;  // that have names of their own
 
 // Readers of a member of a point or of its gradients: a number, the value of a peak, a safety or a
-// gain, an entry of a list, the component of an array, a row of a matrix.
+// gain, the component of an array.
 template <auto Member>
 std::optional<double> number(const PathPoint& p, int) {
   return p.*Member;
@@ -23,27 +24,12 @@ std::optional<double> value_within(const PathPoint& p, int) {
   return p.*Member ? std::optional((p.*Member)->value) : std::nullopt;
 }
 template <auto Member>
-std::optional<double> entry(const PathPoint& p, int k) {
-  if (k >= static_cast<int>((p.*Member).size())) return std::nullopt;
-  return (p.*Member)[k];
-}
-template <auto Member>
-std::optional<VectorXd> entry(const PathPoint&, const PointGradients& g, int k) {
-  if (k >= static_cast<int>((g.*Member).size())) return std::nullopt;
-  return (g.*Member)[k];
-}
-template <auto Member>
 std::optional<double> component(const PathPoint& p, int k) {
   return (p.*Member)[k];
 }
 template <auto Member>
 std::optional<VectorXd> component(const PathPoint&, const PointGradients& g, int k) {
   return (g.*Member)[k];
-}
-template <auto Member>
-std::optional<VectorXd> rate_row(const PathPoint&, const PointGradients& g, int k) {
-  if (k >= (g.*Member).rows()) return std::nullopt;
-  return VectorXd((g.*Member).row(k));
 }
 
 // Value of drive k, and its derivatives. Those of the first drive also stand on their own.
@@ -365,9 +351,9 @@ std::vector<QuantityRow> dynamics() {
 const std::vector<QuantityRow>& quantity_rows() {
   static const std::vector<QuantityRow> rows = [] {
     std::vector<QuantityRow> all;
-    for (const auto& topic :
-         {load_and_motion(), gain_rows(), frequencies_and_stress(), stress_safety(),
-          softest_translation(), room_taken(), buckling(), dynamics(), capacity_rows()})
+    for (const auto& topic : {load_and_motion(), gain_rows(), actuator_rows(),
+                              frequencies_and_stress(), stress_safety(), softest_translation(),
+                              room_taken(), buckling(), dynamics(), capacity_rows()})
       all.insert(all.end(), topic.begin(), topic.end());
     return all;
   }();

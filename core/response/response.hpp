@@ -228,6 +228,9 @@ struct PathPoint {
   /// Gain over the motion along the drive's output (gain.hpp). It has no value in the direction of
   /// a drive of the end-effector, nor where the drive has no output.
   std::vector<std::optional<double>> cross_coupling;
+  /// Of each drive current [A] and power [W] of its voice coil, and stroke that is left [m], share
+  /// of the voltage and amplification of its piezo stack, drive by drive: actuators.hpp.
+  std::vector<std::optional<double>> voice_coil, piezo;
   std::vector<double> frequencies_free, frequencies_locked;  ///< ascending [Hz]
   std::vector<Mode> modes_free, modes_locked;
   std::optional<double> parasitic_frequency;  ///< [Hz]

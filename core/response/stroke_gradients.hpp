@@ -27,7 +27,8 @@ struct PointGradients {
   VectorXd drive_load, drive_stiffness;     ///< along the parameters, of the first drive
   MatrixXd drive_loads, drive_stiffnesses;  ///< drives × parameters
   MatrixXd gain, cross_coupling;            ///< 6 · drives × parameters
-  MatrixXd displacement, rotation;          ///< 3 × parameters
+  std::vector<std::optional<VectorXd>> voice_coil, piezo;  ///< as the point's
+  MatrixXd displacement, rotation;                         ///< 3 × parameters
   std::array<std::optional<VectorXd>, 6> support_stiffness;
   /// Derivatives of the translational block of `PathPoint::compliance_locked`, one for each
   /// parameter; zero rows and columns where the block has them.

@@ -66,7 +66,8 @@ bool is_answered(const std::string& name, const Job& job) {
   const std::vector<const QuantityRow*> rows = rows_of(name);
   return std::ranges::any_of(cases_of(job), [&](const JobCase& one) {
     return std::ranges::any_of(rows, [&](const QuantityRow* row) {
-      return flexopt::is_answered(*row, one.request) && !row->needs.has_any(where_listed);
+      return flexopt::is_answered(*row, one.request) && !row->of_kind &&
+             !row->needs.has_any(where_listed);
     });
   });
 }

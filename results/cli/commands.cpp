@@ -219,7 +219,8 @@ int describe_designs(const CommandLine& line) {
 
 int list_quantities(const CommandLine& line) {
   DriveList drives(Direction::uy);
-  drives.items.front().remote = true;  // without a family all rows are listed
+  DriveList::Item& any = drives.items.front();  // without a family all rows are listed
+  any.remote = any.voice_coil = any.piezo = true;
   if (line.family) drives = family_of(*line.family)->drives;
   fmt::print("{}", describe_quantities(drives));
   return exit_usable;

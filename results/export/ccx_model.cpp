@@ -4,6 +4,7 @@
 
 #include "core/math/decompositions.hpp"
 #include "core/mechanism/joint.hpp"
+#include "core/mechanism/spring.hpp"
 
 namespace flexopt {
 
@@ -38,6 +39,16 @@ class Ties {
     deck_->line("*ELEMENT, TYPE=SPRINGA, ELSET=SPRING{}\n{}, {}, {}", set, ++number_, tie.node,
                 tie.other);
     const double built = (spring.place - spring.other_place).norm();
+    if (!spring.line.empty()) {  // the program joins points by straight lines
+      constexpr int parts = 200;
+      const double first = spring.line.front()[0], way = spring.line.back()[0] - first;
+      deck_->line("*SPRING, NONLINEAR, ELSET=SPRING{}\n", set);
+      for (int i = 0; i <= parts; ++i) {
+        const double length = first + way * i / parts;
+        deck_->line("{:#.12g}, {:#.12g}", pull_at(spring, length), length - built);
+      }
+      return;
+    }
     if (built == spring.free_length) {
       deck_->line("*SPRING, ELSET=SPRING{}\n\n{:#.12g}", set, spring.stiffness);
       return;

@@ -25,6 +25,7 @@ set(tested_by
   core/elements/plate/plate_point_gradient core/response/gradients/test_material_point_gradients
   core/elements/plate/plate_series core/response/path/test_frequency_derivatives
   core/elements/plate/plate_series_edges core/response/path/test_frequency_derivatives
+  core/response/actuators designs/test_actuators
   designs/describe designs/test_families
   designs/design_items designs/test_design_files
   designs/design_plan designs/test_design_files

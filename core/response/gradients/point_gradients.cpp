@@ -7,6 +7,7 @@
 
 #include "core/math/eigenvalue_branches.hpp"
 #include "core/math/rotation.hpp"
+#include "core/response/actuators.hpp"
 #include "core/response/gain.hpp"
 #include "core/response/gradients/moving_places.hpp"
 #include "core/response/room_taken.hpp"
@@ -372,13 +373,18 @@ PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<
   if (request.outputs.has(Output::gain)) gains = gain_columns(factor, columns);
   const ModeColumns free_columns = mode_columns(factor, lists.free, columns),
                     locked_columns = mode_columns(factor, lists.locked, columns);
-  if (columns.empty()) return gradients;
-  const MatrixXd rates = column_rates(design, columns, state_rates);
-  if (stiffness) set_stiffness(*stiffness, columns, rates, 6 * mechanism.end_effector, gradients);
-  if (request.outputs.has(Output::gain)) set_drive_motions(factor, gains, rates, gradients);
-  set_frequencies(free_columns, rates, gradients.frequencies_free, gradients.clusters_free);
-  set_frequencies(locked_columns, rates, gradients.frequencies_locked, gradients.clusters_locked);
-  set_parasitic_frequency(point, request.parasitic.drive, gradients);
+  if (!columns.empty()) {
+    const MatrixXd rates = column_rates(design, columns, state_rates);
+    if (stiffness) set_stiffness(*stiffness, columns, rates, 6 * mechanism.end_effector, gradients);
+    if (request.outputs.has(Output::gain)) set_drive_motions(factor, gains, rates, gradients);
+    set_frequencies(free_columns, rates, gradients.frequencies_free, gradients.clusters_free);
+    set_frequencies(locked_columns, rates, gradients.frequencies_locked, gradients.clusters_locked);
+    set_parasitic_frequency(point, request.parasitic.drive, gradients);
+  }
+  if (has_actuators(mechanism))
+    set_actuator_gradients(mechanism, directions,
+                           factor.drive_shapes().middleRows<6>(6 * mechanism.end_effector), point,
+                           gradients);
   return gradients;
 }
 

@@ -92,39 +92,33 @@ RitzPairs locked_pairs(const BlockKrylov& krylov, int count) {
   return pairs;
 }
 
-// Ritz pairs with the drives free, in the basis [V, Ĉ], Ĉ = (C − V W) L⁻ᵀ, W = VᵀM C, L Lᵀ = CᵀM C
-// − WᵀW; K_l⁻¹M C, given, is in V.
+// Ritz pairs with the drives free, in the basis [V, Ĉ], Ĉ = (C − V W) P, W = VᵀM C, PᵀS P = 1 with
+// S = CᵀM C − WᵀW; K_l⁻¹M C, given, is in V. What of C has no mass beside V, as of a drive that
+// moves a body without mass, is left out: there S is rounding.
 RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const MatrixXd& inertial,
                      int count) {
+  constexpr double in_V = 1e-12;  // of a drive's mass
   const int k = krylov.columns();
-  const auto d = drive.shapes.cols();
   const MatrixXd T = krylov.T();
-  if (d == 0) return locked_pairs(krylov, count);
+  if (drive.shapes.cols() == 0) return locked_pairs(krylov, count);
   const MatrixXd W = krylov.V().transpose() * drive.mass, G = krylov.MV().transpose() * inertial,
-                 TW = T * W;
-  const MatrixXd size = drive.shapes.transpose() * drive.mass - W.transpose() * W;
-  const Cholesky factor(size);
-  if (!factor.positive_definite()) {  // they lie in V
-    LargestPairs in_V = lowest_of(T + W * drive.compliance * W.transpose(), count + guards);
-    RitzPairs pairs{std::move(in_V.values), std::move(in_V.vectors), {}};
-    pairs.of_C = MatrixXd::Zero(d, pairs.of_V.cols());
-    complete(krylov, count, pairs);
-    return pairs;
-  }
-  const MatrixXd L = factor.solve_lower(size).transpose(), WD = W * drive.compliance;
-  const auto beside = [&](const MatrixXd& A) {  // A L⁻ᵀ
-    return MatrixXd(factor.solve_lower(A.transpose()).transpose());
-  };
+                 TW = T * W, whole = drive.shapes.transpose() * drive.mass;
+  const VectorXd unit = whole.diagonal().cwiseSqrt(), by = unit.cwiseInverse();
+  const SymmetricEigen beside(by.asDiagonal() * (whole - W.transpose() * W) * by.asDiagonal());
+  const auto d = (beside.eigenvalues().array() > in_V).count();  // the last of the ascending ones
+  const VectorXd size = beside.eigenvalues().tail(d).cwiseSqrt();
+  const MatrixXd Q = beside.eigenvectors().rightCols(d),
+                 P = by.asDiagonal() * Q * size.cwiseInverse().asDiagonal(),
+                 SP = unit.asDiagonal() * Q * size.asDiagonal(), WD = W * drive.compliance;
   MatrixXd F(k + d, k + d);
   F.topLeftCorner(k, k) = T + WD * W.transpose();
-  F.topRightCorner(k, d) = beside(G - TW) + WD * L;
+  F.topRightCorner(k, d) = (G - TW) * P + WD * SP;
   F.bottomLeftCorner(d, k) = F.topRightCorner(k, d).transpose();
   const MatrixXd inner = drive.mass.transpose() * inertial - W.transpose() * G - G.transpose() * W +
                          W.transpose() * TW;
-  F.bottomRightCorner(d, d) =
-      beside(beside(inner).transpose()) + L.transpose() * drive.compliance * L;
+  F.bottomRightCorner(d, d) = P.transpose() * inner * P + SP.transpose() * drive.compliance * SP;
   LargestPairs largest = lowest_of(F, count + guards);
-  RitzPairs pairs{std::move(largest.values), {}, factor.solve_upper(largest.vectors.bottomRows(d))};
+  RitzPairs pairs{std::move(largest.values), {}, P * largest.vectors.bottomRows(d)};
   pairs.of_V = largest.vectors.topRows(k) - W * pairs.of_C;
   complete(krylov, count, pairs);
   return pairs;

@@ -5,6 +5,7 @@
 #include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
+#include "core/response/actuators.hpp"
 #include "core/response/gain.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/response/stability/critical_load.hpp"
@@ -56,6 +57,7 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   point.drive_stiffnesses.assign(c.drive_stiffness.begin(), c.drive_stiffness.end());
   if (!point.drive_stiffnesses.empty()) point.drive_stiffness = point.drive_stiffnesses.front();
   set_gain(system.mechanism(), c.drive_motion, point);
+  if (has_actuators(system.mechanism())) set_actuators(system.mechanism(), c.drive_motion, point);
   point.negative_pivots =
       request.loads.driven() ? c.negative_pivots : negative_pivots(system, false);
   point.stable = point.negative_pivots == 0;

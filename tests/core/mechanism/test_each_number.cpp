@@ -36,8 +36,11 @@ Mechanism everything() {
   m.joints.push_back({.name = "hinge", .type = JointType::spherical, .body = 0, .other = 1});
   m.springs.push_back({.name = "spring", .body = 1, .other = 0});
   m.springs.push_back({.name = "bushing", .body = 1, .matrix = Matrix6d::Zero()});
+  m.springs.push_back({.name = "line", .body = 1, .line = {{0, 0}, {0, 0}}});
   m.end_effector = 0;
   m.drives = {{.name = "turn", .body = 1, .other = 0, .direction = Direction::rz}};
+  m.drives[0].voice_coil.emplace();
+  m.drives[0].piezo.emplace();
   double next = 0;
   each_number(m, [&](double& x) { x = ++next; });
   return m;
@@ -55,14 +58,15 @@ TEST_CASE("every number of a mechanism is visited once") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
   // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, arc,
-  // profiles; joint; spring: ends, stiffness, length; bushing: place, matrix; drive
-  REQUIRE(all.size() ==
-          2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 1 + 2 + 144 + 6 + (6 + 2) + (3 + 36) + 9);
+  // profiles; joint; spring: ends, stiffness, length; bushing: place, matrix; line; drive,
+  // actuators
+  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 1 + 2 + 144 + 6 + (6 + 2) +
+                            (3 + 36) + (6 + 2 + 4) + 9 + 4);
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
-  CHECK(m.springs[0].free_length == double(all.size()) - 48);
-  CHECK(m.springs[1].matrix->maxCoeff() == double(all.size()) - 9);
-  CHECK(m.drives[0].axes.maxCoeff() == double(all.size()));
+  CHECK(m.springs[0].free_length == double(all.size()) - 64);
+  CHECK(m.springs[1].matrix->maxCoeff() == double(all.size()) - 25);
+  CHECK(m.drives[0].piezo->blocking_force == double(all.size()));
 }
 
 TEST_CASE("a mechanism with other numbers keeps names, indices and kinds") {

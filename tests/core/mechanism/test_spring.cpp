@@ -32,6 +32,13 @@ Spring point_spring() {
           .stiffness = 3e3,
           .free_length = 0.08};
 }
+// Lengths on both sides of every state of these tests.
+Spring spring_with_line() {
+  Spring spring = point_spring();
+  spring.stiffness = spring.free_length = 0;
+  spring.line = {{0.02, 5}, {0.05, 12}, {0.07, 25}, {0.12, 40}, {0.3, 400}};
+  return spring;
+}
 Spring bushing() {
   return {.name = "bushing",
           .body = 0,
@@ -73,7 +80,7 @@ double deviation(const MatrixXd& exact, const Derivatives& d) {
 }  // namespace
 
 TEST_CASE("the force of a spring is the gradient of its energy, the tangent its derivative") {
-  const Spring spring = GENERATE(point_spring(), bushing());
+  const Spring spring = GENERATE(point_spring(), spring_with_line(), bushing());
   INFO(spring.name);
   const Bodies at;
   const SpringForces here = spring_forces(spring, at.body, at.other);
@@ -99,7 +106,7 @@ TEST_CASE("the force of a spring is the gradient of its energy, the tangent its 
 }
 
 TEST_CASE("a motion of both bodies leaves the energy of a spring alone and turns its forces") {
-  const Spring spring = GENERATE(point_spring(), bushing());
+  const Spring spring = GENERATE(point_spring(), spring_with_line(), bushing());
   const Bodies at;
   const SpringForces here = spring_forces(spring, at.body, at.other);
   const Matrix3d R = rotation_exp({1.1, 0.3, -2.0});
@@ -122,7 +129,7 @@ TEST_CASE("a motion of both bodies leaves the energy of a spring alone and turns
 }
 
 TEST_CASE("which of its bodies a spring names first makes no difference") {
-  const Spring spring = GENERATE(point_spring(), bushing());
+  const Spring spring = GENERATE(point_spring(), spring_with_line(), bushing());
   Spring other = spring;
   if (!spring.matrix) std::swap(other.place, other.other_place);
   const Bodies at;
@@ -174,8 +181,34 @@ TEST_CASE("a spring pulls along its line with stiffness times stretch") {
   CHECK(f.energy == Approx(0.5 * pull * pull / 3e3));
 }
 
+TEST_CASE("a line of forces is smooth, goes through its table and on straight") {
+  Spring spring = spring_with_line();
+  for (const auto& [length, force] : spring.line)
+    CHECK(pull_at(spring, length) == Approx(force).epsilon(1e-13));
+  const double step = 1e-7;
+  const auto slope = [&](double length, double h) {
+    return (pull_at(spring, length + h) - pull_at(spring, length)) / h;
+  };
+  for (const auto& [length, force] : spring.line)
+    CHECK(slope(length, -step) == Approx(slope(length, step)).epsilon(1e-4));
+  CHECK(slope(0.4, 0.1) == Approx(slope(0.3, step)).epsilon(1e-4));
+  CHECK(slope(0.005, 0.01) == Approx(slope(0.02, -step)).epsilon(1e-4));
+  // a parabola is met exactly
+  for (auto& [length, force] : spring.line) force = 3 - 200 * length + 4e3 * length * length;
+  for (const double length : {0.03, 0.06, 0.1, 0.2})
+    CHECK(pull_at(spring, length) ==
+          Approx(3 - 200 * length + 4e3 * length * length).epsilon(1e-12));
+  // a straight line is a spring of one stiffness
+  for (auto& [length, force] : spring.line) force = 3e3 * (length - 0.08);
+  const Bodies at;
+  const SpringForces a = spring_forces(spring, at.body, at.other),
+                     b = spring_forces(point_spring(), at.body, at.other);
+  CHECK((a.force - b.force).norm() < 1e-12 * b.force.norm());
+  CHECK((a.tangent - b.tangent).norm() < 1e-12 * b.tangent.norm());
+}
+
 TEST_CASE("forces of springs along a path are its series") {
-  const Spring spring = GENERATE(point_spring(), bushing());
+  const Spring spring = GENERATE(point_spring(), spring_with_line(), bushing());
   const Bodies at;
   const Vector12d y = some_motion(0.6);
   // bodies that move by y s: exp(s ω) R
@@ -210,7 +243,7 @@ TEST_CASE("forces of springs along a path are its series") {
 }
 
 TEST_CASE("rates of a spring along its numbers and a motion are those of differences") {
-  const Spring spring = GENERATE(point_spring(), bushing());
+  const Spring spring = GENERATE(point_spring(), spring_with_line(), bushing());
   const Bodies at;
   Spring rate{.name = "rate", .place = {0.3, -0.2, 0.5}};
   if (spring.matrix) {
@@ -221,6 +254,8 @@ TEST_CASE("rates of a spring along its numbers and a motion are those of differe
     rate.other_place = {-0.1, 0.4, 0.2};
     rate.stiffness = 5e3;
     rate.free_length = 0.07;
+    rate.line = spring.line;
+    for (std::size_t i = 0; i < rate.line.size(); ++i) rate.line[i] = {0.01 * i, 30.0 - 20.0 * i};
   }
   const Vector12d y = some_motion(2.2);
   const Vector3d reference_rate[2] = {{0.1, 0.2, -0.3}, {0.2, -0.4, 0.1}};
@@ -233,6 +268,8 @@ TEST_CASE("rates of a spring along its numbers and a motion are those of differe
       now.other_place += s * rate.other_place;
       now.stiffness += s * rate.stiffness;
       now.free_length += s * rate.free_length;
+      for (std::size_t i = 0; i < now.line.size(); ++i)
+        for (std::size_t k = 0; k < 2; ++k) now.line[i][k] += s * rate.line[i][k];
     }
     Bodies there = moved(at, s * y);
     there.body.reference += s * reference_rate[0];
@@ -265,6 +302,10 @@ TEST_CASE("springs that cannot be are refused with their name") {
   CHECK_THAT(rule(point_spring(), [](Spring& s) { s.stiffness = -1; }), Contains("stiffness"));
   CHECK_THAT(rule(point_spring(), [](Spring& s) { s.free_length = -0.1; }),
              Contains("free length"));
+  CHECK(check_rules(spring_with_line(), 2));
+  CHECK_THAT(rule(spring_with_line(), [](Spring& s) { s.line[2][0] = 0.04; }), Contains("ascend"));
+  CHECK_THAT(rule(spring_with_line(), [](Spring& s) { s.line.resize(1); }),
+             Contains("two lengths"));
   CHECK_THAT(rule(point_spring(), [](Spring& s) { s.place[1] = NAN; }), Contains("finite"));
   CHECK_THAT(rule(bushing(), [](Spring& s) { (*s.matrix)(0, 1) += 100; }), Contains("symmetric"));
   CHECK_THAT(rule(bushing(), [](Spring& s) { (*s.matrix)(3, 3) *= -1; }), Contains("negative"));
