@@ -57,6 +57,7 @@ json one_of_each() {
 /// All places below one.
 void add_places(const json& value, const json::json_pointer& at,
                 std::vector<json::json_pointer>& places) {
+  if (!value.is_structured()) return;
   for (const auto& [key, inner] : value.items()) {
     places.push_back(value.is_array() ? at / std::stoul(key) : at / key);
     add_places(inner, json::json_pointer(places.back()), places);

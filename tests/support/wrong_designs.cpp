@@ -129,7 +129,7 @@ const std::vector<WrongDesign>& wrong_designs() {
        "/frames/0/turn/0/0",
        "expected"},
       {"/joints", on_end_effector({{"type", "revolute"}}), "/joints/0/axis", "required"},
-      {"/springs", on_end_effector(json::object()), "/springs/0/stiffness", "one of the two"},
+      {"/springs", on_end_effector(json::object()), "/springs/0/stiffness", "one of them"},
       {"/parts", leaf_part("stage", 3e-4), "/parts/0/join", "the part has no such body"},
       {"/parts", leaf_part("end_effector", 0.03), "/parts/0", "of the family leaf_spring"},
       {"/parts", leaf_part("end_effector", 3e-4), "/parts/0",

@@ -67,7 +67,7 @@ StrokeRequest trial_request(const Mechanism& mechanism, const StrokeCapacityRule
   request.outputs = {Output::equilibrium};
   request.branch = BranchChoice::primary;
   request.in_order = false;
-  request.probes.clear();
+  request.named_points.clear();
   request.frequencies = request.stress_peaks = 0;
   StressRules& stress = request.stress;
   stress.life = false;
@@ -304,8 +304,8 @@ StrokeCapacity StrokeSearch::find(double sign) {
     if (!search(sign)) {
       capacity.reason = "no limit up to the stroke where the search ends";
     } else if (beyond_.number) {
-      capacity = {.limit = beyond_.number->limit, .reason = what_happens(beyond_.point)};
-      capacity.stress = peak_of(*beyond_.number, beyond_.point);
+      capacity = {.limit = beyond_.number->limit, .reason = what_happens(end().point)};
+      capacity.stress = peak_of(*beyond_.number, end().point);
     } else {
       capacity = beyond_end();
     }

@@ -177,7 +177,7 @@ TEST_CASE("a sensor on a clamped edge moves with its body, and static sag is 1/Ï
                        : undeflected);
   for (const double f : {0.0, 40.0}) {
     const Eigen::MatrixXcd H = frequency_response(model, f);
-    const int corner = output(model, "probe.corner.x");
+    const int corner = output(model, "point.corner.x");
     for (Eigen::Index k = 0; k < H.cols(); ++k) {
       const Eigen::Vector3cd u = H.block<3, 1>(0, k), w = H.block<3, 1>(3, k);
       const Eigen::Vector3cd expected = u - hat(arm).cast<Complex>() * w;
