@@ -197,6 +197,7 @@ void add_piezo(MechanismT<S>& mechanism, const FlatDrive<S>& from, DriveT<S>& dr
   if (std::ranges::find(mechanism.bodies, name, &RigidBodyT<S>::name) != mechanism.bodies.end())
     throw SpecError(from.source.pointer + "/piezo", "\"" + name + "\"",
                     "the end of the stack is a body of this name, which another one has");
+  if (drive.body == drive.other) return;  // against itself: refused as any such drive
   const int stack = static_cast<int>(mechanism.bodies.size());
   const Vector3<S> axis = drive.axes.col(index(drive.direction));
   RigidBodyT<S> end;

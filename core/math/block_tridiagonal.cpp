@@ -1,6 +1,7 @@
 #include "core/math/block_tridiagonal.hpp"
 
 #include <Eigen/Jacobi>
+#include <algorithm>
 #include <cmath>
 
 #include "core/math/work_limit.hpp"

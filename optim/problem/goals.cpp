@@ -174,14 +174,24 @@ std::optional<VectorXd> chained(const Expression& formula, const ParameterValues
   return sum;
 }
 
-/// What counts of a formula at a point. `numbers`: the parameters, which get the quantities there.
+/// Whether a value is zero but for rounding, beside the others of the path.
+bool is_rounding(double value, const std::string& quantity, const StrokeResponse& response) {
+  double largest = 0;
+  for (const PathPoint& point : response.path)
+    largest = std::max(largest, std::abs(value_of(point, quantity).value_or(0)));
+  return std::abs(value) < 1e-12 * largest;
+}
+
+/// What counts of a formula at a point. `numbers`: the parameters, which get the quantities there;
+/// one that is rounding counts as zero, so that nothing is divided by it.
 Answer<std::vector<PointValue>, Why> values_at(const Expression& formula, const ReadPath& path,
                                                const PathPoint& point, ParameterValues& numbers) {
   std::map<std::string, PointValue> terms;
   for (const std::string& quantity : formula.quantities()) {
     auto found = values_at(quantity, 1, path, point);
     if (!found) return BecauseOf(found.error());
-    numbers[quantity] = found->front().value;
+    const double value = found->front().value;
+    numbers[quantity] = is_rounding(value, quantity, path.response) ? 0 : value;
     terms[quantity] = std::move(found->front());
   }
   const std::optional<double> value = formula.value(numbers);
@@ -206,6 +216,8 @@ Answer<void, Why> check_point(const PathPoint& point, const StrokeResponse& resp
                                   why.empty() ? "" : ": ", why),
                       "no equilibrium"});
   }
+  if (response.status == Status::limit_reached && request.wants_stroke_capacity())
+    return BecauseOf({fmt::format("limit reached: {}", response.message), "limit reached"});
   const bool unstable = path && !point.stable;
   if (!unstable && !(point.bifurcation_passed && request.branch == BranchChoice::primary))
     return {};

@@ -43,10 +43,12 @@ class Ties {
       constexpr int parts = 200;
       const double first = spring.line.front()[0], way = spring.line.back()[0] - first;
       deck_->line("*SPRING, NONLINEAR, ELSET=SPRING{}\n", set);
-      for (int i = 0; i <= parts; ++i) {
-        const double length = first + way * i / parts;
+      const auto point = [&](double length) {
         deck_->line("{:#.12g}, {:#.12g}", pull_at(spring, length), length - built);
-      }
+      };
+      if (1e-3 * built < first) point(1e-3 * built);  // straight beyond both ends
+      for (int i = 0; i <= parts; ++i) point(first + way * i / parts);
+      point(first + way + 100 * built);
       return;
     }
     if (built == spring.free_length) {

@@ -221,6 +221,9 @@ PathPoint Exported::standing(const Outputs& outputs) const {
   loads.temperature.clear();
   loads.body_expansion.clear();
   loads.gravity.setZero();
+  loads.mounting.clear();
+  loads.spring_steps.clear();
+  loads.gravity_step = loads.temperature_step = 0;
   return unloaded.equilibria({strokes}, model, outputs).front();
 }
 

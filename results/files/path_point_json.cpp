@@ -184,6 +184,8 @@ Json stroke_limits_json(const PathPoint& point, const Mechanism& mechanism) {
                 {"drive_load", capacity->drive_load}};
     if (capacity->limit == StrokeLimit::none) one["at_least"] = capacity->value;
     if (capacity->stress) one["stress"] = notch_place_json(*capacity->stress, mechanism);
+    if (capacity->stress && capacity->limit == StrokeLimit::fatigue)
+      one["stress"].erase("position");  // of a cycle
     Json& of = point.drive_names.empty() ? limits : limits[point.drive_names[k / 2]];
     of[k % 2 == 0 ? "forward" : "backward"] = std::move(one);
   }

@@ -55,13 +55,18 @@ std::vector<Mode> classified_modes(const Mechanism& mechanism, const VectorXd& o
   MatrixXd rest = phi, M_rest = M_phi, M_shapes;
   VectorXd of_drive = VectorXd::Zero(omega2.size());
   if (shapes.cols() > 0) M_shapes = mass(shapes);
+  VectorXd masses(shapes.cols());
   for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
+    const double whole = shapes.col(k).dot(M_shapes.col(k));
     for (Eigen::Index j = 0; j < k; ++j) {  // M-orthogonal, one after the other
-      const double by = M_shapes.col(j).dot(shapes.col(k)) / M_shapes.col(j).dot(shapes.col(j));
+      if (masses[j] == 0) continue;
+      const double by = M_shapes.col(j).dot(shapes.col(k)) / masses[j];
       shapes.col(k) -= by * shapes.col(j);
       M_shapes.col(k) -= by * M_shapes.col(j);
     }
     const double b = shapes.col(k).dot(M_shapes.col(k));
+    masses[k] = b > 1e-12 * whole ? b : 0;  // else it moves no mass, or that of drives before
+    if (masses[k] == 0) continue;
     const Eigen::RowVectorXd a = shapes.col(k).transpose() * M_phi;
     of_drive += (a.cwiseAbs2() / b).transpose();
     rest -= shapes.col(k) * (a / b);

@@ -103,7 +103,8 @@ RitzPairs free_pairs(const BlockKrylov& krylov, const DriveShapes& drive, const 
   if (drive.shapes.cols() == 0) return locked_pairs(krylov, count);
   const MatrixXd W = krylov.V().transpose() * drive.mass, G = krylov.MV().transpose() * inertial,
                  TW = T * W, whole = drive.shapes.transpose() * drive.mass;
-  const VectorXd unit = whole.diagonal().cwiseSqrt(), by = unit.cwiseInverse();
+  const VectorXd unit = whole.diagonal().cwiseMax(0).cwiseSqrt(),
+                 by = unit.unaryExpr([](double u) { return u > 0 ? 1 / u : 0.0; });
   const SymmetricEigen beside(by.asDiagonal() * (whole - W.transpose() * W) * by.asDiagonal());
   const auto d = (beside.eigenvalues().array() > in_V).count();  // the last of the ascending ones
   const VectorXd size = beside.eigenvalues().tail(d).cwiseSqrt();

@@ -27,6 +27,8 @@ class BranchWalk {
 
   /// To rest under the constant loads: for the first way makes the leaves and puts the loads on.
   void begin();
+  /// Bifurcations that the constant loads have passed do not count on this way.
+  void count_from_rest() { bifurcation_passed_ = false; }
   /// Evaluates point k, from where the walk stands. Its gradients too, where `differentiable` has
   /// room for them.
   void visit(std::size_t k);

@@ -258,7 +258,7 @@ StrokeRequest estimate_request(StrokeRequest request) {
                           Output::state_space, Output::shapes});
   request.values = PathValues::as_modelled;
   request.buckling_load.clear();
-  request.named_points.clear();
+  if (request.dynamics) request.dynamics->transfers.clear();  // they have no estimates
   return request;
 }
 

@@ -255,8 +255,12 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
       miss_frequency_derivatives(reached.what(), response);
     }
   add_room_taken(mechanism, request, differentiable, response);
-  if (request.wants_stroke_capacity())
-    cut_short |= add_stroke_capacities(mechanism, model, request, differentiable, response);
+  if (request.wants_stroke_capacity() &&
+      add_stroke_capacities(mechanism, model, request, differentiable, response)) {
+    cut_short = true;
+    response.message += response.message.empty() ? "" : "; ";
+    response.message += "a limit of work ended the search for stroke capacities";
+  }
   if (path)
     summarise(response);
   else if (request.outputs.has(Output::frequency_derivatives) &&

@@ -168,10 +168,20 @@ void StrokeSearch::visit(double stroke) {
   if (astray_) {
     go_to(rule_.up_to / search_steps);  // leaves are made for strokes of this size
     walk_.begin();
+    // mounting may have left the drives elsewhere
+    if (stroke != 0 && !request_.loads.mounting.empty() && walk_.lost().empty()) {
+      go_to(0);
+      walk_.visit(0);
+    }
+    walk_.count_from_rest();
   }
   astray_ = false;
   go_to(stroke);
-  if (walk_.lost().empty()) return walk_.visit(0);
+  if (walk_.lost().empty()) {
+    walk_.visit(0);
+    if (stroke == 0) walk_.count_from_rest();
+    return;
+  }
   response_.path[0].status = PointStatus::no_equilibrium;
   response_.path[0].message = walk_.lost();
 }
@@ -196,7 +206,8 @@ Trial StrokeSearch::look(double stroke) {
   visit(stroke);
   Trial trial{stroke, response_.path[0]};
   PathPoint& point = trial.point;
-  astray_ = point.status != PointStatus::converged || !point.stable || point.bifurcation_passed;
+  astray_ = point.status != PointStatus::converged || !point.stable ||
+            (stroke != 0 && point.bifurcation_passed);
   if (astray_) return trial;
   if (!rest_) {
     rest_ = point;
@@ -293,7 +304,7 @@ StrokeCapacity StrokeSearch::beyond_end() const {
   if (!point.fatigue_fault.empty())
     return {.limit = StrokeLimit::fatigue, .reason = point.fatigue_fault};
   return {.limit = StrokeLimit::instability,
-          .reason = point.message.empty() ? "the equilibrium is unstable" : point.message};
+          .reason = point.stable ? point.message : "the equilibrium is unstable"};
 }
 
 StrokeCapacity StrokeSearch::find(double sign) {
@@ -304,8 +315,10 @@ StrokeCapacity StrokeSearch::find(double sign) {
     if (!search(sign)) {
       capacity.reason = "no limit up to the stroke where the search ends";
     } else if (beyond_.number) {
-      capacity = {.limit = beyond_.number->limit, .reason = what_happens(end().point)};
-      capacity.stress = peak_of(*beyond_.number, end().point);
+      capacity = {.limit = beyond_.number->limit, .reason = what_happens(beyond_.point)};
+      const BoundedNumber& number = *beyond_.number;
+      const bool here = number.row->value(end().point, number.component).has_value();
+      capacity.stress = peak_of(number, here ? end().point : beyond_.point);
     } else {
       capacity = beyond_end();
     }
@@ -335,7 +348,7 @@ PointGradients StrokeSearch::gradients_at(double stroke) {
   return found;
 }
 
-std::optional<VectorXd> StrokeSearch::gradient(double sign) {
+std::optional<VectorXd> StrokeSearch::gradient(double sign) try {
   const Eigen::Index count = parameters();
   if (count < 0 || !beyond_.number) return std::nullopt;
   if (end().stroke == 0) return VectorXd(VectorXd::Zero(count));
@@ -344,10 +357,15 @@ std::optional<VectorXd> StrokeSearch::gradient(double sign) {
   const auto of = number.row->gradient(response_.path[0], found, number.component);
   if (!of || (*of)[count] == 0) return std::nullopt;
   VectorXd rates = of->head(count);
-  if (number.of_rest)
-    rates -= rule_.stiffness_share *
-             number.row->gradient(*rest_, rest_gradients_, number.component)->head(count);
+  if (number.of_rest) {
+    const auto at_rest = number.row->gradient(*rest_, rest_gradients_, number.component);
+    if (!at_rest) return std::nullopt;
+    rates -= rule_.stiffness_share * at_rest->head(count);
+  }
   return VectorXd(-sign / (*of)[count] * rates);  // (S38)
+} catch (const WorkLimitReached&) {
+  cut_short_ = true;
+  return std::nullopt;
 }
 
 }  // namespace

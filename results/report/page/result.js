@@ -19,7 +19,7 @@ export let undeflected = false;
 export let load_path = false;  // nothing is driven: stroke is the load factor
 
 function job_of_case() {
-  const {name, ...own} = whole.job?.cases?.find((c) => c.name === shown_case) ?? {}, all = {...whole.job};
+  const {name, ...own} = [whole.job?.cases ?? []].flat().find((c) => c.name === shown_case) ?? {}, all = {...whole.job};
   if (own.stroke) delete all.load_path;
   if (own.load_path) delete all.stroke;
   return {...all, ...own};

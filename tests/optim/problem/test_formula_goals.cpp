@@ -167,6 +167,23 @@ TEST_CASE("a formula whose quantity or value is missing says so, with the place"
              Contains("support_stiffness.uz has no value"));
 }
 
+TEST_CASE("a formula divides by no number that is rounding") {
+  json document = guide();
+  document["optimise"]["objective"] = {{"maximise", "support_stiffness.uz/drive_load"}};
+  const Job job = parse_job(document);
+  const Goal goal = make_goals(job).front();
+  StrokeResponse response;
+  PathPoint p;
+  p.status = PointStatus::converged;
+  p.stable = true;
+  p.support_stiffness[2] = 3;
+  p.drive_load = 2;
+  response.path = {p, p, p};
+  CHECK(read_goal(goal, response, job.request));
+  response.path[1].drive_load = 1e-28;
+  CHECK_THAT(read_goal(goal, response, job.request).error().message, Contains("is not finite"));
+}
+
 TEST_CASE("the least mass of a guide that is so much stiffer across than along is found") {
   json job = json::parse(R"J({
     "job": "optimise", "design": {"family": "double_parallelogram", "parameters": {

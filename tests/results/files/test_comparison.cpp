@@ -88,6 +88,7 @@ TEST_CASE("Every quantity of the table can be compared, and stands in all files"
   document["loads"] = json::parse(R"([{"name": "payload", "force": [-5, 0, 0]}])");
   document["buckling"] = {{"load", "payload"}, {"largest_factor", 1e4}};
   document["load_capacity"] = {{"directions", {"-ux", "uz"}}};
+  document["stroke_capacity"] = {{"up_to", 8e-3}, {"stress", "100 MPa"}};
   document["dynamics"] =
       json::parse(R"({"transmissibility": {"direction": "uz", "from": 10, "to": 400}})");
   document["fillet"] = 3e-4;
