@@ -44,7 +44,7 @@ struct AssemblyError {
 struct MountingStep {
   std::string name = {};     ///< for messages
   bool drives_free = false;  ///< in the first steps alone: what was held is not released
-  /// Where the drives go before [m, rad], one stroke for each; nothing: they stay where they are.
+  /// The drives first go there [m, rad], one stroke for each; nothing: they stay where they are.
   std::optional<VectorXd> strokes = {};
 };
 

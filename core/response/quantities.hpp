@@ -90,7 +90,7 @@ struct QuantityRow {
 };
 
 const std::vector<QuantityRow>& quantity_rows();
-/// Those of load_capacity and stroke_capacity.
+/// The rows of load_capacity and stroke_capacity.
 std::vector<QuantityRow> capacity_rows();
 
 /// Whether an evaluation by this request has the numbers of the row: a load that grows is named, a

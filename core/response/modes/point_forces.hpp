@@ -14,7 +14,7 @@ namespace flexopt {
 Answer<MatrixXd> point_forces(const MechanismFactor& factor, const std::vector<NamedPoint>& points,
                               LeafRates& rates);
 
-/// The same of a point on a body.
+/// A point on a body is read in the same way.
 MatrixXd point_on_body_forces(const MechanismFactor& factor, const NamedPoint& point);
 
 }  // namespace flexopt

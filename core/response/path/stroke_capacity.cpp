@@ -60,7 +60,7 @@ std::vector<BoundedNumber> bounded_numbers(const StrokeCapacityRule& rule,
   return all;
 }
 
-// What is asked at the trial strokes. Fatigue counts the cycle from rest to the stroke, or the one
+// The request at the trial strokes. Fatigue counts the cycle from rest to the stroke, or the one
 // of the stated ratio.
 StrokeRequest trial_request(const Mechanism& mechanism, const StrokeCapacityRule& rule,
                             StrokeRequest request) {
@@ -82,14 +82,14 @@ StrokeRequest trial_request(const Mechanism& mechanism, const StrokeCapacityRule
 struct Trial {
   double stroke = 0;
   PathPoint point;
-  std::optional<double> over =
-      {};  // (S37); nothing: no equilibrium, an unstable one, or no numbers
+  // (S37); nothing: no equilibrium, an unstable one, or no numbers
+  std::optional<double> over = {};
   const BoundedNumber* number = nullptr;  // which is largest
 
   bool inside() const { return over && *over < 0; }
 };
 
-// Where the stress is that a number is made of.
+// The stress that a number is made of, with its place.
 std::optional<StressPeak> peak_of(const BoundedNumber& number, const PathPoint& point) {
   if (number.limit == StrokeLimit::yield) return point.yield_safety->stress;
   if (number.limit == StrokeLimit::fatigue) return point.fatigue_safety->stress;
@@ -294,7 +294,7 @@ std::string StrokeSearch::what_happens(const PathPoint& point) const {
   }
 }
 
-// Of a limit that has no measure.
+// The capacity where a limit without a measure ends it.
 StrokeCapacity StrokeSearch::beyond_end() const {
   const PathPoint& point = beyond_.point;
   if (point.status != PointStatus::converged)
