@@ -11,6 +11,7 @@
 #include "core/math/answer.hpp"
 #include "core/math/types.hpp"
 #include "core/mechanism/arc.hpp"
+#include "core/mechanism/elastic_body.hpp"
 #include "core/mechanism/s_n_curve.hpp"
 
 namespace flexopt {
@@ -251,9 +252,13 @@ struct DriveT {
 };
 
 template <class Scalar>
+using ElasticBodyT = ElasticBodyOf<Scalar, MaterialT<Scalar>>;
+
+template <class Scalar>
 struct MechanismT {
   std::vector<RigidBodyT<Scalar>> bodies;  ///< the free ones
   std::vector<LeafSpringT<Scalar>> leaves;
+  std::vector<ElasticBodyT<Scalar>> elastic_bodies;
   std::vector<JointT<Scalar>> joints;
   std::vector<SpringT<Scalar>> springs;
   int end_effector = 0;  ///< its reference point is O
@@ -276,6 +281,8 @@ using LeafSpring = LeafSpringT<double>;
 using RigidBody = RigidBodyT<double>;
 using Joint = JointT<double>;
 using Spring = SpringT<double>;
+using ElasticInterface = ElasticInterfaceT<double>;
+using ElasticBody = ElasticBodyT<double>;
 using Drive = DriveT<double>;
 using Mechanism = MechanismT<double>;
 
