@@ -135,7 +135,7 @@ std::vector<double> listed(const Answers& a) {
   std::vector<double> all = listed(scaled(a.tangent));
   for (const MatrixXd& part :
        {MatrixXd(a.local.cwiseQuotient(units(a.local.size()))), scaled(a.force),
-        MatrixXd(a.frame.position), MatrixXd(a.frame.axes), MatrixXd::Constant(1, 1, a.energy)})
+        MatrixXd(a.frame.position), MatrixXd(a.frame.axes), MatrixXd(MatrixXd::Constant(1, 1, a.energy))})
     for (const double x : listed(part)) all.push_back(x);
   return all;
 }
