@@ -40,9 +40,10 @@ struct ImportedMatrices {
 template <class Scalar>
 struct ElasticInterfaceT {
   std::string name;
-  int body = -1;           ///< the rigid body that it is a part of, or the ground
-  Vector3<Scalar> origin;  ///< its point, own axes of the elastic body [m]
-  std::vector<int> patch;  ///< nodes of the mesh that move with it; not of imported matrices
+  int body = -1;            ///< the rigid body that it is a part of, or the ground
+  Vector3<Scalar> origin;   ///< its point, own axes of the elastic body [m]
+  std::vector<int> patch;   ///< nodes of the mesh that move with it; not of imported matrices
+  double clamp_growth = 1;  ///< stress-free sizes over nominal ones of the rigid body
 };
 
 /// The degree of an elastic body's energy in its deformation.
