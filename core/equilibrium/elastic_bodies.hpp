@@ -1,5 +1,5 @@
 #pragma once
-// The elastic bodies of a mechanism as part of its energy: README.md (Q7).
+// The elastic bodies of a mechanism as part of its energy: README.md (Q13).
 #include <memory>
 #include <vector>
 

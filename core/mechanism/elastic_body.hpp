@@ -10,6 +10,9 @@
 
 namespace flexopt {
 
+template <class Scalar>
+struct MaterialT;
+
 /// Shape of the cells of a solid mesh, all quadratic; nodes in the order of CalculiX and Abaqus:
 /// C3D20, C3D15, C3D10.
 enum class SolidCell { hexahedron, wedge, tetrahedron };
@@ -63,7 +66,7 @@ struct ElasticBodyOf {
   ElasticDegree degree = ElasticDegree::linear;
   std::shared_ptr<const ImportedMatrices> imported;
   /// The same body on a coarser mesh, for the error of the mesh; none where there is no such mesh.
-  std::shared_ptr<const ElasticBodyOf<double, Material>> coarse;
+  std::shared_ptr<const ElasticBodyOf<double, MaterialT<double>>> coarse;
   /// Stress-free sizes of a warm body over nominal ones.
   double growth = 1;
 
