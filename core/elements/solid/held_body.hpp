@@ -1,6 +1,6 @@
 #pragma once
 // An elastic body on the rigid bodies that hold its interfaces: force, tangent and mass over their
-// coordinates, and what these change by: (Q13) of core/equilibrium/README.md, (S37) and (S38) of
+// coordinates, and what these change by: (Q13) of core/equilibrium/README.md, (S42) and (S43) of
 // core/response/README.md. Rotations are varied as exp(hat δ) R, to second order.
 #include <vector>
 

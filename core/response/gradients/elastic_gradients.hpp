@@ -1,6 +1,6 @@
 #pragma once
 // The share of elastic bodies in exact gradients: their forces, tangents and masses at the state of
-// the rigid bodies that hold them. Equations (S37), (S38) of core/response/README.md. S: double or
+// the rigid bodies that hold them. Equations (S42), (S43) of core/response/README.md. S: double or
 // Jet.
 #include "core/response/gradients/design_rates.hpp"
 #include "core/response/gradients/mechanism_state.hpp"
