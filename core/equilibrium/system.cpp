@@ -14,11 +14,12 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
       leaves_(std::move(leaves)),
       poses_(undeflected_bodies(mechanism)),
       loads_(std::move(loads)),
+      elastic_bodies_(mechanism),
       springs_(mechanism),
       constraints_(mechanism),
-      multipliers_(VectorXd::Zero(constraints_.count())) {
+      multipliers_(VectorXd::Zero(constraints_.count())),
+      length_(longest_leaf(mechanism)) {
   assert(leaves_.size() == mechanism.leaves.size());
-  for (const LeafSpring& l : mechanism.leaves) length_ = std::max(length_, l.length);
   units_ = VectorXd::Ones(size());
   for (int b = 0; b < size(); b += 6) units_.segment<3>(b).setConstant(length_);
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
@@ -73,6 +74,7 @@ void System::set_factors(LoadFactors factors) {
   for (std::size_t k = 0; k < mechanism_->springs.size(); ++k)
     springs_.apply(k, factors_.of_step(loads_.spring_steps.empty() ? 0 : loads_.spring_steps[k]));
   const double share = factors_.of_step(loads_.temperature_step);
+  elastic_bodies_.act(action_of(loads_, factors_));
   for (int i = 0; i < leaves(); ++i) {
     const LeafSpring& leaf = mechanism_->leaves[i];
     fits_[i] = {};
@@ -132,8 +134,8 @@ double System::load_energy() const {
 
 BlockMatrix System::residual_tangent() const {
   BlockMatrix K = tangent_;
-  // the moment that has a potential: of the leaves, the springs, the joints and the dead forces on
-  // their arms
+  // the moment that has a potential: of the leaves, the elastic bodies, the springs, the joints and
+  // the dead forces on their arms
   VectorXd turning = force_;
   for (const BodyLoad& load : acting_)
     turning.segment<3>(6 * load.body + 3) -=
@@ -193,10 +195,8 @@ void System::assemble() {
         tangent_.block(body(i, a), body(i, b)) +=
             Q[a].transpose() * e.tangent.block<6, 6>(6 * a, 6 * b) * Q[b];
       }
-      // second derivative of the lever arm under the exponential map, times the force
-      const Vector3d o = lever(i, a), fo = f.head<3>();
       tangent_.block(body(i, a), body(i, a)).bottomRightCorner<3, 3>() +=
-          0.5 * (fo * o.transpose() + o * fo.transpose()) - fo.dot(o) * Matrix3d::Identity();
+          arm_curvature(Vector3d(f.head<3>()), lever(i, a));
     }
     if (!e.point) continue;
     const int p = mechanism_->leaves[i].point->body;
@@ -209,6 +209,8 @@ void System::assemble() {
       tangent_.block(body(i, a), p).leftCols<3>() += K.transpose();
     }
   }
+  // turned too far against each other: no step leads on from here
+  if (!elastic_bodies_.add(poses_, energy_, force_, tangent_)) correction_ = 1e6;
   springs_.add(poses_, energy_, force_, tangent_);
   if (constraints_.count() > 0) {
     constraints_.evaluate(poses_);
@@ -298,6 +300,7 @@ BlockMatrix System::body_mass() const {
     m.bottomLeftCorner<3, 3>() = body.mass * c;
     m.bottomRightCorner<3, 3>() = R * body.inertia * R.transpose() - body.mass * c * c;
   }
+  elastic_bodies_.add_mass(M);
   return M;
 }
 
