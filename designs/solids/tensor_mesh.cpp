@@ -1,99 +1,29 @@
-// Structured hexahedra between planes across the own axes: planes of the shape, planes at the sides
-// of patches, and graded ones between. A notch is a box whose planes follow the contour.
+// Structured hexahedra between planes across the own axes.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include <fmt/format.h>
 
 #include "designs/solids/mesh_plan.hpp"
-#include "designs/solids/notch_mesh.hpp"
+#include "designs/solids/tensor_lines.hpp"
 
 namespace flexopt {
 
 namespace {
 
-template <class S>
-using Planes = std::array<std::vector<S>, 3>;
-
-/// Half the height and width of what the notch leaves at its ends.
-template <class S>
-std::array<S, 2> inner_halves(const NotchShapeT<S>& notch) {
-  const S rise = notch_end(notch).rise;
-  return {0.5 * notch.thickness + rise,
-          0.5 * notch.width - (notch.two_axes ? S(notch.depth - rise) : S(0.0))};
-}
-
-template <class S>
-void add_planes(const BoxShapeT<S>& box, Planes<S>& planes) {
-  for (int d = 0; d < 3; ++d) planes[d] = {-0.5 * box.lengths[d], 0.5 * box.lengths[d]};
-}
-template <class S>
-void add_planes(const PlateShapeT<S>& plate, Planes<S>& planes) {
-  const auto add = [&](const ContourT<S>& contour) {
-    for (const auto& corner : contour)
-      for (int d = 0; d < 2; ++d) planes[d].push_back(corner.at[d]);
-  };
-  add(plate.outline);
-  for (const auto& window : plate.windows) add(window);
-  planes[2] = {-0.5 * plate.thickness, 0.5 * plate.thickness};
-}
-template <class S>
-void add_planes(const NotchShapeT<S>& notch, Planes<S>& planes) {
-  const S end = notch.half_length + notch.end_length, half = 0.5 * notch.thickness + notch.depth;
-  const auto inner = inner_halves(notch);
-  planes[0] = {-end, -notch.half_length, notch.half_length, end};
-  planes[1] = {-half, -inner[0], inner[0], half};
-  planes[2] = {-0.5 * notch.width, -inner[1], inner[1], 0.5 * notch.width};
-}
-
-/// Places of the planes of the shape, then of both sides of each patch: the same order always.
-template <class S>
-Planes<S> planes_of(const SolidShapeT<S>& shape, const std::vector<PatchT<S>>& patches) {
-  using std::abs;
-  Planes<S> planes;
-  std::visit([&](const auto& kind) { add_planes(kind, planes); }, shape);
-  for (const PatchT<S>& patch : patches)
-    for (int d = 0; d < 3; ++d) {
-      const S half = abs(patch.half_u[d]) + abs(patch.half_v[d]);
-      planes[d].push_back(patch.center[d] - half);
-      planes[d].push_back(patch.center[d] + half);
-    }
-  return planes;
-}
-
-using Lines = std::array<std::vector<MeshLine>, 3>;
-
 struct TensorPlacing final : SolidPlan::Placing {
-  Lines lines;                         ///< of nodes, middles of elements between
+  MeshLines lines;
   std::vector<std::array<int, 3>> at;  ///< lines of each node
 
   template <class S>
   std::vector<Vector3<S>> place(const SolidShapeT<S>& shape,
                                 const std::vector<PatchT<S>>& patches) const {
-    const Planes<S> planes = planes_of(shape, patches);
-    const auto* notch = std::get_if<NotchShapeT<S>>(&shape);
-    Planes<S> places;
-    std::array<std::vector<S>, 3> narrower;  // sizes over those of the notch's end, by line of x
-    for (int d = 0; d < 3; ++d)
-      for (const MeshLine& line : lines[d]) {
-        if (line.side == 0) {
-          const S &a = planes[d][line.from], &b = planes[d][line.to];
-          places[d].push_back(a + line.at * (b - a));
-          if (d == 0) narrower[1].push_back(S(1.0)), narrower[2].push_back(S(1.0));
-        } else {
-          const NotchPlaceT<S> place = notch_place(*notch, line.segment, line.at);
-          const S missing = notch_end(*notch).rise - place.rise;
-          const auto inner = inner_halves(*notch);
-          places[0].push_back(double(line.side) * place.x);
-          narrower[1].push_back(1.0 - missing / inner[0]);
-          narrower[2].push_back(notch->two_axes ? S(1.0 - missing / inner[1]) : S(1.0));
-        }
-      }
+    const LinePlacesT<S> places = places_of(lines, shape, planes_of(shape, patches));
     std::vector<Vector3<S>> nodes(at.size());
     for (std::size_t n = 0; n < at.size(); ++n) {
       const auto [i, j, k] = at[n];
-      nodes[n] = {places[0][i], places[1][j] * narrower[1][i], places[2][k] * narrower[2][i]};
+      nodes[n] = {places.at[0][i], places.at[1][j] * places.narrower[i][0],
+                  places.at[2][k] * places.narrower[i][1]};
     }
     return nodes;
   }
@@ -107,37 +37,6 @@ struct TensorPlacing final : SolidPlan::Placing {
   }
 };
 
-bool is_within(const ContourT<double>& contour, double x, double y) {
-  bool within = false;
-  for (std::size_t c = 0; c < contour.size(); ++c) {
-    const auto &a = contour[c].at, &b = contour[(c + 1) % contour.size()].at;
-    if ((a[1] > y) != (b[1] > y) && x < a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]))
-      within = !within;
-  }
-  return within;
-}
-
-/// Whether a place is in the material; of a notch, in the box that it is mapped from.
-bool is_within(const BoxShapeT<double>& box, const Vector3d& place) {
-  for (int d = 0; d < 3; ++d)
-    if (std::abs(place[d]) > 0.5 * box.lengths[d]) return false;
-  return true;
-}
-bool is_within(const PlateShapeT<double>& plate, const Vector3d& place) {
-  const auto holds = [&](const ContourT<double>& contour) {
-    return is_within(contour, place[0], place[1]);
-  };
-  return std::abs(place[2]) <= 0.5 * plate.thickness && holds(plate.outline) &&
-         std::none_of(plate.windows.begin(), plate.windows.end(), holds);
-}
-bool is_within(const NotchShapeT<double>& notch, const Vector3d& place) {
-  const bool in_notch = std::abs(place[0]) < notch.half_length;
-  const auto inner = inner_halves(notch);
-  return std::abs(place[0]) <= notch.half_length + notch.end_length &&
-         std::abs(place[1]) <= (in_notch ? inner[0] : 0.5 * notch.thickness + notch.depth) &&
-         std::abs(place[2]) <= (in_notch ? inner[1] : 0.5 * notch.width);
-}
-
 Check check_shape(const BoxShapeT<double>& box) {
   if (!(*std::min_element(box.lengths.begin(), box.lengths.end()) > 0))
     return Because("the lengths of a box must be positive");
@@ -149,82 +48,149 @@ Check check_shape(const PlateShapeT<double>& plate) {
 }
 Check check_shape(const NotchShapeT<double>& notch) { return check_notch(notch); }
 
-/// Largest sizes of elements along the axes [m].
-struct Sizes {
-  std::array<double, 3> largest;
-  bool corners = false;  ///< smaller ones at the planes of the shape between the outer ones
+/// Places of the nodes of a hexahedron in steps of half an element, from its first corner.
+constexpr int hexahedron[20][3] = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {0, 0, 2},
+                                   {2, 0, 2}, {2, 2, 2}, {0, 2, 2}, {1, 0, 0}, {2, 1, 0},
+                                   {1, 2, 0}, {0, 1, 0}, {1, 0, 2}, {2, 1, 2}, {1, 2, 2},
+                                   {0, 1, 2}, {0, 0, 1}, {2, 0, 1}, {2, 2, 1}, {0, 2, 1}};
+
+/// The elements between the lines that are within the shape.
+struct Grid {
+  std::array<std::vector<double>, 3> places;  ///< of the lines
+  std::array<int, 3> size;     ///< numbers of lines
+  std::vector<int> node;       ///< at each crossing of lines; −1: none
+  std::vector<char> material;  ///< at each crossing of middles
+
+  std::size_t index(int i, int j, int k) const {
+    return (std::size_t(i) * size[1] + j) * size[2] + k;
+  }
+  bool filled(const std::array<int, 3>& middle) const {
+    for (int d = 0; d < 3; ++d)
+      if (middle[d] < 0 || middle[d] >= size[d]) return false;
+    return material[index(middle[0], middle[1], middle[2])] != 0;
+  }
 };
 
-Sizes sizes_of(const BoxShapeT<double>& box, const MeshDensity& density) {
-  const auto [least, most] = std::minmax_element(box.lengths.begin(), box.lengths.end());
-  Sizes sizes;
-  for (int d = 0; d < 3; ++d)
-    sizes.largest[d] = std::min(density.size > 0 ? density.size : *most / 10, box.lengths[d] / 2);
-  if (density.through > 0) sizes.largest[least - box.lengths.begin()] = *least / density.through;
-  return sizes;
-}
-Sizes sizes_of(const PlateShapeT<double>& plate, const MeshDensity& density) {
-  double largest = density.size;
-  if (!(largest > 0)) {
-    Eigen::Array2d low = Eigen::Array2d::Constant(INFINITY), high = -low;
-    for (const auto& corner : plate.outline) {
-      low = low.min(Eigen::Array2d(corner.at[0], corner.at[1]));
-      high = high.max(Eigen::Array2d(corner.at[0], corner.at[1]));
-    }
-    largest = (high - low).maxCoeff() / 10;
-  }
-  const int through = density.through > 0 ? density.through : 2;
-  return {{largest, largest, plate.thickness / through}, true};
-}
-Sizes sizes_of(const NotchShapeT<double>& notch, const MeshDensity& density) {
-  const int through = density.through > 0 ? density.through : 4;
-  const auto inner = inner_halves(notch);
-  const double height = notch.thickness + 2 * notch.depth, across = 2 * inner[0] / through;
-  const double end = density.size > 0 ? density.size : height / 3;
-  return {{end, across, notch.two_axes ? 2 * inner[1] / through : notch.width / 6}, false};
+/// Numbers nodes and cells.
+std::shared_ptr<const SolidCells> fill(const SolidShapeT<double>& shape, Grid& grid,
+                                       TensorPlacing& placing) {
+  SolidCells cells;
+  cells.blocks.resize(1);
+  grid.node.assign(grid.index(grid.size[0], 0, 0), -1);
+  grid.material.assign(grid.node.size(), 0);
+  for (int i = 0; i + 2 < grid.size[0]; i += 2)
+    for (int j = 0; j + 2 < grid.size[1]; j += 2)
+      for (int k = 0; k + 2 < grid.size[2]; k += 2) {
+        const Vector3d middle(grid.places[0][i + 1], grid.places[1][j + 1], grid.places[2][k + 1]);
+        if (!is_within(shape, middle)) continue;
+        grid.material[grid.index(i + 1, j + 1, k + 1)] = 1;
+        for (const auto& step : hexahedron) {
+          const std::array<int, 3> at = {i + step[0], j + step[1], k + step[2]};
+          int& node = grid.node[grid.index(at[0], at[1], at[2])];
+          if (node < 0) node = cells.nodes++, placing.at.push_back(at);
+          cells.blocks[0].nodes.push_back(node);
+        }
+      }
+  return std::make_shared<SolidCells>(std::move(cells));
 }
 
-/// A plane that lines are put on.
-struct Plane {
-  int key;      ///< the first of those that are there
-  double at;    ///< [m]
-  double size;  ///< wanted of the elements beside it
-};
+/// The axis across a patch whose sides are along own axes.
+Answer<int> normal_axis(const PatchT<double>& patch) {
+  std::array<int, 2> along;
+  const Vector3d* halves[] = {&patch.half_u, &patch.half_v};
+  for (int s = 0; s < 2; ++s) {
+    const double length = halves[s]->cwiseAbs().maxCoeff(&along[s]);
+    if (halves[s]->norm() > length * (1 + 1e-12))
+      return Because(fmt::format("the sides of the patch of {} are not along the axes of the body",
+                                 patch.name));
+  }
+  if (along[0] == along[1])
+    return Because(fmt::format("the patch of {} holds fewer than three nodes off a line",
+                               patch.name));
+  return 3 - along[0] - along[1];
+}
 
-/// The planes across axis `d`, ascending.
-std::vector<Plane> distinct_planes(const std::vector<double>& places, std::size_t of_shape,
-                                   double largest, bool corners, const MeshDensity& density,
-                                   double tolerance) {
-  std::vector<int> order(places.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return places[a] < places[b]; });
-  std::vector<Plane> planes;
-  for (const int key : order) {
-    double size = largest;
-    if (key >= int(of_shape)) {
-      const int low = key - (key - int(of_shape)) % 2;
-      const double width = places[low + 1] - places[low];
-      if (width > tolerance) size = density.root > 0 ? density.root : width / 3;
-    }
-    if (planes.empty() || places[key] > planes.back().at + tolerance) {
-      planes.push_back({key, places[key], size});
-    } else {
-      planes.back().size = std::min(planes.back().size, size);
-      if (key < planes.back().key) planes.back().key = key, planes.back().at = places[key];
-    }
+/// The nodes within a patch.
+Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, const Grid& grid,
+                                      const PlanesT<double>& planes, double tolerance) {
+  std::array<int, 3> first, last;
+  for (int d = 0; d < 3; ++d) {
+    const double half = std::abs(patch.half_u[d]) + std::abs(patch.half_v[d]) + tolerance;
+    const auto& places = grid.places[d];
+    first[d] = std::lower_bound(places.begin(), places.end(), patch.center[d] - half) -
+               places.begin();
+    last[d] = std::upper_bound(places.begin(), places.end(), patch.center[d] + half) -
+              places.begin() - 1;
   }
-  planes.front().size = planes.back().size = largest;
-  std::vector<Plane*> of_corners;
-  for (Plane& plane : planes)
-    if (plane.key < int(of_shape)) of_corners.push_back(&plane);
-  for (std::size_t k = 1; corners && k + 1 < of_corners.size(); ++k) {
-    const double gap = std::min(of_corners[k]->at - of_corners[k - 1]->at,
-                                of_corners[k + 1]->at - of_corners[k]->at);
-    of_corners[k]->size = std::min(of_corners[k]->size, std::max(gap / 4, largest / 8));
+  int on = 0, off = 0;
+  std::array<int, 3> at;
+  const int u = (across + 1) % 3, v = (across + 2) % 3;
+  for (at[u] = first[u] + 1; at[u] < last[u]; at[u] += 2)
+    for (at[v] = first[v] + 1; at[v] < last[v]; at[v] += 2) {
+      at[across] = first[across] - 1;
+      const bool before = grid.filled(at);
+      at[across] = first[across] + 1;
+      ++(before != grid.filled(at) ? on : off);
+    }
+  if (on > 0 && off > 0)
+    return Because(fmt::format("the patch of {} reaches over the edge of the face", patch.name));
+  if (on == 0) {
+    double gap = INFINITY;
+    for (int p = 0; p < planes.of_shape[across]; ++p)
+      gap = std::min(gap, std::abs(planes.at[across][p] - patch.center[across]));
+    return Because(fmt::format(
+        "the patch of {} lies on no face of the body: the nearest plane across its {} axis is "
+        "{:g} m away", patch.name, "xyz"[across], gap));
   }
-  return planes;
+  std::vector<int> nodes;
+  for (at[0] = first[0]; at[0] <= last[0]; ++at[0])
+    for (at[1] = first[1]; at[1] <= last[1]; ++at[1])
+      for (at[2] = first[2]; at[2] <= last[2]; ++at[2])
+        if (const int node = grid.node[grid.index(at[0], at[1], at[2])]; node >= 0)
+          nodes.push_back(node);
+  return nodes;
 }
 
 }  // namespace
+
+Answer<SolidPlan> plan_tensor_mesh(const SolidShapeT<double>& nominal,
+                                   const std::vector<PatchT<double>>& patches,
+                                   const MeshDensity& density) {
+  if (const Check check =
+          std::visit([](const auto& kind) { return check_shape(kind); }, nominal);
+      !check)
+    return Because(check.error());
+  const PlanesT<double> planes = planes_of(nominal, patches);
+  double extent = 0;
+  for (int d = 0; d < 3; ++d) {
+    const auto first = planes.at[d].begin(), last = first + planes.of_shape[d];
+    extent = std::max(extent, *std::max_element(first, last) - *std::min_element(first, last));
+  }
+  const double tolerance = 1e-6 * extent;
+  std::vector<int> across;
+  for (const auto& patch : patches) {
+    const Answer<int> axis = normal_axis(patch);
+    if (!axis) return Because(axis.error());
+    across.push_back(*axis);
+    if (const auto* notch = std::get_if<NotchShapeT<double>>(&nominal))
+      if (std::abs(patch.center[0]) - std::abs(patch.half_u[0]) - std::abs(patch.half_v[0]) <
+          notch->half_length - tolerance)
+        return Because(fmt::format("the patch of {} is not on an end of the notch", patch.name));
+  }
+  const auto placing = std::make_shared<TensorPlacing>();
+  placing->lines = plan_lines(nominal, planes, tolerance, density);
+  Grid grid;
+  grid.places = places_of(placing->lines, nominal, planes).at;
+  for (int d = 0; d < 3; ++d) grid.size[d] = static_cast<int>(grid.places[d].size());
+  SolidPlan plan;
+  plan.cells = fill(nominal, grid, *placing);
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    auto nodes = nodes_within(patches[p], across[p], grid, planes, tolerance);
+    if (!nodes) return Because(nodes.error());
+    plan.patches.push_back(std::move(*nodes));
+  }
+  plan.placing = placing;
+  return plan;
+}
 
 }  // namespace flexopt
