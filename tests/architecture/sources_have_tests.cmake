@@ -39,6 +39,11 @@ set(tested_by
   designs/flatten_leaves designs/test_design_files
   designs/formula_words designs/test_design_files
   designs/materials designs/test_families
+  designs/solids/contour_curves designs/test_contour_meshes
+  designs/solids/contour_mesh designs/test_contour_meshes
+  designs/solids/contour_outline designs/test_contour_meshes
+  designs/solids/contour_sizes designs/test_contour_meshes
+  designs/solids/triangles designs/test_contour_meshes
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/solve_equilibrium core/equilibrium/test_stroke_path
   core/equilibrium/system core/equilibrium/test_joints
