@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -52,11 +53,11 @@ struct NotchShapeT {
   NotchContour contour = NotchContour::circular;
   S half_length;          ///< of the notch along x: its radius, or the semi-axis along x [m]
   S depth;                ///< of one side: (height − t)/2; radius of a circular notch [m]
-  S thickness, width;     ///< thinnest thickness t, width [m]
+  S thickness, width;     ///< thinnest thickness t, width of the ends [m]
   S end_length;           ///< of each end beyond the notch [m]
   S fillet = S(0.0);      ///< corner-filleted and V: radius of the fillets [m]
   double exponent = 2;    ///< of a power-function contour
-  bool two_axes = false;  ///< the same notch along the width too: both directions are cut
+  bool two_axes = false;  ///< the same notch along the width too: width − 2 depth is left of it
 };
 
 template <class S>
@@ -67,6 +68,7 @@ template <class S>
 struct PatchT {
   Vector3<S> center;
   Vector3<S> half_u, half_v;  ///< from the centre to the middles of two sides [m]
+  std::string name;           ///< in messages
 };
 
 /// How fine a mesh is. Counts follow from the nominal design.
@@ -74,7 +76,7 @@ struct MeshDensity {
   double size = 0;        ///< of an element [m]; 0: from the shape
   int through = 0;        ///< elements through the thickness; 0: from the shape
   double root = 0;        ///< size at the edges of patches [m]; 0: from the patch
-  double growth = 1.8;    ///< ratio of neighbours
+  double growth = 1.8;    ///< ratio of neighbours, above 1
   double coarsening = 1;  ///< all sizes times this: 1 for the mesh itself, 1.6 for its coarse twin
 };
 
@@ -95,5 +97,9 @@ Answer<SolidPlan> plan_mesh(const SolidShapeT<double>& nominal,
 template <class S>
 std::vector<Vector3<S>> place_nodes(const SolidPlan& plan, const SolidShapeT<S>& shape,
                                     const std::vector<PatchT<S>>& patches);
+
+/// The cells of a mesh whose nodes have been mirrored in a plane (z → −z, say): the nodes of each
+/// in the order of a cell that is not inverted.
+SolidCells mirrored(const SolidCells& cells);
 
 }  // namespace flexopt
