@@ -82,15 +82,16 @@ Sizes sizes_of(const BoxShapeT<double>& box, double /*extent*/, const MeshDensit
   const auto [least, most] = std::minmax_element(box.lengths.begin(), box.lengths.end());
   Sizes sizes;
   for (int d = 0; d < 3; ++d)
-    sizes.largest[d] = std::min(density.size > 0 ? density.size : *most / 10, box.lengths[d] / 2);
+    sizes.largest[d] = std::min(density.size > 0 ? density.size : *most / 16, box.lengths[d] / 2);
   if (density.through > 0) sizes.largest[least - box.lengths.begin()] = *least / density.through;
   return sizes;
 }
 Sizes sizes_of(const PlateShapeT<double>& plate, double extent, const MeshDensity& density) {
   double largest = density.size;
   if (!(largest > 0)) largest = extent / 10;
-  const int through = density.through > 0 ? density.through : 2;
-  return {{largest, largest, plate.thickness / through}, true};
+  const double through = density.through > 0 ? plate.thickness / density.through
+                                             : std::min(plate.thickness, largest) / 2;
+  return {{largest, largest, through}, true};
 }
 Sizes sizes_of(const NotchShapeT<double>& notch, double /*extent*/, const MeshDensity& density) {
   const int through = density.through > 0 ? density.through : 4;
@@ -124,10 +125,11 @@ std::vector<Plane> distinct_planes(const std::vector<double>& places,
   return planes;
 }
 
-/// Sizes wanted beside the planes of patches: a third of the patch at its sides, of its smaller side
-/// below it. A side at the edge of the body needs none. Infinite for planes of the shape.
+/// Sizes wanted beside the planes of patches: a fifth of the patch at its sides, of its smaller side
+/// below it; half of one that is small. A side at the edge of the body needs none. Infinite for
+/// planes of the shape.
 std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& planes, double root,
-                                                    double tolerance) {
+                                                    double small, double tolerance) {
   std::array<std::vector<double>, 3> wanted;
   for (int d = 0; d < 3; ++d) wanted[d].assign(planes.at[d].size(), INFINITY);
   const int patches = (static_cast<int>(planes.at[0].size()) - planes.of_shape[0]) / 2;
@@ -144,7 +146,8 @@ std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& plane
         const int key = planes.of_shape[d] + 2 * p + side;
         const double outside = std::min(planes.at[d][key] - *low, *high - planes.at[d][key]);
         if (width[d] < INFINITY && outside < tolerance) continue;
-        wanted[d][key] = root > 0 ? root : (width[d] < INFINITY ? width[d] : width.minCoeff()) / 3;
+        const double own = width[d] < INFINITY ? width[d] : width.minCoeff();
+        wanted[d][key] = root > 0 ? root : std::max(own / 5, std::min(own / 2, small));
       }
     }
   }
@@ -228,9 +231,10 @@ bool is_within(const SolidShapeT<double>& shape, const Vector3d& place) {
 MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes,
                      double tolerance, const MeshDensity& density) {
   const auto* notch = std::get_if<NotchShapeT<double>>(&shape);
-  const Sizes sizes = std::visit(
-      [&](const auto& kind) { return sizes_of(kind, 1e6 * tolerance, density); }, shape);
-  const auto wanted = sizes_at_patches(planes, density.root, tolerance);
+  const double extent = 1e6 * tolerance;
+  const Sizes sizes =
+      std::visit([&](const auto& kind) { return sizes_of(kind, extent, density); }, shape);
+  const auto wanted = sizes_at_patches(planes, density.root, extent / 200, tolerance);
   MeshLines lines;
   for (int d = 0; d < 3; ++d) {
     const int of_shape = planes.of_shape[d];
