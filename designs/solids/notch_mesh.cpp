@@ -33,11 +33,11 @@ NotchPlaceT<S> arc_place(const S& radius, const S& angle) {
   return {radius * sin(angle), radius * (1.0 - cos(angle))};
 }
 
-/// Boundaries of elements on a curved segment, 0 … 1: of 0.45 of the local thickness and 12° at most
+/// Boundaries of elements on a curved segment, 0 … 1: of 0.45 of the local thickness and 10° at most
 /// where a quarter of the thinnest thickness is an element's `share`.
 std::vector<double> contour_lines(const NotchShapeT<double>& notch, int segment, double share) {
   constexpr int samples = 2000;
-  const double length = 1.8 * share, turn = 0.84 * share;
+  const double length = 1.8 * share, turn = 0.72 * share;
   std::vector<double> counted(samples + 1, 0.0);  // elements from the segment's start
   NotchPlaceT<double> last = notch_place(notch, segment, 0);
   double last_angle = 0;
