@@ -5,8 +5,7 @@
 namespace flexopt {
 
 Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
-  double length = 0;
-  for (const LeafSpring& l : mechanism.leaves) length = std::max(length, l.length);
+  const double length = longest_leaf(mechanism);
   std::vector<double> units;
   for (const Joint& joint : mechanism.joints) {
     const JointSize size = size_of(joint.type);

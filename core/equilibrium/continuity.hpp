@@ -10,7 +10,7 @@ namespace flexopt {
 /// Poses of the bodies and energies of the parts of a mechanism.
 struct Place {
   std::vector<JointBody> poses;
-  VectorXd energies;  ///< of each leaf, of the springs, of the dead forces [J]
+  VectorXd energies;  ///< of each leaf, of springs and elastic bodies, of dead forces [J]
 };
 /// The system must be assembled.
 Place place_of(const System& system);

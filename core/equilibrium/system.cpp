@@ -14,11 +14,12 @@ System::System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafEleme
       leaves_(std::move(leaves)),
       poses_(undeflected_bodies(mechanism)),
       loads_(std::move(loads)),
+      elastic_bodies_(mechanism),
       springs_(mechanism),
       constraints_(mechanism),
-      multipliers_(VectorXd::Zero(constraints_.count())) {
+      multipliers_(VectorXd::Zero(constraints_.count())),
+      length_(longest_leaf(mechanism)) {
   assert(leaves_.size() == mechanism.leaves.size());
-  for (const LeafSpring& l : mechanism.leaves) length_ = std::max(length_, l.length);
   units_ = VectorXd::Ones(size());
   for (int b = 0; b < size(); b += 6) units_.segment<3>(b).setConstant(length_);
   for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b)
@@ -73,6 +74,7 @@ void System::set_factors(LoadFactors factors) {
   for (std::size_t k = 0; k < mechanism_->springs.size(); ++k)
     springs_.apply(k, factors_.of_step(loads_.spring_steps.empty() ? 0 : loads_.spring_steps[k]));
   const double share = factors_.of_step(loads_.temperature_step);
+  elastic_bodies_.act({factors_.of_step(loads_.gravity_step) * loads_.gravity, share});
   for (int i = 0; i < leaves(); ++i) {
     const LeafSpring& leaf = mechanism_->leaves[i];
     fits_[i] = {};
@@ -132,8 +134,8 @@ double System::load_energy() const {
 
 BlockMatrix System::residual_tangent() const {
   BlockMatrix K = tangent_;
-  // the moment that has a potential: of the leaves, the springs, the joints and the dead forces on
-  // their arms
+  // the moment that has a potential: of the leaves, the elastic bodies, the springs, the joints and
+  // the dead forces on their arms
   VectorXd turning = force_;
   for (const BodyLoad& load : acting_)
     turning.segment<3>(6 * load.body + 3) -=
@@ -209,6 +211,8 @@ void System::assemble() {
       tangent_.block(body(i, a), p).leftCols<3>() += K.transpose();
     }
   }
+  // turned too far against each other: no step leads on from here
+  if (!elastic_bodies_.add(poses_, energy_, force_, tangent_)) correction_ = 1e6;
   springs_.add(poses_, energy_, force_, tangent_);
   if (constraints_.count() > 0) {
     constraints_.evaluate(poses_);
@@ -298,6 +302,7 @@ BlockMatrix System::body_mass() const {
     m.bottomLeftCorner<3, 3>() = body.mass * c;
     m.bottomRightCorner<3, 3>() = R * body.inertia * R.transpose() - body.mass * c * c;
   }
+  elastic_bodies_.add_mass(M);
   return M;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// A mechanism in a configuration: rigid bodies with absolute coordinates, leaves, joints and
-// springs between them.
+// A mechanism in a configuration: rigid bodies with absolute coordinates, leaves, elastic bodies,
+// joints and springs between them.
 #include <array>
 #include <memory>
 #include <optional>
@@ -10,6 +10,7 @@
 #include "core/elements/leaf/leaf_element.hpp"
 #include "core/equilibrium/constraints.hpp"
 #include "core/equilibrium/dead_loads.hpp"
+#include "core/equilibrium/elastic_bodies.hpp"
 #include "core/equilibrium/springs.hpp"
 #include "core/math/block_matrix.hpp"
 #include "core/mechanism/mechanism.hpp"
@@ -23,7 +24,8 @@ enum class Algebra { by_size, dense, sparse };
 
 class System {
  public:
-  /// One leaf element for each leaf of the mechanism. The mechanism must outlive the system. None
+  /// One leaf element for each leaf of the mechanism, whose elastic bodies have passed
+  /// check_solid(). The mechanism must outlive the system. None
   /// of the loads acts at first, nor does the preload of the springs.
   System(const Mechanism& mechanism, std::vector<std::unique_ptr<LeafElement>> leaves,
          LoadCase loads = {}, Algebra algebra = Algebra::by_size);
@@ -35,6 +37,8 @@ class System {
   LeafElement& leaf(int i) { return *leaves_[i]; }
   const LeafElement& leaf(int i) const { return *leaves_[i]; }
   int leaves() const { return static_cast<int>(leaves_.size()); }
+  /// The elastic bodies; their states are those of the last assemble().
+  const ElasticBodies& elastic_bodies() const { return elastic_bodies_; }
   bool all_full() const;  ///< every leaf is at full accuracy
   /// Replaces the model of a leaf by another one of the same leaf, at the present state.
   void replace_leaf(int i, std::unique_ptr<LeafElement> leaf) {
@@ -68,7 +72,8 @@ class System {
   /// Evaluates every leaf at the present state, once. After it the results below hold.
   void assemble();
   double energy() const { return energy_; }
-  /// Internal (force, moment) for each body, including springs and joints (Ψ_qᵀ λ).
+  /// Internal (force, moment) for each body, including elastic bodies, springs and joints (Ψ_qᵀ λ).
+  /// The weight of elastic bodies is inside.
   const VectorXd& internal_force() const { return force_; }
   /// Force and moment of the dead loads per body, about its moved reference point.
   const VectorXd& load() const { return load_; }
@@ -81,8 +86,9 @@ class System {
   /// held: spins do not commute, README.md (Q1). Rows of held coordinates are those of the
   /// identity.
   BlockMatrix residual_tangent() const;
-  double correction() const { return correction_; }  ///< largest of the leaves
-  double strain() const { return strain_; }          ///< largest mid-surface stretch of the leaves
+  /// Largest of the leaves; that of a failure where an elastic body has no frame.
+  double correction() const { return correction_; }
+  double strain() const { return strain_; }  ///< largest mid-surface stretch of the leaves
   int negative_pivots() const { return negative_pivots_; }  ///< of all leaf interiors
   /// Coordinates of bodies that cannot move: in tangent and force they are decoupled ones.
   const std::vector<int>& held() const { return held_; }
@@ -141,10 +147,11 @@ class System {
   /// Increments of a leaf's edges for those of all bodies.
   Vector12d edge_increment(int leaf, const VectorXd& dq) const;
 
-  /// Mass matrix of the rigid bodies about their moved reference points.
+  /// Mass matrix of the rigid and elastic bodies about the moved reference points; after
+  /// assemble().
   BlockMatrix body_mass() const;
 
-  /// Longest leaf: the length that displacements are compared with [m].
+  /// longest_leaf(): the length that displacements are compared with [m].
   double length() const { return length_; }
   /// Units of the coordinates are the length for displacements, 1 for rotations.
   const VectorXd& units() const { return units_; }
@@ -168,6 +175,7 @@ class System {
   LoadFactors factors_;
   std::vector<std::array<EdgeFit, 2>> fits_;
   std::vector<BodyLoad> acting_;
+  ElasticBodies elastic_bodies_;
   Springs springs_;
   Constraints constraints_;
   std::vector<DriveRow> drives_;

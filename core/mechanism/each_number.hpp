@@ -84,6 +84,13 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
       visit(leaf.point->across);
     }
   }
+  for (auto& body : mechanism.elastic_bodies) {
+    entries(body.place);
+    entries(body.axes);
+    for (auto& node : body.nodes) entries(node);
+    for (auto& interface : body.interfaces) entries(interface.origin);
+    each_material_number(body.material, named);
+  }
   for (auto& joint : mechanism.joints) {
     entries(joint.place);
     entries(joint.axis);
@@ -163,6 +170,19 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
       leaf.point->body = l.point->body;
       leaf.point->spread_over_tip = l.point->spread_over_tip;
     }
+  }
+  for (const ElasticBodyT<From>& b : from.elastic_bodies) {
+    ElasticBodyT<To>& body = to.elastic_bodies.emplace_back();
+    body.name = b.name;
+    body.cells = b.cells;
+    body.nodes.resize(b.nodes.size());
+    copy_constants(b.material, body.material);
+    for (const ElasticInterfaceT<From>& i : b.interfaces)
+      body.interfaces.push_back({i.name, i.body, {}, i.patch, i.clamp_growth});
+    body.degree = b.degree;
+    body.imported = b.imported;
+    body.coarse = b.coarse;
+    body.growth = b.growth;
   }
   for (const JointT<From>& j : from.joints) {
     JointT<To>& joint = to.joints.emplace_back();

@@ -10,6 +10,9 @@
 
 namespace flexopt {
 
+template <class Scalar>
+struct MaterialT;
+
 /// Shape of the cells of a solid mesh, all quadratic; nodes in the order of CalculiX and Abaqus:
 /// C3D20, C3D15, C3D10.
 enum class SolidCell { hexahedron, wedge, tetrahedron };
@@ -40,9 +43,10 @@ struct ImportedMatrices {
 template <class Scalar>
 struct ElasticInterfaceT {
   std::string name;
-  int body = -1;           ///< the rigid body that it is a part of, or the ground
-  Vector3<Scalar> origin;  ///< its point, own axes of the elastic body [m]
-  std::vector<int> patch;  ///< nodes of the mesh that move with it; not of imported matrices
+  int body = -1;            ///< the rigid body that it is a part of, or the ground
+  Vector3<Scalar> origin;   ///< its point, own axes of the elastic body [m]
+  std::vector<int> patch;   ///< nodes of the mesh that move with it; not of imported matrices
+  double clamp_growth = 1;  ///< stress-free sizes over nominal ones of the rigid body
 };
 
 /// The degree of an elastic body's energy in its deformation.
@@ -62,7 +66,7 @@ struct ElasticBodyOf {
   ElasticDegree degree = ElasticDegree::linear;
   std::shared_ptr<const ImportedMatrices> imported;
   /// The same body on a coarser mesh, for the error of the mesh; none where there is no such mesh.
-  std::shared_ptr<const ElasticBodyOf<double, Material>> coarse;
+  std::shared_ptr<const ElasticBodyOf<double, MaterialT<double>>> coarse;
   /// Stress-free sizes of a warm body over nominal ones.
   double growth = 1;
 

@@ -108,6 +108,24 @@ Check check_ground(const Mechanism& mechanism) {
   return {};
 }
 
+Check check_strain(double strain, const std::string& name) {
+  if (strain > -largest_expansion && strain < largest_expansion) return {};
+  return Because(
+      fmt::format("{} expands by {:.3g}; expected at most {:g}", name, strain, largest_expansion));
+}
+
+Check check_elastic_expansions(const LoadCase& loads, const Mechanism& mechanism) {
+  if (loads.elastic_expansion.empty()) return {};
+  if (loads.elastic_expansion.size() != mechanism.elastic_bodies.size())
+    return Because(fmt::format("there are {} expansions, but {} elastic bodies",
+                               loads.elastic_expansion.size(), mechanism.elastic_bodies.size()));
+  for (std::size_t k = 0; k < loads.elastic_expansion.size(); ++k)
+    if (Check kept = check_strain(loads.elastic_expansion[k], mechanism.elastic_bodies[k].name);
+        !kept)
+      return kept;
+  return {};
+}
+
 // Joints and springs that a body holds would have to grow with it.
 Check check_expansions(const LoadCase& loads, const Mechanism& mechanism) {
   if (loads.body_expansion.empty()) return {};
@@ -118,9 +136,7 @@ Check check_expansions(const LoadCase& loads, const Mechanism& mechanism) {
     const double strain = loads.body_expansion[k];
     const bool is_ground = k == mechanism.bodies.size();
     const std::string name = is_ground ? "the ground" : mechanism.bodies[k].name;
-    if (!(strain > -largest_expansion && strain < largest_expansion))
-      return Because(fmt::format("{} expands by {:.3g}; expected at most {:g}", name, strain,
-                                 largest_expansion));
+    if (Check kept = check_strain(strain, name); !kept) return kept;
     if (strain == 0) continue;
     const int b = is_ground ? ground : static_cast<int>(k);
     const auto holds = [b](const auto& part) { return part.body == b || part.other == b; };
@@ -155,12 +171,20 @@ Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads) {
     LeafSpring& leaf = warm.leaves[i];
     leaf.growth = 1 + leaf.material.thermal_expansion.value_or(0) * loads.temperature[i];
   }
+  for (std::size_t i = 0; i < std::min(warm.elastic_bodies.size(), loads.elastic_expansion.size());
+       ++i)
+    warm.elastic_bodies[i].growth = 1 + loads.elastic_expansion[i];
   if (loads.body_expansion.empty()) return warm;
+  const auto growth_of = [&](int body) {
+    return 1 + (body == ground ? loads.body_expansion.back() : loads.body_expansion[body]);
+  };
   for (LeafSpring& leaf : warm.leaves)
     for (int e = 0; e < 2; ++e)
       if (const int body = e == 0 ? leaf.base : leaf.tip; body != free_edge)
-        leaf.clamp_growth[e] =
-            1 + (body == ground ? loads.body_expansion.back() : loads.body_expansion[body]);
+        leaf.clamp_growth[e] = growth_of(body);
+  for (ElasticBody& elastic : warm.elastic_bodies)
+    for (ElasticInterface& interface : elastic.interfaces)
+      interface.clamp_growth = growth_of(interface.body);
   return warm;
 }
 
@@ -177,6 +201,7 @@ Check check_rules(const LoadCase& loads, const Mechanism& mechanism) {
   if (Check kept = check_assembly(loads, mechanism); !kept) return kept;
   if (Check kept = check_mounting(loads, mechanism); !kept) return kept;
   if (Check kept = check_temperatures(loads, mechanism); !kept) return kept;
+  if (Check kept = check_elastic_expansions(loads, mechanism); !kept) return kept;
   return check_expansions(loads, mechanism);
 }
 

@@ -73,6 +73,8 @@ struct LoadCase {
   /// Thermal strain of each body, the ground last; empty: none. Bodies grow about their reference
   /// points, the ground about the origin, and take along the edges that they hold.
   std::vector<double> body_expansion = {};
+  /// Thermal strain of each elastic body; empty: none. It comes with the other warmth.
+  std::vector<double> elastic_expansion = {};
   /// Gravity on bodies and leaves [m/s²]; applied with the constant loads.
   Vector3d gravity = Vector3d::Zero();
   /// Growing loads, which add to the constant ones. If there are any, nothing is driven: the points
@@ -88,7 +90,8 @@ struct LoadCase {
   /// Whether anything comes before the stroke.
   bool acts_before_stroke() const {
     return !constant.empty() || !assembly.empty() || !temperature.empty() ||
-           !body_expansion.empty() || !gravity.isZero(0) || !mounting.empty();
+           !body_expansion.empty() || !elastic_expansion.empty() || !gravity.isZero(0) ||
+           !mounting.empty();
   }
   /// The constant loads whole, and so much of the growing ones.
   LoadFactors mounted(double growing_share = 0) const {
@@ -103,8 +106,8 @@ struct LoadCase {
 /// Displacement of an edge (0 base, 1 tip) when the body that holds it has grown by heat [m].
 Vector3d growth_move(const Mechanism& warm, int leaf, int end);
 
-/// The mechanism whose leaves and clamps have the growth of these temperatures: what the evaluation
-/// works on.
+/// The mechanism whose leaves, elastic bodies and clamps have the growth of these temperatures:
+/// what the evaluation works on.
 Mechanism warmed(const Mechanism& mechanism, const LoadCase& loads);
 
 /// Whether this leaf of a warmed mechanism may be reduced under these loads: what acts inside a

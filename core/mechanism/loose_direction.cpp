@@ -26,6 +26,7 @@ class Resistance {
     sum_ = BlockMatrix(static_cast<int>(mechanism.bodies.size()));
     for (int b = 0; b < sum_.bodies(); ++b) sum_.block(b, b).setZero();
     for (const LeafSpring& leaf : mechanism.leaves) add_leaf(leaf);
+    for (const ElasticBody& body : mechanism.elastic_bodies) add_elastic(body);
     for (const Joint& joint : mechanism.joints) add_joint(joint);
     for (const Spring& spring : mechanism.springs) add_spring(spring);
     for (std::size_t b = 0; b < mechanism.bodies.size(); ++b)
@@ -76,6 +77,15 @@ class Resistance {
     const Vector3d place = mechanism_.bodies[body].reference;
     add(body, carried(body, place).topRows<3>(), leaf.base,
         -carried(leaf.base, place).topRows<3>());
+  }
+
+  void add_elastic(const ElasticBody& body) {
+    const int first = body.interfaces.front().body;
+    for (std::size_t a = 1; a < body.interfaces.size(); ++a) {
+      const int other = body.interfaces[a].body;
+      const Vector3d place = body.interface_place(a);
+      if (other != first) add(other, carried(other, place), first, -carried(first, place));
+    }
   }
 
   void add_joint(const Joint& joint) {

@@ -135,16 +135,6 @@ bool intersect(const LeafSpring& a, const LeafSpring& b) {
   return false;
 }
 
-Check check_rules(const Material& m, const std::string& where) {
-  const bool stiff = std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0;
-  if (!stiff) return Because(where + ": Young's modulus must be positive");
-  if (!(std::isfinite(m.poissons_ratio) && m.poissons_ratio > -1))
-    return Because(where + ": Poisson's ratio must satisfy -1 < nu (<= 0.5 for plates)");
-  if (!(std::isfinite(m.density) && m.density > 0))
-    return Because(where + ": density must be positive");
-  return {};
-}
-
 Check check_profile(const LeafSpring& leaf) {
   for (const auto& [profile, of] :
        {std::pair{&leaf.width_profile, "width"}, std::pair{&leaf.thickness_profile, "thickness"}}) {
@@ -213,8 +203,7 @@ Check check_rules(const LeafSpring& leaf, int bodies) {
       return Because(name + ": the corner of its fold must take less than half of each leg");
   }
   if (Check kept = check_profile(leaf); !kept) return kept;
-  if ((leaf.axes.transpose() * leaf.axes - Matrix3d::Identity()).norm() > 1e-9 ||
-      leaf.axes.determinant() < 0)
+  if (!are_right_handed(leaf.axes))
     return Because(name + ": its axes must be orthonormal and right-handed");
   return check_rules(leaf.material, name);
 }
@@ -290,7 +279,7 @@ std::optional<std::pair<std::size_t, std::size_t>> intersecting(
   return first;
 }
 
-/// Bodies that no chain of leaves, joints and springs ties to the ground.
+/// Bodies that no chain of leaves, elastic bodies, joints and springs ties to the ground.
 Check check_bodies(const Mechanism& mechanism) {
   const std::size_t bodies = mechanism.bodies.size();
   // what a body that is held holds; the ground is the last of the lists
@@ -314,6 +303,9 @@ Check check_bodies(const Mechanism& mechanism) {
   for (const Joint& joint : mechanism.joints)
     if (!is_held(joint.type)) both(joint.body, joint.other);
   for (const Spring& spring : mechanism.springs) both(spring.body, spring.other);
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    for (const ElasticInterface& interface : body.interfaces)
+      both(body.interfaces.front().body, interface.body);
   std::vector<bool> held(bodies, false);
   std::vector<std::size_t> reached{bodies};
   while (!reached.empty()) {
@@ -327,7 +319,9 @@ Check check_bodies(const Mechanism& mechanism) {
   }
   for (std::size_t i = 0; i < held.size(); ++i)
     if (!held[i])
-      return Because(fmt::format("{}: no leaf{}{} ties it to the ground", mechanism.bodies[i].name,
+      return Because(fmt::format("{}: no leaf{}{}{} ties it to the ground",
+                                 mechanism.bodies[i].name,
+                                 mechanism.elastic_bodies.empty() ? "" : " and no elastic body",
                                  mechanism.joints.empty() ? "" : " and no joint",
                                  mechanism.springs.empty() ? "" : " and no spring"));
   return {};
@@ -335,9 +329,25 @@ Check check_bodies(const Mechanism& mechanism) {
 
 }  // namespace
 
+bool are_right_handed(const Matrix3d& axes) {
+  return (axes.transpose() * axes - Matrix3d::Identity()).norm() <= 1e-9 && axes.determinant() > 0;
+}
+
+Check check_rules(const Material& m, const std::string& where) {
+  const bool stiff = std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0;
+  if (!stiff) return Because(where + ": Young's modulus must be positive");
+  if (!(std::isfinite(m.poissons_ratio) && m.poissons_ratio > -1))
+    return Because(where + ": Poisson's ratio must satisfy -1 < nu (<= 0.5 for plates)");
+  if (!(std::isfinite(m.density) && m.density > 0))
+    return Because(where + ": density must be positive");
+  return {};
+}
+
 double longest_leaf(const Mechanism& mechanism) {
   double length = 0;
   for (const LeafSpring& leaf : mechanism.leaves) length = std::max(length, leaf.length);
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    if (mechanism.leaves.empty()) length = std::max(length, extent(body));
   return length;
 }
 
@@ -385,11 +395,14 @@ Check check_rules(const Mechanism& mechanism) {
     return Because(
         fmt::format("there is no body {} to be the end-effector", mechanism.end_effector));
   if (Check kept = check_drives(mechanism); !kept) return kept;
-  if (mechanism.leaves.empty()) return Because("there are no leaves");
+  if (mechanism.leaves.empty() && mechanism.elastic_bodies.empty())
+    return Because("there are no leaves");
   for (const RigidBody& body : mechanism.bodies)
     if (Check kept = check_rules(body); !kept) return kept;
   for (const LeafSpring& leaf : mechanism.leaves)
     if (Check kept = check_rules(leaf, bodies); !kept) return kept;
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    if (Check kept = check_rules(body, bodies); !kept) return kept;
   for (const Joint& joint : mechanism.joints)
     if (Check kept = check_rules(joint, bodies); !kept) return kept;
   for (const Spring& spring : mechanism.springs)

@@ -286,14 +286,23 @@ using ElasticBody = ElasticBodyT<double>;
 using Drive = DriveT<double>;
 using Mechanism = MechanismT<double>;
 
-/// Rules of a mechanism: indices, positive sizes, unit axes, leaves meeting their bodies, joints
-/// that repeat each other or stand against the drive, leaves that intersect when undeflected, a
-/// direction of a body without stiffness.
+/// Rules of a mechanism: indices, positive sizes, unit axes, leaves meeting their bodies, elastic
+/// bodies between two or more, joints that repeat each other or stand against the drive, leaves
+/// that intersect when undeflected, a direction of a body without stiffness.
 Check check_rules(const Mechanism& mechanism);
-/// Rules of a spring of a mechanism with so many bodies.
+/// Rules of a spring, and of an elastic body, of a mechanism with so many bodies.
 Check check_rules(const Spring& spring, int bodies);
+Check check_rules(const ElasticBody& body, int bodies);
+/// Rules of the material of what has this name.
+Check check_rules(const Material& material, const std::string& where);
+/// Whether axes are orthonormal and right-handed, to 1e-9.
+bool are_right_handed(const Matrix3d& axes);
 
-/// Length of the longest leaf [m].
+/// The largest size along the own axes; of imported matrices the length at which turning meets as
+/// much resistance as pushing, where that is more [m].
+double extent(const ElasticBody& body);
+
+/// Length of the longest leaf; without leaves, size of the largest elastic body [m].
 double longest_leaf(const Mechanism& mechanism);
 
 }  // namespace flexopt

@@ -14,7 +14,7 @@
 namespace flexopt {
 namespace {
 
-// What holds bodies: a leaf, a joint, or the held directions of a body.
+// What holds bodies: a leaf, an elastic body, a joint, or the held directions of a body.
 struct Member {
   std::string name;
   std::array<int, 2> body{ground, ground};
@@ -37,6 +37,11 @@ bool is_link(const Mechanism& mechanism, int b) {
   const RigidBody& body = mechanism.bodies[b];
   return b != mechanism.end_effector && body.mass == 0 &&
          std::ranges::none_of(body.held, [](bool held) { return held; }) &&
+         std::ranges::none_of(mechanism.elastic_bodies,
+                              [&](const ElasticBody& elastic) {
+                                return std::ranges::count(elastic.interfaces, b,
+                                                          &ElasticInterface::body) > 0;
+                              }) &&
          std::ranges::none_of(mechanism.joints, holds) &&
          std::ranges::none_of(mechanism.springs, holds) &&
          std::ranges::none_of(mechanism.drives, holds);
@@ -76,6 +81,7 @@ class Conditions {
   Conditions(const Mechanism& mechanism, const std::vector<LeafSpring>& leaves)
       : mechanism_(&mechanism), length_(longest_leaf(mechanism)) {
     for (const LeafSpring& leaf : leaves) add(leaf);
+    for (const ElasticBody& body : mechanism.elastic_bodies) add(body);
     for (const Joint& joint : mechanism.joints) add(joint);
     for (int b = 0; b < static_cast<int>(mechanism.bodies.size()); ++b) add_held(b);
   }
@@ -162,6 +168,24 @@ class Conditions {
       const Vector3d place = mechanism_->bodies[leaf.point->body].reference;
       same_displacement(m, leaf.point->body, place, along);
       if (!wire) same_displacement(m, leaf.point->body, place, across);
+    }
+  }
+
+  // A frame that bends a little keeps its interfaces where they are. A hinge of degree 4 is like a
+  // bushing: none of its directions is stiff beside the others.
+  void add(const ElasticBody& body) {
+    if (body.degree != ElasticDegree::linear) return;
+    const int first = body.interfaces.front().body;
+    for (std::size_t a = 1; a < body.interfaces.size(); ++a) {
+      const int other = body.interfaces[a].body;
+      if (other == first) continue;
+      const int m = member(body.name, other, first);
+      const Vector3d place = body.interface_place(a);
+      for (int k = 0; k < 3; ++k) {
+        const Vector3d axis = Vector3d::Unit(k);
+        add(m, displacement(other, place, axis), -displacement(first, place, axis));
+        add(m, rotation(axis), -rotation(axis));
+      }
     }
   }
 
@@ -276,7 +300,7 @@ std::vector<HeldDrive> held_drives(const Mechanism& mechanism) {
   Mechanism holding = mechanism;
   std::erase_if(holding.leaves, [](const LeafSpring& leaf) { return leaf.curve.has_value(); });
   std::vector<HeldDrive> held;
-  if (holding.leaves.empty()) return held;
+  if (holding.leaves.empty() && holding.elastic_bodies.empty()) return held;
   Conditions conditions(holding, holding.leaves);
   const int first = static_cast<int>(conditions.all().size());  // condition of a drive
   for (const Drive& drive : mechanism.drives) conditions.add(drive);

@@ -21,16 +21,16 @@ struct EstimatedError {
   std::string pointer;  ///< to the value, from the result's path point: "/displacement/0"
   ErrorKind kind = ErrorKind::none;
   double value = 0;  ///< the number itself, SI
-  /// Errors by too few elements along the leaves, too few across, the reduction and, where leaves
-  /// have steep profiles, the theory of beams and plates, ≥ 0, SI.
-  double along = 0, across = 0, reduction = 0, theory = 0;
+  /// Errors by too few elements along the leaves, too few across, the reduction, where leaves have
+  /// steep profiles the theory of beams and plates, and the meshes of elastic bodies, ≥ 0, SI.
+  double along = 0, across = 0, reduction = 0, theory = 0, solids = 0;
   /// What it is relative to, SI: |value|, at least a thousandth of the largest of the path, of a
   /// drive's load also a thousandth of the drive's stiffness times the largest motion. Of motions
   /// the largest component of the path, at least a thousandth of what the other kind of motion does
   /// over the longest leaf. Zero where all that is zero.
   double scale = 0;
 
-  double absolute() const { return along + across + reduction + theory; }
+  double absolute() const { return along + across + reduction + theory + solids; }
   double relative() const { return scale > 0 ? absolute() / scale : 0; }
 };
 

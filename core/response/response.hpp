@@ -201,6 +201,20 @@ struct StateSpace {
   MatrixXd residual;  ///< static answers of all that is not kept: outputs × inputs
 };
 
+/// How far an elastic body is from where its model holds.
+struct ElasticBodyReport {
+  double turn = 0;  ///< largest rotation of an interface in the floating frame [rad]
+  /// Of degree 4: largest change of a stiffness by what the body is deformed, relative: README.md
+  /// (V8) of core/elements/solid.
+  std::optional<double> geometric_share;
+  double rigid_residual = 0;  ///< stiffness against rigid motion before it was projected away
+  int unknowns = 0;           ///< of its mesh
+};
+/// Turns beyond which a model of this degree is no longer believed [rad].
+inline constexpr double largest_turn(ElasticDegree degree) {
+  return degree == ElasticDegree::linear ? 0.02 : 0.1;
+}
+
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
 /// Stroke, drive load and drive stiffness of several drives: those of the first, and lists.
 struct PathPoint {
@@ -277,6 +291,7 @@ struct PathPoint {
   bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
   int negative_pivots = 0;  ///< inertia of that tangent
   std::vector<LeafReport> leaves;
+  std::vector<ElasticBodyReport> elastic_bodies;
   std::vector<LeafShape> shapes;
   std::vector<Vector3d> named_points;  ///< displacements, in the order of the request [m]
   std::vector<BodyMotion> bodies;      ///< of every body of the mechanism

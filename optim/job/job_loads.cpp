@@ -78,6 +78,27 @@ void add_expansion(std::size_t body, double strain, const Mechanism& mechanism,
     faults.add(pointer, value, kept.error());
 }
 
+// Takes in the strain of an elastic body. The frames of its interfaces grow with it, but for those
+// that have a temperature of their own.
+void add_elastic_expansion(const ElasticBody& body, double strain, const Mechanism& mechanism,
+                           const json& bodies, const std::string& pointer, FaultList& faults,
+                           LoadCase& loads, std::vector<double>& strains) {
+  const std::string value = shown(bodies[body.name]);
+  LoadCase alone;
+  alone.elastic_expansion.assign(mechanism.elastic_bodies.size(), 0.0);
+  loads.elastic_expansion.resize(mechanism.elastic_bodies.size(), 0.0);
+  const auto k = static_cast<std::size_t>(&body - mechanism.elastic_bodies.data());
+  alone.elastic_expansion[k] = loads.elastic_expansion[k] = strain;
+  if (const Check kept = check_rules(alone, mechanism); !kept)
+    faults.add(pointer, value, kept.error());
+  for (const ElasticInterface& interface : body.interfaces) {
+    if (interface.body == ground) continue;
+    const auto frame = static_cast<std::size_t>(interface.body);
+    if (!bodies.contains(mechanism.bodies[frame].name))
+      add_expansion(frame, strain, mechanism, pointer, value, faults, strains);
+  }
+}
+
 void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& faults,
                       LoadCase& loads, std::vector<std::string>& notes) {
   const Pointer at("/temperature");
@@ -104,7 +125,18 @@ void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& f
   for (const auto& [name, change] : bodies.items()) {
     const std::string here = (at / "bodies" / name).to_string();
     const auto found = std::ranges::find(known, name);
-    if (found == known.end()) {
+    const auto elastic = std::ranges::find(mechanism.elastic_bodies, name, &ElasticBody::name);
+    if (elastic != mechanism.elastic_bodies.end()) {
+      const std::optional<double> own = read.contains("thermal_expansion")
+                                            ? coefficient
+                                            : elastic->material.thermal_expansion;
+      if (own)
+        add_elastic_expansion(*elastic, *own * change.get<double>(), mechanism, bodies, here,
+                              faults, loads, strains);
+      else
+        faults.add(here, shown(change), "its material has no thermal_expansion");
+    } else if (found == known.end()) {
+      std::ranges::copy(names_in(mechanism.elastic_bodies), std::back_inserter(known));
       faults.add(here, shown(name), "no body has this name; " + known_names(name, known));
     } else if (!coefficient) {
       faults.add(here, shown(change),

@@ -298,7 +298,8 @@ void look_at_mass(Looked& at) {
                                  std::ranges::any_of(search->constraints, of_modes)));
   if (!asked || at.says("/end_effector/mass") ||
       !at.family().has_end_effector(at.job.design.choices) ||
-      std::ranges::any_of(at.mechanism.bodies, [](const RigidBody& b) { return b.mass > 0; }))
+      std::ranges::any_of(at.mechanism.bodies, [](const RigidBody& b) { return b.mass > 0; }) ||
+      !at.mechanism.elastic_bodies.empty())
     return;
   at.warn({"/end_effector/mass",
            "nothing",

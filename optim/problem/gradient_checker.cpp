@@ -49,11 +49,10 @@ double unit(const Job& job, const std::string& name) {
     if (parameter && parameter->unit != "m") return parameter->unit == "kg" ? 1e-2 : 0.1;
   }
   const Mechanism mechanism = make_mechanism(job, job.design.parameters);
-  double length = 0, leaves = 0;  // longest one; about their mass
-  for (const LeafSpring& l : mechanism.leaves) {
-    length = std::max(length, l.length);
+  const double length = longest_leaf(mechanism);
+  double leaves = 0;  // about their mass
+  for (const LeafSpring& l : mechanism.leaves)
     leaves += l.material.density * l.length * l.width * l.thickness;
-  }
   if (name.starts_with("end_effector.center_of_mass")) return 0.1 * length;
   if (name.starts_with("end_effector.inertia")) {
     const double mass = std::max(job.end_effector.mass, leaves);

@@ -217,6 +217,20 @@ Json leaves_json(const PathPoint& point, const Mechanism& mechanism) {
   return leaves;
 }
 
+Json elastic_bodies_json(const PathPoint& point, const Mechanism& mechanism) {
+  Json bodies = Json::array();
+  for (std::size_t k = 0; k < point.elastic_bodies.size(); ++k) {
+    const ElasticBodyReport& body = point.elastic_bodies[k];
+    bodies.push_back({{"name", mechanism.elastic_bodies[k].name},
+                      {"degree", static_cast<int>(mechanism.elastic_bodies[k].degree)},
+                      {"turn", body.turn},
+                      {"geometric_share", optional_json(body.geometric_share)},
+                      {"rigid_residual", body.rigid_residual},
+                      {"unknowns", body.unknowns}});
+  }
+  return bodies;
+}
+
 /// All principal support stiffnesses, ascending: N/m of translations, N m/rad of rotations.
 Json principal_json(const PathPoint& point, bool rotations) {
   Json list = Json::array();
@@ -341,6 +355,8 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   json["bifurcation_passed"] = point.bifurcation_passed;
   json["negative_pivots"] = point.negative_pivots;
   json["leaves"] = leaves_json(point, mechanism);
+  if (!mechanism.elastic_bodies.empty())
+    json["elastic_bodies"] = elastic_bodies_json(point, mechanism);
   return json;
 }
 

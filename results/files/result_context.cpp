@@ -108,7 +108,8 @@ Json largest_json(const LargestError& largest, const Job& job) {
   json["of_it"] = {{"elements_along", largest.along},
                    {"elements_across", largest.across},
                    {"reduction", largest.reduction},
-                   {"theory", largest.theory}};
+                   {"theory", largest.theory},
+                   {"elastic_bodies", largest.solids}};
   return json;
 }
 

@@ -53,8 +53,26 @@ std::string full_leaves_text(const std::vector<PathPoint>& path) {
       leaves.size() == 1 ? "1 leaf is" : fmt::format("{} leaves are", leaves.size()));
 }
 
+/// Elastic bodies that are bent further than their degree holds, each where it is turned most.
+std::string elastic_text(const std::vector<PathPoint>& path, const Mechanism& mechanism) {
+  std::string text;
+  for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k) {
+    const ElasticBody& body = mechanism.elastic_bodies[k];
+    double turn = 0;
+    for (const PathPoint& point : path)
+      if (k < point.elastic_bodies.size()) turn = std::max(turn, point.elastic_bodies[k].turn);
+    if (turn > largest_turn(body.degree))
+      text += fmt::format(
+          " An interface of {} turns by {:.3g} rad in the body: a body of degree {} holds up to "
+          "{:g} rad.",
+          body.name, turn, static_cast<int>(body.degree), largest_turn(body.degree));
+  }
+  return text;
+}
+
 /// Status and message of one path.
-std::pair<std::string, std::string> conclusion(const StrokeResponse& response, Accuracy accuracy) {
+std::pair<std::string, std::string> conclusion(const StrokeResponse& response, Accuracy accuracy,
+                                               const Mechanism& mechanism) {
   const auto& path = response.path;
   const auto converged = static_cast<std::size_t>(std::ranges::count(
       path, PointStatus::converged, [](const PathPoint& point) { return point.status; }));
@@ -63,7 +81,7 @@ std::pair<std::string, std::string> conclusion(const StrokeResponse& response, A
     return {"ok", fmt::format("Equilibrium found at {}, {} accuracy{}.{}",
                               plural(path.size(), "stroke point"), name_of(accuracy),
                               why.empty() ? "" : "; no frequency derivatives: " + why,
-                              stability_text(path))};
+                              stability_text(path) + elastic_text(path, mechanism))};
   }
   const char* status = response.status == Status::limit_reached ? "limit_reached"
                        : response.status == Status::left_branch ? "left_branch"
@@ -77,7 +95,7 @@ void conclude_evaluation(RunRecord& record) {
   const Accuracy accuracy = record.job.model.accuracy;
   const bool differentiated = accuracy == Accuracy::reduced && !record.gradients.empty();
   if (record.cases.empty()) {
-    std::tie(record.status, record.message) = conclusion(record.response, accuracy);
+    std::tie(record.status, record.message) = conclusion(record.response, accuracy, record.mechanism);
     if (differentiated && record.status == "ok")
       record.message += full_leaves_text(record.response.path);
     return;
@@ -85,7 +103,7 @@ void conclude_evaluation(RunRecord& record) {
   std::size_t points = 0;
   record.status = "ok";
   for (std::size_t k = 0; k < record.cases.size(); ++k) {
-    const auto [status, message] = conclusion(record.cases[k], accuracy);
+    const auto [status, message] = conclusion(record.cases[k], accuracy, record.mechanism);
     points += record.cases[k].path.size();
     if (status == "ok") continue;
     record.status = status;
@@ -97,7 +115,9 @@ void conclude_evaluation(RunRecord& record) {
       fmt::format("Equilibrium found at {} in {} load cases, {} accuracy.",
                   plural(points, "stroke point"), record.cases.size(), name_of(accuracy));
   for (std::size_t k = 0; k < record.cases.size(); ++k)
-    if (const std::string text = stability_text(record.cases[k].path); !text.empty())
+    if (const std::string text = stability_text(record.cases[k].path) +
+                                 elastic_text(record.cases[k].path, record.mechanism);
+        !text.empty())
       record.message += fmt::format(" Load case {}:{}", record.job.cases[k].name, text);
   if (differentiated) record.message += full_leaves_text(record.cases.front().path);
 }
@@ -233,7 +253,7 @@ const StrokeResponse& response_of(const RunRecord& record) {
 }
 
 std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, std::size_t k) {
-  return conclusion(*responses_of(record)[k], record.job.model.accuracy);
+  return conclusion(*responses_of(record)[k], record.job.model.accuracy, record.mechanism);
 }
 
 std::string name_of(Accuracy accuracy) {

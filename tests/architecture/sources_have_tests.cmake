@@ -39,6 +39,10 @@ set(tested_by
   designs/flatten_leaves designs/test_design_files
   designs/formula_words designs/test_design_files
   designs/materials designs/test_families
+  core/elements/solid/held_body core/test_elastic_mechanism
+  core/equilibrium/elastic_bodies core/test_elastic_mechanism
+  core/response/gradients/elastic_gradients core/test_elastic_mechanism
+  core/mechanism/elastic_body core/test_elastic_mechanism
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/solve_equilibrium core/equilibrium/test_stroke_path
   core/equilibrium/system core/equilibrium/test_joints

@@ -70,6 +70,10 @@ inline Mechanism moved_as_a_whole(Mechanism m, const Matrix3d& R,
     leaf.origin = R * leaf.origin + shift;
     leaf.axes = R * leaf.axes;
   }
+  for (ElasticBody& body : m.elastic_bodies) {
+    body.place = R * body.place + shift;
+    body.axes = R * body.axes;
+  }
   for (Drive& drive : m.drives) drive.axes = R * drive.axes;
   return m;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/math/rotation.hpp"
+#include "core/response/gradients/elastic_gradients.hpp"
 #include "core/response/gradients/link_gradients.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
 
@@ -263,6 +264,7 @@ auto DesignRates<S>::quadratic(const Matrix& Y, const Vector& lambda, const Matr
   }
   rates.noalias() += forces.sum().transpose() * state_rates;
   add_link_quadratic_rates(factor, state_, *directions_, state_rates, Y, rates);
+  add_elastic_quadratic_rates(factor, state_, *directions_, state_rates, Y, lambda, ground, rates);
   for (Eigen::Index k = 0; k < n; ++k)
     if (lambda[k] != S(0))
       for (Eigen::Index p = 0; p < count; ++p)

@@ -5,6 +5,7 @@
 
 #include "core/mechanism/drive.hpp"
 #include "core/mechanism/spring.hpp"
+#include "core/response/gradients/elastic_gradients.hpp"
 
 namespace flexopt {
 namespace {
@@ -79,20 +80,6 @@ std::vector<Link<S>> links_of(const MechanismFactor& factor, const MechanismStat
   return links;
 }
 
-// How a body moves along a direction and with the state, by its rate: displacements and spins of
-// all bodies; empty: at constant displacement and rotation.
-template <class S>
-JointBodyOf<S> moving(const Mechanism& direction, const MechanismState<S>& state, int b,
-                      const Eigen::Ref<const Eigen::VectorX<S>>& rate) {
-  const Vector3d moves = b < 0 ? Vector3d::Zero() : direction.bodies[b].reference;
-  JointBodyOf<S> body{moves.cast<S>(), Matrix3<S>::Zero(), moves};
-  if (b < 0 || rate.size() == 0) return body;
-  const Vector3<S> spin = rate.template segment<3>(6 * b + 3);
-  body.position += rate.template segment<3>(6 * b);
-  body.rotation = hat(spin) * state.bodies[b].rotation;
-  return body;
-}
-
 // What a dead load changes by along a direction, at a constant state: its force and present arm.
 template <class S>
 struct LoadRate {
@@ -134,6 +121,7 @@ void add_link_residual_rates(const MechanismFactor& factor, const MechanismState
         if (const int b = link.sides[e]; b >= 0)
           column.template segment<6>(6 * b) += r.force.template segment<6>(6 * e);
     }
+  add_elastic_residual_rates(factor, state, directions, R);
   for (const BodyLoad& load : factor.system().acting()) {
     if (is_constant(load)) continue;
     const Eigen::Index r = 6 * static_cast<Eigen::Index>(load.body) + 3;

@@ -1,14 +1,14 @@
 #pragma once
 // The share in exact gradients of all that is beside the leaves: joints and drives, conditions
-// Ψ(q; p) that multipliers μ hold, springs, and dead forces on arms. Equations (S6), (S10), (S11)
-// and (S18) of core/response/README.md. S: double or Jet.
+// Ψ(q; p) that multipliers μ hold, springs, elastic bodies, and dead forces on arms. Equations
+// (S6), (S10), (S11) and (S18) of core/response/README.md. S: double or Jet.
 #include "core/response/gradients/mechanism_state.hpp"
 
 namespace flexopt {
 
 /// R += what the residual of every row changes by at a constant state, one column for each
-/// direction: by Ψ_qᵀμ and the forces of springs and dead loads on the bodies, and by Ψ (of drives
-/// the stroke).
+/// direction: by Ψ_qᵀμ and the forces of springs, elastic bodies and dead loads on the bodies, and
+/// by Ψ (of drives the stroke).
 template <class S>
 void add_link_residual_rates(const MechanismFactor& factor, const MechanismState<S>& state,
                              const std::vector<Mechanism>& directions, Eigen::MatrixX<S>& R);

@@ -29,6 +29,24 @@ Mode mode_of_shares(double omega2, double drive, double end_effector, double int
   return mode;
 }
 
+// Groups of bodies that rigid joints tie together; an elastic frame that holds the end-effector is
+// one with it.
+std::vector<int> groups_of(const Mechanism& mechanism) {
+  std::vector<int> group = rigid_groups(mechanism);
+  const int end = mechanism.end_effector;
+  for (const ElasticBody& elastic : mechanism.elastic_bodies) {
+    const auto& interfaces = elastic.interfaces;
+    if (elastic.degree != ElasticDegree::linear ||
+        std::ranges::none_of(interfaces,
+                             [&](const ElasticInterface& i) { return i.body == end; }) ||
+        std::ranges::any_of(interfaces, [](const ElasticInterface& i) { return i.body < 0; }))
+      continue;
+    for (const ElasticInterface& i : interfaces)
+      std::ranges::replace(group, int(group[i.body]), end);
+  }
+  return group;
+}
+
 }  // namespace
 
 MatrixXd stacked(const std::vector<MatrixXd>& parts) {
@@ -75,7 +93,7 @@ std::vector<Mode> classified_modes(const Mechanism& mechanism, const VectorXd& o
   of_drive = of_drive.cwiseMin(1.0);
   const VectorXd all = rest.cwiseProduct(M_rest).colwise().sum();
   const MatrixXd forces = carried(M_rest);
-  const std::vector<int> group = rigid_groups(mechanism);
+  const std::vector<int> group = groups_of(mechanism);
   for (Eigen::Index k = 0; k < omega2.size(); ++k) {
     double end_effector = 0, intermediate = 0, bodies = 0;
     for (std::size_t b = 0; b < group.size(); ++b) {

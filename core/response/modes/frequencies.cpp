@@ -97,6 +97,14 @@ bool grow(std::vector<int>& leaf_modes, const VectorXd& top, double highest, int
 
 MatrixXd body_motions(const System& system, const Eigen::Ref<const MatrixXd>& q) {
   MatrixXd motions(system.size(), q.cols());
+  std::vector<MatrixXd> parts;
+  const ElasticBodies& elastic = system.elastic_bodies();
+  for (int k = 0; k < elastic.count(); ++k) {
+    const SymmetricEigen mass(elastic.model(k).mass);
+    const VectorXd root = mass.eigenvalues().cwiseMax(0).cwiseSqrt();
+    parts.push_back(root.asDiagonal() * mass.eigenvectors().transpose() *
+                    motions_in_frame(elastic.held(k), holder_rows<double>(elastic.body(k), q)));
+  }
   for (int b = 0; b < system.size() / 6; ++b) {
     const RigidBody& body = system.mechanism().bodies[b];
     const Matrix3d RT = system.pose(b).rotation.transpose();
@@ -109,7 +117,8 @@ MatrixXd body_motions(const System& system, const Eigen::Ref<const MatrixXd>& q)
     motions.middleRows<3>(6 * b) = std::sqrt(body.mass) * (u - hat(arm) * w);
     motions.middleRows<3>(6 * b + 3) = turning * q.middleRows<3>(6 * b + 3);
   }
-  return motions;
+  parts.insert(parts.begin(), std::move(motions));
+  return stacked(parts);
 }
 
 std::optional<Frequencies> natural_frequencies(System& system, const FrequencyOptions& options) {

@@ -75,6 +75,14 @@ RigidMotion rigid_motion(const MechanismFactor& factor) {
                           leaf.rows.body_rows(leaf.linear->mass_times(leaf.rows.edge_rows(rows))),
                           rigid.inertia);
   }
+  const ElasticBodies& elastic = system.elastic_bodies();
+  for (int k = 0; k < elastic.count(); ++k) {
+    const MatrixXd moved = holder_rows<double>(elastic.body(k), MatrixXd::Zero(factor.bodies(), 6),
+                                               MatrixXd::Identity(6, 6));
+    if (!moved.isZero(0))
+      add_holder_forces(elastic.body(k), held_mass(elastic.model(k), elastic.held(k)) * moved,
+                        rigid.inertia.topRows(factor.bodies()));
+  }
   factor.clear_held(rigid.inertia);
   return rigid;
 }

@@ -74,10 +74,15 @@ MechanismScale scale_of(const Mechanism& mechanism, const ModelOptions& model);
 /// Request of a path from which errors can be estimated.
 StrokeRequest estimate_request(StrokeRequest request);
 
+/// The mechanism with the coarse twins of its elastic bodies; nothing where there are none.
+std::optional<Mechanism> with_coarse_bodies(const Mechanism& mechanism);
+
 /// The evaluated path with full leaves, on the mesh of the model and on the finer meshes.
 struct FullPaths {
   std::shared_ptr<const StrokeResponse> own, along,
       across;                 ///< across: null without elements there
+  std::shared_ptr<const StrokeResponse>
+      coarse;                 ///< by the model itself, with_coarse_bodies(); null without those
   std::array<int, 2> mesh{};  ///< own
   MechanismScale scale;
 };
@@ -86,7 +91,8 @@ struct FullPaths {
 StrokeErrors errors_of(const StrokeResponse& response, const FullPaths& full);
 
 /// Errors of a response, from paths of full leaves that are evaluated here. `response`: the result
-/// of evaluate_stroke for the other arguments. Costs about as much as five paths of full leaves.
+/// of evaluate_stroke for the other arguments. Costs about as much as five paths of full leaves,
+/// and one by the model where there are elastic bodies.
 StrokeErrors estimate_errors(const Mechanism& mechanism, const ModelOptions& model,
                              const StrokeRequest& request, const StrokeResponse& response);
 
@@ -97,7 +103,7 @@ bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model);
 struct LargestError {
   std::string name;
   std::size_t path = 0, point = 0;
-  double relative = 0, along = 0, across = 0, reduction = 0, theory = 0;  ///< relative
+  double relative = 0, along = 0, across = 0, reduction = 0, theory = 0, solids = 0;  ///< relative
 };
 /// Returns the largest relative error of all numbers but stresses, or of these.
 std::optional<LargestError> largest_error(const std::vector<StrokeErrors>& errors,

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/elements/solid/elastic_model.hpp"
 #include "core/math/work_limit.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/mechanism/joint.hpp"
@@ -225,6 +226,8 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   }
   Check kept = check_joints(mechanism);
   if (kept) kept = check_rules(request.loads, mechanism);
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    if (kept) kept = check_solid(body);
   if (kept && mechanism.drives.empty() && request.loads.driven() &&
       std::ranges::any_of(request.points, [](double stroke) { return stroke != 0; }))
     kept = Because("the mechanism has no drive that a stroke could prescribe");

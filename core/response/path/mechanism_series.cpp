@@ -46,12 +46,13 @@ void MechanismSeries::expand() {
   expand_bodies();
   if (factor_->conditions() > 0) expand_conditions();
   expand_springs();
+  expand_elastic_bodies();
   for (std::size_t i = 0; i < leaves_.size(); ++i) expand_leaf(i);
 }
 
 void MechanismSeries::expand_bodies() {
   rotation_.clear();
-  body_mass_.clear();
+  for (BlockMatrix& M : body_mass_) M = BlockMatrix(bodies_ / 6);
   const auto times = [](const Matrix3d& a, const Matrix3d& b) { return Matrix3d(a * b); };
   for (int b = 0; b < bodies_ / 6; ++b) {
     const RigidBody& body = factor_->system().mechanism().bodies[b];
@@ -66,10 +67,9 @@ void MechanismSeries::expand_bodies() {
     add_product(J, RI, RT, times);
     add_product(J, c, c,
                 [&](const Matrix3d& x, const Matrix3d& y) { return Matrix3d(-body.mass * x * y); });
-    Series<Matrix6d>& M = body_mass_.emplace_back();
     for (int o = 0; o < 3; ++o) {
       const Matrix3d mass = (o == 0 ? body.mass : 0) * Matrix3d::Identity();
-      M[o] << mass, -body.mass * c[o], body.mass * c[o], J[o];
+      body_mass_[o].block(b, b) << mass, -body.mass * c[o], body.mass * c[o], J[o];
     }
   }
 }
@@ -165,7 +165,6 @@ void MechanismSeries::expand_conditions() {
 
 void MechanismSeries::expand_springs() {
   const Mechanism& m = factor_->system().mechanism();
-  if (m.springs.empty()) return;
   for (int o = 0; o < 3; ++o) {
     springs_.force[o] = VectorXd::Zero(bodies_);
     springs_.tangent[o] = BlockMatrix(bodies_ / 6);
@@ -180,6 +179,22 @@ void MechanismSeries::expand_springs() {
       for (int e = 0; e < 2; ++e)
         if (sides[e] >= 0) springs_.force[o].segment<6>(6 * sides[e]) += force.segment<6>(6 * e);
       add_between(coefficients(f.tangent, o), sides[0], sides[1], springs_.tangent[o]);
+    }
+  }
+}
+
+void MechanismSeries::expand_elastic_bodies() {
+  const ElasticBodies& elastic = factor_->system().elastic_bodies();
+  const MechanismState<Jet> state = path();
+  for (int k = 0; k < elastic.count(); ++k) {
+    const ElasticBody& body = elastic.body(k);
+    HeldBodyOf<Jet> held;
+    evaluate_held(body, elastic.model(k), holders_of(body, state.bodies), elastic.action(), held);
+    const Eigen::MatrixX<Jet> M = held_mass(elastic.model(k), held);
+    for (int o = 0; o < 3; ++o) {
+      add_holder_forces(body, VectorXd(coefficients(held.force, o)), springs_.force[o]);
+      add_between(coefficients(held.tangent, o), body, springs_.tangent[o]);
+      add_between(coefficients(M, o), body, body_mass_[o]);
     }
   }
 }
@@ -232,8 +247,7 @@ Series<MatrixXd> MechanismSeries::bordered_tangent_times(const MatrixXd& Y, int 
       result[o].middleRows(r, 3) += arm_stiffness(load.force, arm) * Y.middleRows(r, 3);
     }
     add_conditions(Y, o, result[o]);
-    if (!factor_->system().mechanism().springs.empty())
-      result[o].topRows(bodies_) += springs_.tangent[o] * Y.topRows(bodies_);
+    result[o].topRows(bodies_) += springs_.tangent[o] * Y.topRows(bodies_);
     factor_->clear_held(result[o]);
   }
   return result;
@@ -244,8 +258,7 @@ Series<MatrixXd> MechanismSeries::mass_times(const MatrixXd& Y, int orders) cons
     return std::pair(leaf.linear->linear->scale().mass, leaf.series->mass_times(rows, orders));
   });
   for (int o = 0; o < orders; ++o) {
-    for (int b = 0; b < bodies_ / 6; ++b)
-      result[o].middleRows(6 * b, 6) += body_mass_[b][o] * Y.middleRows(6 * b, 6);
+    result[o].topRows(bodies_) += body_mass_[o] * Y.topRows(bodies_);
     factor_->clear_held(result[o]);
   }
   return result;
@@ -264,8 +277,7 @@ Series<VectorXd> MechanismSeries::residual() const {
     for (const BodyLoad& load : factor_->system().acting())
       sum[o].middleRows(6 * load.body + 3, 3) -=
           (rotation_[load.body][o] * load.arm).cross(load.force);
-    if (!factor_->system().mechanism().springs.empty())
-      sum[o].topRows(bodies_) += springs_.force[o];
+    sum[o].topRows(bodies_) += springs_.force[o];
     factor_->clear_held(sum[o]);
     result[o] = sum[o];
     if (factor_->conditions() == 0) continue;

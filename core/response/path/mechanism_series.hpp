@@ -59,7 +59,7 @@ class MechanismSeries {
     Series<std::vector<Constraints::Row>> rows;
     Series<BlockMatrix> curvature;
   };
-  /// Forces of the springs on the bodies, and their tangent, along the path.
+  /// Forces of springs and elastic bodies on the bodies, and their tangent, along the path.
   struct Springs {
     Series<VectorXd> force;
     Series<BlockMatrix> tangent;
@@ -67,6 +67,7 @@ class MechanismSeries {
   void expand_bodies();
   void expand_leaf(std::size_t i);
   void expand_springs();
+  void expand_elastic_bodies();
   void expand_conditions();
   void expand_condition(const std::array<int, 2>& sides, int row, const JointConditionsOf<Jet>& of,
                         const Eigen::Matrix<Jet, 12, 12>& curvature);
@@ -82,7 +83,7 @@ class MechanismSeries {
   Conditions conditions_;
   std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
   std::vector<Series<Matrix3d>> rotation_;
-  std::vector<Series<Matrix6d>> body_mass_;
+  Series<BlockMatrix> body_mass_;
 };
 
 }  // namespace flexopt

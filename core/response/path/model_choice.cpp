@@ -36,19 +36,24 @@ class Paths {
   }
 
   using Path = std::shared_ptr<const StrokeResponse>;
-  Path get(Accuracy accuracy, const std::array<int, 2>& mesh, std::size_t k) {
-    Path& path = paths_[{accuracy, mesh, k}];
+  Path get(Accuracy accuracy, const std::array<int, 2>& mesh, std::size_t k, bool coarse = false) {
+    Path& path = paths_[{accuracy, mesh, k, coarse}];
     if (!path) {
-      path = std::make_shared<const StrokeResponse>(
-          evaluate_stroke(*mechanism_, options(accuracy, mesh), requests_[k]));
+      path = std::make_shared<const StrokeResponse>(evaluate_stroke(
+          coarse ? *coarse_ : *mechanism_, options(accuracy, mesh), requests_[k]));
       cost_ += cost_of(mesh) / static_cast<double>(requests());
     }
     return path;
   }
 
-  FullPaths full(const std::array<int, 2>& mesh, std::size_t k) {
-    return {get(Accuracy::full, mesh, k), get(Accuracy::full, more_along(mesh), k),
-            across_ ? get(Accuracy::full, more_across(mesh), k) : nullptr, mesh, scale_};
+  /// From which the errors of a model on this mesh are told.
+  FullPaths full(Accuracy accuracy, const std::array<int, 2>& mesh, std::size_t k) {
+    return {get(Accuracy::full, mesh, k),
+            get(Accuracy::full, more_along(mesh), k),
+            across_ ? get(Accuracy::full, more_across(mesh), k) : nullptr,
+            coarse_ ? get(accuracy, mesh, k, true) : nullptr,
+            mesh,
+            scale_};
   }
 
   double cost() const { return cost_; }
@@ -59,7 +64,7 @@ class Paths {
     if (across_) wanted.insert({Accuracy::full, more_across(mesh)});
     double cost = 0;
     for (const auto& [of, on] : wanted)
-      if (!paths_.contains({of, on, 0})) cost += cost_of(on);
+      if (!paths_.contains({of, on, 0, false})) cost += cost_of(on);
     return cost;
   }
 
@@ -68,6 +73,7 @@ class Paths {
     Accuracy accuracy;
     std::array<int, 2> mesh;
     std::size_t request;
+    bool coarse;
     auto operator<=>(const Key&) const = default;
   };
   double cost_of(const std::array<int, 2>& mesh) const {
@@ -77,6 +83,7 @@ class Paths {
   }
 
   const Mechanism* mechanism_;
+  std::optional<Mechanism> coarse_ = with_coarse_bodies(*mechanism_);
   const ModelOptions* model_;
   bool across_;
   MechanismScale scale_;
@@ -92,7 +99,7 @@ std::vector<StrokeErrors> errors_by(Paths& paths, Accuracy accuracy, const std::
   std::vector<StrokeErrors> all;
   for (std::size_t k = 0; k < paths.requests(); ++k) {
     const StrokeResponse& response = *paths.get(accuracy, mesh, k);
-    StrokeErrors errors = errors_of(response, paths.full(mesh, k));
+    StrokeErrors errors = errors_of(response, paths.full(accuracy, mesh, k));
     if (response.status != Status::ok && tried.message.empty()) tried.message = response.message;
     if (!errors.message.empty() && tried.message.empty()) tried.message = errors.message;
     all.push_back(std::move(errors));
@@ -114,8 +121,8 @@ LargestError largest_but(std::vector<StrokeErrors> errors, const Numbers& aside)
   return largest_error(errors, false).value_or(LargestError{});
 }
 
-/// Adds the errors beyond the tolerance that a finer mesh does not reduce: those of the theory, and
-/// those along or across that stayed as they were when there were more elements.
+/// Adds the errors beyond the tolerance that a finer mesh of leaves does not reduce: those of the
+/// theory and of elastic bodies, and those along or across that stayed as they were when there were more elements.
 void add_unreachable(const std::vector<StrokeErrors>& errors, double tolerance,
                      const std::vector<StrokeErrors>& before, bool along, bool across,
                      Numbers& numbers) {
@@ -129,7 +136,8 @@ void add_unreachable(const std::vector<StrokeErrors>& errors, double tolerance,
           return old && number.*part > 0.5 * tolerance * number.scale &&
                  number.*part > as_before * old->*part;
         };
-        if (number.theory > tolerance * number.scale || (along && stays(&EstimatedError::along)) ||
+        if (number.theory + number.solids > tolerance * number.scale ||
+            (along && stays(&EstimatedError::along)) ||
             (across && stays(&EstimatedError::across)))
           numbers.insert({k, number.name});
       }
@@ -261,7 +269,7 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
     mesh = *next;
   }
   chosen.model = paths.options(accuracy, mesh);
-  for (std::size_t k = 0; k < paths.requests(); ++k) chosen.full.push_back(paths.full(mesh, k));
+  for (std::size_t k = 0; k < paths.requests(); ++k) chosen.full.push_back(paths.full(accuracy, mesh, k));
   chosen.cost = paths.cost();
   chosen.message = message_of(chosen, errors, why, tolerance);
   return chosen;

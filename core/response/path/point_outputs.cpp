@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/equilibrium/end_effector_compliance.hpp"
+#include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/response/actuators.hpp"
@@ -109,6 +110,24 @@ Solids solids_of(System& system) {
           system.poses()};
 }
 
+// The share of the cubic term in the stiffness is the largest |λ| of (A·e) v = λ (basisᵀ K basis) v.
+ElasticBodyReport report_of(const CondensedSolid& solid, const VectorXd& local) {
+  ElasticBodyReport report{.rigid_residual = solid.rigid_residual, .unknowns = solid.unknowns};
+  for (Eigen::Index a = 3; a < local.size(); a += 6)
+    report.turn = std::max(report.turn, local.segment<3>(a).norm());
+  const ElasticModel& model = solid.model;
+  if (model.cubic.empty()) return report;
+  const VectorXd e = model.basis.transpose() * local;
+  const Eigen::Index m = e.size();
+  const MatrixXd change = (MatrixXd::Map(model.cubic.data(), m * m, m) * e).reshaped(m, m);
+  report.geometric_share =
+      SymmetricEigen(change, model.basis.transpose() * model.stiffness * model.basis)
+          .eigenvalues()
+          .cwiseAbs()
+          .maxCoeff();
+  return report;
+}
+
 }  // namespace
 
 PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model,
@@ -127,6 +146,10 @@ PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model
 void PointOutputs::add_reports(System& system, PathPoint& point) {
   point.leaves.clear();
   for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
+  point.elastic_bodies.clear();
+  const ElasticBodies& elastic = system.elastic_bodies();
+  for (int k = 0; k < elastic.count(); ++k)
+    point.elastic_bodies.push_back(report_of(elastic.solid(k), elastic.held(k).floating.local));
 }
 
 // Largest first, the one that is named max_stress at their head.

@@ -56,8 +56,10 @@ std::optional<Push> push_of_leaves(const System& system) {
 }
 
 // Dead loads along the motion, of so much work on it [J], and weight of leaves alone.
-void add_push(const Push& push, double amplitude, double stiffness, double length,
-              const Mechanism& mechanism, LoadCase& loads) {
+void add_push(const Push& push, double amplitude, double stiffness, const System& system,
+              LoadCase& loads) {
+  const double length = system.length();
+  const Mechanism& mechanism = system.mechanism();
   const Vector3d acceleration = amplitude * push.acceleration;
   const double work = amplitude * stiffness;
   loads.gravity += acceleration;
@@ -71,6 +73,19 @@ void add_push(const Push& push, double amplitude, double stiffness, double lengt
                                 .body = b,
                                 .arm = body.center_of_mass - body.reference,
                                 .step = loads.gravity_step});
+  }
+  for (int k = 0; k < system.elastic_bodies().count() && !acceleration.isZero(0); ++k) {
+    const ElasticBody& body = system.elastic_bodies().body(k);
+    const ElasticModel& model = system.elastic_bodies().model(k);
+    const auto holder =
+        std::ranges::find_if(body.interfaces, [](const auto& i) { return i.body != ground; });
+    if (model.total_mass > 0)
+      loads.constant.push_back(
+          {.force = -model.total_mass * acceleration,
+           .body = holder->body,
+           .arm = body.place + body.axes * model.mass_moment / model.total_mass -
+                  mechanism.bodies[holder->body].reference,
+           .step = loads.gravity_step});
   }
 }
 
@@ -89,7 +104,7 @@ Answer<StableBranch> around(System& unstable, const Push& push, double stiffness
   for (double amplitude = first;; amplitude *= left) {
     if (amplitude < least_amplitude) amplitude = 0;
     LoadCase loads = unstable.loads();
-    if (amplitude > 0) add_push(push, amplitude, stiffness, unstable.length(), mechanism, loads);
+    if (amplitude > 0) add_push(push, amplitude, stiffness, unstable, loads);
     if (!found.system) {
       found.system = std::make_unique<System>(mechanism, make_full_leaves(mechanism, model, why),
                                               std::move(loads));

@@ -33,6 +33,14 @@ Mechanism everything() {
   m.leaves[1].curve = 0;
   m.leaves[1].width_profile = {0, 0};
   m.leaves[1].thickness_profile.resize(144);
+  ElasticBody elastic;
+  elastic.name = "stage";
+  elastic.cells = std::make_shared<const SolidCells>();
+  elastic.nodes.resize(2);
+  elastic.interfaces = {{"a", 1, {}, {0, 1}, 1.003}, {"b", ground, {}, {}}};
+  elastic.degree = ElasticDegree::quartic;
+  elastic.growth = 1.004;
+  m.elastic_bodies = {elastic};
   m.joints.push_back({.name = "hinge", .type = JointType::spherical, .body = 0, .other = 1});
   m.springs.push_back({.name = "spring", .body = 1, .other = 0});
   m.springs.push_back({.name = "bushing", .body = 1, .matrix = Matrix6d::Zero()});
@@ -58,9 +66,10 @@ TEST_CASE("every number of a mechanism is visited once") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
   // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, arc,
-  // profiles; joint; spring: ends, stiffness, length; bushing: place, matrix; line; drive,
+  // profiles; elastic body: place, axes, nodes, origins, material; joint; spring: ends, stiffness, length; bushing: place, matrix; line; drive,
   // actuators
-  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 1 + 2 + 144 + 6 + (6 + 2) +
+  REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 1 + 2 + 144 +
+                            (3 + 9 + 2 * 3 + 2 * 3 + 3) + 6 + (6 + 2) +
                             (3 + 36) + (6 + 2 + 4) + 9 + 4);
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());
@@ -97,6 +106,15 @@ TEST_CASE("a mechanism with other numbers keeps names, indices and kinds") {
   CHECK(leaf.point->body == 1);
   CHECK(leaf.point->spread_over_tip);
   CHECK_FALSE(twice.leaves[1].point);
+  const ElasticBody& elastic = twice.elastic_bodies[0];
+  CHECK(elastic.name == "stage");
+  CHECK(elastic.cells == m.elastic_bodies[0].cells);
+  CHECK(elastic.interfaces[0].name == "a");
+  CHECK(elastic.interfaces[0].body == 1);
+  CHECK(elastic.interfaces[0].patch == std::vector<int>{0, 1});
+  CHECK(elastic.interfaces[0].clamp_growth == 1.003);
+  CHECK(elastic.degree == ElasticDegree::quartic);
+  CHECK(elastic.growth == 1.004);
   CHECK(twice.joints[0].name == "hinge");
   CHECK(twice.joints[0].type == JointType::spherical);
   CHECK(twice.joints[0].other == 1);

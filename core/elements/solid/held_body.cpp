@@ -1,0 +1,173 @@
+#include "core/elements/solid/held_body.hpp"
+
+#include "core/math/rotation.hpp"
+
+namespace flexopt {
+namespace {
+
+/// Sizes of what a holder has grown to by heat, over nominal ones.
+double grown(const ElasticBody& body, std::size_t a, const ElasticAction& action) {
+  return 1 + action.warmth * (body.interfaces[a].clamp_growth - 1);
+}
+
+template <class S>
+BodyActionOf<S> inside(const ElasticBody& body, const ElasticAction& action) {
+  return {action.gravity.template cast<S>(), S(1 + action.warmth * (body.growth - 1))};
+}
+
+/// A of the interfaces becomes A of their holders: its columns, those of the motions of the places
+/// that the arms carry.
+template <class S>
+void carry_columns(const std::vector<Vector3<S>>& arms, Eigen::MatrixX<S>& A) {
+  for (std::size_t a = 0; a < arms.size(); ++a) {
+    const auto c = 6 * static_cast<Eigen::Index>(a);
+    A.middleCols(c + 3, 3) -= A.middleCols(c, 3).lazyProduct(hat(arms[a]));
+  }
+}
+
+/// Moments that forces (rows) have on the arms.
+template <class S>
+Eigen::MatrixX<S> moments_on(const std::vector<Vector3<S>>& arms, const Eigen::MatrixX<S>& A) {
+  Eigen::MatrixX<S> moments = Eigen::MatrixX<S>::Zero(A.rows(), A.cols());
+  for (std::size_t a = 0; a < arms.size(); ++a) {
+    const auto r = 6 * static_cast<Eigen::Index>(a);
+    moments.middleRows(r + 3, 3) = hat(arms[a]).lazyProduct(A.middleRows(r, 3));
+  }
+  return moments;
+}
+
+/// Second derivative of an arm o under the exponential map, times the force f.
+template <class S>
+Matrix3<S> arm_curvature(const Vector3<S>& f, const Vector3<S>& o) {
+  const Matrix3<S> dyad = f.lazyProduct(o.transpose());
+  return S(0.5) * (dyad + dyad.transpose()) - f.dot(o) * Matrix3<S>::Identity();
+}
+
+template <class S>
+Vector3<S> force_at(const Eigen::VectorX<S>& forces, std::size_t a) {
+  return forces.template segment<3>(6 * static_cast<Eigen::Index>(a));
+}
+
+}  // namespace
+
+template <class S>
+void evaluate_held(const ElasticBody& body, const ElasticModel& model,
+                   const std::vector<JointBodyOf<S>>& holders, const ElasticAction& action,
+                   HeldBodyOf<S>& held) {
+  const std::size_t count = holders.size();
+  held.interfaces.resize(count);
+  held.arms.resize(count);
+  for (std::size_t a = 0; a < count; ++a) {
+    const JointBodyOf<S>& at = holders[a];
+    const Vector3d arm = grown(body, a, action) * (body.interface_place(a) - at.reference);
+    held.arms[a] = at.rotation * arm;
+    held.interfaces[a] = {at.position + held.arms[a], at.rotation * body.axes};
+  }
+  evaluate_floating<S>(model, held.interfaces, inside<S>(body, action), held.floating);
+  if (!held.floating.framed) return;
+  held.force = held.floating.force;
+  held.force += moments_on<S>(held.arms, held.floating.force);
+  held.tangent = held.floating.tangent;
+  carry_columns(held.arms, held.tangent);
+  held.tangent += moments_on<S>(held.arms, held.tangent);
+  for (std::size_t a = 0; a < count; ++a) {
+    const auto r = 6 * static_cast<Eigen::Index>(a) + 3;
+    held.tangent.template block<3, 3>(r, r) +=
+        arm_curvature<S>(force_at(held.floating.force, a), held.arms[a]);
+  }
+}
+
+template <class S>
+HeldBodyOf<S> held_rates(const ElasticBody& body, const ElasticModel& model,
+                         const std::vector<JointBodyOf<S>>& holders, const ElasticAction& action,
+                         const HeldBodyOf<S>& held, const HeldBodyRate<S>& rate) {
+  HeldBodyOf<S> r;
+  const ElasticBody& d = *rate.body;
+  for (std::size_t a = 0; a < holders.size(); ++a) {
+    const JointBodyOf<S>&at = holders[a], &moves = rate.holders[a];
+    const Vector3d arm = grown(body, a, action) * (body.interface_place(a) - at.reference),
+                   darm = grown(body, a, action) *
+                          (d.place + d.axes * body.interfaces[a].origin +
+                           body.axes * d.interfaces[a].origin - moves.reference);
+    r.arms.push_back(moves.rotation * arm + at.rotation * darm);
+    r.interfaces.push_back(
+        {moves.position + r.arms[a], moves.rotation * body.axes + at.rotation * d.axes});
+  }
+  r.floating =
+      floating_rates<S>(model, *rate.model, held.interfaces, r.interfaces, inside<S>(body, action));
+  r.force = r.floating.force;
+  r.force +=
+      moments_on<S>(held.arms, r.floating.force) + moments_on<S>(r.arms, held.floating.force);
+  r.tangent = r.floating.tangent;
+  carry_columns(held.arms, r.tangent);
+  r.tangent += moments_on<S>(held.arms, r.tangent);
+  Eigen::MatrixX<S> carried = held.floating.tangent;
+  carry_columns(held.arms, carried);
+  const Eigen::MatrixX<S> moved = moments_on<S>(r.arms, carried);
+  r.tangent += moved + moved.transpose();
+  for (std::size_t a = 0; a < holders.size(); ++a) {
+    const auto k = 6 * static_cast<Eigen::Index>(a) + 3;
+    r.tangent.template block<3, 3>(k, k) +=
+        arm_curvature<S>(force_at(r.floating.force, a), held.arms[a]) +
+        arm_curvature<S>(force_at(held.floating.force, a), r.arms[a]);
+  }
+  return r;
+}
+
+template <class S>
+Eigen::MatrixX<S> held_mass(const ElasticModel& model, const HeldBodyOf<S>& held) {
+  Eigen::MatrixX<S> M = floating_mass<S>(model, held.floating.frame.axes);
+  carry_columns(held.arms, M);
+  M += moments_on<S>(held.arms, M);
+  return M;
+}
+
+template <class S>
+Eigen::MatrixX<S> motions_in_frame(const HeldBodyOf<S>& held, const Eigen::MatrixX<S>& holders) {
+  const Matrix3<S> FT = held.floating.frame.axes.transpose();
+  Eigen::MatrixX<S> z(holders.rows(), holders.cols());
+  for (std::size_t a = 0; a < held.arms.size(); ++a) {
+    const auto r = 6 * static_cast<Eigen::Index>(a);
+    const Eigen::MatrixX<S> turned = FT.lazyProduct(hat(held.arms[a]));
+    z.middleRows(r, 3) =
+        FT.lazyProduct(holders.middleRows(r, 3)) - turned.lazyProduct(holders.middleRows(r + 3, 3));
+    z.middleRows(r + 3, 3) = FT.lazyProduct(holders.middleRows(r + 3, 3));
+  }
+  return z;
+}
+
+template <class S>
+S held_mass_rate(const ElasticModel& model, const ElasticModel& model_rate,
+                 const HeldBodyOf<S>& held, const HeldBodyOf<S>& rate, const Eigen::VectorX<S>& y) {
+  const Eigen::MatrixX<S> z = motions_in_frame<S>(held, y);
+  HeldBodyOf<S> turned;  // the frame turns, the arms stay
+  turned.floating.frame.axes = rate.floating.frame.axes;
+  turned.arms = held.arms;
+  Eigen::MatrixX<S> dz = motions_in_frame<S>(turned, y);
+  const Matrix3<S> FT = held.floating.frame.axes.transpose();
+  for (std::size_t a = 0; a < held.arms.size(); ++a) {
+    const auto r = 6 * static_cast<Eigen::Index>(a);
+    const Vector3<S> w = y.template segment<3>(r + 3);
+    dz.middleRows(r, 3) += FT * w.cross(rate.arms[a]);
+  }
+  const Eigen::MatrixX<S> forces =
+      model_rate.mass.lazyProduct(z) + S(2) * model.mass.lazyProduct(dz);
+  return z.cwiseProduct(forces).sum();
+}
+
+#define INSTANTIATE(S)                                                                         \
+  template void evaluate_held(const ElasticBody&, const ElasticModel&,                         \
+                              const std::vector<JointBodyOf<S>>&, const ElasticAction&,        \
+                              HeldBodyOf<S>&);                                                 \
+  template HeldBodyOf<S> held_rates(const ElasticBody&, const ElasticModel&,                   \
+                                    const std::vector<JointBodyOf<S>>&, const ElasticAction&,  \
+                                    const HeldBodyOf<S>&, const HeldBodyRate<S>&);             \
+  template Eigen::MatrixX<S> held_mass(const ElasticModel&, const HeldBodyOf<S>&);             \
+  template Eigen::MatrixX<S> motions_in_frame(const HeldBodyOf<S>&, const Eigen::MatrixX<S>&); \
+  template S held_mass_rate(const ElasticModel&, const ElasticModel&, const HeldBodyOf<S>&,    \
+                            const HeldBodyOf<S>&, const Eigen::VectorX<S>&);
+INSTANTIATE(double)
+INSTANTIATE(Jet)
+#undef INSTANTIATE
+
+}  // namespace flexopt

@@ -1,0 +1,99 @@
+#include "core/response/gradients/elastic_gradients.hpp"
+
+#include "core/elements/solid/held_body.hpp"
+
+namespace flexopt {
+namespace {
+
+// An elastic body at a state, and its rates along directions.
+template <class S>
+class MovedElastic {
+ public:
+  MovedElastic(const MechanismFactor& factor, const MechanismState<S>& state, int k)
+      : elastic_(&factor.system().elastic_bodies()),
+        state_(&state),
+        k_(k),
+        holders_(holders_of(body(), state.bodies)) {
+    evaluate_held(body(), model(), holders_, elastic_->action(), held_);
+  }
+
+  const ElasticBody& body() const { return elastic_->body(k_); }
+  const ElasticModel& model() const { return elastic_->model(k_); }
+  const HeldBodyOf<S>& held() const { return held_; }
+  std::shared_ptr<const ElasticModel> model_rate(const Mechanism& direction) const {
+    return flexopt::model_rate(body(), direction.elastic_bodies[k_]);
+  }
+  // With the state, by its rate; empty: it stays.
+  HeldBodyOf<S> rates(const Mechanism& direction, const ElasticModel& model_rate,
+                      const Eigen::Ref<const Eigen::VectorX<S>>& state_rate) const {
+    HeldBodyRate<S> rate{&direction.elastic_bodies[k_], &model_rate, {}};
+    for (const ElasticInterface& interface : body().interfaces)
+      rate.holders.push_back(moving<S>(direction, *state_, interface.body, state_rate));
+    return held_rates(body(), model(), holders_, elastic_->action(), held_, rate);
+  }
+
+ private:
+  const ElasticBodies* elastic_;
+  const MechanismState<S>* state_;
+  int k_;
+  std::vector<JointBodyOf<S>> holders_;
+  HeldBodyOf<S> held_;
+};
+
+}  // namespace
+
+template <class S>
+void add_elastic_residual_rates(const MechanismFactor& factor, const MechanismState<S>& state,
+                                const std::vector<Mechanism>& directions, Eigen::MatrixX<S>& R) {
+  for (int k = 0; k < factor.system().elastic_bodies().count(); ++k) {
+    const MovedElastic<S> moved(factor, state, k);
+    for (std::size_t p = 0; p < directions.size(); ++p)
+      add_holder_forces(
+          moved.body(),
+          moved.rates(directions[p], *moved.model_rate(directions[p]), Eigen::VectorX<S>()).force,
+          R.col(static_cast<Eigen::Index>(p)));
+  }
+}
+
+template <class S>
+void add_elastic_quadratic_rates(const MechanismFactor& factor, const MechanismState<S>& state,
+                                 const std::vector<Mechanism>& directions,
+                                 const Eigen::MatrixX<S>& state_rates, const Eigen::MatrixX<S>& Y,
+                                 const Eigen::VectorX<S>& lambda, const GroundShare* ground,
+                                 Eigen::MatrixX<S>& rates) {
+  Eigen::MatrixX<S> absolute = Y;
+  MatrixXd translations;
+  if (ground) {
+    absolute += ground->carried.template cast<S>();
+    translations = MatrixXd::Zero(6, Y.cols());
+    translations.topRows(3) = ground->translations;
+  }
+  for (int k = 0; k < factor.system().elastic_bodies().count(); ++k) {
+    const MovedElastic<S> moved(factor, state, k);
+    const Eigen::MatrixX<S> y = holder_rows(moved.body(), Y),
+                            z = holder_rows(moved.body(), absolute, translations);
+    for (std::size_t p = 0; p < directions.size(); ++p) {
+      const auto column = static_cast<Eigen::Index>(p);
+      const auto model_rate = moved.model_rate(directions[p]);
+      const HeldBodyOf<S> rate = moved.rates(directions[p], *model_rate, state_rates.col(column));
+      rates.col(column) += y.cwiseProduct(rate.tangent.lazyProduct(y)).colwise().sum().transpose();
+      for (Eigen::Index c = 0; c < Y.cols(); ++c)
+        if (lambda[c] != S(0))
+          rates(c, column) -= lambda[c] * held_mass_rate<S>(moved.model(), *model_rate,
+                                                            moved.held(), rate, z.col(c));
+    }
+  }
+}
+
+#define INSTANTIATE(S)                                                                         \
+  template void add_elastic_residual_rates(const MechanismFactor&, const MechanismState<S>&,   \
+                                           const std::vector<Mechanism>&, Eigen::MatrixX<S>&); \
+  template void add_elastic_quadratic_rates(                                                   \
+      const MechanismFactor&, const MechanismState<S>&, const std::vector<Mechanism>&,         \
+      const Eigen::MatrixX<S>&, const Eigen::MatrixX<S>&, const Eigen::VectorX<S>&,            \
+      const GroundShare*, Eigen::MatrixX<S>&);
+INSTANTIATE(double)
+INSTANTIATE(Jet)
+#undef INSTANTIATE
+
+}  // namespace flexopt

@@ -1,0 +1,309 @@
+// Elastic bodies inside mechanisms: against closed forms, rigid bodies, differences, and themselves
+// where they are turned or divided.
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "core/mechanism/loose_direction.hpp"
+#include "core/mechanism/mobility.hpp"
+#include "support/gradient_checks.hpp"
+#include "support/solid_box.hpp"
+
+using namespace flexopt;
+using namespace flexopt::test;
+
+namespace {
+
+constexpr double length = 0.1, side = 0.01;
+
+// A square bar along x from the ground to O, of `parts` elastic bodies with frames between them.
+Mechanism cantilever(int parts = 1, const Material& material = models::aluminium()) {
+  Mechanism m;
+  const double part = length / parts;
+  for (int k = 0; k < parts; ++k) {
+    const double end = (k + 1) * part;
+    m.bodies.push_back(k + 1 == parts ? models::body({end, 0, 0}, 0, 0)
+                                      : models::intermediate({end, 0, 0}, 0, 0));
+    ElasticBody box = models::box({part, side, side}, {12 / parts, 2, 2}, material);
+    box.name = "box " + std::to_string(k);
+    box.place = {end - 0.5 * part, 0, 0};
+    models::hold_end(box, "base", k == 0 ? ground : k - 1, -1);
+    models::hold_end(box, "tip", k, 1);
+    m.elastic_bodies.push_back(box);
+  }
+  m.end_effector = parts - 1;
+  m.drives = {make_drive(Direction::uy, parts - 1)};
+  return m;
+}
+
+constexpr double spacing = 0.05, thickness = 0.007, width = 0.02;
+
+// Two leaves along x that hold a plate, an elastic body with frames at the leaves and at O, the
+// middle of its far face.
+Mechanism guide(const Material& material, double far = 0.06) {
+  Mechanism m;
+  m.bodies = {models::body({far + thickness, 0, 0}, 0.1, 1e-5)};
+  ElasticBody stage = models::box({thickness, spacing + 0.01, width}, {2, 12, 2}, material);
+  stage.name = "stage";
+  stage.place = {far + 0.5 * thickness, 0, 0};
+  const double left = -0.5 * thickness, right = 0.5 * thickness, half = 0.5 * width;
+  models::hold(stage, "O", 0, {right, -0.005, -half}, {right, 0.005, half});
+  for (const double y : {0.5 * spacing, -0.5 * spacing}) {
+    const int frame = static_cast<int>(m.bodies.size());
+    m.bodies.push_back(models::intermediate({far, y, 0}, 0, 0, y > 0 ? "upper" : "lower"));
+    models::hold(stage, m.bodies.back().name, frame, {left, y - 0.0025, -half},
+                 {left, y + 0.0025, half});
+    m.leaves.push_back(
+        models::between(ground, frame, models::leaf({0, y, 0}, {1, 0, 0}, far, width, 4e-4)));
+  }
+  m.elastic_bodies = {stage};
+  m.drives = {make_drive(Direction::uy)};
+  return m;
+}
+
+// The same with a rigid body of the same mass.
+Mechanism rigid_guide(const Material& material) {
+  Mechanism m = guide(material);
+  RigidBody& stage = m.bodies[0];
+  const Vector3d size(thickness, spacing + 0.01, width), from = m.elastic_bodies[0].place;
+  const double mass = material.density * size.prod(), all = mass + stage.mass;
+  const Vector3d center = (mass * from + stage.mass * stage.center_of_mass) / all;
+  const auto about = [&](const Vector3d& place, double of) {
+    const Vector3d arm = place - center;
+    return Matrix3d(of * (arm.squaredNorm() * Matrix3d::Identity() - arm * arm.transpose()));
+  };
+  stage.inertia += about(from, mass) + about(stage.center_of_mass, stage.mass) +
+                   mass / 12 *
+                       Matrix3d((size.squaredNorm() * Matrix3d::Identity() -
+                                 Matrix3d(size.cwiseAbs2().asDiagonal())));
+  stage.mass = all;
+  stage.center_of_mass = center;
+  for (LeafSpring& leaf : m.leaves) leaf.tip = 0;
+  m.elastic_bodies.clear();
+  m.bodies.resize(1);
+  return m;
+}
+
+const ModelOptions beams = models::coarse(Flexure::beam);
+
+Material stiffer(double factor) {
+  Material m = models::aluminium();
+  m.youngs_modulus *= factor;
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("a mechanism without leaves: a clamped bar has the compliance of a beam") {
+  const Material& m = models::aluminium();
+  const double E = m.youngs_modulus, A = side * side, I = A * A / 12, G = m.shear_modulus();
+  for (const int parts : {1, 2}) {
+    const Mechanism bar = cantilever(parts);
+    REQUIRE(check_rules(bar));
+    const PathPoint p = evaluated(bar, {}, {.points = {0}, .frequencies = 2}).path[0];
+    const Matrix6d& C = p.compliance_free;
+    // rigid end faces keep their width, and do not warp
+    CHECK(C(0, 0) == Approx(length / (E * A)).epsilon(0.02 * parts));
+    const double bent = length * length * length / (3 * E * I) + 1.2 * length / (G * A);
+    CHECK(C(1, 1) == Approx(bent).epsilon(0.015 * parts));
+    CHECK(C(2, 2) == Approx(C(1, 1)).epsilon(1e-9));
+    CHECK(C(5, 5) == Approx(length / (E * I)).epsilon(0.015 * parts));
+    CHECK(C(5, 1) == Approx(length * length / (2 * E * I)).epsilon(0.015 * parts));
+    CHECK(C(3, 3) == Approx(length / (G * 0.1406 * A * A)).epsilon(0.03 * parts));
+    const double first = 1.8751 * 1.8751 / (2 * std::numbers::pi * length * length) *
+                         std::sqrt(E * I / (m.density * A));
+    // static shapes have 0.5 % too much of their first frequency
+    CHECK(p.frequencies_free[0] == Approx(first).epsilon(0.02));
+    CHECK(p.frequencies_free[1] == Approx(p.frequencies_free[0]).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("a clamped bar sags under its weight as a beam does") {
+  const Material m = models::aluminium();
+  const double g = 9.81, A = side * side, I = A * A / 12, w = m.density * A * g;
+  StrokeRequest request{.points = {0}};
+  request.loads.gravity = {0, 0, -g};
+  Mechanism bar = cantilever();
+  bar.drives.clear();
+  const PathPoint p = evaluated(bar, {}, request).path[0];
+  const double E = m.youngs_modulus, L2 = length * length;
+  CHECK(-p.displacement[2] ==
+        Approx(w * L2 * (L2 / (8 * E * I) + 0.6 / (m.shear_modulus() * A))).epsilon(0.015));
+  CHECK(p.rotation[1] == Approx(w * L2 * length / (6 * E * I)).epsilon(0.015));
+}
+
+TEST_CASE("a warm bar grows, and two grounds hold it with the force of its stiffness") {
+  const double strain = 1e-3;
+  StrokeRequest request{.points = {0}};
+  request.loads.elastic_expansion = {strain};
+  Mechanism bar = cantilever();
+  const PathPoint free = evaluated(bar, {}, request).path[0];
+  CHECK(free.displacement[0] == Approx(strain * length).epsilon(1e-9));
+  CHECK(std::abs(free.drive_load) < 1e-6);
+  bar.bodies[0].held[0] = false;
+  bar.drives = {make_drive(Direction::ux)};
+  const PathPoint held = evaluated(bar, {}, request).path[0];
+  const double K = 1 / evaluated(bar, {}, {.points = {0}}).path[0].compliance_free(0, 0);
+  CHECK(held.drive_load == Approx(-K * strain * length).epsilon(3e-3));
+  // its rigid frames grow with it: O, apart from the interface, moves on
+  bar.drives.clear();
+  bar.bodies[0].reference[0] += 0.02;
+  request.loads.body_expansion = {strain, 0};
+  CHECK(evaluated(bar, {}, request).path[0].displacement[0] ==
+        Approx(strain * (length + 0.02)).epsilon(1e-9));
+}
+
+TEST_CASE("a very stiff elastic stage is a rigid one") {
+  const Material stiff = stiffer(1e5);
+  for (const bool heavy : {false, true}) {
+    StrokeRequest request{.points = {0, 4e-3}, .frequencies = 6};
+    if (heavy) request.loads.gravity = {3, -2, 20};
+    const StrokeResponse elastic = evaluated(guide(stiff), beams, request),
+                         rigid = evaluated(rigid_guide(stiff), beams, request);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const PathPoint &e = elastic.path[k], &r = rigid.path[k];
+      CHECK(e.drive_load == Approx(r.drive_load).epsilon(2e-5).margin(1e-8));
+      CHECK((e.displacement - r.displacement).norm() < 1e-9);
+      CHECK(difference(e.compliance_free, r.compliance_free) < 1e-4);
+      CHECK(difference(e.compliance_locked, r.compliance_locked) < 1e-4);
+      CHECK(frequency_error(e.frequencies_free, r.frequencies_free) < 1e-4);
+      CHECK(frequency_error(e.frequencies_locked, r.frequencies_locked) < 1e-4);
+      for (std::size_t i = 0; i < 6; ++i) CHECK(e.modes_free[i].kind == r.modes_free[i].kind);
+      REQUIRE(e.elastic_bodies.size() == 1);
+      CHECK(e.elastic_bodies[0].turn < 1e-6);
+      CHECK(e.elastic_bodies[0].unknowns > 500);
+    }
+  }
+}
+
+TEST_CASE("an elastic stage gives way beside the leaves, and the drive's stiffness is its load's "
+          "derivative") {
+  const Mechanism m = guide(models::aluminium());
+  const double s = 5e-3, h = 1e-5;
+  const StrokeResponse r = evaluated(m, beams, {.points = {0, s - h, s, s + h}, .frequencies = 2});
+  CHECK(r.path[2].drive_stiffness ==
+        Approx((r.path[3].drive_load - r.path[1].drive_load) / (2 * h)).epsilon(1e-7));
+  const PathPoint rigid =
+      evaluated(rigid_guide(models::aluminium()), beams, {.points = {0}}).path[0];
+  CHECK(*r.path[0].support_stiffness[0] < 0.5 * *rigid.support_stiffness[0]);
+  CHECK(r.path[0].elastic_bodies[0].turn < 1e-12);
+  CHECK(r.path[2].elastic_bodies[0].turn > 1e-5);
+}
+
+TEST_CASE("a guide with an elastic stage, turned and shifted, answers the same") {
+  const Mechanism m = guide(models::aluminium());
+  const Matrix3d R = Eigen::AngleAxisd(1.1, Vector3d(0.3, -0.7, 0.5).normalized()).matrix();
+  const Mechanism turned = moved_as_a_whole(m, R, {0.2, -0.1, 0.3});
+  StrokeRequest request{.points = {0, 5e-3},
+                        .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.02, 0, 0.01}}}},
+                        .frequencies = 4};
+  request.loads.gravity = {1, 2, -9};
+  StrokeRequest other = request;
+  other.loads.constant[0].force = R * request.loads.constant[0].force;
+  other.loads.constant[0].moment = R * request.loads.constant[0].moment;
+  other.loads.gravity = R * request.loads.gravity;
+  const StrokeResponse here = evaluated(m, beams, request), there = evaluated(turned, beams, other);
+  for (std::size_t k = 0; k < 2; ++k)
+    check_same(there.path[k], here.path[k], {1e-7, 1e-6, 1e-6}, R);
+}
+
+TEST_CASE("derivatives of frequencies along the stroke are those of the path") {
+  const Mechanism m = guide(models::aluminium());
+  const double s = 2e-4;
+  StrokeRequest request{.points = {-s, 0, s}, .frequencies = 4};
+  request.values = PathValues::differentiable;
+  const StrokeResponse r = evaluated(m, beams, request);
+  REQUIRE(r.frequency_derivatives.size() >= 3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const FrequencyDerivatives& d = r.frequency_derivatives[k];
+    const auto omega2 = [&](std::size_t i) {
+      const double f = 2 * std::numbers::pi * r.path[i].frequencies_free[k];
+      return f * f;
+    };
+    CHECK(d.omega2 == Approx(omega2(1)).epsilon(1e-7));
+    const double slope = (omega2(2) - omega2(0)) / (2 * s),
+                 curve = (omega2(2) - 2 * omega2(1) + omega2(0)) / (s * s);
+    CHECK(d.d_omega2 == Approx(slope).epsilon(1e-3).margin(1e-4 * d.omega2 / s));
+    CHECK(d.d2_omega2 == Approx(curve).epsilon(2e-2).margin(1e-5 * d.omega2 / (s * s)));
+  }
+}
+
+namespace {
+
+const std::vector<Number> numbers{{"length", 0.06},  {"stage thickness", 0.006},
+                                  {"modulus", 30e9}, {"density", 2700},
+                                  {"tilt", 0.1},     {"patch", 0.02}};
+
+// A guide of beams with an elastic stage whose mesh, place, axes and material move with the
+// numbers, and a second elastic body on one of its frames.
+Mechanism moving_guide(const Values& p) {
+  Material material = models::aluminium();
+  material.youngs_modulus = p[2];
+  material.density = p[3];
+  Mechanism m = guide(material, p[0]);
+  ElasticBody& stage = m.elastic_bodies[0];
+  for (Vector3d& node : stage.nodes) node[0] *= p[1] / thickness;
+  for (ElasticInterface& interface : stage.interfaces) {
+    interface.origin[0] *= p[1] / thickness;
+    interface.origin[2] += 0.05 * p[5];
+  }
+  stage.axes = Eigen::AngleAxisd(0.1 * p[4], Vector3d::UnitX()).matrix();
+  m.bodies[0].reference[1] += 0.1 * p[5];
+  ElasticBody arm = models::box({0.02, 0.006, 0.006}, {2, 1, 1}, material);
+  arm.name = "arm";
+  arm.place = {p[0], 0.5 * spacing + 0.015, p[5]};
+  m.bodies.push_back(models::intermediate({p[0] + 0.011, 0.05, p[5]}, 0.02, 1e-6, "end"));
+  models::hold_end(arm, "upper", 1, -1);
+  models::hold_end(arm, "end", 3, 1);
+  m.elastic_bodies.push_back(arm);
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("exact derivatives of mechanisms with elastic bodies agree with differences", "[slow]") {
+  StrokeRequest request{.points = {0, 5e-3},
+                        .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.02, 0, 0.01}}}},
+                        .frequencies = 4};
+  request.loads.gravity = {1, 2, -9};
+  request.outputs.remove(Output::stress);
+  const int compared = check_gradients({moving_guide, numbers, {0, 1, 2, 3, 4, 5}, 10.0},
+                                       models::coarse(Flexure::beam), request);
+  CHECK(compared > 200);
+}
+
+TEST_CASE("an elastic body counts as a rigid one among the constraints, a hinge as none") {
+  Mechanism m = guide(models::aluminium());
+  const Mobility elastic = mobility(m), rigid = mobility(rigid_guide(models::aluminium()));
+  CHECK(elastic.degrees_of_freedom == rigid.degrees_of_freedom);
+  CHECK(elastic.overconstraints == rigid.overconstraints);
+  m.elastic_bodies[0].degree = ElasticDegree::quartic;
+  CHECK(mobility(m).degrees_of_freedom > rigid.degrees_of_freedom);
+  CHECK(check_directions(m));
+  m.elastic_bodies.clear();
+  CHECK_FALSE(check_directions(m));
+}
+
+TEST_CASE("what is wrong with an elastic body is told") {
+  const auto told = [](const std::function<void(ElasticBody&)>& change) {
+    Mechanism m = guide(models::aluminium());
+    change(m.elastic_bodies[0]);
+    return why_not(check_rules(m));
+  };
+  using Catch::Contains;
+  CHECK(told([](ElasticBody&) {}).empty());
+  CHECK_THAT(told([](ElasticBody& b) { b.interfaces.resize(1); }), Contains("two interfaces"));
+  CHECK_THAT(told([](ElasticBody& b) { b.interfaces[1].body = 7; }), Contains("no body 7"));
+  CHECK_THAT(told([](ElasticBody& b) { b.interfaces[0].patch[0] = -1; }), Contains("none"));
+  CHECK_THAT(told([](ElasticBody& b) { b.nodes.pop_back(); }), Contains("nodes"));
+  CHECK_THAT(told([](ElasticBody& b) { b.cells.reset(); }), Contains("one of the two"));
+  CHECK_THAT(told([](ElasticBody& b) { b.axes.col(0) *= 2; }), Contains("orthonormal"));
+  CHECK_THAT(told([](ElasticBody& b) { b.material.density = 0; }), Contains("density"));
+  CHECK_THAT(told([](ElasticBody& b) {
+               for (ElasticInterface& i : b.interfaces) i.body = 0;
+             }),
+             Contains("same body"));
+  Mechanism m = guide(models::aluminium());
+  m.leaves.clear();
+  CHECK_THAT(why_not(check_rules(m)), Contains("no elastic body ties it to the ground"));
+}
