@@ -28,7 +28,7 @@ Answer<SolidPlan> plan_contour_mesh(const PlateShapeT<double>& nominal,
 /// ends, neighbours grow by `growth` at most, none is larger than `largest`. `fewest` elements at
 /// least.
 std::vector<double> graded_lines(double length, double first, double last, double largest,
-                                 double growth, int fewest = 1);
+                                 double growth);
 
 /// Tells of two patches that share nodes, and of one whose nodes lie on a line.
 Check check_patches(const std::vector<PatchT<double>>& patches, const SolidPlan& plan,
