@@ -66,7 +66,7 @@ void PlanReader::read_bodies() {
     if (from.contains("on")) {
       body.leaf = name(from["on"]["leaf"], at / "on" / "leaf", body);
       body.at = vector(from["on"]["at"], "m", at / "on" / "at");
-      for (const char* key : {"mass", "density", "inertia", "box", "center_of_mass", "held"})
+      for (const char* key : {"mass", "density", "inertia", "box", "center_of_mass", "held", "elastic"})
         if (from.contains(key))
           throw SpecError(at / key, shown(from[key]),
                           "a point of a leaf is no rigid body: it has none of this");
@@ -90,6 +90,7 @@ void PlanReader::read_bodies() {
     if (from.contains("held"))
       for (std::size_t i = 0; i < from["held"].size(); ++i)
         body.held.push_back(held(from["held"][i], at / "held" / i, "/held/" + std::to_string(i)));
+    if (from.contains("elastic")) read_elastic(from["elastic"], at / "elastic", from, body);
     plan_.bodies.push_back(std::move(body));
   });
 }
@@ -114,9 +115,16 @@ void PlanReader::read_leaves() {
   each("leaves", [&](const json& from, const Pointer& at) {
     LeafItem leaf;
     read_item(from, at, "leaf", leaf);
-    const auto edge = [&](const char* key) -> HeldPlace {
-      return {name(from[key].value("body", ""), at / key / "body", leaf),
-              vector(from[key]["at"], "m", at / key / "at")};
+    const auto edge = [&](const char* key) {
+      HeldPlace place{name(from[key].value("body", ""), at / key / "body", leaf),
+                      vector(from[key]["at"], "m", at / key / "at")};
+      if (from[key].contains("clamp")) {
+        const Pointer here = at / key / "clamp";
+        const json& clamp = from[key]["clamp"];
+        place.clamp = {number(clamp["length"], "m", here / "length"),
+                       normal_of(clamp, here, "side")};
+      }
+      return place;
     };
     leaf.base = edge("base");
     leaf.tip = edge("tip");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "designs/elastic_item.hpp"
+
 namespace flexopt {
 
 bool ChoiceCondition::holds(const FamilyChoices& choices) const {
@@ -12,6 +14,15 @@ bool ChoiceCondition::holds(const FamilyChoices& choices) const {
          std::ranges::any_of(alternatives, [&](const std::vector<Term>& terms) {
            return std::ranges::all_of(terms, chosen);
          });
+}
+
+bool DesignPlan::has_elastic_bodies() const {
+  return std::ranges::any_of(bodies,
+                             [](const BodyItem& body) {
+                               return body.elastic && !body.elastic->is_notch();
+                             }) ||
+         std::ranges::any_of(parts,
+                             [](const PartItem& part) { return part.design->has_elastic_bodies(); });
 }
 
 const BodyItem* DesignPlan::end_effector(const FamilyChoices& choices) const {

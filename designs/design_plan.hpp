@@ -66,6 +66,11 @@ struct FrameItem : DesignItem {
 struct HeldPlace {
   std::string body;  ///< empty: none
   DesignVector at;
+  struct Clamp {
+    DesignNumber length;
+    DesignVector normal;  ///< out of the face that the leaf lies on
+  };
+  std::optional<Clamp> clamp = std::nullopt;  ///< of a leaf on an elastic body
 };
 
 /// A direction that a body holds, in the item's frame: one of its axes, or that of a vector.
@@ -76,6 +81,8 @@ struct HeldDirection {
   std::string key;        ///< behind the pointer of the body
 };
 
+struct ElasticItem;
+
 struct BodyItem : DesignItem {
   DesignVector at;   ///< place of a material point on the leaf
   std::string leaf;  ///< leaf of which it is a material point; empty: a rigid body
@@ -84,6 +91,7 @@ struct BodyItem : DesignItem {
   DesignMatrix inertia;         ///< none, 3 principal values or 9
   DesignMatrix box;             ///< none, 3 lengths along the frame's axes or 3 edges, 9
   std::vector<HeldDirection> held;
+  std::shared_ptr<const ElasticItem> elastic;  ///< elastic_item.hpp; null: rigid
 };
 
 /// A size along a leaf.
@@ -169,6 +177,9 @@ struct DesignSource {
   std::string lead;    ///< pointer of the design in a job, or of a part's in the design around it
 };
 
+/// Option of every design with elastic bodies: "rigid" makes rigid ones of all but notches.
+inline constexpr const char* elastic_bodies_option = "elastic_bodies";
+
 struct DesignPlan {
   DesignSource source;
   std::string name, summary, drawing;  ///< empty where the file does not say
@@ -189,6 +200,8 @@ struct DesignPlan {
   std::vector<DriveItem> drives;
   bool named_drives = false;  ///< "drives" instead of "drive"
 
+  /// Whether elastic bodies, other than notches, are in it or in its parts.
+  bool has_elastic_bodies() const;
   /// The material point or body that carries O under these choices; null if there is none.
   const BodyItem* end_effector(const FamilyChoices& choices) const;
   /// Whether there are leaves of this kind under these choices: of circular section, or others.

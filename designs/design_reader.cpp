@@ -49,6 +49,10 @@ std::shared_ptr<const DesignPlan> PlanReader::read() {
   read_springs();
   read_parts();
   read_drives();
+  if (plan_.has_elastic_bodies())
+    plan_.options.push_back({elastic_bodies_option,
+                             {"elastic", "rigid"},
+                             "rigid: frames, stages, levers weigh the same and do not bend"});
   for (const Parameter& p : plan_.parameters)
     if (!used_.contains(p.name)) plan_.unused.push_back("/parameters/" + p.name);
   for (const FormulaName& let : plan_.lets)
@@ -144,7 +148,8 @@ void PlanReader::read_parameters() {
 
 void PlanReader::read_options() {
   // what a job says beside "parameters" in its design
-  constexpr std::array taken{"family", "file", "mechanism", "parameters", "material"};
+  constexpr std::array taken{"family",     "file",     "mechanism",
+                             "parameters", "material", elastic_bodies_option};
   for (const auto& [name, from] : read_["options"].items()) {
     const Pointer at = Pointer("/options") / name;
     if (!faults_.sound(at)) continue;

@@ -58,10 +58,18 @@ Shape options() {
                      optional("meaning", text(1000), "for the user")}));
 }
 
+Shape face() { return choice({"x+", "x-", "y+", "y-", "z+", "z-"}); }
+
 Shape edge(bool free) {
   const Field body = free ? optional("body", reference(), "that holds the edge; none: it is free")
                           : required("body", reference(), "that holds the edge");
-  return record({body, required("at", vector(), "middle of the edge")});
+  return record(
+      {body, required("at", vector(), "middle of the edge"),
+       optional("clamp",
+                record({required("length", number(), "of the patch, on from the edge"),
+                        optional("side", face(), "face of the body that the leaf lies on"),
+                        optional("normal", vector(), "out of that face, instead")}),
+                "of a leaf on an elastic body: it lies on a face that it does not end at")});
 }
 
 Shape size_along() {
@@ -82,6 +90,90 @@ Shape frames() {
   });
 }
 
+Shape point() { return list(number(), 2, 2); }
+
+/// Corners of a closed line in a plane.
+Shape contour() {
+  const Shape rounded = record(
+      {required("at", point(), "the corner"), optional("fillet", number(), "radius that rounds it"),
+       optional("through", point(), "the way to it from the corner before is an arc")});
+  return list(one_of({point(), rounded}), 2, 500);
+}
+
+Shape elastic_plate() {
+  return record({
+      required("outline", contour(), "its corners; two are those of a rectangle"),
+      with_default("windows", list(contour(), 0, 100), nlohmann::json::array(), "cut out of it"),
+      with_default("holes",
+                   list(record({required("at", point(), "its centre"),
+                                required("radius", number(), "of the hole")}),
+                        0, 100),
+                   nlohmann::json::array(), "round ones"),
+      required("thickness", number(), "half of it to either side of the plane"),
+      with_default("normal", vector(), nlohmann::json{0, 0, 1},
+                   "of the plane, whose coordinates are along the other two of x, y, z, in this order"),
+      optional("along", vector(), "direction of the first coordinate, instead"),
+      with_default("at", vector(), nlohmann::json{0, 0, 0}, "origin of the plane's coordinates"),
+  });
+}
+
+Shape elastic_notch() {
+  return record({
+      with_default("contour", choice({"circular", "elliptic", "corner_filleted", "v", "power"}),
+                   "circular", "the line of the cut"),
+      optional("radius", number(), "of a circular notch"),
+      optional("half_length", number(), "of the notch, along its axis"),
+      optional("depth", number(), "of the cut from one side"),
+      optional("fillet", number(), "radius of a corner-filleted or V notch"),
+      optional("exponent", number(), "of a power-function contour"),
+      required("thickness", number(), "thinnest one, in the middle"),
+      required("width", number(), "at right angles to axis and thickness"),
+      required("ends", number(), "length of the body beyond the notch, at each end"),
+      with_default("axis", vector(), nlohmann::json{1, 0, 0}, "from base to tip"),
+      with_default("across", vector(), nlohmann::json{0, 1, 0}, "direction of the thickness"),
+      with_default("two_axes", boolean(), false, "the width is cut as the thickness is"),
+  });
+}
+
+Shape elastic_interface() {
+  return record({
+      required("name", text(200), "of the rigid frame, behind the name of the body and a dot"),
+      optional("body", reference(), "the body that it is a part of; none: a frame of its own"),
+      optional("face", face(), "face that the patch is on, along axes of the frame"),
+      optional("normal", vector(), "out of that face, instead"),
+      optional("at", vector(), "middle of the patch; default: of the face"),
+      optional("size", point(), "sides of the patch; default: the whole face"),
+      optional("along", vector(),
+               "direction of the first side; default: sides are along those of x, y, z that the "
+               "normal is not, in this order"),
+  });
+}
+
+Shape elastic() {
+  return record({
+      optional("material", material_shape(false), "default: that of the design"),
+      optional("box", vector(), "a cuboid: lengths along the axes of the frame"),
+      optional("center", vector(), "of that box, relative to the place of the body"),
+      optional("from", choice({"box"}), "the box of the body itself is elastic"),
+      optional("plate", elastic_plate(), "a plate with windows and holes"),
+      optional("notch", elastic_notch(), "a notch hinge; the body's place is its middle"),
+      optional("between", list(reference(), 2, 2), "bodies that base and tip of a notch are of"),
+      with_default("interfaces", list(elastic_interface(), 0, 100), nlohmann::json::array(),
+                   "patches that rigid frames hold; leaves add their own"),
+      optional("payload", reference(), "interface that carries the name of the body, its mass, "
+                                       "what it holds; default: the first"),
+      with_default("rigid", boolean(), false, "weighs the same and does not bend; not of a notch"),
+      optional("degree", integer(2, 4), "of its energy in the deformation: 2 or 4"),
+      optional("elements",
+               record({optional("size", number(), "of an element"),
+                       optional("through", integer(1, 20), "number through the thickness"),
+                       optional("root", number(), "size at the edges of patches"),
+                       optional("growth", shape::quantity("1", 1, 10, true),
+                                "largest ratio of neighbours")}),
+               "how fine its mesh is"),
+  });
+}
+
 Shape bodies() {
   return items({
       optional("at", vector(), "reference point, undeflected"),
@@ -98,6 +190,7 @@ Shape bodies() {
                "turned box"),
       optional("density", number(), "of the box, instead of mass and inertia"),
       optional("held", list(held_direction(), 0, 6), "directions that cannot move"),
+      optional("elastic", elastic(), "it bends: its shape, and the rigid frames that hold it"),
   });
 }
 
@@ -203,7 +296,7 @@ const Shape& design_file_shape() {
                      nlohmann::json::array(), "what parameters must keep to"),
         with_default("options", options(), nlohmann::json::object(), "choices by name"),
         with_default("frames", frames(), nlohmann::json::array(), "axes to write items in"),
-        with_default("bodies", bodies(), nlohmann::json::array(), "rigid bodies"),
+        with_default("bodies", bodies(), nlohmann::json::array(), "rigid and elastic bodies"),
         with_default("leaves", leaves(), nlohmann::json::array(), "leaf springs and wires"),
         with_default("joints", joints(), nlohmann::json::array(), "ideal joints"),
         with_default("springs", springs(), nlohmann::json::array(), "springs and bushings"),

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/mechanism/each_number.hpp"
@@ -29,50 +31,35 @@ class Expander {
 
   Json bodies() const {
     Json list = Json::array();
+    const auto shapes = design_.elastic_bodies.begin(), behind = design_.elastic_bodies.end();
+    auto shape = shapes;
+    // those without a frame of their name stand where they stood among the others
+    const auto add_shared = [&] {
+      for (; shape != behind && shape->frame == no_body; ++shape)
+        list.push_back({{"name", shape->name},
+                        {"at", numbers(shape->place)},
+                        {"elastic", elastic(*shape, shape->place)}});
+    };
     for (const FlatBody<double>& body : design_.bodies) {
+      if (body.of_interface) continue;
+      add_shared();
       Json item{{"name", body.name}};
-      if (!body.leaf.empty()) {
+      if (!body.leaf.empty())
         item["on"] = {{"leaf", body.leaf}, {"at", numbers(body.at)}};
-        list.push_back(std::move(item));
-        continue;
-      }
-      item["at"] = numbers(body.at);
-      if (body.has_mass) {
-        item["mass"] = body.mass;
-        item["inertia"] = rows(body.inertia);
-      }
-      if (!body.center_of_mass.isZero(0)) item["center_of_mass"] = numbers(body.center_of_mass);
-      if (body.box_half_edges) {
-        const Matrix3d edges = 2 * *body.box_half_edges;
-        if (edges.isDiagonal(0) && edges.diagonal().minCoeff() > 0)
-          item["box"] = numbers(edges.diagonal());
-        else
-          item["box"] = rows(edges.transpose());
-      }
-      Json held = Json::array();
-      for (std::size_t i = 0; i < 6; ++i)
-        if (body.held[i]) held.push_back(direction_names[i]);
-      for (const FlatHeld<double>& along : body.held_along) {
-        Json vector = Json::object();
-        vector[along.type == JointType::held_rotation ? "rotation" : "displacement"] =
-            numbers(along.axis);
-        held.push_back(std::move(vector));
-      }
-      if (!held.empty()) item["held"] = std::move(held);
+      else
+        add_rigid(body, item);
+      if (shape != behind && shape->frame == static_cast<int>(&body - design_.bodies.data()))
+        item["elastic"] = elastic(*shape++, body.at);
       list.push_back(std::move(item));
     }
+    add_shared();
     return list;
   }
 
   Json leaves() const {
     Json list = Json::array();
     for (const FlatLeaf<double>& leaf : design_.leaves) {
-      Json item{{"name", leaf.name},
-                {"base", {{"body", name_of(leaf.base)}, {"at", numbers(leaf.base_at)}}}};
-      if (leaf.tip == free_edge)
-        item["tip"] = {{"at", numbers(leaf.tip_at)}};
-      else
-        item["tip"] = {{"body", name_of(leaf.tip)}, {"at", numbers(leaf.tip_at)}};
+      Json item{{"name", leaf.name}, {"base", edge(leaf, 0)}, {"tip", edge(leaf, 1)}};
       if (!leaf.across.isZero(0)) item["across"] = numbers(leaf.across);
       if (leaf.wire) {
         item["diameter"] = size(leaf.thickness);
@@ -94,6 +81,7 @@ class Expander {
     constexpr const char* types[] = {"rigid", "revolute", "spherical", "prismatic"};
     Json list = Json::array();
     for (const FlatJoint<double>& joint : design_.joints) {
+      if (joint.source.pointer.find("/elastic/") != std::string::npos) continue;  // of a rigid one
       Json item{{"name", joint.name},
                 {"type", types[static_cast<int>(joint.type)]},
                 {"body", name_of(joint.body)},
@@ -163,8 +151,143 @@ class Expander {
   }
 
  private:
+  static void add_rigid(const FlatBody<double>& body, Json& item) {
+    item["at"] = numbers(body.at);
+    if (body.has_mass) {
+      item["mass"] = body.mass;
+      item["inertia"] = rows(body.inertia);
+    }
+    if (!body.center_of_mass.isZero(0)) item["center_of_mass"] = numbers(body.center_of_mass);
+    if (body.box_half_edges) {
+      const Matrix3d edges = 2 * *body.box_half_edges;
+      if (edges.isDiagonal(0) && edges.diagonal().minCoeff() > 0)
+        item["box"] = numbers(edges.diagonal());
+      else
+        item["box"] = rows(edges.transpose());
+    }
+    Json held = Json::array();
+    for (std::size_t i = 0; i < 6; ++i)
+      if (body.held[i]) held.push_back(direction_names[i]);
+    for (const FlatHeld<double>& along : body.held_along) {
+      Json vector = Json::object();
+      vector[along.type == JointType::held_rotation ? "rotation" : "displacement"] =
+          numbers(along.axis);
+      held.push_back(std::move(vector));
+    }
+    if (!held.empty()) item["held"] = std::move(held);
+  }
+
+  /// `at`: place of the body.
+  static Json elastic(const FlatElastic<double>& body, const Vector3d& at) {
+    Json item = Json::object();
+    if (body.material) item["material"] = written_material(*body.material, false);
+    std::visit([&](const auto& shape) { add_shape(shape, body, at, item); }, body.shape);
+    const bool notch = std::holds_alternative<NotchShapeT<double>>(body.shape);
+    Json interfaces = Json::array();
+    for (const FlatInterface<double>& interface : body.interfaces) {
+      if (interface.implied) continue;
+      if (notch) {
+        if (!interface.carrier.empty()) item["between"].push_back(interface.carrier);
+      } else {
+        Json one{{"name", interface.name}};
+        if (!interface.carrier.empty()) one["body"] = interface.carrier;
+        one["normal"] = numbers(interface.normal);
+        one["at"] = numbers(interface.at);
+        one["size"] = interface.sides;
+        one["along"] = numbers(interface.along);
+        interfaces.push_back(std::move(one));
+      }
+      if (body.frame != no_body && interface.carrier.empty() && !item.contains("payload"))
+        item["payload"] = interface.name;
+    }
+    if (!interfaces.empty()) item["interfaces"] = std::move(interfaces);
+    if (body.rigid) item["rigid"] = true;
+    item["degree"] = static_cast<int>(body.degree);
+    const MeshDensity& density = body.density;
+    item["elements"] = {{"size", density.size}, {"root", density.root}, {"growth", density.growth}};
+    if (density.through > 0) item["elements"]["through"] = density.through;
+    return item;
+  }
+
+  /// Along the global axes, to either side; else as the plate that it is.
+  static void add_shape(const BoxShapeT<double>& box, const FlatElastic<double>& body,
+                        const Vector3d& at, Json& item) {
+    if (body.axes.cwiseAbs().isIdentity(0)) {
+      item["box"] = box.lengths;
+      if (const Vector3d center = body.place - at; !center.isZero(0))
+        item["center"] = numbers(center);
+      return;
+    }
+    const double x = box.lengths[0] / 2, y = box.lengths[1] / 2;
+    add_shape(PlateShapeT<double>{.outline = {{{-x, -y}, 0, {}},
+                                              {{x, -y}, 0, {}},
+                                              {{x, y}, 0, {}},
+                                              {{-x, y}, 0, {}}},
+                                  .windows = {},
+                                  .holes = {},
+                                  .thickness = box.lengths[2]},
+              body, at, item);
+  }
+
+  static Json contour(const ContourT<double>& corners) {
+    Json list = Json::array();
+    for (const ContourCornerT<double>& corner : corners) {
+      Json one{{"at", corner.at}};
+      if (corner.fillet > 0) one["fillet"] = corner.fillet;
+      if (corner.through) one["through"] = *corner.through;
+      list.push_back(std::move(one));
+    }
+    return list;
+  }
+
+  static void add_shape(const PlateShapeT<double>& plate, const FlatElastic<double>& body,
+                        const Vector3d&, Json& item) {
+    Json own{{"outline", contour(plate.outline)}};
+    for (const ContourT<double>& window : plate.windows) own["windows"].push_back(contour(window));
+    for (const auto& hole : plate.holes)
+      own["holes"].push_back({{"at", hole.center}, {"radius", hole.radius}});
+    own["thickness"] = plate.thickness;
+    own["normal"] = numbers(body.axes.col(2));
+    own["along"] = numbers(body.axes.col(0));
+    own["at"] = numbers(body.place);
+    item["plate"] = std::move(own);
+  }
+
+  static void add_shape(const NotchShapeT<double>& notch, const FlatElastic<double>& body,
+                        const Vector3d&, Json& item) {
+    constexpr const char* contours[] = {"circular", "elliptic", "corner_filleted", "v", "power"};
+    Json own{{"contour", contours[static_cast<int>(notch.contour)]}};
+    if (notch.contour == NotchContour::circular) {
+      own["radius"] = notch.half_length;
+    } else {
+      own["half_length"] = notch.half_length;
+      own["depth"] = notch.depth;
+    }
+    if (notch.contour == NotchContour::corner_filleted || notch.contour == NotchContour::v_shaped)
+      own["fillet"] = notch.fillet;
+    if (notch.contour == NotchContour::power) own["exponent"] = notch.exponent;
+    own["thickness"] = notch.thickness;
+    own["width"] = notch.width;
+    own["ends"] = notch.end_length;
+    own["axis"] = numbers(body.axes.col(0));
+    own["across"] = numbers(body.axes.col(1));
+    if (notch.two_axes) own["two_axes"] = true;
+    item["notch"] = std::move(own);
+  }
+
   std::string name_of(int body) const {
     return body == ground ? "ground" : design_.bodies[static_cast<std::size_t>(body)].name;
+  }
+
+  Json edge(const FlatLeaf<double>& leaf, std::size_t end) const {
+    const int body = end == 0 ? leaf.base : leaf.tip;
+    Json item = Json::object();
+    if (body != free_edge)
+      item["body"] = leaf.held_by[end].empty() ? name_of(body) : leaf.held_by[end];
+    item["at"] = numbers(end == 0 ? leaf.base_at : leaf.tip_at);
+    if (const auto& clamp = leaf.clamps[end])
+      item["clamp"] = {{"length", clamp->length}, {"normal", numbers(clamp->normal)}};
+    return item;
   }
 
   static Json size(const FlatSize<double>& along) {

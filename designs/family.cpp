@@ -112,6 +112,19 @@ EndEffectorT<S> payload_of(const EndEffector& payload, const Seed& seed) {
   return result;
 }
 
+/// Meshes of the design's elastic bodies: those of the nominal values, unless there are none or
+/// they count otherwise.
+std::vector<ElasticPlan> nominal_plans(const Family& family, const ParameterValues& nominal,
+                                       const ParameterValues& values, const FamilyChoices& choices,
+                                       const Material& material) {
+  const auto plain = [](const std::string&, double x) { return x; };
+  const bool usable = !nominal.empty() && std::ranges::all_of(family.counts, [&](const auto& name) {
+    return nominal.at(name) == values.at(name);
+  });
+  return plans_of(flatten(*family.plan, input_of<double>(family, usable ? nominal : values, choices,
+                                                         material, plain)));
+}
+
 /// The shorter of its length and its width; its length alone where it is a wire [m].
 double smaller_side(const FlatLeaf<double>& leaf) {
   const Vector3d middle = leaf.fold.value_or(leaf.base_at);
@@ -156,6 +169,7 @@ SpecError broken(const Family& family, const ParameterValues& values,
   };
   look(flat.leaves);
   look(flat.bodies);
+  look(flat.elastic_bodies);
   look(flat.joints);
   look(flat.drives);
   look(flat.springs);
@@ -213,7 +227,8 @@ struct FamilyRate {
 /// `values`: of all leaves. Throws std::invalid_argument for a name that is none.
 FamilyRate rate_along(const Family& family, const ParameterValues& values,
                       const FamilyChoices& choices, const Material& material,
-                      const EndEffector& payload, const std::string& along) {
+                      const EndEffector& payload, const std::string& along,
+                      const ParameterValues& nominal) {
   bool known = false;
   const auto seed = [&](const std::string& name, double x) {
     if (name != along) return Dual1(x);
@@ -225,7 +240,10 @@ FamilyRate rate_along(const Family& family, const ParameterValues& values,
   if (!known || (along.starts_with("end_effector.") && !family.has_end_effector(choices)))
     throw std::invalid_argument("no number of the design: " + along);
   const FlatDesign<Dual1> flat = flatten(*family.plan, input);
-  FamilyRate found{with_numbers<double>(mechanism_of(flat, input.material, mounted),
+  std::vector<ElasticPlan> plans;
+  if (!flat.elastic_bodies.empty())
+    plans = nominal_plans(family, nominal, values, choices, material);
+  FamilyRate found{with_numbers<double>(mechanism_of(flat, input.material, mounted, plans),
                                         [](const Dual1& x) { return x.derivatives[0]; }),
                    {}};
   for (const FlatLeaf<Dual1>& leaf : flat.leaves) found.leaves.push_back(leaf.whole);
@@ -260,7 +278,8 @@ bool Family::is_of_wires(const FamilyChoices& choices) const {
 }
 
 Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choices,
-                       const Material& material, const EndEffector& payload) const {
+                       const Material& material, const EndEffector& payload,
+                       const ParameterValues& nominal) const {
   for (const std::string& count : counts)
     if (const double value = values.at(count); value != std::round(value))
       throw SpecError(pointer_to(count), fmt::format("{:g}", value),
@@ -277,13 +296,18 @@ Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choic
                   SpecError("/drives",
                             fmt::format("{} of {} drives", flat.drives.size(), drives.items.size()),
                             "drives do not depend on options: the job's stroke names all of them"));
-  Mechanism mechanism = mechanism_of(flat, material, payload);
+  std::vector<ElasticPlan> plans;
+  if (!flat.elastic_bodies.empty())
+    plans = nominal_plans(*this, nominal, all, choices, material);
+  Mechanism mechanism = mechanism_of(flat, material, payload, plans);
   if (const Check kept = check_rules(mechanism); !kept)
     throw broken(*this, values, flat, kept.error());
   std::vector<std::string> wholes;
   for (const FlatLeaf<double>& leaf : flat.leaves) wholes.push_back(leaf.whole);
   for (const auto& [leaf, has] : own)
-    take_leaves(leaf, wholes, make(has.values, choices, has.material, payload), mechanism);
+    take_leaves(leaf, wholes,
+                make(has.values, choices, has.material, payload, nominal.empty() ? all : nominal),
+                mechanism);
   return mechanism;
 }
 
@@ -291,19 +315,20 @@ std::vector<MechanismDirection> Family::directions(const ParameterValues& values
                                                    const FamilyChoices& choices,
                                                    const Material& material,
                                                    const EndEffector& payload,
-                                                   const std::vector<std::string>& names) const {
+                                                   const std::vector<std::string>& names,
+                                                   const ParameterValues& nominal) const {
   // One direction after the other: directions that nobody wants cost nothing, and there may be any
   // number.
   const auto [all, own] = sorted_by_leaf(values, material);
   std::vector<MechanismDirection> directions;
   for (const std::string& along : names) {
     const OfLeaf of = parts_of_name(along);
-    FamilyRate found = rate_along(*this, all, choices, material, payload, of.parameter);
+    FamilyRate found = rate_along(*this, all, choices, material, payload, of.parameter, nominal);
     if (!of.leaf.empty() && std::ranges::find(found.leaves, of.leaf) == found.leaves.end())
       throw std::invalid_argument("no leaf of the design: " + along);
     for (const auto& [leaf, has] : own) {
       const Mechanism rate =
-          rate_along(*this, has.values, choices, has.material, payload, of.parameter).rate;
+          rate_along(*this, has.values, choices, has.material, payload, of.parameter, nominal).rate;
       take_leaves(leaf, found.leaves, rate, found.rate);
     }
     if (of.leaf.empty()) {
@@ -320,7 +345,7 @@ std::vector<std::string> Family::leaves_along(const ParameterValues& values,
                                               const FamilyChoices& choices,
                                               const Material& material,
                                               const std::string& parameter) const {
-  const FamilyRate found = rate_along(*this, values, choices, material, {}, parameter);
+  const FamilyRate found = rate_along(*this, values, choices, material, {}, parameter, {});
   std::vector<std::string> names;
   for (std::size_t i = 0; i < found.leaves.size(); ++i) {
     bool depends = false;

@@ -92,11 +92,13 @@ struct Family {
   bool has_end_effector(const FamilyChoices& choices) const;
   /// Whether all of its leaves are wires.
   bool is_of_wires(const FamilyChoices& choices) const;
-  /// Values must hold every parameter, in range, and choices every option. Throws SpecError with
-  /// all that is wrong: at /design/parameters/… where parameters contradict each other, else with
-  /// the place in the design file.
+  /// Values must hold every parameter, in range, and choices every option. Elastic bodies have the
+  /// meshes of the nominal values, or of `values` where there are none. Throws SpecError with all
+  /// that is wrong: at /design/parameters/… where parameters contradict each other, else with the
+  /// place in the design file.
   Mechanism make(const ParameterValues& values, const FamilyChoices& choices,
-                 const Material& material, const EndEffector& payload) const;
+                 const Material& material, const EndEffector& payload,
+                 const ParameterValues& nominal = {}) const;
   /// Exact derivative of every number of the mechanism along each of the named ones: parameters,
   /// `material.youngs_modulus`, `.poissons_ratio`, `.density`, `end_effector.mass`,
   /// `.center_of_mass.x` …, `.inertia.xx`, `.inertia.xy` …, and those of one leaf. For what `make`
@@ -104,7 +106,8 @@ struct Family {
   std::vector<MechanismDirection> directions(const ParameterValues& values,
                                              const FamilyChoices& choices, const Material& material,
                                              const EndEffector& payload,
-                                             const std::vector<std::string>& names) const;
+                                             const std::vector<std::string>& names,
+                                             const ParameterValues& nominal = {}) const;
   /// Names of the leaves of the design file of which some number depends on the parameter.
   std::vector<std::string> leaves_along(const ParameterValues& values, const FamilyChoices& choices,
                                         const Material& material,

@@ -10,6 +10,7 @@
 #include "core/spec/fault_list.hpp"
 #include "designs/design_plan.hpp"
 #include "designs/end_effector.hpp"
+#include "designs/solids/solid_shape.hpp"
 
 namespace flexopt {
 
@@ -61,6 +62,39 @@ struct FlatBody {
   std::array<bool, 6> held{};                ///< along global axes, whatever the parameters are
   std::vector<FlatHeld<S>> held_along;       ///< the others
   std::string leaf;  ///< leaf of which it is a material point, by its full name
+  bool of_interface = false;  ///< no item of its own: a frame of an elastic body
+};
+
+/// No body: that of an elastic body whose interfaces are all parts of other bodies.
+inline constexpr int no_body = -3;
+
+/// A rigid frame that holds a patch of an elastic body.
+template <class S>
+struct FlatInterface {
+  std::string name;  ///< behind that of the elastic body
+  ItemSource source;
+  int body = ground;
+  std::string carrier;  ///< body that the file names; empty: none
+  bool implied = false;  ///< by a leaf or by another elastic body
+  /// The patch, global axes: its middle, unit vectors out of the face and along the first side.
+  Vector3<S> at, normal, along;
+  std::array<S, 2> sides;
+  PatchT<S> patch;  ///< the same in own axes of the elastic body
+};
+
+template <class S>
+struct FlatElastic {
+  std::string name;
+  ItemSource source;
+  Vector3<S> place;  ///< of its own origin
+  Matrix3<S> axes;   ///< own axes, right-handed
+  SolidShapeT<S> shape;
+  std::optional<Material> material;  ///< where it has its own
+  std::vector<FlatInterface<S>> interfaces;
+  ElasticDegree degree = ElasticDegree::linear;
+  MeshDensity density;
+  int frame = no_body;  ///< the body of its name
+  bool rigid = false;   ///< all interfaces are parts of that body, so that it weighs alone
 };
 
 /// A size along a leaf: one value; or at base and tip; or at profile_stations().
@@ -68,6 +102,13 @@ template <class S>
 struct FlatSize {
   std::vector<S> values;
   std::string formula;  ///< formula of a profile, with numbers for all names but s
+};
+
+/// A part of a leaf that lies on a face of an elastic body.
+template <class S>
+struct FlatClamp {
+  S length;
+  Vector3<S> normal;  ///< out of the face
 };
 
 template <class S>
@@ -79,6 +120,8 @@ struct FlatLeaf {
   Vector3<S> base_at, tip_at, across;
   bool wire = false;
   bool may_cross = false;          ///< other leaves
+  std::array<std::string, 2> held_by;  ///< elastic bodies whose faces base and tip are put on
+  std::array<std::optional<FlatClamp<S>>, 2> clamps;
   FlatSize<S> width, thickness;    ///< width and thickness; both the diameter of a wire
   std::optional<S> curve;          ///< angle of its arc, bulging to across × (base → tip) [rad]
   std::optional<Vector3<S>> fold;  ///< middle of its fold line
@@ -89,6 +132,7 @@ struct FlatLeaf {
 template <class S>
 struct FlatDesign {
   std::vector<FlatBody<S>> bodies;
+  std::vector<FlatElastic<S>> elastic_bodies;
   std::vector<FlatLeaf<S>> leaves;
   std::vector<FlatJoint<S>> joints;
   std::vector<FlatSpring<S>> springs;
@@ -112,9 +156,23 @@ FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input);
 template <class S>
 FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input, FaultList& faults);
 
-/// The mechanism of a flat design. Throws SpecError.
+/// Meshes of an elastic body, which stay along a design whose nominal numbers stay.
+struct ElasticPlan {
+  SolidPlan mesh;
+  std::optional<SolidPlan> coarse;  ///< for the error of the mesh
+};
+/// Plans of the elastic bodies of the nominal design; those of the last designs are kept. Throws
+/// SpecError.
+std::vector<ElasticPlan> plans_of(const FlatDesign<double>& nominal);
+
+/// The mechanism of a flat design with these meshes. Throws SpecError.
 template <class S>
 MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& material,
-                           const EndEffectorT<S>& payload);
+                           const EndEffectorT<S>& payload, const std::vector<ElasticPlan>& plans);
+
+/// Adds the elastic bodies to a mechanism whose bodies stand.
+template <class S>
+void add_elastic_bodies(const FlatDesign<S>& design, const MaterialT<S>& material,
+                        const std::vector<ElasticPlan>& plans, MechanismT<S>& mechanism);
 
 }  // namespace flexopt

@@ -16,17 +16,6 @@
 namespace flexopt {
 namespace {
 
-/// The material with its numbers as constants.
-template <class S>
-MaterialT<S> constant_material(const Material& m) {
-  MaterialT<S> material;
-  copy_constants(m, material);
-  material.youngs_modulus = S(m.youngs_modulus);
-  material.poissons_ratio = S(m.poissons_ratio);
-  material.density = S(m.density);
-  return material;
-}
-
 /// The reference is the smallest value, so that a profile's factors are 1 and more.
 template <class S>
 void set_size(const FlatSize<S>& from, S& reference, std::vector<S>& profile) {
@@ -102,7 +91,8 @@ LeafSpringT<S> leaf_spring_of(const FlatLeaf<S>& from, const MaterialT<S>& mater
   if (from.fold) add_fold(leaf, from);
   set_size(from.width, leaf.width, leaf.width_profile);
   set_size(from.thickness, leaf.thickness, leaf.thickness_profile);
-  leaf.material = from.material ? constant_material<S>(*from.material) : material;
+  leaf.material =
+      from.material ? with_numbers<S>(*from.material, [](double x) { return S(x); }) : material;
   if (from.wire) leaf.section = Section::circular;
   leaf.may_cross = from.may_cross;
   return leaf;
@@ -226,7 +216,7 @@ void add_piezo(MechanismT<S>& mechanism, const FlatDrive<S>& from, DriveT<S>& dr
 
 template <class S>
 MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& material,
-                           const EndEffectorT<S>& payload) {
+                           const EndEffectorT<S>& payload, const std::vector<ElasticPlan>& plans) {
   MechanismT<S> mechanism;
   mechanism.end_effector = design.end_effector;
   FaultList faults;
@@ -254,6 +244,7 @@ MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& mate
     if (is_end_effector && from.leaf.empty()) add_payload(body, from.has_mass, payload);
     mechanism.bodies.push_back(std::move(body));
   }
+  add_elastic_bodies(design, material, plans, mechanism);
   for (const FlatLeaf<S>& from : design.leaves)
     attempt(from.source, [&] { mechanism.leaves.push_back(leaf_spring_of(from, material)); });
   faults.raise();
@@ -275,8 +266,9 @@ MechanismT<S> mechanism_of(const FlatDesign<S>& design, const MaterialT<S>& mate
 }
 
 template MechanismT<double> mechanism_of(const FlatDesign<double>&, const Material&,
-                                         const EndEffector&);
+                                         const EndEffector&, const std::vector<ElasticPlan>&);
 template MechanismT<Dual1> mechanism_of(const FlatDesign<Dual1>&, const MaterialT<Dual1>&,
-                                        const EndEffectorT<Dual1>&);
+                                        const EndEffectorT<Dual1>&,
+                                        const std::vector<ElasticPlan>&);
 
 }  // namespace flexopt

@@ -111,13 +111,24 @@ std::string Flattener<S>::instance_name(const DesignItem& item, const std::strin
 }
 
 template <class S>
-int Flattener<S>::body(const DesignItem& item, const std::string& name, const char* key) const {
+NamedBody Flattener<S>::named(const DesignItem& item, const std::string& name,
+                              const std::string& key) const {
   const std::string wanted = instance_name(item, name);
   if (const auto found = bodies_.find(wanted); found != bodies_.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [own, index] : bodies_) known.push_back(own);
   throw SpecError(item.pointer + key, "\"" + wanted + "\"",
                   "there is no such body; " + known_names(wanted, known));
+}
+
+template <class S>
+int Flattener<S>::body(const DesignItem& item, const std::string& name, const char* key) const {
+  const NamedBody found = named(item, name, key);
+  if (found.body == no_body)
+    throw SpecError(item.pointer + key, "\"" + instance_name(item, name) + "\"",
+                    "all interfaces of this elastic body are parts of other bodies: name one of "
+                    "those, or one of its interfaces");
+  return found.body;
 }
 
 template <class S>
@@ -275,7 +286,11 @@ void Flattener<S>::add_part(const PartItem& item) {
                       fmt::format("the part wants {} in {}{:g}, {:g}{}", p.name,
                                   p.open_min ? "(" : "[", p.min, p.max, p.open_max ? ")" : "]"));
   }
-  input.choices = &item.choices;
+  FamilyChoices choices = item.choices;
+  if (const auto own = input_.choices->find(elastic_bodies_option);
+      own != input_.choices->end() && own->second == "rigid" && choices.contains(own->first))
+    choices[own->first] = own->second;
+  input.choices = &choices;
   input.material = input_.material;
   typename Flattener::Scope scope;
   scope.placement = frame(item.frame, item);
@@ -292,7 +307,7 @@ void Flattener<S>::add_part(const PartItem& item) {
     const auto known = [&](const BodyItem& own) { return own.name == joined; };
     if (joined != "ground" && std::ranges::none_of(item.design->bodies, known))
       throw SpecError(item.pointer + "/join", "\"" + joined + "\"", "the part has no such body");
-    scope.joined[joined] = body(item, outer, "/join");
+    scope.joined[joined] = named(item, outer, "/join");
   }
   FaultList faults;
   const auto inner = Flattener(*item.design, input, std::move(scope), out_, faults).run();
@@ -302,14 +317,15 @@ void Flattener<S>::add_part(const PartItem& item) {
 }
 
 template <class S>
-std::map<std::string, int> Flattener<S>::run() {
+NamedBodies Flattener<S>::run() {
   bodies_ = scope_.joined;
-  bodies_.try_emplace("ground", ground);
+  bodies_.try_emplace("ground");
   if (!take_numbers()) return bodies_;
   check_rules();
   collect_frames();
   each(plan_.bodies, [&](const BodyItem& item) { add_body(item); });
   each(plan_.parts, [&](const PartItem& item) { add_part(item); });
+  each(plan_.bodies, [&](const BodyItem& item) { tie_interfaces(item); });
   each(plan_.leaves, [&](const LeafItem& item) { add_leaf(item); });
   each(plan_.joints, [&](const JointItem& item) { add_joint(item); });
   each(plan_.springs, [&](const SpringItem& item) { add_spring(item); });

@@ -42,6 +42,44 @@ void Flattener<S>::add_held(const HeldDirection& held, const std::string& pointe
 }
 
 template <class S>
+void Flattener<S>::add_rigid(const BodyItem& item, const Placement<S>& at,
+                             FlatBody<S>& body) const {
+  for (const HeldDirection& held : item.held) add_held(held, item.pointer, at, body);
+  body.has_mass = item.mass || item.density || !item.inertia.empty();
+  body.center_of_mass = at.direction(vector(item.center_of_mass));
+  if (item.mass) body.mass = number(*item.mass);
+  Matrix3<S> inertia = inertia_of(item);
+  if (item.box.size() == 9) {
+    Matrix3<S>& half = body.box_half_edges.emplace();
+    for (int i = 0; i < 3; ++i) {
+      Vector3<S> edge;
+      for (int k = 0; k < 3; ++k) edge[k] = number(item.box[static_cast<std::size_t>(3 * i + k)]);
+      half.col(i) = at.direction(edge) * S(0.5);
+    }
+  }
+  if (item.box.size() == 3) {
+    std::array<S, 3> l;
+    for (std::size_t i = 0; i < 3; ++i)
+      l[i] = positive(item.box[i], item.pointer + "/box", "the lengths of a box");
+    Matrix3<S>& half = body.box_half_edges.emplace();
+    for (int i = 0; i < 3; ++i) {
+      Vector3<S> edge = Vector3<S>::Zero();
+      edge[i] = l[static_cast<std::size_t>(i)];
+      half.col(i) = at.direction(edge) * S(0.5);
+    }
+    if (item.density) {
+      body.mass = number(*item.density) * l[0] * l[1] * l[2];
+      for (int i = 0; i < 3; ++i) {
+        const S &a = l[static_cast<std::size_t>((i + 1) % 3)],
+                &b = l[static_cast<std::size_t>((i + 2) % 3)];
+        inertia(i, i) = body.mass * (a * a + b * b) / 12.0;
+      }
+    }
+  }
+  body.inertia = at.tensor(inertia);
+}
+
+template <class S>
 void Flattener<S>::add_body(const BodyItem& item) {
   const std::string name = instance_name(item, item.name);
   if (bodies_.contains(name)) {
@@ -57,45 +95,16 @@ void Flattener<S>::add_body(const BodyItem& item) {
     body.leaf = scope_.prefix + instance_name(item, item.leaf);
     body.held = {false, false, false, true, true, true};
   } else {
-    for (const HeldDirection& held : item.held) add_held(held, item.pointer, at, body);
-    body.has_mass = item.mass || item.density || !item.inertia.empty();
-    body.center_of_mass = at.direction(vector(item.center_of_mass));
-    if (item.mass) body.mass = number(*item.mass);
-    Matrix3<S> inertia = inertia_of(item);
-    if (item.box.size() == 9) {
-      Matrix3<S>& half = body.box_half_edges.emplace();
-      for (int i = 0; i < 3; ++i) {
-        Vector3<S> edge;
-        for (int k = 0; k < 3; ++k) edge[k] = number(item.box[static_cast<std::size_t>(3 * i + k)]);
-        half.col(i) = at.direction(edge) * S(0.5);
-      }
-    }
-    if (item.box.size() == 3) {
-      std::array<S, 3> l;
-      for (std::size_t i = 0; i < 3; ++i)
-        l[i] = positive(item.box[i], item.pointer + "/box", "the lengths of a box");
-      Matrix3<S>& half = body.box_half_edges.emplace();
-      for (int i = 0; i < 3; ++i) {
-        Vector3<S> edge = Vector3<S>::Zero();
-        edge[i] = l[static_cast<std::size_t>(i)];
-        half.col(i) = at.direction(edge) * S(0.5);
-      }
-      if (item.density) {
-        body.mass = number(*item.density) * l[0] * l[1] * l[2];
-        for (int i = 0; i < 3; ++i) {
-          const S &a = l[static_cast<std::size_t>((i + 1) % 3)],
-                  &b = l[static_cast<std::size_t>((i + 2) % 3)];
-          inertia(i, i) = body.mass * (a * a + b * b) / 12.0;
-        }
-      }
-    }
-    body.inertia = at.tensor(inertia);
+    add_rigid(item, at, body);
   }
-  bodies_[name] = static_cast<int>(out_.bodies.size());
-  if (scope_.prefix.empty() && name == "end_effector")
-    out_.end_effector = static_cast<int>(out_.bodies.size());
-  out_.bodies.push_back(std::move(body));
+  NamedBody& entry = bodies_[name];
+  entry.body = item.elastic && !item.elastic->has_frame() && !is_rigid(*item.elastic)
+                   ? no_body
+                   : static_cast<int>(out_.bodies.size());
+  if (scope_.prefix.empty() && name == "end_effector") out_.end_effector = entry.body;
+  if (entry.body != no_body) out_.bodies.push_back(std::move(body));
   check_mass(item);
+  if (item.elastic) add_elastic(item, at, entry);
 }
 
 template <class S>

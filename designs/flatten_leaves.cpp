@@ -87,8 +87,8 @@ FlatLeaf<S> Flattener<S>::leaf_of(const LeafItem& item) {
   FlatLeaf<S> leaf;
   leaf.name = leaf.whole = scope_.prefix + instance_name(item, item.name);
   leaf.source = source_of(item);
-  leaf.base = body(item, item.base.body, "/base/body");
-  leaf.tip = item.tip.body.empty() ? free_edge : body(item, item.tip.body, "/tip/body");
+  leaf.base = named(item, item.base.body, "/base/body").body;
+  leaf.tip = item.tip.body.empty() ? free_edge : named(item, item.tip.body, "/tip/body").body;
   leaf.base_at = at.place(vector(item.base.at));
   leaf.tip_at = at.place(vector(item.tip.at));
   leaf.across = at.across(vector(item.across));
@@ -132,6 +132,7 @@ void Flattener<S>::add_leaf(const LeafItem& item) {
   FlatLeaf<S> leaf = leaf_of(item);
   if (std::ranges::find(out_.leaves, leaf.name, &FlatLeaf<S>::name) != out_.leaves.end())
     throw SpecError(item.pointer + "/name", "\"" + leaf.name + "\"", "another leaf has this name");
+  hold_edges(item, leaf);
   if (item.reinforcement)
     add_reinforced(leaf, item);
   else
@@ -186,6 +187,10 @@ void Flattener<S>::add_reinforced(const FlatLeaf<S>& leaf, const LeafItem& item)
   const Vector3<S> line = leaf.tip_at - leaf.base_at;
   const S part = (S(1) - fraction) * 0.5;
   FlatLeaf<S> first = leaf, second = leaf;
+  first.held_by[1].clear();
+  first.clamps[1].reset();
+  second.held_by[0].clear();
+  second.clamps[0].reset();
   first.name += "/base";
   first.tip_at = leaf.base_at + line * part;
   second.name += "/tip";
@@ -207,6 +212,8 @@ void Flattener<S>::add_reinforced(const FlatLeaf<S>& leaf, const LeafItem& item)
     step.at = second.base_at;
     second.base = add(step, "/step at tip");
     FlatLeaf<S> plate = leaf;
+    plate.held_by = {};
+    plate.clamps = {};
     plate.name += "/reinforcement";
     plate.base = first.tip;
     plate.base_at = first.tip_at;

@@ -1,12 +1,17 @@
 #pragma once
 // Placement of the items of a design file: frames in frames, mirrored parts.
+#include <array>
+#include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "core/mechanism/mechanism.hpp"
+#include "designs/elastic_item.hpp"
 #include "designs/flat_design.hpp"
 
 namespace flexopt {
@@ -58,7 +63,36 @@ Matrix3<S> turn_about(int axis, const S& angle) {
   return turn;
 }
 
-// Private to flatten.cpp and its companions: flatten_items.cpp, flatten_leaves.cpp.
+/// Directions of coordinates in a plane: `along` as far as it lies in the plane; else those of x, y,
+/// z that the normal is not, in this order. Zero or nothing where `along` is the normal.
+template <class S>
+std::array<Vector3<S>, 2> in_plane(const Vector3<S>& normal,
+                                   const std::optional<Vector3<S>>& along = std::nullopt) {
+  int k = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(value_of(normal[i])) > std::abs(value_of(normal[k])) + 1e-9) k = i;
+  Vector3<S> u = Vector3<S>::Zero();
+  u[k == 0 ? 1 : 0] = S(1);
+  if (along) u = *along;
+  const S share = normal.dot(u);
+  // what is zero here may not be so elsewhere; of plain numbers no bit changes
+  if (!std::is_same_v<S, double> || value_of(share) != 0) u -= normal * share;
+  const S length = u.norm();
+  if (std::abs(value_of(length) - 1) > 1e-15 || !std::is_same_v<S, double>) u /= length;
+  Vector3<S> v = normal.cross(u);
+  if (!along && value_of(v[k == 2 ? 1 : 2]) < 0) v = -v;
+  return {u, v};
+}
+
+/// What a name in a design file means: a body, and the elastic body of that name.
+struct NamedBody {
+  int body = ground;  ///< no_body: there is only the elastic one
+  int elastic = -1;
+};
+using NamedBodies = std::map<std::string, NamedBody>;
+
+// Private to flatten.cpp and its companions: flatten_elastic.cpp, flatten_items.cpp,
+// flatten_leaves.cpp, flatten_shapes.cpp.
 
 /// Evaluates one plan and appends what it holds to the flat design.
 template <class S>
@@ -69,7 +103,7 @@ class Flattener {
   struct Scope {
     Placement<S> placement;
     std::string prefix, instance;
-    std::map<std::string, int> joined;
+    NamedBodies joined;
     std::shared_ptr<const ItemSource> part = nullptr;  ///< as of ItemSource
   };
 
@@ -78,7 +112,7 @@ class Flattener {
       : plan_(plan), input_(input), scope_(std::move(scope)), out_(out), faults_(faults) {}
 
   /// Appends the items of the plan; returns the bodies by their names in it.
-  std::map<std::string, int> run();
+  NamedBodies run();
 
  private:
   bool take_numbers();
@@ -88,6 +122,26 @@ class Flattener {
   /// `key`: where the item names it.
   Placement<S> frame(const std::string& name, const DesignItem& item, const char* key = "/frame");
   void add_body(const BodyItem& item);
+  void add_rigid(const BodyItem& item, const Placement<S>& at, FlatBody<S>& body) const;
+  bool is_rigid(const ElasticItem& item) const;  ///< of this choice
+  void add_elastic(const BodyItem& item, const Placement<S>& at, NamedBody& named);
+  void set_shape(const ElasticItem::Box& box, const BodyItem& item, const Placement<S>& at,
+                 FlatElastic<S>& elastic) const;
+  void set_shape(const ElasticItem::Plate& plate, const BodyItem& item, const Placement<S>& at,
+                 FlatElastic<S>& elastic) const;
+  void set_shape(const ElasticItem::Notch& notch, const BodyItem& item, const Placement<S>& at,
+                 FlatElastic<S>& elastic) const;
+  ContourT<S> contour_of(const ElasticItem::Contour& contour) const;
+  FlatInterface<S> interface_of(const BodyItem& item, const ElasticItem::Interface& interface,
+                                const Placement<S>& at, const FlatElastic<S>& elastic) const;
+  /// Interfaces that are parts of other bodies, which all exist.
+  void tie_interfaces(const BodyItem& item);
+  /// Holds a patch by a rigid frame: `carrier`, the frame of the body's own name where it holds
+  /// nothing yet, or a new one. `local`: name of the elastic body in this file.
+  int hold(int elastic, const std::string& local, FlatInterface<S> interface,
+           std::optional<int> carrier = std::nullopt);
+  /// Puts the edges of a leaf that are held by elastic bodies on their faces.
+  void hold_edges(const LeafItem& item, FlatLeaf<S>& leaf);
   void add_part(const PartItem& item);
   void add_leaf(const LeafItem& item);
   void add_reinforced(const FlatLeaf<S>& leaf, const LeafItem& item);
@@ -129,6 +183,7 @@ class Flattener {
   Matrix3<S> inertia_of(const BodyItem& item) const;
   void check_mass(const BodyItem& item) const;  ///< throws SpecError for what no body has
   std::string instance_name(const DesignItem& item, const std::string& text) const;
+  NamedBody named(const DesignItem& item, const std::string& name, const std::string& key) const;
   int body(const DesignItem& item, const std::string& name, const char* key) const;
   ItemSource source_of(const DesignItem& item) const;
 
@@ -139,7 +194,7 @@ class Flattener {
   FaultList& faults_;
   std::vector<S> slots_;
   std::vector<std::pair<std::string, long>> copy_;  ///< indices of the copy at hand
-  std::map<std::string, int> bodies_;
+  NamedBodies bodies_;
   struct Frame {
     const FrameItem* item;
     std::vector<S> slots;

@@ -16,8 +16,9 @@ std::string parameter_pointer(const std::string& parameter) {
 }  // namespace
 
 ParametricDesign::ParametricDesign(std::shared_ptr<const Family> of, FamilyChoices choices,
-                                   const std::map<std::string, std::string>& formulas)
-    : family_(std::move(of)), choices_(std::move(choices)) {
+                                   const std::map<std::string, std::string>& formulas,
+                                   ParameterValues nominal)
+    : family_(std::move(of)), choices_(std::move(choices)), nominal_(std::move(nominal)) {
   const Family& family = *family_;
   std::vector<FormulaName> given;
   std::vector<int> slot_of;  // slots of the given ones
@@ -81,13 +82,13 @@ std::optional<MatrixXd> ParametricDesign::derivatives(std::span<const double> sl
 
 Mechanism ParametricDesign::build(const ParameterValues& parameters, const Material& material,
                                   const EndEffector& payload) const {
-  return family_->make(parameters, choices_, material, payload);
+  return family_->make(parameters, choices_, material, payload, nominal_);
 }
 
 std::vector<MechanismDirection> ParametricDesign::directions(
     const ParameterValues& parameters, const Material& material, const EndEffector& payload,
     const std::vector<std::string>& names) const {
-  return family_->directions(parameters, choices_, material, payload, names);
+  return family_->directions(parameters, choices_, material, payload, names, nominal_);
 }
 
 std::vector<std::string> ParametricDesign::independent_names() const {

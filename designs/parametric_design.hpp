@@ -23,9 +23,11 @@ struct DependentParameter {
 class ParametricDesign {
  public:
   /// `formulas`: texts by the names of the parameters that they give; they may use the parameters
-  /// without one. Throws SpecError for wrong ones, at /design/parameters/<name>/expression.
+  /// without one. `nominal`: values that elastic bodies are meshed for (Family::make). Throws
+  /// SpecError for wrong formulas, at /design/parameters/<name>/expression.
   ParametricDesign(std::shared_ptr<const Family> family, FamilyChoices choices,
-                   const std::map<std::string, std::string>& formulas);
+                   const std::map<std::string, std::string>& formulas,
+                   ParameterValues nominal = {});
   /// Design of one of families(), which live as long as the program.
   ParametricDesign(const Family& family, FamilyChoices choices,
                    const std::map<std::string, std::string>& formulas)
@@ -65,6 +67,7 @@ class ParametricDesign {
  private:
   std::shared_ptr<const Family> family_;
   FamilyChoices choices_;
+  ParameterValues nominal_;
   std::vector<DependentParameter> dependents_;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// Private to design_reader.cpp and its companion design_items.cpp.
+// Private to design_reader.cpp and its companions design_items.cpp, elastic_reader.cpp.
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -8,6 +8,7 @@
 
 #include "designs/describe.hpp"
 #include "designs/design_reader.hpp"
+#include "designs/elastic_item.hpp"
 
 namespace flexopt {
 
@@ -32,6 +33,20 @@ class PlanReader {
   void read_rules();
   void read_frames();
   void read_bodies();
+  /// `of_body`: the body that the elastic body at `at` is.
+  void read_elastic(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                    const nlohmann::json& of_body, BodyItem& body);
+  void read_interfaces(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                       const nlohmann::json& of_body, ElasticItem& elastic, BodyItem& body);
+  ElasticItem::Interface interface(const nlohmann::json& from,
+                                   const nlohmann::json::json_pointer& at, std::string key,
+                                   BodyItem& body);
+  /// Out of a face: "x+" at the key `face`, or a vector "normal".
+  DesignVector normal_of(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                         const char* face);
+  ElasticItem::Contour contour(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
+  ElasticItem::Plate plate(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
+  ElasticItem::Notch notch(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
   void read_leaves();
   void read_joints();
   void read_springs();
@@ -63,6 +78,8 @@ class PlanReader {
                       const nlohmann::json::json_pointer& at);
   DesignVector vector(const nlohmann::json& from, const std::string& unit,
                       const nlohmann::json::json_pointer& at);
+  DesignPoint point(const nlohmann::json& from, const std::string& unit,
+                    const nlohmann::json::json_pointer& at);
   DesignMatrix matrix(const nlohmann::json& from, const std::string& unit,
                       const nlohmann::json::json_pointer& at);
   DesignSize size(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
