@@ -80,7 +80,7 @@ std::vector<double> graded_lines(double length, double first, double last, doubl
   const double rise = (top - a) / s, up = std::log(top / a) / s, down = std::log(top / b) / s;
   const double flat = std::max(0.0, length - rise - (top - b) / s) / top;
   const double total = up + flat + down;
-  const int count = std::max(1, static_cast<int>(std::lround(total)));
+  const int count = std::max(1, static_cast<int>(std::lround(std::min(total, 1e4))));
   std::vector<double> lines(count + 1, 0.0);
   for (int i = 1; i < count; ++i) {
     const double n = total * i / count;

@@ -98,7 +98,9 @@ Sizes sizes_of(const NotchShapeT<double>& notch, double /*extent*/, const MeshDe
   const auto inner = inner_halves(notch);
   const double height = notch.thickness + 2 * notch.depth, across = 2 * inner[0] / through;
   const double end = density.size > 0 ? density.size : std::min(height / 3, notch.end_length / 2);
-  return {{end, across, notch.two_axes ? 2 * inner[1] / through : notch.width / 6}, false, 1.0 / through};
+  return {{end, across, notch.two_axes ? 2 * inner[1] / through : notch.width / (1.5 * through)},
+          false,
+          1.0 / through};
 }
 
 /// A plane that lines are put on.

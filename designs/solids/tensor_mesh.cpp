@@ -94,19 +94,17 @@ std::shared_ptr<const SolidCells> fill(const SolidShapeT<double>& shape, Grid& g
   return std::make_shared<SolidCells>(std::move(cells));
 }
 
-/// The axis across a patch whose sides are along own axes.
+/// The axis across a patch, whose sides must be along own axes.
 Answer<int> normal_axis(const PatchT<double>& patch) {
   std::array<int, 2> along;
   const Vector3d* halves[] = {&patch.half_u, &patch.half_v};
   for (int s = 0; s < 2; ++s) {
     const double length = halves[s]->cwiseAbs().maxCoeff(&along[s]);
-    if (halves[s]->norm() > length * (1 + 1e-12))
-      return Because(fmt::format("the sides of the patch of {} are not along the axes of the body",
-                                 patch.name));
+    if (!(length > 0)) return Because(fmt::format("the patch of {} has no area", patch.name));
+    if (halves[s]->norm() > length * (1 + 1e-12) || (s == 1 && along[0] == along[1]))
+      return Because(
+          fmt::format("the sides of the patch of {} are not along two axes of the body", patch.name));
   }
-  if (along[0] == along[1])
-    return Because(fmt::format("the patch of {} holds fewer than three nodes off a line",
-                               patch.name));
   return 3 - along[0] - along[1];
 }
 
@@ -182,6 +180,8 @@ Answer<SolidPlan> plan_tensor_mesh(const SolidShapeT<double>& nominal,
   Grid grid;
   grid.places = places_of(placing->lines, nominal, planes).at;
   for (int d = 0; d < 3; ++d) grid.size[d] = static_cast<int>(grid.places[d].size());
+  if (grid.index(grid.size[0], 0, 0) > 8'000'000)
+    return Because("the elements are too many: larger ones are needed");
   SolidPlan plan;
   plan.cells = fill(nominal, grid, *placing);
   for (std::size_t p = 0; p < patches.size(); ++p) {
