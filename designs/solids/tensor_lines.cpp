@@ -127,9 +127,9 @@ std::vector<Plane> distinct_planes(const std::vector<double>& places,
   return planes;
 }
 
-/// Sizes wanted beside the planes of patches: a fifth of the patch at its sides, of its smaller side
-/// below it; half of one that is small. A side at the edge of the body needs none. Infinite for
-/// planes of the shape.
+/// Sizes wanted beside the planes of patches: a fifth of the patch at its sides, of its smaller
+/// side below it; half of one that is small. A side at the edge of the body needs none. Infinite
+/// for planes of the shape.
 std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& planes, double root,
                                                     double small, double tolerance) {
   std::array<std::vector<double>, 3> wanted;
@@ -170,11 +170,11 @@ void choose_sizes(std::vector<Plane>& planes, int of_shape, double largest, bool
   const double slope = std::log(density.growth);
   for (Plane& plane : planes) plane.size = std::min(largest, plane.size) * density.coarsening;
   for (std::size_t k = 1; k < planes.size(); ++k)
-    planes[k].size = std::min(planes[k].size,
-                              planes[k - 1].size + slope * (planes[k].at - planes[k - 1].at));
+    planes[k].size =
+        std::min(planes[k].size, planes[k - 1].size + slope * (planes[k].at - planes[k - 1].at));
   for (std::size_t k = planes.size() - 1; k-- > 0;)
-    planes[k].size = std::min(planes[k].size,
-                              planes[k + 1].size + slope * (planes[k + 1].at - planes[k].at));
+    planes[k].size =
+        std::min(planes[k].size, planes[k + 1].size + slope * (planes[k + 1].at - planes[k].at));
 }
 
 /// Lines on the planes and between them, middles of elements too.
@@ -266,8 +266,8 @@ LinePlacesT<S> places_of(const MeshLines& lines, const SolidShapeT<S>& shape,
         const S missing = notch_end(*notch).rise - place.rise;
         const auto inner = inner_halves(*notch);
         places.at[0].push_back(double(line.side) * place.x);
-        places.narrower.push_back({S(1.0 - missing / inner[0]),
-                                   notch->two_axes ? S(1.0 - missing / inner[1]) : S(1.0)});
+        places.narrower.push_back(
+            {S(1.0 - missing / inner[0]), notch->two_axes ? S(1.0 - missing / inner[1]) : S(1.0)});
       }
   return places;
 }

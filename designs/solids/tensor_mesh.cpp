@@ -57,9 +57,9 @@ constexpr int hexahedron[20][3] = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {
 /// The elements between the lines that are within the shape.
 struct Grid {
   std::array<std::vector<double>, 3> places;  ///< of the lines
-  std::array<int, 3> size;     ///< numbers of lines
-  std::vector<int> node;       ///< at each crossing of lines; −1: none
-  std::vector<char> material;  ///< at each crossing of middles
+  std::array<int, 3> size;                    ///< numbers of lines
+  std::vector<int> node;                      ///< at each crossing of lines; −1: none
+  std::vector<char> material;                 ///< at each crossing of middles
 
   std::size_t index(int i, int j, int k) const {
     return (std::size_t(i) * size[1] + j) * size[2] + k;
@@ -102,8 +102,8 @@ Answer<int> normal_axis(const PatchT<double>& patch) {
     const double length = halves[s]->cwiseAbs().maxCoeff(&along[s]);
     if (!(length > 0)) return Because(fmt::format("the patch of {} has no area", patch.name));
     if (halves[s]->norm() > length * (1 + 1e-12) || (s == 1 && along[0] == along[1]))
-      return Because(
-          fmt::format("the sides of the patch of {} are not along two axes of the body", patch.name));
+      return Because(fmt::format("the sides of the patch of {} are not along two axes of the body",
+                                 patch.name));
   }
   return 3 - along[0] - along[1];
 }
@@ -115,10 +115,10 @@ Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, c
   for (int d = 0; d < 3; ++d) {
     const double half = std::abs(patch.half_u[d]) + std::abs(patch.half_v[d]) + tolerance;
     const auto& places = grid.places[d];
-    first[d] = std::lower_bound(places.begin(), places.end(), patch.center[d] - half) -
-               places.begin();
-    last[d] = std::upper_bound(places.begin(), places.end(), patch.center[d] + half) -
-              places.begin() - 1;
+    first[d] =
+        std::lower_bound(places.begin(), places.end(), patch.center[d] - half) - places.begin();
+    last[d] =
+        std::upper_bound(places.begin(), places.end(), patch.center[d] + half) - places.begin() - 1;
   }
   int on = 0, off = 0;
   std::array<int, 3> at;
@@ -138,7 +138,8 @@ Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, c
       gap = std::min(gap, std::abs(planes.at[across][p] - patch.center[across]));
     return Because(fmt::format(
         "the patch of {} lies on no face of the body: the nearest plane across its {} axis is "
-        "{:g} m away", patch.name, "xyz"[across], gap));
+        "{:g} m away",
+        patch.name, "xyz"[across], gap));
   }
   std::vector<int> nodes;
   for (at[0] = first[0]; at[0] <= last[0]; ++at[0])
@@ -154,8 +155,7 @@ Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, c
 Answer<SolidPlan> plan_tensor_mesh(const SolidShapeT<double>& nominal,
                                    const std::vector<PatchT<double>>& patches,
                                    const MeshDensity& density) {
-  if (const Check check =
-          std::visit([](const auto& kind) { return check_shape(kind); }, nominal);
+  if (const Check check = std::visit([](const auto& kind) { return check_shape(kind); }, nominal);
       !check)
     return Because(check.error());
   const PlanesT<double> planes = planes_of(nominal, patches);

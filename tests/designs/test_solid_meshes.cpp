@@ -1,5 +1,5 @@
-// Structured meshes of boxes, plates and notches: they fill the shape, patches hold their nodes, and
-// nodes follow the sizes.
+// Structured meshes of boxes, plates and notches: they fill the shape, patches hold their nodes,
+// and nodes follow the sizes.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -21,10 +21,10 @@ struct Filled {
   double volume = 0, least = INFINITY;  ///< least det J of an element over its mean
 };
 
-constexpr double corners[20][3] = {
-    {-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1},
-    {-1, 1, 1},   {0, -1, -1}, {1, 0, -1}, {0, 1, -1},  {-1, 0, -1}, {0, -1, 1}, {1, 0, 1},
-    {0, 1, 1},    {-1, 0, 1},  {-1, -1, 0}, {1, -1, 0}, {1, 1, 0},   {-1, 1, 0}};
+constexpr double corners[20][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1},
+                                   {1, -1, 1},   {1, 1, 1},   {-1, 1, 1}, {0, -1, -1}, {1, 0, -1},
+                                   {0, 1, -1},   {-1, 0, -1}, {0, -1, 1}, {1, 0, 1},   {0, 1, 1},
+                                   {-1, 0, 1},   {-1, -1, 0}, {1, -1, 0}, {1, 1, 0},   {-1, 1, 0}};
 
 /// det J of a hexahedron of 20 nodes at a place of its cube.
 double determinant(const Vector3d* const nodes[20], const Vector3d& at) {
@@ -151,8 +151,12 @@ double height_at(const NotchShapeT<double>& n, double x) {
       rise = radius - std::sqrt(std::max(0.0, radius * radius - u * u));
       break;
     }
-    case NotchContour::elliptic: rise = b * (1 - std::sqrt(1 - u * u / a / a)); break;
-    case NotchContour::power: rise = b * std::pow(u / a, n.exponent); break;
+    case NotchContour::elliptic:
+      rise = b * (1 - std::sqrt(1 - u * u / a / a));
+      break;
+    case NotchContour::power:
+      rise = b * std::pow(u / a, n.exponent);
+      break;
     case NotchContour::corner_filleted:
       rise = u < a - r ? 0 : r - std::sqrt(std::max(0.0, r * r - std::pow(u - a + r, 2)));
       break;
@@ -216,8 +220,14 @@ PlateShapeT<Dual1> moving(const PlateShapeT<double>& plate, Dice& dice) {
   return moved;
 }
 NotchShapeT<Dual1> moving(const NotchShapeT<double>& n, Dice& dice) {
-  return {n.contour, moving(n.half_length, dice), moving(n.depth, dice), moving(n.thickness, dice),
-          moving(n.width, dice), moving(n.end_length, dice), moving(n.fillet, dice), n.exponent,
+  return {n.contour,
+          moving(n.half_length, dice),
+          moving(n.depth, dice),
+          moving(n.thickness, dice),
+          moving(n.width, dice),
+          moving(n.end_length, dice),
+          moving(n.fillet, dice),
+          n.exponent,
           n.two_axes};
 }
 
@@ -238,8 +248,9 @@ PlateShapeT<double> at(const PlateShapeT<Dual1>& plate, double step) {
   return moved;
 }
 NotchShapeT<double> at(const NotchShapeT<Dual1>& n, double step) {
-  return {n.contour, at(n.half_length, step), at(n.depth, step), at(n.thickness, step),
-          at(n.width, step), at(n.end_length, step), at(n.fillet, step), n.exponent, n.two_axes};
+  return {n.contour,         at(n.half_length, step), at(n.depth, step),  at(n.thickness, step),
+          at(n.width, step), at(n.end_length, step),  at(n.fillet, step), n.exponent,
+          n.two_axes};
 }
 
 /// Rates of the nodes against differences of nodes of the same plan.
@@ -340,9 +351,10 @@ TEST_CASE("the nodes of a notch lie on its contour, and its elements fill it") {
       const double x = node[0], half = height_at(notch, x) / 2;
       if (std::abs(x) >= notch.half_length * (1 - 1e-9)) continue;
       CHECK(std::abs(node[1]) < half + 1e-9);
-      const bool reached = std::any_of(mesh.nodes.begin(), mesh.nodes.end(), [&](const Vector3d& n) {
-        return std::abs(n[0] - x) < 1e-12 && std::abs(n[1] - half) < 1e-9;
-      });
+      const bool reached =
+          std::any_of(mesh.nodes.begin(), mesh.nodes.end(), [&](const Vector3d& n) {
+            return std::abs(n[0] - x) < 1e-12 && std::abs(n[1] - half) < 1e-9;
+          });
       CHECK(reached);
     }
   }
@@ -390,7 +402,8 @@ TEST_CASE("mirrored wedges and tetrahedra keep their middles between their corne
     const Edges& edges = cell == SolidCell::wedge ? of_wedge : of_tetrahedron;
     const int corners_of = nodes_of(cell) - static_cast<int>(edges.size());
     std::vector<Vector3d> nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.1, 0, -1}};
-    if (cell == SolidCell::wedge) nodes = {nodes[0], nodes[1], nodes[2], {0, 0, -1}, {1, 0, -1}, {0, 1, -1}};
+    if (cell == SolidCell::wedge)
+      nodes = {nodes[0], nodes[1], nodes[2], {0, 0, -1}, {1, 0, -1}, {0, 1, -1}};
     for (const auto& [a, b] : edges) nodes.push_back((nodes[a] + nodes[b]) / 2);
     SolidCells cells;
     cells.blocks = {{cell, std::vector<int>(nodes_of(cell))}};
@@ -399,8 +412,8 @@ TEST_CASE("mirrored wedges and tetrahedra keep their middles between their corne
     const auto node = [&](int a) { return nodes[turned[a]]; };
     CHECK((node(1) - node(0)).cross(node(2) - node(0)).dot(node(3) - node(0)) > 0);
     for (std::size_t e = 0; e < edges.size(); ++e)
-      CHECK((node(corners_of + static_cast<int>(e)) -
-             (node(edges[e][0]) + node(edges[e][1])) / 2).norm() < 1e-15);
+      CHECK((node(corners_of + static_cast<int>(e)) - (node(edges[e][0]) + node(edges[e][1])) / 2)
+                .norm() < 1e-15);
     CHECK(mirrored(mirrored(cells)).blocks[0].nodes == cells.blocks[0].nodes);
   }
 }
@@ -410,7 +423,8 @@ TEST_CASE("patches and shapes that make no mesh are refused with the reason") {
   const Vector3d u(0.01, 0, 0), v(0, 0.005, 0);
   CHECK_THAT(refusal(box, {{{0, 0, 0.0103}, u, v, "O"}}),
              Catch::Contains("O lies on no face") && Catch::Contains("z axis is 0.0003 m away"));
-  CHECK_THAT(refusal(box, {{{0.045, 0, 0.01}, u, v, "O"}}), Catch::Contains("O reaches over the edge"));
+  CHECK_THAT(refusal(box, {{{0.045, 0, 0.01}, u, v, "O"}}),
+             Catch::Contains("O reaches over the edge"));
   CHECK_THAT(refusal(box, {{{0, 0, 0.01}, u, v, "O"}, {{0.015, 0, 0.01}, u, v, "leaf"}}),
              Catch::Contains("of O and leaf overlap or touch"));
   CHECK_THAT(refusal(box, {{{0, 0, 0.01}, u, v, "O"}, {{0.02, 0, 0.01}, u, v, "leaf"}}),
@@ -424,7 +438,8 @@ TEST_CASE("patches and shapes that make no mesh are refused with the reason") {
   plate.outline = rectangle(0, 0, 0.1, 0.1);
   plate.windows = {rectangle(0.01, 0.01, 0.09, 0.09)};
   plate.thickness = 0.01;
-  CHECK_THAT(refusal(plate, {{{0.05, 0.05, 0.005}, u, v, "O"}}), Catch::Contains("lies on no face"));
+  CHECK_THAT(refusal(plate, {{{0.05, 0.05, 0.005}, u, v, "O"}}),
+             Catch::Contains("lies on no face"));
 
   NotchShapeT<double> notch{NotchContour::circular, 5e-3, 6e-3, 1e-3, 1e-2, 2e-3};
   CHECK_THAT(refusal(notch, {}), Catch::Contains("at most as deep"));
