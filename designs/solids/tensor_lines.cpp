@@ -231,9 +231,9 @@ bool is_within(const SolidShapeT<double>& shape, const Vector3d& place) {
 }
 
 MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes,
-                     double tolerance, const MeshDensity& density) {
+                     double extent, const MeshDensity& density) {
   const auto* notch = std::get_if<NotchShapeT<double>>(&shape);
-  const double extent = 1e6 * tolerance;
+  const double tolerance = 1e-6 * extent;
   const Sizes sizes =
       std::visit([&](const auto& kind) { return sizes_of(kind, extent, density); }, shape);
   const auto wanted = sizes_at_patches(planes, density.root, extent / 200, tolerance);

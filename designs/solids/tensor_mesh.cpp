@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "designs/solids/contour_curves.hpp"
 #include "designs/solids/mesh_plan.hpp"
 #include "designs/solids/tensor_lines.hpp"
 
@@ -44,7 +45,7 @@ Check check_shape(const BoxShapeT<double>& box) {
 }
 Check check_shape(const PlateShapeT<double>& plate) {
   if (!(plate.thickness > 0)) return Because("the thickness of a plate must be positive");
-  return {};
+  return check_contours(contours_of(plate), plate.windows.size());
 }
 Check check_shape(const NotchShapeT<double>& notch) { return check_notch(notch); }
 
@@ -176,7 +177,7 @@ Answer<SolidPlan> plan_tensor_mesh(const SolidShapeT<double>& nominal,
         return Because(fmt::format("the patch of {} is not on an end of the notch", patch.name));
   }
   const auto placing = std::make_shared<TensorPlacing>();
-  placing->lines = plan_lines(nominal, planes, tolerance, density);
+  placing->lines = plan_lines(nominal, planes, extent, density);
   Grid grid;
   grid.places = places_of(placing->lines, nominal, planes).at;
   for (int d = 0; d < 3; ++d) grid.size[d] = static_cast<int>(grid.places[d].size());

@@ -441,6 +441,10 @@ TEST_CASE("patches and shapes that make no mesh are refused with the reason") {
   CHECK_THAT(refusal(plate, {{{0.05, 0.05, 0.005}, u, v, "O"}}),
              Catch::Contains("lies on no face"));
 
+  plate.windows[0][2].at[0] = 0.11;
+  plate.windows[0][1].at[0] = 0.11;
+  CHECK_THAT(refusal(plate, {}), Catch::Contains("cross"));
+
   NotchShapeT<double> notch{NotchContour::circular, 5e-3, 6e-3, 1e-3, 1e-2, 2e-3};
   CHECK_THAT(refusal(notch, {}), Catch::Contains("at most as deep"));
   notch.depth = 5e-3;
