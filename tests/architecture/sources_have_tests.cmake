@@ -39,6 +39,13 @@ set(tested_by
   designs/flatten_leaves designs/test_design_files
   designs/formula_words designs/test_design_files
   designs/materials designs/test_families
+  designs/solids/import_inp designs/test_imports
+  designs/solids/import_matrices designs/test_imports
+  designs/solids/import_mesh designs/test_imports
+  designs/solids/import_msh designs/test_imports
+  designs/solids/matrix_checks designs/test_imports
+  designs/solids/matrix_files designs/test_imports
+  designs/solids/numbered_lines designs/test_imports
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/solve_equilibrium core/equilibrium/test_stroke_path
   core/equilibrium/system core/equilibrium/test_joints
