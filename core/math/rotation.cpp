@@ -59,33 +59,6 @@ Matrix3d rotation_left_tangent_inverse(const Vector3d& v) {
   return Matrix3d::Identity() - 0.5 * K + c * K * K;
 }
 
-HatSquareFactor hat_square_factor(double q) {
-  if (q < 1) {
-    // Σ |B_2n| qⁿ⁻¹/(2n)!; the ratio of its terms tends to q/4π², the twelfth is below 1e-19.
-    constexpr double c[] = {8.3333333333333333e-02, 1.3888888888888889e-03, 3.3068783068783069e-05,
-                            8.2671957671957672e-07, 2.0876756987868099e-08, 5.2841901386874932e-10,
-                            1.3382536530684679e-11, 3.3896802963225829e-13, 8.5860620562778446e-15,
-                            2.1748686985580619e-16, 5.5090028283602295e-18, 1.3954464685812523e-19};
-    double f = 0, d = 0;
-    for (int k = 11; k >= 0; --k) {
-      d = d * q + f;
-      f = f * q + c[k];
-    }
-    return {f, d};
-  }
-  const double a = std::sqrt(q), x = 0.5 * a, cot = 1 / std::tan(x);
-  const double f = (1 - x * cot) / q;
-  const double df_da = (-0.5 * (cot - x * (1 + cot * cot)) - 2 * a * f) / q;
-  return {f, df_da / (2 * a)};
-}
-
-TurnedMoment turned_moment(const Vector3d& theta, const Vector3d& v, const HatSquareFactor& gamma) {
-  const Vector3d tv = theta.cross(v), ttv = theta.cross(tv);
-  return {v + 0.5 * tv + gamma.value * ttv, -0.5 * hat(v) -
-                                                gamma.value * (hat(tv) + hat(theta) * hat(v)) +
-                                                2 * gamma.slope * ttv * theta.transpose()};
-}
-
 Matrix3d orthonormalised(const Matrix3d& R) {
   return Eigen::Quaterniond(R).normalized().toRotationMatrix();
 }

@@ -2,14 +2,9 @@
 // The force of a spring over its length as a smooth curve through a table, in numbers of any kind.
 #include <array>
 
-#include "core/math/jet.hpp"
+#include "core/math/rate.hpp"
 
 namespace flexopt {
-
-/// The number itself, without its rates; numbers of other kinds bring a function of this name
-/// along.
-inline double plain(double x) { return x; }
-inline double plain(const Jet& x) { return x.c[0]; }
 
 /// Energy [J], force [N] and stiffness [N/m] of a spring along its length.
 template <class T>

@@ -43,35 +43,6 @@ V3<T> transposed_times(const M3<T>& A, const V3<T>& b) {
   return b[0] * A[0] + b[1] * A[1] + b[2] * A[2];
 }
 
-// A number and its derivative.
-template <class S>
-struct Rate {
-  S value{}, rate{};
-
-  Rate() = default;
-  Rate(double x) : value(x), rate(0.0) {}
-  Rate(const S& x, const S& dx) : value(x), rate(dx) {}
-
-  friend Rate operator+(const Rate& a, const Rate& b) {
-    return {a.value + b.value, a.rate + b.rate};
-  }
-  friend Rate operator-(const Rate& a, const Rate& b) {
-    return {a.value - b.value, a.rate - b.rate};
-  }
-  friend Rate operator*(const Rate& a, const Rate& b) {
-    return {a.value * b.value, a.value * b.rate + a.rate * b.value};
-  }
-  friend Rate operator/(const Rate& a, const Rate& b) {
-    const S q = a.value / b.value;
-    return {q, (a.rate - q * b.rate) / b.value};
-  }
-  friend Rate sqrt(const Rate& a) {
-    using std::sqrt;
-    const S root = sqrt(a.value);
-    return {root, 0.5 * a.rate / root};
-  }
-};
-
 // A mixed second derivative: the rate, along a second motion, of a number with its rate along a
 // first one.
 template <class T>
@@ -170,11 +141,6 @@ struct Motion {
 template <class T>
 T turning(const V3<T>& f, const V3<T>& x, const V3<T>& y, const V3<T>& o) {
   return 0.5 * (dot(f, x) * dot(y, o) + dot(f, y) * dot(x, o)) - dot(f, o) * dot(x, y);
-}
-
-template <class S>
-double plain(const Rate<S>& x) {
-  return flexopt::plain(x.value);
 }
 
 template <class T>

@@ -3,21 +3,11 @@
 // coordinates. The body's rigid motion is taken up by a floating frame that is found anew at every
 // state. Equations (V1)–(V6) of README.md.
 #include <span>
-#include <vector>
 
 #include "core/elements/solid/elastic_model.hpp"
-#include "core/math/types.hpp"
+#include "core/math/floating_frame.hpp"
 
 namespace flexopt {
-
-/// Place of an interface: its origin [m] and the own axes of the body as the interface carries
-/// them.
-template <class S>
-struct FramePoseOf {
-  Vector3<S> position = Vector3<S>::Zero();
-  Matrix3<S> axes = Matrix3<S>::Identity();
-};
-using FramePose = FramePoseOf<double>;
 
 /// Answers of a floating body. Vectors have (force, moment) or (displacement, spin) of each
 /// interface, global axes; rotations are varied as exp(hat δ) R to second order.

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/math/types.hpp"
+#include "core/math/floating_frame.hpp"
 
 namespace flexopt {
 
@@ -25,12 +25,7 @@ struct SuperelementModel {
   double size() const;  ///< largest distance of two nodes [m]
 };
 
-/// Place of an interface node: position [m] and the axes of the body as the node carries them; or
-/// of the floating frame.
-struct NodePose {
-  Vector3d position = Vector3d::Zero();
-  Matrix3d axes = Matrix3d::Identity();
-};
+using NodePose = FramePose;  ///< of an interface node
 
 /// A superelement at given places of its nodes. Vectors have (force, moment) or (displacement,
 /// spin) per node, global axes.
@@ -46,7 +41,7 @@ class Superelement {
 
   const SuperelementModel& model() const { return *model_; }
   /// The floating frame places the undeformed body where it fits the deformed one: Φ_CB q = 0.
-  const NodePose& frame() const { return frame_; }
+  const NodePose& frame() const { return floating_.pose; }
   /// Local coordinates q = (u, θ) of the nodes in the frame: u = Fᵀ(p − x) − X, θ = log(Fᵀ R).
   const VectorXd& local() const { return q_; }
   const MatrixXd& local_rate() const { return B_; }  ///< dq = B · (displacement, spin) of the nodes
@@ -59,20 +54,10 @@ class Superelement {
   MatrixXd mass() const;
 
  private:
-  bool find_frame(std::span<const NodePose> nodes);
-  void place(std::span<const NodePose> nodes);
-  void rotate_rows(MatrixXd& A) const;
-
   const SuperelementModel* model_;
-  double size_;
-  NodePose frame_;
-  std::vector<Vector3d> place_;    ///< deformed places y in the frame
-  std::vector<Matrix3d> to_rate_;  ///< J⁻¹(θ): dθ = J⁻¹ spin
-  Eigen::Matrix<double, 6, Eigen::Dynamic> PhiD_, Z_;
-  Eigen::Matrix<double, Eigen::Dynamic, 6> Phi_rig_;
-  Matrix6d A_;  ///< Φ_CB D Φ_rig
-  VectorXd q_, s_, r_, f_, force_;
-  MatrixXd DT_, B_, tangent_, work_;
+  FloatingFrame<double> floating_;
+  VectorXd q_, s_, force_;
+  MatrixXd B_, tangent_;
   double energy_ = 0;
 };
 

@@ -149,8 +149,7 @@ void SuperelementLeaf::condense() {
       const Vector3d arm = nodes_[node_index({line, j})].axes.col(1) * grid_->y(j);
       const Vector3d f = line_force_[line].segment<3>(6 * j);
       J.block<3, 3>(6 * j, 3) = -hat(arm);
-      H.bottomRightCorner<3, 3>() +=
-          0.5 * (f * arm.transpose() + arm * f.transpose()) - f.dot(arm) * Matrix3d::Identity();
+      H.bottomRightCorner<3, 3>() += arm_curvature(f, arm);
     }
     edge_force_.segment<6>(6 * e) = J.transpose() * line_force_[line];
     edge_tangent_.block<6, 6>(6 * e, 6 * e) = H + J.transpose() * diagonal_[line] * J;
