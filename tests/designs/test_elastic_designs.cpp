@@ -146,8 +146,7 @@ TEST_CASE("a leaf that meets a face at an angle has a longer patch, a wire a squ
   for (const char* key : {"width", "thickness", "across"}) wire.erase(key);
   wire["diameter"] = "2 mm";
   const Mechanism w = made(wired);
-  const Vector3d sides =
-      room(w.elastic_bodies[0], w.elastic_bodies[0].interfaces[1]).sizes();
+  const Vector3d sides = room(w.elastic_bodies[0], w.elastic_bodies[0].interfaces[1]).sizes();
   CHECK(sides[1] * sides[2] == Approx(std::acos(-1.0) * 1e-6));
 }
 
@@ -166,8 +165,7 @@ TEST_CASE("a clamp is a patch on the face that the leaf lies on, on from its edg
 
 TEST_CASE("a notch shares frames with the bodies that it is between, its points in its middle") {
   const Mechanism m = made(notched_lever());
-  CHECK(names_of_bodies(m) ==
-        std::vector<std::string>{"lever", "end_effector", "lever.rod.base"});
+  CHECK(names_of_bodies(m) == std::vector<std::string>{"lever", "end_effector", "lever.rod.base"});
   REQUIRE(m.elastic_bodies.size() == 2);
   const ElasticBody &hinge = m.elastic_bodies[0], &lever = m.elastic_bodies[1];
   CHECK(hinge.degree == ElasticDegree::quartic);
@@ -195,9 +193,11 @@ TEST_CASE("rigid ones are held by one frame, which joints tie to the bodies they
   CHECK(lever.joints.empty());
   json tied = elastic_guide();
   tied["bodies"].push_back({{"name", "block"}, {"at", {"length", "pitch/2", 0}}, {"mass", 1}});
-  tied["bodies"][0]["elastic"]["interfaces"].push_back(
-      {{"name", "seat"}, {"body", "block"}, {"face", "x-"}, {"at", {"length", "pitch/2", 0}},
-       {"size", {"10 mm", "20 mm"}}});
+  tied["bodies"][0]["elastic"]["interfaces"].push_back({{"name", "seat"},
+                                                        {"body", "block"},
+                                                        {"face", "x-"},
+                                                        {"at", {"length", "pitch/2", 0}},
+                                                        {"size", {"10 mm", "20 mm"}}});
   tied["bodies"][0]["elastic"]["rigid"] = true;
   const Mechanism joined = made(tied);
   REQUIRE(joined.joints.size() == 1);
@@ -277,7 +277,9 @@ TEST_CASE("a mirrored part has the mirrored nodes in right-handed axes") {
                    {"bodies", {{{"name", "end_effector"}, {"at", {0.04, 0, 0}}}}},
                    {"parts",
                     {{{"name", "a"}, {"design", part}, {"join", {{"rod_end", "end_effector"}}}},
-                     {{"name", "b"}, {"design", part}, {"mirror", "z"},
+                     {{"name", "b"},
+                      {"design", part},
+                      {"mirror", "z"},
                       {"join", {{"rod_end", "end_effector"}}}}}},
                    {"drive", {{"direction", "ux"}}}};
   const Mechanism m = made(whole);
@@ -287,8 +289,8 @@ TEST_CASE("a mirrored part has the mirrored nodes in right-handed axes") {
     CHECK(other.axes.determinant() == Approx(1));
     REQUIRE(one.nodes.size() == other.nodes.size());
     for (const ElasticInterface& interface : one.interfaces) {
-      const auto& mate = other.interfaces[static_cast<std::size_t>(&interface -
-                                                                   one.interfaces.data())];
+      const auto& mate =
+          other.interfaces[static_cast<std::size_t>(&interface - one.interfaces.data())];
       Eigen::AlignedBox3d expected, found;
       for (const int node : interface.patch)
         expected.extend(global(one, node).cwiseProduct(Vector3d(1, 1, -1)));
@@ -347,17 +349,23 @@ TEST_CASE("faults of elastic bodies are told at their places") {
       {"/plate/thickness", 0, "/bodies/0/elastic/plate/thickness", "must be positive"},
       {"/plate/normal", {0, 0, 0}, "/bodies/0/elastic/plate/normal", "direction"},
       {"/plate/along", {0, 0, 2}, "/bodies/0/elastic/plate/along", "lies in the plane"},
-      {"/plate/holes", {{{"at", {0.001, 0}}, {"radius", 0}}},
-       "/bodies/0/elastic/plate/holes/0/radius", "must be positive"},
+      {"/plate/holes",
+       {{{"at", {0.001, 0}}, {"radius", 0}}},
+       "/bodies/0/elastic/plate/holes/0/radius",
+       "must be positive"},
       {"/interfaces/0/face", "w+", "/bodies/0/elastic/interfaces/0/face", ""},
-      {"/interfaces/0/normal", {1, 0, 0}, "/bodies/0/elastic/interfaces/0/normal",
+      {"/interfaces/0/normal",
+       {1, 0, 0},
+       "/bodies/0/elastic/interfaces/0/normal",
        "give one of the keys"},
       {"/interfaces/0/at/0", "length + h + 1 um", "/bodies/0/elastic/interfaces/0/at",
        "flat face of the body"},
       {"/interfaces/0/at/0", "length", "/bodies/0/elastic/interfaces/0/at", "flat face"},
       {"/interfaces/0/face", "z+", "/bodies/0/elastic/interfaces/0/at", "flat face"},
       {"/interfaces/0/size/1", 0, "/bodies/0/elastic/interfaces/0/size/1", "must be positive"},
-      {"/interfaces/0/along", {3, 0, 0}, "/bodies/0/elastic/interfaces/0/along",
+      {"/interfaces/0/along",
+       {3, 0, 0},
+       "/bodies/0/elastic/interfaces/0/along",
        "lies in the face"},
       {"/interfaces/0/body", "nobody", "/bodies/0/elastic", ""},
       {"/interfaces/0/name", "lower.tip", "/leaves/0/tip", "another"},
@@ -392,14 +400,12 @@ TEST_CASE("faults of what holds an elastic body are told at their places") {
   CHECK_THAT(told(guide, "/leaves/0/tip/clamp", {{"length", 0.01}}),
              Contains("/leaves/0/tip/clamp/side = nothing"));
   json two = guide;
-  two["bodies"][0]["elastic"]["interfaces"].push_back(
-      {{"name", "P"}, {"face", "y+"}});
+  two["bodies"][0]["elastic"]["interfaces"].push_back({{"name", "P"}, {"face", "y+"}});
   CHECK_THAT(told(two, "/name", "two"), Contains("/bodies/0/elastic/payload = nothing"));
   CHECK(told(two, "/bodies/0/elastic/payload", "P") == "accepted");
   json lone = guide;
   lone["leaves"][0]["tip"]["body"] = lone["leaves"][1]["tip"]["body"] = "end_effector.O";
-  CHECK_THAT(told(lone, "/name", "lone"),
-             Contains("/bodies/0/elastic/interfaces = 1 interface;"));
+  CHECK_THAT(told(lone, "/name", "lone"), Contains("/bodies/0/elastic/interfaces = 1 interface;"));
   CHECK_THAT(told(lever, "/bodies/1/mass", 1), Contains("/bodies/1/mass"));
   CHECK_THAT(told(lever, "/bodies/1/box", {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}),
              Contains("/bodies/1/box"));
