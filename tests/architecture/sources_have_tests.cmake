@@ -48,6 +48,15 @@ set(tested_by
   core/equilibrium/elastic_bodies core/test_elastic_mechanism
   core/response/gradients/elastic_gradients core/test_elastic_mechanism
   core/mechanism/elastic_body core/test_elastic_mechanism
+  designs/solids/notch_mesh designs/test_solid_meshes
+  designs/solids/plan_mesh designs/test_solid_meshes
+  designs/solids/tensor_lines designs/test_solid_meshes
+  designs/solids/tensor_mesh designs/test_solid_meshes
+  designs/solids/contour_curves designs/test_contour_meshes
+  designs/solids/contour_mesh designs/test_contour_meshes
+  designs/solids/contour_outline designs/test_contour_meshes
+  designs/solids/contour_sizes designs/test_contour_meshes
+  designs/solids/triangles designs/test_contour_meshes
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/solve_equilibrium core/equilibrium/test_stroke_path
   core/equilibrium/system core/equilibrium/test_joints
