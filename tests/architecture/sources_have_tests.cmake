@@ -31,13 +31,18 @@ set(tested_by
   designs/design_plan designs/test_design_files
   designs/design_reader designs/test_design_files
   designs/design_shape designs/test_design_files
+  designs/elastic_mechanism designs/test_elastic_designs
+  designs/elastic_reader designs/test_elastic_designs
   designs/expand designs/test_design_files
   designs/family designs/test_families
   designs/flat_mechanism designs/test_design_files
   designs/flatten designs/test_design_files
+  designs/flatten_elastic designs/test_elastic_designs
   designs/flatten_items designs/test_design_files
   designs/flatten_leaves designs/test_design_files
+  designs/flatten_shapes designs/test_elastic_designs
   designs/formula_words designs/test_design_files
+  designs/solids/solid_faces designs/test_elastic_designs
   designs/materials designs/test_families
   core/elements/solid/held_body core/test_elastic_mechanism
   core/equilibrium/elastic_bodies core/test_elastic_mechanism
