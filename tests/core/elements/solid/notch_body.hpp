@@ -63,11 +63,13 @@ inline ElasticBody any_direction(ElasticBody body) {
   for (const Vector3d& node : body.nodes) size = std::max(size, node.norm());
   const auto change = [&](const Vector3d& x) -> Vector3d {
     const Vector3d at = x / size;
-    return size * Vector3d(0.3 * at.x() + std::sin(at.y()), at.y() * std::cos(at.x()) - 0.2 * at.z(),
+    return size * Vector3d(0.3 * at.x() + std::sin(at.y()),
+                           at.y() * std::cos(at.x()) - 0.2 * at.z(),
                            0.4 * at.z() + at.x() * at.y());
   };
   for (Vector3d& node : body.nodes) node = change(node);
-  for (ElasticInterface& i : body.interfaces) i.origin = change(i.origin) + 0.1 * Vector3d::Ones() * size;
+  for (ElasticInterface& i : body.interfaces)
+    i.origin = change(i.origin) + 0.1 * Vector3d::Ones() * size;
   body.material.youngs_modulus *= 0.7;
   body.material.poissons_ratio *= 0.4;
   body.material.density *= 0.5;

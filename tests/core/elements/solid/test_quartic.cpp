@@ -24,7 +24,8 @@ constexpr double degree_of_arc = 3.14159265358979323846 / 180;
 ElasticBody bent_block(SolidCell cell, const std::array<int, 3>& counts) {
   ElasticBody body =
       block_body(cell, counts, material(70e9, 0.3, 2700), [&](int i, int j, int k) -> Vector3d {
-        const double x = i / (2.0 * counts[0]), y = j / (2.0 * counts[1]), z = k / (2.0 * counts[2]);
+        const double x = i / (2.0 * counts[0]), y = j / (2.0 * counts[1]),
+                     z = k / (2.0 * counts[2]);
         return Vector3d(0.03 * x, 0.01 * y + 0.004 * x * x, 0.008 * z - 0.002 * x * y);
       });
   body.degree = ElasticDegree::quartic;
@@ -38,7 +39,8 @@ ElasticBody block_of_three(const std::array<int, 3>& counts) {
   for (std::size_t k = 0; k < body.nodes.size(); ++k) {
     const double x = body.nodes[k].x() / 0.03;
     const double y = body.nodes[k].y() - 0.004 * x * x;
-    if (std::abs(x - 0.5) < 0.51 / counts[0] && y < 1e-9) third.patch.push_back(static_cast<int>(k));
+    if (std::abs(x - 0.5) < 0.51 / counts[0] && y < 1e-9)
+      third.patch.push_back(static_cast<int>(k));
   }
   body.interfaces.push_back(third);
   return body;
@@ -59,7 +61,8 @@ double form(const std::vector<double>& tensor, const VectorXd& e) {
     const std::size_t m = static_cast<std::size_t>(e.size()), n = values.size() / m;
     for (std::size_t i = 0; i < n; ++i) {
       double sum = 0;
-      for (std::size_t j = 0; j < m; ++j) sum += values[i * m + j] * e[static_cast<Eigen::Index>(j)];
+      for (std::size_t j = 0; j < m; ++j)
+        sum += values[i * m + j] * e[static_cast<Eigen::Index>(j)];
       values[i] = sum;
     }
     values.resize(n);
@@ -183,9 +186,9 @@ void require_close(const MatrixXd& found, const MatrixXd& expected, double toler
 // A notch hinge, one end held by the ground, the other one turned about z to an angle while a dead
 // force along −x pushes at the middle of its outer face.
 struct HingeState {
-  double moment = 0;                        // [N m]
+  double moment = 0;                                   // [N m]
   double rz = 0, x = 0, y = 0, z = 0, rx = 0, ry = 0;  // stiffness: rz alone, others with rz held
-  Vector3d shift;                           // of the middle of the notch on the turned end [m]
+  Vector3d shift;  // of the middle of the notch on the turned end [m]
 };
 
 HingeState hinge_state(const ElasticModel& model, double angle, double push, double reach) {
@@ -204,8 +207,8 @@ HingeState hinge_state(const ElasticModel& model, double angle, double push, dou
     const Matrix3d S = force * arm.transpose();
     K.bottomRightCorner<3, 3>() -= 0.5 * (S + S.transpose()) - S.trace() * Matrix3d::Identity();
     const MatrixXd held = Lu(MatrixXd(K(others, others))).inverse(), free = Lu(K).inverse();
-    state = {rest[5],         1 / free(5, 5),  1 / held(0, 0),     1 / held(1, 1),
-             1 / held(2, 2),  1 / held(3, 3),  1 / held(4, 4), frames[1].position};
+    state = {rest[5],        1 / free(5, 5), 1 / held(0, 0), 1 / held(1, 1),
+             1 / held(2, 2), 1 / held(3, 3), 1 / held(4, 4), frames[1].position};
     Vector6d step;
     step[5] = angle - rotation_log(frames[1].axes)[2];
     step.head<5>() = -held * (rest.head<5>() + K.col(5).head<5>() * step[5]);
@@ -241,7 +244,9 @@ TEST_CASE("cubic terms are symmetric though each is computed by itself") {
 TEST_CASE("terms of degree 3 and 4 are those of the nonlinear solid") {
   SECTION("hexahedra") { require_series(bent_block(SolidCell::hexahedron, {3, 1, 1}), 3e-4, 0.03); }
   SECTION("wedges") { require_series(bent_block(SolidCell::wedge, {2, 1, 1}), 3e-4, 0.03); }
-  SECTION("tetrahedra") { require_series(bent_block(SolidCell::tetrahedron, {2, 1, 1}), 3e-4, 0.03); }
+  SECTION("tetrahedra") {
+    require_series(bent_block(SolidCell::tetrahedron, {2, 1, 1}), 3e-4, 0.03);
+  }
   SECTION("three interfaces") { require_series(block_of_three({4, 1, 1}), 1e-4, 0.01); }
 }
 
@@ -283,47 +288,141 @@ TEST_CASE("a notch hinge of degree 4 is the nonlinear solid to 5 degrees and 0.2
     double thickness, angle, push;  // [m], [deg], [N]
     HingeState solid;
   };
-  const auto row = GENERATE(values<Row>(
-      {{0.5e-3, 0, 0,
-        {0, 4.1924810640, 79460959.482, 4554262.5339, 20982087.576, 42.943952026, 650.54246958,
-         {0, 0, 0}}},
-       {0.5e-3, 5, 0,
-        {0.36582752547, 4.1912592327, 76392278.145, 4565472.6957, 20975799.857, 43.054003761,
-         628.76467612, {1.7511509595e-6, 7.64569e-8, 0}}},
-       {0.5e-3, 0, 119.78517326,
-        {0, 3.4081816326, 79413190.757, 4524702.6070, 20968913.710, 42.710465786, 649.56005192,
-         {-1.5079252571e-6, 0, 0}}},
-       {0.5e-3, 3, 119.78517326,
-        {0.17846174381, 3.4087465283, 78260763.616, 4528769.8091, 20966754.799, 42.750915710,
-         641.42572245, {-8.9903021846e-7, 6.6952536183e-7, 0}}},
-       {1e-3, 0, 0,
-        {0, 22.930785649, 118137384.62, 11749240.389, 29576625.489, 123.81801154, 971.04421076,
-         {0, 0, 0}}},
-       {1e-3, 5, 0,
-        {2.0006045781, 22.914138455, 115554425.39, 11774952.767, 29566930.686, 124.07950372,
-         954.79699183, {2.2827620903e-6, 9.96675e-8, 0}}},
-       {1e-3, 0, 655.1653042,
-        {0, 18.727130836, 117923704.31, 11632627.661, 29515297.056, 122.90959442, 966.16385642,
-         {-5.5508113054e-6, 0, 0}}},
-       {1e-3, 3, 655.1653042,
-        {0.98053664932, 18.726362052, 116956336.57, 11642020.568, 29512014.339, 123.00798087,
-         960.14397578, {-4.7736449406e-6, 1.34956552e-6, 0}}},
-       {2.5e-3, 0, 0,
-        {0, 211.39583606, 212234466.31, 38745055.970, 48930473.532, 506.02670293, 1749.6186643,
-         {0, 0, 0}}},
-       {2.5e-3, 5, 0,
-        {18.435127328, 210.96127076, 209800666.63, 38803087.935, 48912206.346, 506.54202093,
-         1738.1294341, {2.5962091151e-6, 1.13353e-7, 0}}},
-       {2.5e-3, 0, 6039.88102,
-        {0, 172.97389413, 210576806.19, 38012049.646, 48425849.364, 500.71963407, 1708.2438852,
-         {-2.8570128706e-5, 0, 0}}},
-       {2.5e-3, 3, 6039.88102,
-        {9.0549459970, 172.86241457, 209655363.41, 38033892.480, 48419719.250, 500.93915504,
-         1704.0805882, {-2.7757014745e-5, 3.4339972e-6, 0}}}}));
+  const auto row = GENERATE(values<Row>({{0.5e-3,
+                                          0,
+                                          0,
+                                          {0,
+                                           4.1924810640,
+                                           79460959.482,
+                                           4554262.5339,
+                                           20982087.576,
+                                           42.943952026,
+                                           650.54246958,
+                                           {0, 0, 0}}},
+                                         {0.5e-3,
+                                          5,
+                                          0,
+                                          {0.36582752547,
+                                           4.1912592327,
+                                           76392278.145,
+                                           4565472.6957,
+                                           20975799.857,
+                                           43.054003761,
+                                           628.76467612,
+                                           {1.7511509595e-6, 7.64569e-8, 0}}},
+                                         {0.5e-3,
+                                          0,
+                                          119.78517326,
+                                          {0,
+                                           3.4081816326,
+                                           79413190.757,
+                                           4524702.6070,
+                                           20968913.710,
+                                           42.710465786,
+                                           649.56005192,
+                                           {-1.5079252571e-6, 0, 0}}},
+                                         {0.5e-3,
+                                          3,
+                                          119.78517326,
+                                          {0.17846174381,
+                                           3.4087465283,
+                                           78260763.616,
+                                           4528769.8091,
+                                           20966754.799,
+                                           42.750915710,
+                                           641.42572245,
+                                           {-8.9903021846e-7, 6.6952536183e-7, 0}}},
+                                         {1e-3,
+                                          0,
+                                          0,
+                                          {0,
+                                           22.930785649,
+                                           118137384.62,
+                                           11749240.389,
+                                           29576625.489,
+                                           123.81801154,
+                                           971.04421076,
+                                           {0, 0, 0}}},
+                                         {1e-3,
+                                          5,
+                                          0,
+                                          {2.0006045781,
+                                           22.914138455,
+                                           115554425.39,
+                                           11774952.767,
+                                           29566930.686,
+                                           124.07950372,
+                                           954.79699183,
+                                           {2.2827620903e-6, 9.96675e-8, 0}}},
+                                         {1e-3,
+                                          0,
+                                          655.1653042,
+                                          {0,
+                                           18.727130836,
+                                           117923704.31,
+                                           11632627.661,
+                                           29515297.056,
+                                           122.90959442,
+                                           966.16385642,
+                                           {-5.5508113054e-6, 0, 0}}},
+                                         {1e-3,
+                                          3,
+                                          655.1653042,
+                                          {0.98053664932,
+                                           18.726362052,
+                                           116956336.57,
+                                           11642020.568,
+                                           29512014.339,
+                                           123.00798087,
+                                           960.14397578,
+                                           {-4.7736449406e-6, 1.34956552e-6, 0}}},
+                                         {2.5e-3,
+                                          0,
+                                          0,
+                                          {0,
+                                           211.39583606,
+                                           212234466.31,
+                                           38745055.970,
+                                           48930473.532,
+                                           506.02670293,
+                                           1749.6186643,
+                                           {0, 0, 0}}},
+                                         {2.5e-3,
+                                          5,
+                                          0,
+                                          {18.435127328,
+                                           210.96127076,
+                                           209800666.63,
+                                           38803087.935,
+                                           48912206.346,
+                                           506.54202093,
+                                           1738.1294341,
+                                           {2.5962091151e-6, 1.13353e-7, 0}}},
+                                         {2.5e-3,
+                                          0,
+                                          6039.88102,
+                                          {0,
+                                           172.97389413,
+                                           210576806.19,
+                                           38012049.646,
+                                           48425849.364,
+                                           500.71963407,
+                                           1708.2438852,
+                                           {-2.8570128706e-5, 0, 0}}},
+                                         {2.5e-3,
+                                          3,
+                                          6039.88102,
+                                          {9.0549459970,
+                                           172.86241457,
+                                           209655363.41,
+                                           38033892.480,
+                                           48419719.250,
+                                           500.93915504,
+                                           1704.0805882,
+                                           {-2.7757014745e-5, 3.4339972e-6, 0}}}}));
   CAPTURE(row.thickness, row.angle, row.push);
   const auto solid = condensed(notch_body({.thickness = row.thickness}, {20, 3, 4}));
-  const HingeState found =
-      hinge_state(solid->model, row.angle * degree_of_arc, row.push, 7e-3);
+  const HingeState found = hinge_state(solid->model, row.angle * degree_of_arc, row.push, 7e-3);
   const HingeState& exact = row.solid;
   const bool turned = row.angle > 0;
   CHECK(found.moment == Approx(exact.moment).epsilon(2.5e-4).margin(1e-9));
