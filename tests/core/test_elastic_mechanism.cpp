@@ -177,8 +177,9 @@ TEST_CASE("a very stiff elastic stage is a rigid one") {
   }
 }
 
-TEST_CASE("an elastic stage gives way beside the leaves, and the drive's stiffness is its load's "
-          "derivative") {
+TEST_CASE(
+    "an elastic stage gives way beside the leaves, and the drive's stiffness is its load's "
+    "derivative") {
   const Mechanism m = guide(models::aluminium());
   const double s = 5e-3, h = 1e-5;
   const StrokeResponse r = evaluated(m, beams, {.points = {0, s - h, s, s + h}, .frequencies = 2});

@@ -110,7 +110,8 @@ Solids solids_of(System& system) {
           system.poses()};
 }
 
-// The share of the cubic term in the stiffness is the largest |λ| of (A·e) v = λ (basisᵀ K basis) v.
+// The share of the cubic term in the stiffness is the largest |λ| of (A·e) v = λ (basisᵀ K basis)
+// v.
 ElasticBodyReport report_of(const CondensedSolid& solid, const VectorXd& local) {
   ElasticBodyReport report{.rigid_residual = solid.rigid_residual, .unknowns = solid.unknowns};
   for (Eigen::Index a = 3; a < local.size(); a += 6)
