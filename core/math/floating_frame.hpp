@@ -38,10 +38,10 @@ class FloatingFrame {
     Matrix3<S> to_rate;  ///< J: dθ = J spin
     Matrix6<S> share;    ///< Z~_a: motion of the frame by that of the interface, frame axes
     // what balance() sets, frame axes
-    Vector3<S> force, moment;  ///< f̄: what holds the body
-    Vector3<S> rotation_force; /**< m of h*, which does work on θ */
+    Vector3<S> force, moment;        ///< f̄: what holds the body
+    Vector3<S> rotation_force;       ///< what does work on θ: rows of h − Zᵀ μ
     Eigen::Matrix<S, 6, 3> turning;  ///< C_a of (V6)
-    Matrix6<S> beside;  ///< U_a of (V6)
+    Matrix6<S> beside;               ///< U_a of (V6)
 
     Matrix6<S> rigid() const {  ///< G_a: motion of the interface by that of the frame
       Matrix6<S> G = Matrix6<S>::Identity();
@@ -104,7 +104,7 @@ void FloatingFrame<S>::place(std::span<const FramePoseOf<S>> seen) {
 
 template <class S>
 bool FloatingFrame<S>::find(std::span<const FramePoseOf<S>> seen, const Matrix3<S>& start) {
-  constexpr int steps = 30;  // 3 to 6 happen
+  constexpr int steps = 30;                     // 3 to 6 happen
   int after = std::same_as<S, double> ? 0 : 1;  // of rates, once the numbers have settled
   pose.axes = start;
   pose.position = seen[0].position - start * interfaces[0].origin;

@@ -25,8 +25,7 @@ Vector3d rotation_log(const Matrix3d& R);
 /// Rotation vector of R in numbers of any kind that know arithmetic and roots, |v| below 3 rad: the
 /// quaternion (w, v) after three halvings of the rotation, 16 atan(t)/t v/w with t = |v|/w.
 template <class S>
-  requires(!std::same_as<S, double>)
-Vector3<S> rotation_log(const Matrix3<S>& R) {
+requires(!std::same_as<S, double>) Vector3<S> rotation_log(const Matrix3<S>& R) {
   using std::sqrt;
   S w = 0.5 * sqrt(1.0 + R(0, 0) + R(1, 1) + R(2, 2));
   const S by = 0.25 / w;
@@ -86,9 +85,9 @@ template <class S>
 TurnedMoment<S> turned_moment(const Vector3<S>& theta, const Vector3<S>& v,
                               const HatSquareFactorOf<S>& gamma) {
   const Vector3<S> tv = theta.cross(v), ttv = theta.cross(tv);
-  return {v + 0.5 * tv + ttv * gamma.value,
-          -0.5 * hat(v) - (hat(tv) + hat(theta) * hat(v)) * gamma.value +
-              ttv * (theta.transpose() * (2.0 * gamma.slope))};
+  return {v + 0.5 * tv + ttv * gamma.value, -0.5 * hat(v) -
+                                                (hat(tv) + hat(theta) * hat(v)) * gamma.value +
+                                                ttv * (theta.transpose() * (2.0 * gamma.slope))};
 }
 
 /// Second derivative, by spins of the arm varied as exp(hat δ) arm to second order, of the work

@@ -1,6 +1,6 @@
 #pragma once
 // Linear equations: dense by LU where there are few unknowns, else by the sparse factorisations of
-// SuiteSparse that are not under the GPL (KLU, LDL, AMD).
+// SuiteSparse that are not under the GPL (KLU, LDL, AMD). sparse_definite.hpp: definite ones.
 #include <memory>
 #include <optional>
 

@@ -20,6 +20,13 @@ if(NOT TARGET flexopt_suitesparse)
     set_property(TARGET flexopt_suitesparse APPEND PROPERTY INTERFACE_LINK_LIBRARIES "${FLEXOPT_${part}}")
   endforeach()
 endif()
+find_path(FLEXOPT_MUMPS dmumps_c.h REQUIRED)
+if(NOT TARGET flexopt_mumps)
+  find_library(FLEXOPT_DMUMPS dmumps_seq REQUIRED)  # without MPI
+  add_library(flexopt_mumps INTERFACE IMPORTED)
+  set_target_properties(flexopt_mumps PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${FLEXOPT_MUMPS}"
+    INTERFACE_LINK_LIBRARIES "${FLEXOPT_DMUMPS}")
+endif()
 pkg_check_modules(udunits REQUIRED IMPORTED_TARGET udunits)
 pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)
 pkg_check_modules(ipopt REQUIRED IMPORTED_TARGET ipopt)

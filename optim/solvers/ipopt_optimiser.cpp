@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cassert>
 #include <map>
-#include <mutex>
 
+#include "core/math/sparse_definite.hpp"
 #include "optim/solvers/trials.hpp"
 
 namespace flexopt {
@@ -22,7 +22,7 @@ constexpr double infinite = 1e20;  // beyond Ipopt's nlp_upper_bound_inf
 
 /// MUMPS and Ipopt keep global state: one thread at a time inside the library. It is let go while
 /// the problem is evaluated, which is where the time goes.
-std::mutex library_mutex;
+std::mutex& library_mutex = mumps_mutex();
 
 class Programme : public Ipopt::TNLP {
  public:

@@ -7,6 +7,7 @@ set(wrapped
   "(coin/)?Ip[A-Z][A-Za-z]*\\.hpp" "optim/solvers/ipopt_[a-z_]*\\.cpp"
   "udunits2?\\.h" "core/spec/quantity\\.cpp"
   "(SuiteSparse[A-Za-z_]*\\.hpp|amd\\.h|klu\\.h|ldl\\.h)" "core/math/sparse_[a-z_]*\\.cpp"
+  "dmumps_c\\.h" "core/math/sparse_definite\\.cpp"
   "CLI/.*" "results/cli/.*"
   "libqhull_r/.*" "results/export/convex_hull\\.cpp"
   "boost/polygon/.*" "results/export/planar_contour\\.cpp"

@@ -116,7 +116,8 @@ Matrix12d geometric_stiffness(const ChordFrame& c, const Vector6d& g) {
   std::array<Rows3x12, 2> dm;
   for (int a = 0; a < 2; ++a) {
     load[a][0] += lambda;
-    const TurnedMoment<double> moment = turned_moment(c.theta[a], load[a], {c.gamma[a], c.dgamma[a]});
+    const TurnedMoment<double> moment =
+        turned_moment(c.theta[a], load[a], {c.gamma[a], c.dgamma[a]});
     m[a] = moment.value;
     dm[a].noalias() = moment.slope.lazyProduct(c.theta_rate[a]);
   }

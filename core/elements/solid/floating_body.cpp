@@ -23,7 +23,8 @@ struct RatedModel {
         basis(at.basis) {
     for (std::size_t a = 0; a < at.origins.size(); ++a)
       origins.push_back(rated(at.origins[a], rate.origins[a]));
-    for (std::size_t k = 0; k < at.cubic.size(); ++k) cubic.emplace_back(at.cubic[k], rate.cubic[k]);
+    for (std::size_t k = 0; k < at.cubic.size(); ++k)
+      cubic.emplace_back(at.cubic[k], rate.cubic[k]);
     for (std::size_t k = 0; k < at.quartic.size(); ++k)
       quartic.emplace_back(at.quartic[k], rate.quartic[k]);
   }
@@ -47,7 +48,7 @@ void add_higher_degrees(const Model& model, FloatingAnswersOf<T>& to) {
   const Small ee = e.lazyProduct(e.transpose());
   Small a(m, m), b(m, m);
   a.reshaped() = Numbers(model.cubic.data(), m, m * m).transpose().lazyProduct(e);
-  b.reshaped() = Numbers(model.quartic.data(), m * m, m * m).lazyProduct(ee.reshaped());
+  b.reshaped() = Numbers(model.quartic.data(), m * m, m * m).transpose().lazyProduct(ee.reshaped());
   const SmallVector ae = a.lazyProduct(e), be = b.lazyProduct(e);
   to.energy += e.dot(ae) * (1.0 / 6) + e.dot(be) * (1.0 / 24);
   to.force += model.basis.lazyProduct(SmallVector(0.5 * ae + be * (1.0 / 6)));
@@ -59,7 +60,7 @@ void add_higher_degrees(const Model& model, FloatingAnswersOf<T>& to) {
 // Gravity on the body.
 template <class T>
 struct Weight {
-  Vector3<T> gravity, moment;  ///< frame axes; ∫ρ (X + u)
+  Vector3<T> gravity, moment;       ///< frame axes; ∫ρ (X + u)
   Eigen::Matrix<T, 6, 1> on_frame;  ///< derivative of its energy by motions of the frame
 };
 
@@ -147,9 +148,8 @@ FloatingAnswersOf<S> floating_rates(const ElasticModel& model, const ElasticMode
     moving[a].position = interfaces[a].position.binaryExpr(pose_rates[a].position, with_rate);
     moving[a].axes = interfaces[a].axes.binaryExpr(pose_rates[a].axes, with_rate);
   }
-  const BodyActionOf<T> constant{
-      action.gravity.unaryExpr([](const S& x) { return T(x, S(0.0)); }),
-      T(action.growth, S(0.0))};
+  const BodyActionOf<T> constant{action.gravity.unaryExpr([](const S& x) { return T(x, S(0.0)); }),
+                                 T(action.growth, S(0.0))};
   FloatingAnswersOf<T> all;
   answer<T>(RatedModel<S>(model, model_rate), moving, constant, all);
   FloatingAnswersOf<S> rates{.framed = all.framed};

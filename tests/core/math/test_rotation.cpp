@@ -2,6 +2,7 @@
 #include <random>
 
 #include "core/math/nearest_rotation.hpp"
+#include "core/math/rate.hpp"
 #include "core/math/rotation.hpp"
 
 using namespace flexopt;
@@ -54,4 +55,31 @@ TEST_CASE("the nearest rotation undoes a stretch, and is a rotation of a reflect
   const Vector3d v(0.3, -0.2, 0.5);
   const Matrix3d mean = rotation_exp(v) + rotation_exp(-v);
   CHECK((nearest_rotation(mean) - Matrix3d::Identity()).norm() < 1e-14);
+}
+
+TEST_CASE("the inverse tangent of a rotation has its closed form, in numbers with rates too") {
+  for (const double a : {0.3, 1.0, 2.0, 3.0, 3.14}) {
+    const HatSquareFactor g = hat_square_factor(a * a);
+    const double x = 0.5 * a, cot = 1 / std::tan(x);
+    CHECK(g.value == Approx((1 - x * cot) / (a * a)).epsilon(1e-13));
+    CHECK(g.slope == Approx((-0.5 * (cot - x * (1 + cot * cot)) / a - 2 * g.value) / (2 * a * a))
+                         .epsilon(1e-10));
+  }
+  // 0: no branch, and the Bernoulli numbers
+  CHECK(hat_square_factor(0.0).value == Approx(1.0 / 12).epsilon(1e-15));
+  CHECK(hat_square_factor(0.0).slope == Approx(1.0 / 720).epsilon(1e-15));
+  // the logarithm's rate along a spin is J⁻¹ times it
+  std::mt19937 random(5);
+  for (const double angle : {0.0, 1e-6, 0.4, 1.5, 2.9}) {
+    const Vector3d v = random_vector(random, angle), spin = random_vector(random, 1);
+    const Matrix3d R = rotation_exp(v), dR = hat(spin) * R;
+    const Matrix3<Rate<double>> moving =
+        R.binaryExpr(dR, [](double x, double dx) { return Rate<double>(x, dx); });
+    const Vector3<Rate<double>> log = rotation_log(moving);
+    const Vector3d exact = rotation_left_tangent_inverse(v) * spin;
+    for (int i = 0; i < 3; ++i) {
+      CHECK(std::abs(log[i].value - v[i]) < 1e-13);
+      CHECK(std::abs(log[i].rate - exact[i]) < 1e-12);
+    }
+  }
 }

@@ -2,8 +2,8 @@
 // balance, rates along a path and along a change of the body.
 #include "core/elements/solid/floating_body.hpp"
 
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <limits>
 
 #include "core/math/decompositions.hpp"
@@ -90,8 +90,8 @@ Poses deformed(const ElasticModel& model, Random& random, double stretch, double
   const Vector3d p = random.vector<3>(1.0);
   Poses poses;
   for (const Vector3d& X : model.origins)
-    poses.push_back({p + R * (X + random.vector<3>(stretch * size)),
-                     R * rotation_exp(random.vector<3>(bend))});
+    poses.push_back(
+        {p + R * (X + random.vector<3>(stretch * size)), R * rotation_exp(random.vector<3>(bend))});
   return poses;
 }
 
@@ -122,7 +122,8 @@ VectorXd turned(const Matrix3d& R, VectorXd v) {
 }
 MatrixXd turned_both(const Matrix3d& R, MatrixXd A) {
   for (Eigen::Index j = 0; j < A.cols(); ++j) A.col(j) = turned(R, A.col(j));
-  for (Eigen::Index i = 0; i < A.rows(); ++i) A.row(i) = turned(R, A.row(i).transpose()).transpose();
+  for (Eigen::Index i = 0; i < A.rows(); ++i)
+    A.row(i) = turned(R, A.row(i).transpose()).transpose();
   return A;
 }
 MatrixXd scaled(const MatrixXd& A) {
@@ -133,9 +134,9 @@ MatrixXd scaled(const MatrixXd& A) {
 std::vector<double> listed(const MatrixXd& A) { return {A.data(), A.data() + A.size()}; }
 std::vector<double> listed(const Answers& a) {
   std::vector<double> all = listed(scaled(a.tangent));
-  for (const MatrixXd& part :
-       {MatrixXd(a.local.cwiseQuotient(units(a.local.size()))), scaled(a.force),
-        MatrixXd(a.frame.position), MatrixXd(a.frame.axes), MatrixXd(MatrixXd::Constant(1, 1, a.energy))})
+  for (const MatrixXd& part : {MatrixXd(a.local.cwiseQuotient(units(a.local.size()))),
+                               scaled(a.force), MatrixXd(a.frame.position), MatrixXd(a.frame.axes),
+                               MatrixXd(MatrixXd::Constant(1, 1, a.energy))})
     for (const double x : listed(part)) all.push_back(x);
   return all;
 }
@@ -202,7 +203,8 @@ TEST_CASE("force and tangent of a floating body are the derivatives of its energ
       VectorXd y = any(random, n, 1);
       y = units(n).asDiagonal() * y;
       const auto along = [&](double s) { return answers(model, moved(here, s * y), action); };
-      const Derivatives energy = ridders([&](double s) { return std::vector{along(s).energy}; }, 0, 0.1);
+      const Derivatives energy =
+          ridders([&](double s) { return std::vector{along(s).energy}; }, 0, 0.1);
       CHECK(std::abs(a.force.dot(y) - energy.value[0]) <
             5 * energy.error[0] + 1e-11 * scaled(a.force).norm());
       // moments of spins: their derivative is K − ½ hat(m)
@@ -339,14 +341,16 @@ TEST_CASE("jets of a floating body are its series along a path, and so are jets 
   auto slopes = path;
   const auto differentiated = [](const Jet& x) { return Jet(x.c[1], 2 * x.c[2], 0); };
   for (std::size_t a = 0; a < path.size(); ++a)
-    slopes[a] = {path[a].position.unaryExpr(differentiated), path[a].axes.unaryExpr(differentiated)};
+    slopes[a] = {path[a].position.unaryExpr(differentiated),
+                 path[a].axes.unaryExpr(differentiated)};
   const auto rates = floating_rates<Jet>(model, nothing, path, slopes, action);
   REQUIRE(rates.framed);
   for (int o = 0; o < 2; ++o) {
     const std::vector<double> r = listed(of_order(rates, o)), c = listed(of_order(series, o + 1));
     double scale = 0;
     for (const double x : c) scale = std::max(scale, std::abs(x));
-    for (std::size_t i = 0; i < r.size(); ++i) CHECK(std::abs(r[i] - (o + 1) * c[i]) < 1e-12 * scale);
+    for (std::size_t i = 0; i < r.size(); ++i)
+      CHECK(std::abs(r[i] - (o + 1) * c[i]) < 1e-12 * scale);
   }
 }
 

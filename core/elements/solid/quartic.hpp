@@ -1,0 +1,35 @@
+#pragma once
+// Terms of degree 3 and 4 of a condensed body, exact for its St. Venant–Kirchhoff solid up to that
+// degree: modal derivatives of the interfaces' static modes. Equations (V7)–(V9) of README.md.
+#include <functional>
+
+#include "core/elements/solid/elastic_model.hpp"
+#include "core/mechanism/mechanism.hpp"
+
+namespace flexopt {
+
+/// Displacements of all nodes under forces on them while the patches are held, 3n × k both: by the
+/// factor of K_ii that the condensation has. Forces on patches are not read; patches do not move.
+using HeldSolve = std::function<MatrixXd(const MatrixXd& forces)>;
+
+/// Orthonormal basis of the coordinates d whose mean displacement and mean rotation are zero,
+/// 6N × (6N − 6).
+MatrixXd elastic_basis(int interfaces);
+
+/// Adds basis, cubic, quartic and second-order fields to a solid whose fields Φ are there. N ≤ 3.
+void add_quartic(const ElasticBody& body, const HeldSolve& solve, CondensedSolid& solid);
+
+/// Adds the rates of `cubic` and `quartic` along a change of the body. `field_rate`: of Φ.
+void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,
+                      const CondensedSolid& solid, const MatrixXd& field_rate, ElasticModel& rate);
+/// Rates of the second-order fields.
+MatrixXd second_field_rates(const ElasticBody& body, const ElasticBody& direction,
+                            const CondensedSolid& solid, const MatrixXd& field_rate,
+                            const HeldSolve& solve);
+
+/// A_ijk of a solid of degree 4, a row for each pair i ≥ j (in the order of its second-order
+/// fields), all k; `cubic` is made of those with i ≥ j ≥ k. That they are symmetric in k too tells
+/// that fields and turns fit each other.
+MatrixXd cubic_rows(const ElasticBody& body, const CondensedSolid& solid);
+
+}  // namespace flexopt
