@@ -27,6 +27,22 @@ void ElasticBodies::add_mass(BlockMatrix& mass) const {
   for (int k = 0; k < count(); ++k) add_between(held_mass(model(k), held(k)), body(k), mass);
 }
 
+ElasticAction action_of(const LoadCase& loads, LoadFactors factors) {
+  return {factors.of_step(loads.gravity_step) * loads.gravity,
+          factors.of_step(loads.temperature_step)};
+}
+
+VectorXd elastic_forces(const Mechanism& mechanism, const ElasticAction& action) {
+  const int bodies = static_cast<int>(mechanism.bodies.size());
+  ElasticBodies elastic(mechanism);
+  elastic.act(action);
+  double energy = 0;
+  VectorXd force = VectorXd::Zero(6 * bodies);
+  BlockMatrix tangent(bodies);
+  elastic.add(undeflected_bodies(mechanism), energy, force, tangent);
+  return force;
+}
+
 void add_between(const MatrixXd& H, const ElasticBody& body, BlockMatrix& K) {
   const int count = static_cast<int>(body.interfaces.size());
   for (int i = 0; i < count; ++i)

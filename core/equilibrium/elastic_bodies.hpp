@@ -6,6 +6,7 @@
 #include "core/elements/solid/elastic_model.hpp"
 #include "core/elements/solid/held_body.hpp"
 #include "core/math/block_matrix.hpp"
+#include "core/mechanism/load_case.hpp"
 
 namespace flexopt {
 
@@ -41,6 +42,12 @@ class ElasticBodies {
   std::vector<Body> bodies_;
   ElasticAction action_;
 };
+
+/// What so much of the loads does to elastic bodies.
+ElasticAction action_of(const LoadCase& loads, LoadFactors factors);
+
+/// Forces of the elastic bodies in the undeflected state, by their weight and warmth.
+VectorXd elastic_forces(const Mechanism& mechanism, const ElasticAction& action);
 
 /// The rigid bodies, or the ground, that hold the interfaces of an elastic body.
 template <class S>

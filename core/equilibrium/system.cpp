@@ -74,7 +74,7 @@ void System::set_factors(LoadFactors factors) {
   for (std::size_t k = 0; k < mechanism_->springs.size(); ++k)
     springs_.apply(k, factors_.of_step(loads_.spring_steps.empty() ? 0 : loads_.spring_steps[k]));
   const double share = factors_.of_step(loads_.temperature_step);
-  elastic_bodies_.act({factors_.of_step(loads_.gravity_step) * loads_.gravity, share});
+  elastic_bodies_.act(action_of(loads_, factors_));
   for (int i = 0; i < leaves(); ++i) {
     const LeafSpring& leaf = mechanism_->leaves[i];
     fits_[i] = {};
@@ -195,10 +195,8 @@ void System::assemble() {
         tangent_.block(body(i, a), body(i, b)) +=
             Q[a].transpose() * e.tangent.block<6, 6>(6 * a, 6 * b) * Q[b];
       }
-      // second derivative of the lever arm under the exponential map, times the force
-      const Vector3d o = lever(i, a), fo = f.head<3>();
       tangent_.block(body(i, a), body(i, a)).bottomRightCorner<3, 3>() +=
-          0.5 * (fo * o.transpose() + o * fo.transpose()) - fo.dot(o) * Matrix3d::Identity();
+          arm_curvature(Vector3d(f.head<3>()), lever(i, a));
     }
     if (!e.point) continue;
     const int p = mechanism_->leaves[i].point->body;

@@ -53,10 +53,13 @@ OrderedJson design_of(const StartDesign& start, const nlohmann::json& source) {
   return design;
 }
 
-// A block of aluminium, some thirty times as heavy as the leaves.
+// A block of aluminium, some thirty times as heavy as the leaves; without leaves half as long as
+// the largest elastic body.
 OrderedJson payload_for(const StartDesign& start) {
   constexpr double density = 2700;  // [kg/m³]
-  const double mass = round_below(30 * leaf_mass(start.mechanism)),
+  const double half = 0.5 * longest_leaf(start.mechanism),
+               mass = round_below(start.mechanism.leaves.empty() ? density * half * half * half
+                                                                 : 30 * leaf_mass(start.mechanism)),
                edge = std::cbrt(mass / density);
   const OrderedJson inertia = readable(round_below(mass * edge * edge / 6), "kg m^2");
   return {{"mass", readable(mass, "kg")}, {"inertia", {inertia, inertia, inertia}}};

@@ -200,6 +200,7 @@ Outline leaf_outline(const Exported& exported, const PathPoint* point, std::size
 
 /// Why the leaves are not all cut through one plate across their width; empty where they are.
 std::string why_not_one_plate(const Mechanism& mechanism, const Vector3d& along) {
+  if (mechanism.leaves.empty()) return "there are no leaves";
   const LeafSpring& first = mechanism.leaves.front();
   for (const LeafSpring& leaf : mechanism.leaves) {
     if (!leaf.width_profile.empty()) return "the width of leaf " + leaf.name + " varies";

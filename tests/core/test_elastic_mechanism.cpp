@@ -6,6 +6,7 @@
 
 #include "core/mechanism/loose_direction.hpp"
 #include "core/mechanism/mobility.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/solid_box.hpp"
 
@@ -40,10 +41,11 @@ constexpr double spacing = 0.05, thickness = 0.007, width = 0.02;
 
 // Two leaves along x that hold a plate, an elastic body with frames at the leaves and at O, the
 // middle of its far face.
-Mechanism guide(const Material& material, double far = 0.06) {
+Mechanism guide(const Material& material, double far = 0.06,
+                const std::array<int, 3>& cells = {2, 12, 2}) {
   Mechanism m;
   m.bodies = {models::body({far + thickness, 0, 0}, 0.1, 1e-5)};
-  ElasticBody stage = models::box({thickness, spacing + 0.01, width}, {2, 12, 2}, material);
+  ElasticBody stage = models::box({thickness, spacing + 0.01, width}, cells, material);
   stage.name = "stage";
   stage.place = {far + 0.5 * thickness, 0, 0};
   const double left = -0.5 * thickness, right = 0.5 * thickness, half = 0.5 * width;
@@ -140,7 +142,6 @@ TEST_CASE("a warm bar grows, and two grounds hold it with the force of its stiff
   const PathPoint free = evaluated(bar, {}, request).path[0];
   CHECK(free.displacement[0] == Approx(strain * length).epsilon(1e-9));
   CHECK(std::abs(free.drive_load) < 1e-6);
-  bar.bodies[0].held[0] = false;
   bar.drives = {make_drive(Direction::ux)};
   const PathPoint held = evaluated(bar, {}, request).path[0];
   const double K = 1 / evaluated(bar, {}, {.points = {0}}).path[0].compliance_free(0, 0);
@@ -272,6 +273,26 @@ TEST_CASE("exact derivatives of mechanisms with elastic bodies agree with differ
   CHECK(compared > 200);
 }
 
+TEST_CASE("the error of an elastic body's mesh is the difference from its coarse twin") {
+  Mechanism m = guide(models::aluminium());
+  const Mechanism coarse = guide(models::aluminium(), 0.06, {1, 12, 1});
+  m.elastic_bodies[0].coarse = std::make_shared<const ElasticBody>(coarse.elastic_bodies[0]);
+  const StrokeRequest request{.points = {0, 5e-3}, .frequencies = 2};
+  const StrokeResponse fine = evaluated(m, beams, request),
+                       twin = evaluated(coarse, beams, request);
+  const StrokeErrors errors = estimate_errors(m, beams, request, fine);
+  const auto check = [&](const std::string& name, double a, double b) {
+    const EstimatedError* error = errors.find(0, name);
+    REQUIRE(error);
+    CHECK(error->solids == Approx(std::abs(a - b)).epsilon(1e-6));
+    CHECK(error->absolute() > error->solids);
+    CHECK(error->solids > 1e-5 * std::abs(a));
+  };
+  const PathPoint &a = fine.path[0], &b = twin.path[0];
+  check("support_stiffness.ux", *a.support_stiffness[0], *b.support_stiffness[0]);
+  check("frequencies.drive_locked.0", a.frequencies_locked[0], b.frequencies_locked[0]);
+}
+
 TEST_CASE("an elastic body counts as a rigid one among the constraints, a hinge as none") {
   Mechanism m = guide(models::aluminium());
   const Mobility elastic = mobility(m), rigid = mobility(rigid_guide(models::aluminium()));
@@ -304,6 +325,8 @@ TEST_CASE("what is wrong with an elastic body is told") {
              }),
              Contains("same body"));
   Mechanism m = guide(models::aluminium());
+  CHECK_THAT(why_not(check_rules(LoadCase{.elastic_expansion = {0, 0}}, m)), Contains("1 elastic"));
+  CHECK_THAT(why_not(check_rules(LoadCase{.elastic_expansion = {0.2}}, m)), Contains("stage"));
   m.leaves.clear();
   CHECK_THAT(why_not(check_rules(m)), Contains("no elastic body ties it to the ground"));
 }

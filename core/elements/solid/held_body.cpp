@@ -36,13 +36,6 @@ Eigen::MatrixX<S> moments_on(const std::vector<Vector3<S>>& arms, const Eigen::M
   return moments;
 }
 
-/// Second derivative of an arm o under the exponential map, times the force f.
-template <class S>
-Matrix3<S> arm_curvature(const Vector3<S>& f, const Vector3<S>& o) {
-  const Matrix3<S> dyad = f.lazyProduct(o.transpose());
-  return S(0.5) * (dyad + dyad.transpose()) - f.dot(o) * Matrix3<S>::Identity();
-}
-
 template <class S>
 Vector3<S> force_at(const Eigen::VectorX<S>& forces, std::size_t a) {
   return forces.template segment<3>(6 * static_cast<Eigen::Index>(a));

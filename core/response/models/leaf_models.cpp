@@ -173,7 +173,8 @@ std::vector<LinearMotion> linear_motion(const Mechanism& mechanism, const ModelO
     return found.allFinite() ? found : MatrixXd::Zero(found.rows(), found.cols());
   };
   const bool driven = loads.driven();
-  VectorXd P = forces_at_rest(loads, factors, mechanism) - preload_forces(mechanism);
+  VectorXd P = forces_at_rest(loads, factors, mechanism) - preload_forces(mechanism) -
+               elastic_forces(mechanism, action_of(loads, factors));
   // edges that are brought to where their bodies hold them push these the other way
   const std::vector<Vector12d> forced = forced_increments(mechanism, loads, factors.constant);
   for (int i = 0; i < system.leaves(); ++i) {

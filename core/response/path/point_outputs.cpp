@@ -239,7 +239,8 @@ Check PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, std
   std::optional<Solids> solids;
   if (request_->outputs.has(Output::moving_envelope) || !clearance_pairs_.empty())
     solids = solids_of(system);
-  if (request_->outputs.has(Output::moving_envelope)) point.extents = extents_of(*solids);
+  if (request_->outputs.has(Output::moving_envelope) && solids->count() > 0)
+    point.extents = extents_of(*solids);
   if (!clearance_pairs_.empty()) point.clearance = clearance_of(*solids, clearance_pairs_);
   if (!differentiable_) return {};
   return evaluate_differentiable(system, solids ? &*solids : nullptr, index, point, gradients);
