@@ -12,6 +12,11 @@ set(tested_by
   core/elements/plate/strain_field core/elements/plate/test_plate_stress
   core/elements/plate/deformed_plate core/elements/plate/test_plate_stress
   core/elements/plate/full_model core/elements/leaf/test_full_model
+  core/elements/solid/solid_check core/elements/solid/test_solid_condensation
+  core/elements/solid/solid_element core/elements/solid/test_solid_condensation
+  core/elements/solid/solid_model_rates core/elements/solid/test_solid_condensation
+  core/elements/solid/solid_products core/elements/solid/test_solid_condensation
+  core/math/sparse_definite core/elements/solid/test_solid_condensation
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
   core/elements/plate/element_numbers core/elements/plate/test_transverse_shear
   core/elements/plate/mesh_numbers core/elements/plate/test_leaf_profiles
