@@ -82,22 +82,25 @@ Sizes sizes_of(const BoxShapeT<double>& box, double /*extent*/, const MeshDensit
   const auto [least, most] = std::minmax_element(box.lengths.begin(), box.lengths.end());
   Sizes sizes;
   for (int d = 0; d < 3; ++d)
-    sizes.largest[d] = std::min(density.size > 0 ? density.size : *most / 10, box.lengths[d] / 2);
+    sizes.largest[d] = std::min(density.size > 0 ? density.size : *most / 16, box.lengths[d] / 2);
   if (density.through > 0) sizes.largest[least - box.lengths.begin()] = *least / density.through;
   return sizes;
 }
 Sizes sizes_of(const PlateShapeT<double>& plate, double extent, const MeshDensity& density) {
   double largest = density.size;
   if (!(largest > 0)) largest = extent / 10;
-  const int through = density.through > 0 ? density.through : 2;
-  return {{largest, largest, plate.thickness / through}, true};
+  const double through = density.through > 0 ? plate.thickness / density.through
+                                             : std::min(plate.thickness, largest) / 2;
+  return {{largest, largest, through}, true};
 }
 Sizes sizes_of(const NotchShapeT<double>& notch, double /*extent*/, const MeshDensity& density) {
   const int through = density.through > 0 ? density.through : 4;
   const auto inner = inner_halves(notch);
   const double height = notch.thickness + 2 * notch.depth, across = 2 * inner[0] / through;
-  const double end = density.size > 0 ? density.size : height / 3;
-  return {{end, across, notch.two_axes ? 2 * inner[1] / through : notch.width / 6}, false, 1.0 / through};
+  const double end = density.size > 0 ? density.size : std::min(height / 3, notch.end_length / 2);
+  return {{end, across, notch.two_axes ? 2 * inner[1] / through : notch.width / (1.5 * through)},
+          false,
+          1.0 / through};
 }
 
 /// A plane that lines are put on.
@@ -107,47 +110,71 @@ struct Plane {
   double size;  ///< wanted of the elements beside it
 };
 
-/// The planes across an axis, ascending.
-std::vector<Plane> distinct_planes(const std::vector<double>& places, int of_shape,
-                                   double tolerance) {
+/// The planes across an axis, ascending. `wanted`: sizes beside each.
+std::vector<Plane> distinct_planes(const std::vector<double>& places,
+                                   const std::vector<double>& wanted, double tolerance) {
   std::vector<int> order(places.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return places[a] < places[b]; });
   std::vector<Plane> planes;
   for (const int key : order) {
     if (planes.empty() || places[key] > planes.back().at + tolerance)
-      planes.push_back({key, places[key], INFINITY});
-    else if (key < planes.back().key)
-      planes.back() = {key, places[key], planes.back().size};
-    if (const int low = key - (key - of_shape) % 2; key >= of_shape)  // a third of the patch
-      if (const double width = places[low + 1] - places[low]; width > tolerance)
-        planes.back().size = std::min(planes.back().size, width / 3);
+      planes.push_back({key, places[key], wanted[key]});
+    else
+      planes.back() = {std::min(key, planes.back().key), planes.back().at,
+                       std::min(wanted[key], planes.back().size)};
   }
   return planes;
+}
+
+/// Sizes wanted beside the planes of patches: a fifth of the patch at its sides, of its smaller
+/// side below it; half of one that is small. A side at the edge of the body needs none. Infinite
+/// for planes of the shape.
+std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& planes, double root,
+                                                    double small, double tolerance) {
+  std::array<std::vector<double>, 3> wanted;
+  for (int d = 0; d < 3; ++d) wanted[d].assign(planes.at[d].size(), INFINITY);
+  const int patches = (static_cast<int>(planes.at[0].size()) - planes.of_shape[0]) / 2;
+  for (int p = 0; p < patches; ++p) {
+    Vector3d width;
+    for (int d = 0; d < 3; ++d) {
+      const double* sides = &planes.at[d][planes.of_shape[d] + 2 * p];
+      width[d] = sides[1] > sides[0] + tolerance ? sides[1] - sides[0] : INFINITY;
+    }
+    for (int d = 0; d < 3; ++d) {
+      const auto first = planes.at[d].begin(), last = first + planes.of_shape[d];
+      const auto [low, high] = std::minmax_element(first, last);
+      for (int side = 0; side < 2; ++side) {
+        const int key = planes.of_shape[d] + 2 * p + side;
+        const double outside = std::min(planes.at[d][key] - *low, *high - planes.at[d][key]);
+        if (width[d] < INFINITY && outside < tolerance) continue;
+        const double own = width[d] < INFINITY ? width[d] : width.minCoeff();
+        wanted[d][key] = root > 0 ? root : std::max(own / 5, std::min(own / 2, small));
+      }
+    }
+  }
+  return wanted;
 }
 
 /// Chooses the sizes of the elements beside planes.
 void choose_sizes(std::vector<Plane>& planes, int of_shape, double largest, bool corners,
                   const MeshDensity& density) {
   std::vector<Plane*> of_corners;
-  for (Plane& plane : planes) {
-    if (density.root > 0 && std::isfinite(plane.size)) plane.size = density.root;
+  for (Plane& plane : planes)
     if (plane.key < of_shape) of_corners.push_back(&plane);
-  }
   for (std::size_t k = 1; corners && k + 1 < of_corners.size(); ++k) {
     const double gap = std::min(of_corners[k]->at - of_corners[k - 1]->at,
                                 of_corners[k + 1]->at - of_corners[k]->at);
     of_corners[k]->size = std::min(of_corners[k]->size, std::max(gap / 4, largest / 8));
   }
-  planes.front().size = planes.back().size = largest;
   const double slope = std::log(density.growth);
   for (Plane& plane : planes) plane.size = std::min(largest, plane.size) * density.coarsening;
   for (std::size_t k = 1; k < planes.size(); ++k)
-    planes[k].size = std::min(planes[k].size,
-                              planes[k - 1].size + slope * (planes[k].at - planes[k - 1].at));
+    planes[k].size =
+        std::min(planes[k].size, planes[k - 1].size + slope * (planes[k].at - planes[k - 1].at));
   for (std::size_t k = planes.size() - 1; k-- > 0;)
-    planes[k].size = std::min(planes[k].size,
-                              planes[k + 1].size + slope * (planes[k + 1].at - planes[k].at));
+    planes[k].size =
+        std::min(planes[k].size, planes[k + 1].size + slope * (planes[k + 1].at - planes[k].at));
 }
 
 /// Lines on the planes and between them, middles of elements too.
@@ -167,8 +194,9 @@ std::vector<MeshLine> lines_on(const std::vector<Plane>& planes, const std::vect
     for (std::size_t p = of_shape; p < places.size(); p += 2)
       if (places[p] < middle && middle < places[p + 1])
         most = std::min(most, (places[p + 1] - places[p]) / 2);
-    const std::vector<double> graded =
-        graded_lines(length, from.size, to.size, most * density.coarsening, density.growth);
+    most *= density.coarsening;
+    if (planes.size() == 2) most = std::min(most, length / 2);  // one element alone can fold
+    const auto graded = graded_lines(length, from.size, to.size, most, density.growth);
     for (std::size_t n = 1; n < graded.size(); ++n) {
       lines.push_back({from.key, to.key, (graded[n - 1] + graded[n]) / 2 / length});
       if (n + 1 < graded.size()) lines.push_back({from.key, to.key, graded[n] / length});
@@ -202,15 +230,17 @@ bool is_within(const SolidShapeT<double>& shape, const Vector3d& place) {
   return std::visit([&](const auto& kind) { return is_within(kind, place); }, shape);
 }
 
-MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes,
-                     double tolerance, const MeshDensity& density) {
+MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes, double extent,
+                     const MeshDensity& density) {
   const auto* notch = std::get_if<NotchShapeT<double>>(&shape);
-  const Sizes sizes = std::visit(
-      [&](const auto& kind) { return sizes_of(kind, 1e6 * tolerance, density); }, shape);
+  const double tolerance = 1e-6 * extent;
+  const Sizes sizes =
+      std::visit([&](const auto& kind) { return sizes_of(kind, extent, density); }, shape);
+  const auto wanted = sizes_at_patches(planes, density.root, extent / 200, tolerance);
   MeshLines lines;
   for (int d = 0; d < 3; ++d) {
     const int of_shape = planes.of_shape[d];
-    std::vector<Plane> distinct = distinct_planes(planes.at[d], of_shape, tolerance);
+    std::vector<Plane> distinct = distinct_planes(planes.at[d], wanted[d], tolerance);
     choose_sizes(distinct, of_shape, sizes.largest[d], sizes.corners, density);
     std::vector<MeshLine> of_notch;
     if (notch && d == 0)
@@ -236,8 +266,8 @@ LinePlacesT<S> places_of(const MeshLines& lines, const SolidShapeT<S>& shape,
         const S missing = notch_end(*notch).rise - place.rise;
         const auto inner = inner_halves(*notch);
         places.at[0].push_back(double(line.side) * place.x);
-        places.narrower.push_back({S(1.0 - missing / inner[0]),
-                                   notch->two_axes ? S(1.0 - missing / inner[1]) : S(1.0)});
+        places.narrower.push_back(
+            {S(1.0 - missing / inner[0]), notch->two_axes ? S(1.0 - missing / inner[1]) : S(1.0)});
       }
   return places;
 }

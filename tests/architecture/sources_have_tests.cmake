@@ -39,6 +39,10 @@ set(tested_by
   designs/flatten_leaves designs/test_design_files
   designs/formula_words designs/test_design_files
   designs/materials designs/test_families
+  designs/solids/notch_mesh designs/test_solid_meshes
+  designs/solids/plan_mesh designs/test_solid_meshes
+  designs/solids/tensor_lines designs/test_solid_meshes
+  designs/solids/tensor_mesh designs/test_solid_meshes
   designs/solids/contour_curves designs/test_contour_meshes
   designs/solids/contour_mesh designs/test_contour_meshes
   designs/solids/contour_outline designs/test_contour_meshes
