@@ -138,6 +138,8 @@ Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across,
     double gap = INFINITY;
     for (int p = 0; p < planes.of_shape[across]; ++p)
       gap = std::min(gap, std::abs(planes.at[across][p] - patch.center[across]));
+    if (gap <= tolerance)
+      return Because(fmt::format("the patch of {} lies beside the faces of the body", patch.name));
     return Because(fmt::format(
         "the patch of {} lies on no face of the body: the nearest plane across its {} axis is "
         "{:g} m away",
