@@ -27,4 +27,9 @@ MatrixXd second_field_rates(const ElasticBody& body, const ElasticBody& directio
                             const CondensedSolid& solid, const MatrixXd& field_rate,
                             const HeldSolve& solve);
 
+/// A_ijk of a solid of degree 4, a row for each pair i ≥ j (in the order of its second-order
+/// fields), all k; `cubic` is made of those with i ≥ j ≥ k. That they are symmetric in k too tells
+/// that fields and turns fit each other.
+MatrixXd cubic_rows(const ElasticBody& body, const CondensedSolid& solid);
+
 }  // namespace flexopt
