@@ -230,8 +230,8 @@ bool is_within(const SolidShapeT<double>& shape, const Vector3d& place) {
   return std::visit([&](const auto& kind) { return is_within(kind, place); }, shape);
 }
 
-MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes,
-                     double extent, const MeshDensity& density) {
+MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes, double extent,
+                     const MeshDensity& density) {
   const auto* notch = std::get_if<NotchShapeT<double>>(&shape);
   const double tolerance = 1e-6 * extent;
   const Sizes sizes =

@@ -56,7 +56,7 @@ constexpr int hexahedron[20][3] = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {
                                    {0, 1, 2}, {0, 0, 1}, {2, 0, 1}, {2, 2, 1}, {0, 2, 1}};
 
 /// The elements between the lines that are within the shape.
-struct Grid {
+struct TensorGrid {
   std::array<std::vector<double>, 3> places;  ///< of the lines
   std::array<int, 3> size;                    ///< numbers of lines
   std::vector<int> node;                      ///< at each crossing of lines; −1: none
@@ -73,7 +73,7 @@ struct Grid {
 };
 
 /// Numbers nodes and cells.
-std::shared_ptr<const SolidCells> fill(const SolidShapeT<double>& shape, Grid& grid,
+std::shared_ptr<const SolidCells> fill(const SolidShapeT<double>& shape, TensorGrid& grid,
                                        TensorPlacing& placing) {
   SolidCells cells;
   cells.blocks.resize(1);
@@ -110,8 +110,9 @@ Answer<int> normal_axis(const PatchT<double>& patch) {
 }
 
 /// The nodes within a patch.
-Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, const Grid& grid,
-                                      const PlanesT<double>& planes, double tolerance) {
+Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across,
+                                      const TensorGrid& grid, const PlanesT<double>& planes,
+                                      double tolerance) {
   std::array<int, 3> first, last;
   for (int d = 0; d < 3; ++d) {
     const double half = std::abs(patch.half_u[d]) + std::abs(patch.half_v[d]) + tolerance;
@@ -137,6 +138,8 @@ Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, c
     double gap = INFINITY;
     for (int p = 0; p < planes.of_shape[across]; ++p)
       gap = std::min(gap, std::abs(planes.at[across][p] - patch.center[across]));
+    if (gap <= tolerance)
+      return Because(fmt::format("the patch of {} lies beside the faces of the body", patch.name));
     return Because(fmt::format(
         "the patch of {} lies on no face of the body: the nearest plane across its {} axis is "
         "{:g} m away",
@@ -178,7 +181,7 @@ Answer<SolidPlan> plan_tensor_mesh(const SolidShapeT<double>& nominal,
   }
   const auto placing = std::make_shared<TensorPlacing>();
   placing->lines = plan_lines(nominal, planes, extent, density);
-  Grid grid;
+  TensorGrid grid;
   grid.places = places_of(placing->lines, nominal, planes).at;
   for (int d = 0; d < 3; ++d) grid.size[d] = static_cast<int>(grid.places[d].size());
   if (grid.index(grid.size[0], 0, 0) > 8'000'000)

@@ -281,7 +281,7 @@ void check_rates(const ShapeT<double>& shape, const Patches& patches, Dice& dice
       largest = std::max(largest, std::abs(difference));
       worst = std::max(worst, std::abs(rates[n][d].derivatives[0] - difference));
     }
-  CHECK(moved_by < 1e-16);
+  CHECK(moved_by < 1e-15);
   CHECK(largest > 1e-4);
   CHECK(worst < 1e-8 * largest);
 }
@@ -388,7 +388,7 @@ TEST_CASE("a mirrored mesh has its elements the right way round") {
   const Frame frame = frame_of(dice);
   Mesh mesh = mesh_of(frame.plate, frame.patches);
   for (Vector3d& node : mesh.nodes) node[2] = -node[2];
-  CHECK(filled(*mesh.plan.cells, mesh.nodes).least < 0);
+  CHECK(filled(*mesh.plan.cells, mesh.nodes).volume < 0);
   const Filled all = filled(mirrored(*mesh.plan.cells), mesh.nodes);
   CHECK(all.least > 0.99);
   CHECK(all.volume == Approx(frame.volume).epsilon(1e-12));
@@ -439,7 +439,7 @@ TEST_CASE("patches and shapes that make no mesh are refused with the reason") {
   plate.windows = {rectangle(0.01, 0.01, 0.09, 0.09)};
   plate.thickness = 0.01;
   CHECK_THAT(refusal(plate, {{{0.05, 0.05, 0.005}, u, v, "O"}}),
-             Catch::Contains("lies on no face"));
+             Catch::Contains("lies beside the faces"));
 
   plate.windows[0][2].at[0] = 0.11;
   plate.windows[0][1].at[0] = 0.11;
