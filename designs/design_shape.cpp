@@ -173,8 +173,8 @@ Shape elastic() {
                "a mesh, .inp or .msh, with node sets as interfaces"),
       optional("import", elastic_file({}), "stiffness and mass of another program"),
       optional("between", list(reference(), 2, 2), "bodies that base and tip of a notch are of"),
-      with_default("interfaces", list(elastic_interface(), 0, 100), nlohmann::json::array(),
-                   "patches that rigid frames hold; leaves add their own"),
+      optional("interfaces", list(elastic_interface(), 0, 100),
+               "patches that rigid frames hold; leaves add their own"),
       optional("payload", reference(),
                "interface that carries the name of the body, its mass, "
                "what it holds; default: the first"),

@@ -208,8 +208,9 @@ void PlanReader::read_interfaces(const json& from, const Pointer& at, const json
     }
   } else {
     expect_none(from, at, {"between"}, "of a notch alone; interfaces name their bodies");
-    for (std::size_t i = 0; i < from["interfaces"].size(); ++i)
-      elastic.interfaces.push_back(interface(from["interfaces"][i], at / "interfaces" / i,
+    const json interfaces = from.value("interfaces", json::array());
+    for (std::size_t i = 0; i < interfaces.size(); ++i)
+      elastic.interfaces.push_back(interface(interfaces[i], at / "interfaces" / i,
                                              fmt::format("/interfaces/{}", i), elastic, body));
     if (const auto* file = std::get_if<ElasticItem::Imported>(&elastic.shape))
       complete_interfaces(*file, at / "interfaces", elastic);

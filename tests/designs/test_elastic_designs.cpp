@@ -208,7 +208,7 @@ TEST_CASE("rigid ones are held by one frame, which joints tie to the bodies they
 
 TEST_CASE("an expanded elastic design is the same mechanism, and so it stays") {
   json turned = elastic_guide();
-  turned["frames"] = {{{"name", "f"}, {"turn", {{"y", "90 deg"}}}}};
+  turned["frames"] = {{{"name", "f"}, {"turn", json::array({json::array({"y", "90 deg"})})}}};
   for (const char* list : {"bodies", "leaves"})
     for (json& item : turned[list]) item["frame"] = "f";
   json clamped = elastic_guide();
@@ -270,7 +270,9 @@ TEST_CASE("a mirrored part has the mirrored nodes in right-handed axes") {
   for (const char* key : {"drive", "springs"}) part.erase(key);
   part["bodies"][1]["frame"] = "up";  // nothing about it is symmetric
   part["bodies"][0]["frame"] = part["leaves"][0]["frame"] = part["bodies"][2]["frame"] = "up";
-  part["frames"] = {{{"name", "up"}, {"at", {0, 0, "30 mm"}}, {"turn", {{"x", "20 deg"}}}}};
+  part["frames"] = {{{"name", "up"},
+                     {"at", {0, 0, "30 mm"}},
+                     {"turn", json::array({json::array({"x", "20 deg"})})}}};
   part["bodies"][2]["name"] = "rod_end";
   part["leaves"][0]["tip"]["body"] = "rod_end";
   const json whole{{"flexopt_design", 1},
