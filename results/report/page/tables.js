@@ -1,6 +1,6 @@
 // The tables: every point of the stroke, the checks, the overconstraints.
 import {group, max} from "d3";
-import {allowable, at_stroke, comparison, converged, error_at, heading, largest_of, load_path, path, quantities, result, stroke_unit, drive_units, strokes_text} from "./result.js";
+import {allowable, at_stroke, comparison, converged, error_at, heading, largest_of, load_path, part_of, path, quantities, result, stroke_unit, drive_units, strokes_text} from "./result.js";
 import {set} from "./state.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
 
@@ -17,7 +17,7 @@ export function stroke_table() {
           text: value((p) => q.value(p) === null ? "–" : number_text(without_noise(q.value(p), largest) * shown_factor(q.unit))),
           tone: (p) => q.name === "max_stress" && allowable && p.max_stress > allowable * 1.0001 ? "bad" : ""};
       }),
-      {name: "Where", left: true, text: value((p) => p.max_stress_place?.leaf ?? "")},
+      {name: "Where", left: true, text: value((p) => part_of(p.max_stress_place))},
       {name: "Newton", unit: "iterations", text: (p) => String(p.newton_iterations ?? "–")},
       {name: "State", left: true, text: (p) => p.status !== "converged" ? readable(p.status) : p.stable ? "stable" : "unstable", tone: (p) => p.status === "converged" && p.stable ? "" : "bad"}],
     () => false, (p) => { if (p.status === "converged") set({stroke: p.stroke, playing: false}); }),

@@ -110,6 +110,7 @@ function part_text(hit) {
       : `${quantity_text(leaf.length, "m")} × ${quantity_text(leaf.width, "m")} × ${quantity_text(leaf.thickness, "m")}`);
     if (!undeflected) lines.push(`here ${quantity_text(solid.stress[solid.point_of_vertex[vertex]], "Pa")}`);
   }
+  if (kind === "elastic" && !undeflected) lines.push(`here ${quantity_text(solid.stress[vertex], "Pa")}`);
   if (kind === "body") {
     const now = design.bodies_now.subarray(6 * hit.body, 6 * hit.body + 6), names = ["x", "y", "z"];
     const size = Math.hypot(now[0], now[1], now[2]), turn = Math.hypot(now[3], now[4], now[5]);
