@@ -3,7 +3,10 @@
 #include <dmumps_c.h>
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <new>
+
+#include "core/math/dense_products.hpp"
 
 namespace flexopt {
 namespace {
@@ -15,7 +18,68 @@ constexpr int order_choice = 7, more_memory = 14, threads = 16, columns_at_once 
 constexpr int status = 1, negative_pivots = 12, megabytes = 22;
 constexpr int wants_more = -9, structurally_singular = -6, numerically_singular = -10;
 
+using Columns = Eigen::Map<MatrixXd, 0, Eigen::OuterStride<>>;
+using ConstColumns = Eigen::Map<const MatrixXd, 0, Eigen::OuterStride<>>;
+
+bool is(const char* given, char letter) { return (*given | 0x20) == letter; }  // either case
+
+template <unsigned shape>
+void solve_triangular(const ConstColumns& a, bool left, bool transposed, Columns& b) {
+  const auto triangle = a.triangularView<shape>();
+  if (left && transposed)
+    triangle.transpose().solveInPlace(b);
+  else if (left)
+    triangle.solveInPlace(b);
+  else if (transposed)
+    triangle.transpose().template solveInPlace<Eigen::OnTheRight>(b);
+  else
+    triangle.template solveInPlace<Eigen::OnTheRight>(b);
+}
+
 }  // namespace
+
+// The two operations of a BLAS in which MUMPS spends its time, by Eigen's kernels, under the names
+// that it calls. The BLAS of the system is used for the rest; the reference one, which is Debian's
+// default, would take ten times as long for these.
+extern "C" {
+[[gnu::visibility("default")]] void dgemm_(const char* a_as, const char* b_as, const int* rows,
+                                           const int* cols, const int* inner, const double* alpha,
+                                           const double* a, const int* a_step, const double* b,
+                                           const int* b_step, const double* beta, double* c,
+                                           const int* c_step) {
+  using dense::Strided;
+  Columns sum(c, *rows, *cols, Eigen::OuterStride<>(*c_step));
+  if (*beta == 0)
+    sum.setZero();
+  else if (*beta != 1)
+    sum *= *beta;
+  if (sum.size() == 0 || *inner == 0 || *alpha == 0) return;
+  const auto factor = [](const double* data, int m, int n, int step, bool transposed) {
+    return transposed ? Strided<const double>{data, m, n, step, 1}
+                      : Strided<const double>{data, m, n, 1, step};
+  };
+  dense::multiply({c, *rows, *cols, 1, *c_step}, dense::Write::add, *alpha,
+                  factor(a, *rows, *inner, *a_step, !is(a_as, 'n')),
+                  factor(b, *inner, *cols, *b_step, !is(b_as, 'n')));
+}
+
+[[gnu::visibility("default")]] void dtrsm_(const char* side, const char* triangle, const char* a_as,
+                                           const char* diagonal, const int* rows, const int* cols,
+                                           const double* alpha, const double* a, const int* a_step,
+                                           double* b, const int* b_step) {
+  const bool left = is(side, 'l'), transposed = !is(a_as, 'n'), unit = is(diagonal, 'u');
+  const int size = left ? *rows : *cols;
+  const ConstColumns factor(a, size, size, Eigen::OuterStride<>(*a_step));
+  Columns answer(b, *rows, *cols, Eigen::OuterStride<>(*b_step));
+  if (answer.size() == 0) return;
+  if (*alpha != 1) answer *= *alpha;
+  const auto solve =
+      is(triangle, 'u')
+          ? (unit ? solve_triangular<Eigen::UnitUpper> : solve_triangular<Eigen::Upper>)
+          : (unit ? solve_triangular<Eigen::UnitLower> : solve_triangular<Eigen::Lower>);
+  solve(factor, left, transposed, answer);
+}
+}
 
 std::mutex& mumps_mutex() { return in_mumps; }
 

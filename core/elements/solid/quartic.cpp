@@ -254,20 +254,6 @@ void set_terms(const MatrixXd& thirds, const MatrixXd& Q, ElasticModel& model) {
   });
 }
 
-/// Fields of a solid and their rates. Inside, those of second order need none: there the energy is
-/// stationary.
-struct RatedFields {
-  Rated fields, U, turns, Theta;
-
-  RatedFields(const ElasticBody& body, const ElasticBody& direction, const CondensedSolid& solid,
-              const MatrixXd& field_rate)
-      : fields{solid.fields, field_rate},
-        U{solid.fields * solid.model.basis, field_rate * solid.model.basis},
-        turns{second_turns(body, body, solid.model.basis),
-              second_turns(body, direction, solid.model.basis)},
-        Theta{solid.second_fields, turns[1]} {}
-};
-
 }  // namespace
 
 MatrixXd elastic_basis(int interfaces) {
@@ -293,20 +279,17 @@ void add_quartic(const ElasticBody& body, const HeldSolve& solve, CondensedSolid
 }
 
 void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,
-                      const CondensedSolid& solid, const MatrixXd& field_rate, ElasticModel& rate) {
-  const RatedFields moved(body, direction, solid, field_rate);
-  const SecondOrder second(body, direction, moved.U, moved.Theta);
-  set_terms(third_derivatives(second, moved.U, moved.turns)[1],
-            pair_energies(second, moved.Theta, inner_products(moved.fields, second.linear),
-                          solid.model.basis)[1],
-            rate);
-}
-
-MatrixXd second_field_rates(const ElasticBody& body, const ElasticBody& direction,
-                            const CondensedSolid& solid, const MatrixXd& field_rate,
-                            const HeldSolve& solve) {
-  const RatedFields moved(body, direction, solid, field_rate);
-  return moved.turns[1] - solve(SecondOrder(body, direction, moved.U, moved.Theta).forces[1]);
+                      const CondensedSolid& solid, const HeldSolve& solve, FieldRates& fields,
+                      ElasticModel& rate) {
+  const MatrixXd& basis = solid.model.basis;
+  const Rated Phi{solid.fields, fields.fields}, U{solid.fields * basis, fields.fields * basis},
+      turns{second_turns(body, body, basis), second_turns(body, direction, basis)};
+  // inside, the energy is stationary: it needs no rates of the second-order fields there
+  const Rated Theta{solid.second_fields, turns[1]};
+  const SecondOrder second(body, direction, U, Theta);
+  set_terms(third_derivatives(second, U, turns)[1],
+            pair_energies(second, Theta, inner_products(Phi, second.linear), basis)[1], rate);
+  fields.second_fields = turns[1] - solve(second.forces[1]);
 }
 
 MatrixXd cubic_rows(const ElasticBody& body, const CondensedSolid& solid) {

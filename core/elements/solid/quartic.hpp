@@ -19,14 +19,11 @@ MatrixXd elastic_basis(int interfaces);
 /// Adds basis, cubic, quartic and second-order fields to a solid whose fields Φ are there. N ≤ 3.
 void add_quartic(const ElasticBody& body, const HeldSolve& solve, CondensedSolid& solid);
 
-/// Adds the rates of `cubic` and `quartic` along a change of the body. `field_rate`: of Φ.
+/// Adds the rates of `cubic` and `quartic` along a change of the body to `rate`, and those of the
+/// second-order fields to `fields`, where that of Φ is.
 void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,
-                      const CondensedSolid& solid, const MatrixXd& field_rate, ElasticModel& rate);
-/// Rates of the second-order fields.
-MatrixXd second_field_rates(const ElasticBody& body, const ElasticBody& direction,
-                            const CondensedSolid& solid, const MatrixXd& field_rate,
-                            const HeldSolve& solve);
-
+                      const CondensedSolid& solid, const HeldSolve& solve, FieldRates& fields,
+                      ElasticModel& rate);
 /// A_ijk of a solid of degree 4, a row for each pair i ≥ j (in the order of its second-order
 /// fields), all k; `cubic` is made of those with i ≥ j ≥ k. That they are symmetric in k too tells
 /// that fields and turns fit each other.

@@ -47,10 +47,9 @@ SolidRates rates_of(const ElasticBody& body, const ElasticBody& direction) {
   add_rigid_moments(rate, rigid, model.moments * moving);
   if (body.degree == ElasticDegree::quartic) {
     rate.basis = model.basis;
-    add_quartic_rate(body, direction, whole->solid, rates.fields.fields, rate);
-    rates.fields.second_fields =
-        second_field_rates(body, direction, whole->solid, rates.fields.fields,
-                           [&](const MatrixXd& load) { return whole->held_answer(load); });
+    add_quartic_rate(
+        body, direction, whole->solid,
+        [&](const MatrixXd& load) { return whole->held_answer(load); }, rates.fields, rate);
   }
   return rates;
 }
