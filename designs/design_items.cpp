@@ -66,7 +66,8 @@ void PlanReader::read_bodies() {
     if (from.contains("on")) {
       body.leaf = name(from["on"]["leaf"], at / "on" / "leaf", body);
       body.at = vector(from["on"]["at"], "m", at / "on" / "at");
-      for (const char* key : {"mass", "density", "inertia", "box", "center_of_mass", "held", "elastic"})
+      for (const char* key :
+           {"mass", "density", "inertia", "box", "center_of_mass", "held", "elastic"})
         if (from.contains(key))
           throw SpecError(at / key, shown(from[key]),
                           "a point of a leaf is no rigid body: it has none of this");
@@ -111,23 +112,23 @@ HeldDirection PlanReader::held(const json& from, const Pointer& at, std::string 
   return held;
 }
 
+HeldPlace PlanReader::edge(const json& from, const Pointer& at, LeafItem& leaf) {
+  HeldPlace place{name(from.value("body", ""), at / "body", leaf),
+                  vector(from["at"], "m", at / "at")};
+  if (from.contains("clamp")) {
+    const json& clamp = from["clamp"];
+    place.clamp = {number(clamp["length"], "m", at / "clamp" / "length"),
+                   normal_of(clamp, at / "clamp", "side")};
+  }
+  return place;
+}
+
 void PlanReader::read_leaves() {
   each("leaves", [&](const json& from, const Pointer& at) {
     LeafItem leaf;
     read_item(from, at, "leaf", leaf);
-    const auto edge = [&](const char* key) {
-      HeldPlace place{name(from[key].value("body", ""), at / key / "body", leaf),
-                      vector(from[key]["at"], "m", at / key / "at")};
-      if (from[key].contains("clamp")) {
-        const Pointer here = at / key / "clamp";
-        const json& clamp = from[key]["clamp"];
-        place.clamp = {number(clamp["length"], "m", here / "length"),
-                       normal_of(clamp, here, "side")};
-      }
-      return place;
-    };
-    leaf.base = edge("base");
-    leaf.tip = edge("tip");
+    leaf.base = edge(from["base"], at / "base", leaf);
+    leaf.tip = edge(from["tip"], at / "tip", leaf);
     leaf.may_cross = from["may_cross"];
     leaf.wire = from.contains("diameter");
     for (const char* key : {"across", "width", "thickness"}) {

@@ -1,6 +1,7 @@
 #include "designs/design_plan.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "designs/elastic_item.hpp"
 
@@ -17,12 +18,11 @@ bool ChoiceCondition::holds(const FamilyChoices& choices) const {
 }
 
 bool DesignPlan::has_elastic_bodies() const {
-  return std::ranges::any_of(bodies,
-                             [](const BodyItem& body) {
-                               return body.elastic && !body.elastic->is_notch();
-                             }) ||
-         std::ranges::any_of(parts,
-                             [](const PartItem& part) { return part.design->has_elastic_bodies(); });
+  return std::ranges::any_of(
+             bodies,
+             [](const BodyItem& body) { return body.elastic && !body.elastic->is_notch(); }) ||
+         std::ranges::any_of(
+             parts, [](const PartItem& part) { return part.design->has_elastic_bodies(); });
 }
 
 const BodyItem* DesignPlan::end_effector(const FamilyChoices& choices) const {
@@ -39,6 +39,36 @@ bool DesignPlan::has_leaves(bool wires, const FamilyChoices& choices) const {
     return part.when.holds(choices) && part.design->has_leaves(wires, part.choices);
   };
   return std::ranges::any_of(leaves, is_such) || std::ranges::any_of(parts, has_such);
+}
+
+std::vector<std::string> DesignPlan::counts() const {
+  std::set<int> slots;
+  const auto add = [&](const DesignNumber& n) {
+    if (n.formula) slots.insert(n.formula->slots().begin(), n.formula->slots().end());
+  };
+  const auto look = [&](const auto& items) {
+    for (const auto& item : items) {
+      for (const RepeatIndex& index : item.repeat) {
+        add(index.first);
+        add(index.last);
+      }
+      for (const auto& [text, number] : item.braces) add(number);
+    }
+  };
+  look(frames);
+  look(bodies);
+  look(leaves);
+  look(joints);
+  look(springs);
+  look(parts);
+  look(drives);
+  const int first = static_cast<int>(parameters.size());
+  for (int k = static_cast<int>(lets.size()) - 1; k >= 0; --k)  // later ones use earlier ones
+    if (slots.contains(first + k)) add(let_numbers[static_cast<std::size_t>(k)]);
+  std::vector<std::string> names;
+  for (const int slot : slots)
+    if (slot < first) names.push_back(parameters[static_cast<std::size_t>(slot)].name);
+  return names;
 }
 
 bool is_of_job(const Fault& fault) { return fault.pointer.starts_with("/design/"); }

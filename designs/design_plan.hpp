@@ -200,6 +200,8 @@ struct DesignPlan {
   std::vector<DriveItem> drives;
   bool named_drives = false;  ///< "drives" instead of "drive"
 
+  /// Parameters that the bounds of a "repeat" or numbers in names use, directly or by "let".
+  std::vector<std::string> counts() const;
   /// Whether elastic bodies, other than notches, are in it or in its parts.
   bool has_elastic_bodies() const;
   /// The material point or body that carries O under these choices; null if there is none.

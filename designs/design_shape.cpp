@@ -110,8 +110,9 @@ Shape elastic_plate() {
                         0, 100),
                    nlohmann::json::array(), "round ones"),
       required("thickness", number(), "half of it to either side of the plane"),
-      with_default("normal", vector(), nlohmann::json{0, 0, 1},
-                   "of the plane, whose coordinates are along the other two of x, y, z, in this order"),
+      with_default(
+          "normal", vector(), nlohmann::json{0, 0, 1},
+          "of the plane, whose coordinates are along the other two of x, y, z, in this order"),
       optional("along", vector(), "direction of the first coordinate, instead"),
       with_default("at", vector(), nlohmann::json{0, 0, 0}, "origin of the plane's coordinates"),
   });
@@ -133,6 +134,16 @@ Shape elastic_notch() {
       with_default("across", vector(), nlohmann::json{0, 1, 0}, "direction of the thickness"),
       with_default("two_axes", boolean(), false, "the width is cut as the thickness is"),
   });
+}
+
+/// A file of another program; `more`: what is said of it besides.
+Shape elastic_file(std::initializer_list<Field> more) {
+  std::vector<Field> fields{
+      required("file", text(500), "relative to this file"),
+      with_default("axis", vector(), nlohmann::json{1, 0, 0}, "direction of its x"),
+      with_default("across", vector(), nlohmann::json{0, 1, 0}, "direction of its y")};
+  fields.insert(fields.end(), more.begin(), more.end());
+  return record(std::move(fields));
 }
 
 Shape elastic_interface() {
@@ -157,11 +168,16 @@ Shape elastic() {
       optional("from", choice({"box"}), "the box of the body itself is elastic"),
       optional("plate", elastic_plate(), "a plate with windows and holes"),
       optional("notch", elastic_notch(), "a notch hinge; the body's place is its middle"),
+      optional("mesh",
+               elastic_file({required("units", choice({"m", "mm", "um"}), "of its places")}),
+               "a mesh, .inp or .msh, with node sets as interfaces"),
+      optional("import", elastic_file({}), "stiffness and mass of another program"),
       optional("between", list(reference(), 2, 2), "bodies that base and tip of a notch are of"),
-      with_default("interfaces", list(elastic_interface(), 0, 100), nlohmann::json::array(),
-                   "patches that rigid frames hold; leaves add their own"),
-      optional("payload", reference(), "interface that carries the name of the body, its mass, "
-                                       "what it holds; default: the first"),
+      optional("interfaces", list(elastic_interface(), 0, 100),
+               "patches that rigid frames hold; leaves add their own"),
+      optional("payload", reference(),
+               "interface that carries the name of the body, its mass, "
+               "what it holds; default: the first"),
       with_default("rigid", boolean(), false, "weighs the same and does not bend; not of a notch"),
       optional("degree", integer(2, 4), "of its energy in the deformation: 2 or 4"),
       optional("elements",

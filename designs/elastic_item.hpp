@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "designs/design_plan.hpp"
+#include "designs/solids/import_matrices.hpp"
+#include "designs/solids/import_mesh.hpp"
 #include "designs/solids/solid_shape.hpp"
 
 namespace flexopt {
@@ -45,6 +47,15 @@ struct ElasticItem {
     bool two_axes = false;
   };
 
+  /// A mesh or matrices of another program.
+  struct Imported {
+    std::string file;
+    double unit = 1;  ///< of a mesh [m]
+    std::shared_ptr<const ImportedMesh> mesh;
+    std::shared_ptr<const ImportedBody> body;  ///< or this
+    DesignVector axis, across;                 ///< own x and y
+  };
+
   struct Interface {
     std::string key;   ///< behind the pointer of "elastic"
     std::string name;  ///< as of other items, with formulas in braces
@@ -54,7 +65,7 @@ struct ElasticItem {
     std::optional<DesignPoint> size;
   };
 
-  std::variant<Box, Plate, Notch> shape;
+  std::variant<Box, Plate, Notch, Imported> shape;
   std::optional<Material> material;
   std::vector<Interface> interfaces;  ///< of a notch: base and tip, without places
   std::string payload;                ///< empty: not said
@@ -63,6 +74,7 @@ struct ElasticItem {
   DesignNumber size, root;  ///< of its elements
   MeshDensity density;      ///< without these two
 
+  bool is_imported() const { return std::holds_alternative<Imported>(shape); }
   bool is_notch() const { return std::holds_alternative<Notch>(shape); }
   /// Whether a rigid frame has its name: unless other bodies have all of its interfaces.
   bool has_frame() const {

@@ -10,6 +10,7 @@
 
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
+#include "designs/elastic_item.hpp"
 #include "designs/flat_design.hpp"
 
 namespace flexopt {
@@ -116,6 +117,7 @@ void check_interfaces(const FlatElastic<double>& body) {
 
 ElasticPlan plan_of(const FlatElastic<double>& body) {
   check_interfaces(body);
+  if (body.file) return {};
   Answer<SolidPlan> mesh = kept_plan(body, body.density);
   if (!mesh) {
     const ItemSource& source = told_source(body, mesh.error());
@@ -132,13 +134,23 @@ ElasticPlan plan_of(const FlatElastic<double>& body) {
 /// interfaces, of a linear one that of the patch.
 template <class S>
 Vector3<S> origin_of(const FlatElastic<S>& body, const FlatInterface<S>& interface) {
-  if (body.degree == ElasticDegree::linear &&
-      !std::holds_alternative<NotchShapeT<S>>(body.shape))
+  if (body.degree == ElasticDegree::linear && !std::holds_alternative<NotchShapeT<S>>(body.shape))
     return interface.patch.center;
   Vector3<S> middle = Vector3<S>::Zero();
   for (const FlatInterface<S>& one : body.interfaces)
     if (!std::holds_alternative<NotchShapeT<S>>(body.shape)) middle += one.patch.center;
   return middle / S(static_cast<double>(body.interfaces.size()));
+}
+
+/// The matrices of the body mirrored across its z.
+std::shared_ptr<const ImportedMatrices> mirrored(const ImportedMatrices& matrices) {
+  VectorXd sign = VectorXd::Ones(matrices.stiffness.rows());
+  for (Eigen::Index a = 0; a + 6 <= sign.size() - matrices.modes; a += 6)
+    sign.segment<3>(a + 2).setConstant(-1);  // uz, rx, ry
+  auto result = std::make_shared<ImportedMatrices>(matrices);
+  result->stiffness = sign.asDiagonal() * matrices.stiffness * sign.asDiagonal();
+  result->mass = sign.asDiagonal() * matrices.mass * sign.asDiagonal();
+  return result;
 }
 
 /// The elastic body on one of its meshes.
@@ -149,16 +161,35 @@ ElasticBodyT<S> meshed(const FlatElastic<S>& from, const SolidPlan& plan,
   body.name = from.name;
   body.place = from.place;
   body.axes = from.axes;
-  body.cells = plan.cells;
-  body.nodes = place_nodes(plan, from.shape, patches_of(from));
+  body.degree = from.degree;
+  const auto add = [&](const FlatInterface<S>& of, std::vector<int> patch) {
+    body.interfaces.push_back({.name = of.name,
+                               .body = of.body,
+                               .origin = origin_of(from, of),
+                               .patch = std::move(patch)});
+  };
+  if (from.file) {
+    const auto& file = std::get<ElasticItem::Imported>(from.file->shape);
+    if (file.body) {
+      body.imported = from.mirrored ? mirrored(*file.body->matrices) : file.body->matrices;
+      for (const ImportedInterface& one : file.body->interfaces)  // in the order of the matrices
+        add(*std::ranges::find(from.interfaces, one.name, &FlatInterface<S>::name), {});
+      return body;
+    }
+    body.cells = std::make_shared<const SolidCells>(from.mirrored ? mirrored(file.mesh->cells)
+                                                                  : file.mesh->cells);
+    for (const Vector3d& node : file.mesh->nodes)
+      body.nodes.push_back(
+          Vector3d(node[0], node[1], from.mirrored ? -node[2] : node[2]).template cast<S>());
+    for (const FlatInterface<S>& one : from.interfaces) add(one, one.nodes);
+  } else {
+    body.cells = plan.cells;
+    body.nodes = place_nodes(plan, from.shape, patches_of(from));
+    for (std::size_t a = 0; a < from.interfaces.size(); ++a)
+      add(from.interfaces[a], plan.patches[a]);
+  }
   body.material =
       from.material ? with_numbers<S>(*from.material, [](double x) { return S(x); }) : material;
-  for (std::size_t a = 0; a < from.interfaces.size(); ++a)
-    body.interfaces.push_back({.name = from.interfaces[a].name,
-                               .body = from.interfaces[a].body,
-                               .origin = origin_of(from, from.interfaces[a]),
-                               .patch = plan.patches[a]});
-  body.degree = from.degree;
   return body;
 }
 
@@ -206,11 +237,10 @@ void add_elastic_bodies(const FlatDesign<S>& design, const MaterialT<S>& materia
         mechanism.elastic_bodies.emplace_back(meshed(from, plans[i].mesh, material));
     if constexpr (std::is_same_v<S, double>)
       if (plans[i].coarse)
-        body.coarse =
-            std::make_shared<const ElasticBody>(meshed(from, *plans[i].coarse, material));
+        body.coarse = std::make_shared<const ElasticBody>(meshed(from, *plans[i].coarse, material));
     if (from.frame < 0) continue;
     RigidBodyT<S>& carrier = mechanism.bodies[static_cast<std::size_t>(from.frame)];
-    if (!carrier.box) carrier.box = box_around(body);
+    if (!carrier.box && !body.nodes.empty()) carrier.box = box_around(body);
   }
 }
 

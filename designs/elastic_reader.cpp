@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 
 #include "core/spec/names.hpp"
 #include "designs/elastic_item.hpp"
@@ -62,8 +63,7 @@ ElasticItem::Contour PlanReader::contour(const json& from, const Pointer& at) {
       continue;
     }
     corner.at = point(from[i]["at"], "m", here / "at");
-    if (from[i].contains("fillet"))
-      corner.fillet = number(from[i]["fillet"], "m", here / "fillet");
+    if (from[i].contains("fillet")) corner.fillet = number(from[i]["fillet"], "m", here / "fillet");
     if (from[i].contains("through"))
       corner.through = point(from[i]["through"], "m", here / "through");
     if (from.size() == 2 && corner.through)
@@ -130,14 +130,34 @@ ElasticItem::Notch PlanReader::notch(const json& from, const Pointer& at) {
   return notch;
 }
 
+ElasticItem::Imported PlanReader::imported(const json& from, const Pointer& at, bool mesh) {
+  ElasticItem::Imported imported;
+  imported.file =
+      (std::filesystem::path(plan_.source.folder) / from["file"].get<std::string>()).string();
+  imported.axis = vector(from["axis"], "1", at / "axis");
+  imported.across = vector(from["across"], "1", at / "across");
+  if (mesh) {
+    imported.unit = from["units"] == "m" ? 1 : from["units"] == "mm" ? 1e-3 : 1e-6;
+    imported.mesh = std::make_shared<const ImportedMesh>(read_mesh(imported.file, imported.unit));
+  } else {
+    imported.body = std::make_shared<const ImportedBody>(read_elastic_body(imported.file));
+  }
+  return imported;
+}
+
 ElasticItem::Interface PlanReader::interface(const json& from, const Pointer& at, std::string key,
-                                             BodyItem& body) {
+                                             const ElasticItem& elastic, BodyItem& body) {
   ElasticItem::Interface result;
   result.key = std::move(key);
   result.name = name(from["name"], at / "name", body);
   if (from.contains("body")) result.body = name(from["body"], at / "body", body);
-  result.normal = normal_of(from, at, "face");
   if (from.contains("at")) result.at = vector(from["at"], "m", at / "at");
+  if (elastic.is_imported()) {
+    expect_none(from, at, {"face", "normal", "size", "along"},
+                "the file says which nodes or coordinates are those of the interface");
+    return result;
+  }
+  result.normal = normal_of(from, at, "face");
   if (from.contains("size")) result.size = point(from["size"], "m", at / "size");
   if (from.contains("along")) {
     result.along = vector(from["along"], "1", at / "along");
@@ -148,6 +168,30 @@ ElasticItem::Interface PlanReader::interface(const json& from, const Pointer& at
   if (result.size && !result.at)
     throw SpecError(at / "at", "nothing", "a patch of a size has a place");
   return result;
+}
+
+/// Interfaces of the file: those that are named exist, and matrices have all of theirs.
+void PlanReader::complete_interfaces(const ElasticItem::Imported& file, const Pointer& at,
+                                     ElasticItem& elastic) {
+  const auto named = [&](const std::string& name) {
+    return std::ranges::find(elastic.interfaces, name, &ElasticItem::Interface::name) !=
+           elastic.interfaces.end();
+  };
+  for (std::size_t i = 0; i < elastic.interfaces.size(); ++i) {
+    const std::string& name = elastic.interfaces[i].name;
+    if (file.mesh) (void)nodes_of_set(*file.mesh, name, at / i / "name");
+    if (file.body && std::ranges::find(file.body->interfaces, name, &ImportedInterface::name) ==
+                         file.body->interfaces.end())
+      throw SpecError(
+          at / i / "name", shown(name),
+          "the file has no such interface; " + known_names(name, names_in(file.body->interfaces)));
+  }
+  if (!file.body) return;
+  for (const ImportedInterface& interface : file.body->interfaces)
+    if (!named(interface.name)) {
+      elastic.interfaces.emplace_back().name = interface.name;
+      elastic.interfaces.back().key = "/import";
+    }
 }
 
 void PlanReader::read_interfaces(const json& from, const Pointer& at, const json& of_body,
@@ -164,9 +208,12 @@ void PlanReader::read_interfaces(const json& from, const Pointer& at, const json
     }
   } else {
     expect_none(from, at, {"between"}, "of a notch alone; interfaces name their bodies");
-    for (std::size_t i = 0; i < from["interfaces"].size(); ++i)
-      elastic.interfaces.push_back(interface(from["interfaces"][i], at / "interfaces" / i,
-                                             fmt::format("/interfaces/{}", i), body));
+    const json interfaces = from.value("interfaces", json::array());
+    for (std::size_t i = 0; i < interfaces.size(); ++i)
+      elastic.interfaces.push_back(interface(interfaces[i], at / "interfaces" / i,
+                                             fmt::format("/interfaces/{}", i), elastic, body));
+    if (const auto* file = std::get_if<ElasticItem::Imported>(&elastic.shape))
+      complete_interfaces(*file, at / "interfaces", elastic);
   }
   const auto is_free = [](const ElasticItem::Interface& i) { return i.body.empty(); };
   if (!elastic.has_frame())
@@ -183,9 +230,9 @@ void PlanReader::read_interfaces(const json& from, const Pointer& at, const json
   const auto chosen =
       std::ranges::find(elastic.interfaces, elastic.payload, &ElasticItem::Interface::name);
   if (chosen == elastic.interfaces.end())
-    throw SpecError(
-        at / "payload", shown(from["payload"]),
-        "there is no such interface; " + known_names(elastic.payload, names_in(elastic.interfaces)));
+    throw SpecError(at / "payload", shown(from["payload"]),
+                    "there is no such interface; " +
+                        known_names(elastic.payload, names_in(elastic.interfaces)));
   if (!chosen->body.empty())
     throw SpecError(at / "payload", shown(from["payload"]),
                     "this interface is a part of the body " + chosen->body + ": name that one");
@@ -197,13 +244,18 @@ void PlanReader::read_elastic(const json& from, const Pointer& at, const json& o
   auto elastic = std::make_shared<ElasticItem>();
   if (from.contains("material"))
     elastic->material = material_of(from["material"], at / "material", false);
-  const std::string shape = one_key(from, at, {"box", "from", "plate", "notch"});
+  const std::string shape = one_key(from, at, {"box", "from", "plate", "notch", "mesh", "import"});
   if (from.contains("center") && shape != "box")
     throw SpecError(at / "center", shown(from["center"]), "of a box of three lengths alone");
   if (shape == "plate") {
     elastic->shape = plate(from["plate"], at / "plate");
   } else if (shape == "notch") {
     elastic->shape = notch(from["notch"], at / "notch");
+  } else if (shape == "mesh" || shape == "import") {
+    elastic->shape = imported(from[shape], at / shape, shape == "mesh");
+    expect_none(from, at, {"elements"}, "the mesh is that of the file");
+    if (shape == "import")
+      expect_none(from, at, {"material", "degree"}, "the file has the stiffness: of degree 2");
   } else if (shape == "box") {
     ElasticItem::Box box{vector(from["box"], "m", at / "box"), {}};
     if (from.contains("center")) box.center = vector(from["center"], "m", at / "center");
@@ -220,7 +272,7 @@ void PlanReader::read_elastic(const json& from, const Pointer& at, const json& o
   if (from.value("degree", 2) == 3)
     throw SpecError(at / "degree", "3", "2, or 4: the third degree alone has no least energy");
   elastic->degree = from.value("degree", elastic->is_notch() ? 4 : 2) == 4 ? ElasticDegree::quartic
-                                                                : ElasticDegree::linear;
+                                                                           : ElasticDegree::linear;
   elastic->rigid = from["rigid"];
   if (elastic->rigid && elastic->is_notch())
     throw SpecError(at / "rigid", "true", "a rigid notch is no hinge");

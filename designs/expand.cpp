@@ -4,6 +4,7 @@
 
 #include "core/mechanism/each_number.hpp"
 #include "designs/describe.hpp"
+#include "designs/elastic_item.hpp"
 #include "designs/family.hpp"
 #include "designs/flat_design.hpp"
 
@@ -181,7 +182,10 @@ class Expander {
   static Json elastic(const FlatElastic<double>& body, const Vector3d& at) {
     Json item = Json::object();
     if (body.material) item["material"] = written_material(*body.material, false);
-    std::visit([&](const auto& shape) { add_shape(shape, body, at, item); }, body.shape);
+    if (body.file)
+      add_file(body, item);
+    else
+      std::visit([&](const auto& shape) { add_shape(shape, body, at, item); }, body.shape);
     const bool notch = std::holds_alternative<NotchShapeT<double>>(body.shape);
     Json interfaces = Json::array();
     for (const FlatInterface<double>& interface : body.interfaces) {
@@ -191,10 +195,12 @@ class Expander {
       } else {
         Json one{{"name", interface.name}};
         if (!interface.carrier.empty()) one["body"] = interface.carrier;
-        one["normal"] = numbers(interface.normal);
         one["at"] = numbers(interface.at);
-        one["size"] = interface.sides;
-        one["along"] = numbers(interface.along);
+        if (!body.file) {
+          one["normal"] = numbers(interface.normal);
+          one["size"] = interface.sides;
+          one["along"] = numbers(interface.along);
+        }
         interfaces.push_back(std::move(one));
       }
       if (body.frame != no_body && interface.carrier.empty() && !item.contains("payload"))
@@ -202,11 +208,26 @@ class Expander {
     }
     if (!interfaces.empty()) item["interfaces"] = std::move(interfaces);
     if (body.rigid) item["rigid"] = true;
+    if (body.file) return item;
     item["degree"] = static_cast<int>(body.degree);
     const MeshDensity& density = body.density;
     item["elements"] = {{"size", density.size}, {"root", density.root}, {"growth", density.growth}};
     if (density.through > 0) item["elements"]["through"] = density.through;
     return item;
+  }
+
+  /// The file stays as it is.
+  static void add_file(const FlatElastic<double>& body, Json& item) {
+    const auto& file = std::get<ElasticItem::Imported>(body.file->shape);
+    if (body.mirrored)
+      throw located(body.source,
+                    SpecError(body.source.pointer, body.name,
+                              "a file cannot be written mirrored: it is a part's to be expanded"));
+    Json own{{"file", file.file}};
+    if (file.mesh) own["units"] = file.unit == 1 ? "m" : file.unit == 1e-3 ? "mm" : "um";
+    own["axis"] = numbers(body.axes.col(0));
+    own["across"] = numbers(body.axes.col(1));
+    item[file.mesh ? "mesh" : "import"] = std::move(own);
   }
 
   /// Along the global axes, to either side; else as the plate that it is.
@@ -219,14 +240,13 @@ class Expander {
       return;
     }
     const double x = box.lengths[0] / 2, y = box.lengths[1] / 2;
-    add_shape(PlateShapeT<double>{.outline = {{{-x, -y}, 0, {}},
-                                              {{x, -y}, 0, {}},
-                                              {{x, y}, 0, {}},
-                                              {{-x, y}, 0, {}}},
-                                  .windows = {},
-                                  .holes = {},
-                                  .thickness = box.lengths[2]},
-              body, at, item);
+    add_shape(
+        PlateShapeT<double>{
+            .outline = {{{-x, -y}, 0, {}}, {{x, -y}, 0, {}}, {{x, y}, 0, {}}, {{-x, y}, 0, {}}},
+            .windows = {},
+            .holes = {},
+            .thickness = box.lengths[2]},
+        body, at, item);
   }
 
   static Json contour(const ContourT<double>& corners) {

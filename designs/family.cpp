@@ -24,37 +24,6 @@ std::string with_unit(double value, const std::string& unit) {
   return unit == "1" ? fmt::format("{:g}", value) : fmt::format("{:g} {}", value, unit);
 }
 
-/// Parameters that the bounds of a "repeat" or numbers in names use, directly or by "let".
-std::vector<std::string> counts_of(const DesignPlan& plan) {
-  std::set<int> slots;
-  const auto add = [&](const DesignNumber& n) {
-    if (n.formula) slots.insert(n.formula->slots().begin(), n.formula->slots().end());
-  };
-  const auto look = [&](const auto& items) {
-    for (const auto& item : items) {
-      for (const RepeatIndex& index : item.repeat) {
-        add(index.first);
-        add(index.last);
-      }
-      for (const auto& [text, number] : item.braces) add(number);
-    }
-  };
-  look(plan.frames);
-  look(plan.bodies);
-  look(plan.leaves);
-  look(plan.joints);
-  look(plan.springs);
-  look(plan.parts);
-  look(plan.drives);
-  const int parameters = static_cast<int>(plan.parameters.size());
-  for (int k = static_cast<int>(plan.lets.size()) - 1; k >= 0; --k)  // later ones use earlier ones
-    if (slots.contains(parameters + k)) add(plan.let_numbers[static_cast<std::size_t>(k)]);
-  std::vector<std::string> names;
-  for (const int slot : slots)
-    if (slot < parameters) names.push_back(plan.parameters[static_cast<std::size_t>(slot)].name);
-  return names;
-}
-
 DriveList drives_of(const DesignPlan& plan) {
   DriveList list;
   for (const DriveItem& drive : plan.drives) {
@@ -77,7 +46,7 @@ Family family_of(std::shared_ptr<const DesignPlan> plan, const std::string& unna
   family.options = plan->options;
   family.drives = drives_of(*plan);
   if (!plan->mesh.empty()) family.mesh = {plan->mesh[0], plan->mesh[1]};
-  family.counts = counts_of(*plan);
+  family.counts = plan->counts();
   family.plan = std::move(plan);
   return family;
 }
@@ -121,8 +90,8 @@ std::vector<ElasticPlan> nominal_plans(const Family& family, const ParameterValu
   const bool usable = !nominal.empty() && std::ranges::all_of(family.counts, [&](const auto& name) {
     return nominal.at(name) == values.at(name);
   });
-  return plans_of(flatten(*family.plan, input_of<double>(family, usable ? nominal : values, choices,
-                                                         material, plain)));
+  return plans_of(flatten(
+      *family.plan, input_of<double>(family, usable ? nominal : values, choices, material, plain)));
 }
 
 /// The shorter of its length and its width; its length alone where it is a wire [m].
@@ -297,8 +266,7 @@ Mechanism Family::make(const ParameterValues& values, const FamilyChoices& choic
                             fmt::format("{} of {} drives", flat.drives.size(), drives.items.size()),
                             "drives do not depend on options: the job's stroke names all of them"));
   std::vector<ElasticPlan> plans;
-  if (!flat.elastic_bodies.empty())
-    plans = nominal_plans(*this, nominal, all, choices, material);
+  if (!flat.elastic_bodies.empty()) plans = nominal_plans(*this, nominal, all, choices, material);
   Mechanism mechanism = mechanism_of(flat, material, payload, plans);
   if (const Check kept = check_rules(mechanism); !kept)
     throw broken(*this, values, flat, kept.error());

@@ -61,12 +61,14 @@ struct FlatBody {
   std::optional<Matrix3<S>> box_half_edges;  ///< columns; around the centre of mass
   std::array<bool, 6> held{};                ///< along global axes, whatever the parameters are
   std::vector<FlatHeld<S>> held_along;       ///< the others
-  std::string leaf;  ///< leaf of which it is a material point, by its full name
+  std::string leaf;           ///< leaf of which it is a material point, by its full name
   bool of_interface = false;  ///< no item of its own: a frame of an elastic body
 };
 
 /// No body: that of an elastic body whose interfaces are all parts of other bodies.
 inline constexpr int no_body = -3;
+
+struct ElasticItem;
 
 /// A rigid frame that holds a patch of an elastic body.
 template <class S>
@@ -74,12 +76,13 @@ struct FlatInterface {
   std::string name;  ///< behind that of the elastic body
   ItemSource source;
   int body = ground;
-  std::string carrier;  ///< body that the file names; empty: none
+  std::string carrier;   ///< body that the file names; empty: none
   bool implied = false;  ///< by a leaf or by another elastic body
   /// The patch, global axes: its middle, unit vectors out of the face and along the first side.
   Vector3<S> at, normal, along;
   std::array<S, 2> sides;
-  PatchT<S> patch;  ///< the same in own axes of the elastic body
+  PatchT<S> patch;         ///< the same in own axes of the elastic body
+  std::vector<int> nodes;  ///< instead, of a mesh of a file
 };
 
 template <class S>
@@ -89,7 +92,9 @@ struct FlatElastic {
   Vector3<S> place;  ///< of its own origin
   Matrix3<S> axes;   ///< own axes, right-handed
   SolidShapeT<S> shape;
-  std::optional<Material> material;  ///< where it has its own
+  std::shared_ptr<const ElasticItem> file;  ///< instead of the shape, where it is of a file
+  bool mirrored = false;                    ///< the file's z is against own z
+  std::optional<Material> material;         ///< where it has its own
   std::vector<FlatInterface<S>> interfaces;
   ElasticDegree degree = ElasticDegree::linear;
   MeshDensity density;
@@ -119,7 +124,7 @@ struct FlatLeaf {
   int base = ground, tip = ground;  ///< bodies; free_edge
   Vector3<S> base_at, tip_at, across;
   bool wire = false;
-  bool may_cross = false;          ///< other leaves
+  bool may_cross = false;              ///< other leaves
   std::array<std::string, 2> held_by;  ///< elastic bodies whose faces base and tip are put on
   std::array<std::optional<FlatClamp<S>>, 2> clamps;
   FlatSize<S> width, thickness;    ///< width and thickness; both the diameter of a wire

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/math/dual.hpp"
@@ -58,7 +59,8 @@ void put(FlatInterface<S>& interface, const FlatElastic<S>& elastic, const FlatF
   interface.along = u;
   interface.sides = sides;
   interface.patch = {own(elastic, Vector3<S>(at - elastic.place)),
-                     Vector3<S>(own(elastic, u)) * (sides[0] * 0.5), own(elastic, v) * (sides[1] * 0.5), ""};
+                     Vector3<S>(own(elastic, u)) * (sides[0] * 0.5),
+                     own(elastic, v) * (sides[1] * 0.5), ""};
 }
 
 /// The patch is the whole face.
@@ -68,6 +70,48 @@ void put(FlatInterface<S>& interface, const FlatElastic<S>& elastic, const FlatF
   put<S>(interface, elastic, face, elastic.place + elastic.axes.lazyProduct(face.center),
          elastic.axes.lazyProduct(Vector3<S>(face.half_u / half)),
          {half * 2.0, face.half_v.norm() * 2.0});
+}
+
+/// Of a file: `at`, global, is the point of a node set, or where the design has the interface.
+template <class S>
+void put_as_filed(FlatInterface<S>& interface, const FlatElastic<S>& elastic,
+                  const std::optional<Vector3<S>>& at, const std::string& pointer) {
+  const auto& file = std::get<ElasticItem::Imported>(elastic.file->shape);
+  const double side = elastic.mirrored ? -1 : 1;
+  Vector3d place = Vector3d::Zero();
+  if (file.mesh) {
+    interface.nodes = nodes_of_set(*file.mesh, interface.name, JsonPointer(pointer));
+    for (const int node : interface.nodes)
+      place += file.mesh->nodes[static_cast<std::size_t>(node)] /
+               static_cast<double>(interface.nodes.size());
+  } else {
+    place =
+        std::ranges::find(file.body->interfaces, interface.name, &ImportedInterface::name)->place;
+  }
+  place[2] *= side;
+  Vector3<S>& center = interface.patch.center = place.cast<S>();
+  interface.patch.half_u = interface.patch.half_v = Vector3<S>::Zero();
+  if (at) {
+    const Vector3<S> there = own(elastic, Vector3<S>(*at - elastic.place));
+    if (file.mesh) {
+      center = there;
+    } else {
+      Vector3d filed = there.unaryExpr([](const S& x) { return value_of(x); });
+      filed[2] *= side;
+      if (const Check kept = check_interface_place(*file.body, interface.name, filed); !kept)
+        throw SpecError(pointer + "/at", interface.name, kept.error());
+    }
+  }
+  interface.at = at ? *at : Vector3<S>(elastic.place + elastic.axes.lazyProduct(center));
+}
+
+/// Refuses a body of a file, which has no faces.
+template <class S>
+void expect_faces(const FlatElastic<S>& elastic, const std::string& pointer) {
+  if (elastic.file)
+    throw SpecError(pointer, "\"" + elastic.name + "\"",
+                    "a body of a file has the interfaces of the file alone: name one of them, \"" +
+                        elastic.name + ".…\"");
 }
 
 /// The end of a leaf.
@@ -131,6 +175,7 @@ FlatInterface<S> edge_of(const FlatLeaf<S>& leaf, int end, const FlatElastic<S>&
   result.source = leaf.source;
   result.source.pointer += end == 0 ? "/base" : "/tip";
   const std::string& pointer = result.source.pointer;
+  expect_faces(elastic, pointer + "/body");
   result.implied = true;
   const LeafEnd<S> edge = end_of(leaf, end);
   const auto faces = flat_faces(elastic.shape);
@@ -183,6 +228,12 @@ FlatInterface<S> Flattener<S>::interface_of(const BodyItem& item,
   result.source = source_of(item);
   result.source.pointer += "/elastic" + interface.key;
   const std::string& pointer = result.source.pointer;
+  if (elastic.file) {
+    std::optional<Vector3<S>> global;
+    if (interface.at) global = at.place(vector(*interface.at));
+    put_as_filed(result, elastic, global, pointer);
+    return result;
+  }
   const auto faces = flat_faces(elastic.shape);
   if (item.elastic->is_notch()) {
     put(result, elastic, faces[interface.name == "base" ? 1 : 0]);
@@ -284,6 +335,7 @@ void Flattener<S>::tie_interfaces(const BodyItem& item) {
     if (target.elastic == index)
       throw SpecError(item.pointer + key, "\"" + other.name + "\"",
                       "an interface is a part of another body");
+    expect_faces(other, item.pointer + key);
     const auto faces = flat_faces(other.shape);
     const std::optional<Vector3<S>> place = own(other, Vector3<S>(interface.at - other.place));
     const FlatFaceT<S>* face = face_along(faces, own(other, Vector3<S>(-interface.normal)), place);
@@ -325,13 +377,13 @@ void Flattener<S>::hold_edges(const LeafItem& item, FlatLeaf<S>& leaf) {
 }
 
 template FlatInterface<double> Flattener<double>::interface_of(const BodyItem&,
-                                                              const ElasticItem::Interface&,
-                                                              const Placement<double>&,
-                                                              const FlatElastic<double>&) const;
+                                                               const ElasticItem::Interface&,
+                                                               const Placement<double>&,
+                                                               const FlatElastic<double>&) const;
 template FlatInterface<Dual1> Flattener<Dual1>::interface_of(const BodyItem&,
-                                                            const ElasticItem::Interface&,
-                                                            const Placement<Dual1>&,
-                                                            const FlatElastic<Dual1>&) const;
+                                                             const ElasticItem::Interface&,
+                                                             const Placement<Dual1>&,
+                                                             const FlatElastic<Dual1>&) const;
 template int Flattener<double>::hold(int, const std::string&, FlatInterface<double>,
                                      std::optional<int>);
 template int Flattener<Dual1>::hold(int, const std::string&, FlatInterface<Dual1>,

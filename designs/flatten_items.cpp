@@ -214,6 +214,8 @@ void Flattener<S>::add_drive(const DriveItem& item) {
   out_.drives.push_back(std::move(drive));
 }
 
+template Vector3d Flattener<double>::unit(const Vector3d&, const std::string&) const;
+template Vector3<Dual1> Flattener<Dual1>::unit(const Vector3<Dual1>&, const std::string&) const;
 template void Flattener<double>::add_body(const BodyItem&);
 template void Flattener<Dual1>::add_body(const BodyItem&);
 template void Flattener<double>::add_joint(const JointItem&);

@@ -90,11 +90,27 @@ void Flattener<S>::set_shape(const ElasticItem::Notch& notch, const BodyItem& it
   shape.two_axes = notch.two_axes;
   elastic.shape = shape;
   elastic.place = at.place(vector(item.at));
-  const Vector3<S> axis = unit(at.direction(vector(notch.axis)), pointer + "/axis");
-  Vector3<S> across = at.direction(vector(notch.across));
-  across -= axis * axis.dot(across);
+  set_axes(at.direction(vector(notch.axis)), at.direction(vector(notch.across)), pointer, elastic);
+}
+
+template <class S>
+void Flattener<S>::set_shape(const ElasticItem::Imported& file, const BodyItem& item,
+                             const Placement<S>& at, FlatElastic<S>& elastic) const {
+  const std::string pointer = item.pointer + (file.mesh ? "/elastic/mesh" : "/elastic/import");
+  elastic.file = item.elastic;
+  elastic.mirrored = at.mirrored;
+  elastic.shape = BoxShapeT<S>{};
+  elastic.place = at.place(vector(item.at));
+  set_axes(at.direction(vector(file.axis)), at.direction(vector(file.across)), pointer, elastic);
+}
+
+template <class S>
+void Flattener<S>::set_axes(const Vector3<S>& x, Vector3<S> y, const std::string& pointer,
+                            FlatElastic<S>& elastic) const {
+  const Vector3<S> axis = unit(x, pointer + "/axis");
+  y -= axis * axis.dot(y);
   elastic.axes.col(0) = axis;
-  elastic.axes.col(1) = unit(across, pointer + "/across");
+  elastic.axes.col(1) = unit(y, pointer + "/across");
   elastic.axes.col(2) = axis.cross(Vector3<S>(elastic.axes.col(1)));
 }
 

@@ -63,8 +63,8 @@ Matrix3<S> turn_about(int axis, const S& angle) {
   return turn;
 }
 
-/// Directions of coordinates in a plane: `along` as far as it lies in the plane; else those of x, y,
-/// z that the normal is not, in this order. Zero or nothing where `along` is the normal.
+/// Directions of coordinates in a plane: `along` as far as it lies in the plane; else those of x,
+/// y, z that the normal is not, in this order. Zero or nothing where `along` is the normal.
 template <class S>
 std::array<Vector3<S>, 2> in_plane(const Vector3<S>& normal,
                                    const std::optional<Vector3<S>>& along = std::nullopt) {
@@ -131,6 +131,10 @@ class Flattener {
                  FlatElastic<S>& elastic) const;
   void set_shape(const ElasticItem::Notch& notch, const BodyItem& item, const Placement<S>& at,
                  FlatElastic<S>& elastic) const;
+  void set_shape(const ElasticItem::Imported& file, const BodyItem& item, const Placement<S>& at,
+                 FlatElastic<S>& elastic) const;
+  void set_axes(const Vector3<S>& x, Vector3<S> y, const std::string& pointer,
+                FlatElastic<S>& elastic) const;
   ContourT<S> contour_of(const ElasticItem::Contour& contour) const;
   FlatInterface<S> interface_of(const BodyItem& item, const ElasticItem::Interface& interface,
                                 const Placement<S>& at, const FlatElastic<S>& elastic) const;

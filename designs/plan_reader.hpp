@@ -40,7 +40,11 @@ class PlanReader {
                        const nlohmann::json& of_body, ElasticItem& elastic, BodyItem& body);
   ElasticItem::Interface interface(const nlohmann::json& from,
                                    const nlohmann::json::json_pointer& at, std::string key,
-                                   BodyItem& body);
+                                   const ElasticItem& elastic, BodyItem& body);
+  ElasticItem::Imported imported(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                                 bool mesh);
+  void complete_interfaces(const ElasticItem::Imported& file,
+                           const nlohmann::json::json_pointer& at, ElasticItem& elastic);
   /// Out of a face: "x+" at the key `face`, or a vector "normal".
   DesignVector normal_of(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
                          const char* face);
@@ -48,6 +52,8 @@ class PlanReader {
   ElasticItem::Plate plate(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
   ElasticItem::Notch notch(const nlohmann::json& from, const nlohmann::json::json_pointer& at);
   void read_leaves();
+  HeldPlace edge(const nlohmann::json& from, const nlohmann::json::json_pointer& at,
+                 LeafItem& leaf);
   void read_joints();
   void read_springs();
   void read_parts();

@@ -42,11 +42,6 @@ Check check_rules(const ElasticBody& body, int bodies) {
     if (std::ranges::any_of(interface.patch, [&](int k) { return k < 0 || k >= nodes; }))
       return Because(fmt::format("{}: {} holds a node that is none", name, interface.name));
   }
-  const auto same = [&](const ElasticInterface& i) {
-    return i.body == body.interfaces.front().body;
-  };
-  if (std::ranges::all_of(body.interfaces, same))
-    return Because(name + ": all its interfaces are held by the same body");
   return body.cells ? check_rules(body.material, name) : Check{};
 }
 

@@ -12,8 +12,9 @@ struct Redundancy {
   std::string body;                     ///< on which it acts, or "ground"
   Direction direction = Direction::ux;  ///< nearest to the axis
   Vector3d axis;                        ///< unit vector, global axes
-  std::vector<std::string> shared_by;   ///< leaves and joints; "<body> (held)" for held directions
-  std::string text;                     ///< a sentence
+  /// Leaves, elastic bodies and joints; "<body> (held)" for held directions.
+  std::vector<std::string> shared_by;
+  std::string text;  ///< a sentence
 };
 
 struct Mobility {
@@ -27,6 +28,8 @@ struct Mobility {
   std::vector<Redundancy> redundant;  ///< one for each overconstraint
 };
 
+/// Elastic bodies of degree 2 count as rigid ones; those of degree 4, hinges as a rule, like
+/// bushings as none.
 Mobility mobility(const Mechanism& mechanism);
 
 /// A drive along which nothing moves unless leaves stretch or bend in their plane.

@@ -71,14 +71,32 @@ bool joined(const Mechanism& mechanism, const SolidPart& part_a, const SolidPart
 
 }  // namespace
 
+namespace {
+
+/// Whether the body holds the leaf, or is of one elastic body with what holds it.
+bool holds(const Mechanism& mechanism, int body, const LeafSpring& leaf) {
+  const auto of = [&](int holder) {
+    return std::ranges::any_of(mechanism.elastic_bodies, [&](const ElasticBody& elastic) {
+      const auto has = [&](int one) {
+        return std::ranges::find(elastic.interfaces, one, &ElasticInterface::body) !=
+               elastic.interfaces.end();
+      };
+      return has(holder) && has(body);
+    });
+  };
+  return leaf.base == body || leaf.tip == body || of(leaf.base) || of(leaf.tip);
+}
+
+}  // namespace
+
 std::vector<std::array<int, 2>> clearance_pairs(const Mechanism& mechanism) {
   std::vector<std::array<int, 2>> pairs;
   const std::vector<SolidPart> parts = solid_parts(mechanism);
   for (std::size_t i = 0; i < parts.size() && parts[i].leaf >= 0; ++i) {
     const LeafSpring& leaf = mechanism.leaves[parts[i].leaf];
     for (std::size_t j = i + 1; j < parts.size(); ++j) {
-      const bool held = leaf.base == parts[j].body || leaf.tip == parts[j].body;
-      if (parts[j].leaf >= 0 ? !joined(mechanism, parts[i], parts[j]) : !held)
+      if (parts[j].leaf >= 0 ? !joined(mechanism, parts[i], parts[j])
+                             : !holds(mechanism, parts[j].body, leaf))
         pairs.push_back({static_cast<int>(i), static_cast<int>(j)});
     }
   }

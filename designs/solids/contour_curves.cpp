@@ -165,14 +165,14 @@ Check check_curves(const ContoursT<double>& contours, std::size_t windows) {
       return Because(fmt::format("{} has fewer than two corners", name));
     for (int c = contours.first[k]; c < contours.first[k + 1]; ++c) {
       const auto& curve = contours.curves[c];
+      if (!(curve.left > 1e-6) && std::isfinite(curve.radius))
+        return Because(fmt::format("{}: a fillet {} does not fit", name, near(curve.from)));
       if (!std::isfinite(curve.radius) || !(curve.length() > 0) ||
           curve.radius > 1e5 * curve.length())
         return Because(
             fmt::format("{}: two corners {} are the same point, or an arc goes through "
                         "three points of a line",
                         name, near(curve.from)));
-      if (!(curve.left > 1e-6))
-        return Because(fmt::format("{}: a fillet {} does not fit", name, near(curve.from)));
     }
     for (int c = contours.first[k]; c < contours.first[k + 1]; ++c) {
       const auto& next = contours.curves[contours.after(k, c)];

@@ -101,8 +101,9 @@ struct ContourPlacing : SolidPlan::Placing {
 };
 
 /// Sizes of the triangles, largest at 0.11 of the root of the area where the density does not tell.
-PlaneSizes sizes_of(const ContoursT<double>& contours, const ContourPlacing& placing,
-                    const std::vector<PatchT<double>>& patches, const MeshDensity& density) {
+PlaneSizes triangle_sizes(const ContoursT<double>& contours, const ContourPlacing& placing,
+                          const std::vector<Point2<double>>& places,
+                          const std::vector<PatchT<double>>& patches, const MeshDensity& density) {
   double area = 0;
   const std::vector<Chord> chords = chords_of(contours);
   for (int k = 0; k < contours.contours(); ++k) {
@@ -114,7 +115,12 @@ PlaneSizes sizes_of(const ContoursT<double>& contours, const ContourPlacing& pla
   }
   PlaneSizes sizes(density.size > 0 ? density.size : 0.11 * std::sqrt(area),
                    std::min(0.5, std::log(density.growth)));
-  sizes.follow(contours);
+  std::vector<Chord> lines;
+  for (const auto& [curve, keys] : placing.outline.pieces)
+    if (curve < 0)
+      lines.push_back({places[keys[0]], places[keys[1]],
+                       static_cast<int>(contours.curves.size() + lines.size())});
+  sizes.follow(contours, lines);
   for (std::size_t p = 0; p < patches.size(); ++p) {
     const auto corners = placing.outline.corners(static_cast<int>(p), patches[p]);
     const double u = (corners[1] - corners[0]).norm(), v = (corners[2] - corners[1]).norm();
@@ -302,7 +308,7 @@ Answer<SolidPlan> plan_contour_mesh(const PlateShapeT<double>& nominal,
   for (std::size_t p = 0; p < placing->outline.pieces.size(); ++p)
     pieces.push_back(placing->outline.curve(static_cast<int>(p), contours, keys));
 
-  const PlaneSizes sizes = sizes_of(contours, *placing, patches, density);
+  const PlaneSizes sizes = triangle_sizes(contours, *placing, keys, patches, density);
   PlaneMesh mesh = divided_pieces(placing->outline, pieces, sizes, keys);
   const Check made = triangulate(
       mesh, [&](int piece, double u) { return pieces[piece].at(u); },

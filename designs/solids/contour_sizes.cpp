@@ -29,8 +29,8 @@ double wall_along(const Point2<double>& from, const Point2<double>& way,
 
 }  // namespace
 
-void PlaneSizes::follow(const ContoursT<double>& contours) {
-  const std::vector<Chord> chords = chords_of(contours);
+void PlaneSizes::follow(const ContoursT<double>& contours, const std::vector<Chord>& lines) {
+  std::vector<Chord> chords = chords_of(contours);
   for (int k = 0; k < contours.contours(); ++k) {
     double area = 0;  // of the chords, to the left
     for (const auto& [p, q, curve] : chords)
@@ -55,6 +55,17 @@ void PlaneSizes::follow(const ContoursT<double>& contours) {
       }
     }
   }
+  chords.insert(chords.end(), lines.begin(), lines.end());
+  for (const auto& [p, q, own] : lines)
+    for (int s = 0; s < 12; ++s)
+      for (const double side : {-1.0, 1.0}) {
+        const Point2<double> t = (q - p).normalized(), way(-side * t[1], side * t[0]);
+        const Point2<double> place = p + (s + 0.5) / 12 * (q - p);
+        const double gap = wall_along(place, way, chords, {own, own, own}, {});
+        if (gap >= largest_) continue;
+        add({place, gap});
+        add({place + gap * way, gap});
+      }
 }
 
 void PlaneSizes::finish(double coarsening) {

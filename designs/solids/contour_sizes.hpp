@@ -14,9 +14,9 @@ class PlaneSizes {
 
   /// `largest` [m]; `slope`: growth of the size by distance.
   PlaneSizes(double largest, double slope) : largest_(largest), slope_(slope) {}
-  /// Eight elements around half a circle, and three through the wall behind each place of a
-  /// contour.
-  void follow(const ContoursT<double>& contours);
+  /// Eight elements around half a circle, three through the wall behind each place of a contour,
+  /// and one between lines within the plate and what faces them.
+  void follow(const ContoursT<double>& contours, const std::vector<Chord>& lines);
   void add(const Source& source) { sources_.push_back(source); }
   /// All sizes times this; sources that others make needless are dropped.
   void finish(double coarsening);

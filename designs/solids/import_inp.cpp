@@ -71,7 +71,7 @@ class InpReader {
     for (const auto& [name, labels] : element_sets_) add_surface(name, labels);
     for (const auto& [type, count] : surfaces_)
       mesh_.skip(
-          fmt::format("{} elements {} are no solids; their sets are sets of nodes", count, type));
+          fmt::format("elements {} ({}) are no solids; their sets are sets of nodes", type, count));
     return mesh_.finish(lines_);
   }
 

@@ -13,7 +13,6 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/quantity.hpp"
-#include "designs/solids/matrix_files.hpp"
 
 namespace flexopt {
 namespace {
@@ -47,8 +46,8 @@ Shape elastic_body_shape() {
                     json::array(), "of the body that nothing holds, lowest first [Hz]")});
   return record(
       {required("flexopt_elastic", integer(1, 1), "version of the form"),
-       with_default("name", text(200), "", "of the body"),
-       with_default("source", text(2000), "", "program and deck, for the report"),
+       optional("name", text(200), "of the body"),
+       optional("source", text(2000), "program and deck, for the report"),
        required("units",
                 record({required("length", text(50), "unit"), required("force", text(50), "unit"),
                         required("mass", text(50), "unit")}),
@@ -83,7 +82,9 @@ class BodyFile {
     if (whole == read_.contains("stiffness") || (whole && read_.contains("mass")))
       throw SpecError("", "the file", "give stiffness and mass, or matrix_storage, one of the two");
     auto matrices = std::make_shared<ImportedMatrices>(whole ? condensed_whole() : reduced());
-    ImportedBody body{.name = read_["name"], .source = read_["source"], .interfaces = interfaces_};
+    ImportedBody body{.name = read_.value("name", ""),
+                      .source = read_.value("source", ""),
+                      .interfaces = interfaces_};
     const std::optional<ExpectedBody> expected = expected_body();
     std::vector<Fault> faults;
     for (const ImportFault& fault :

@@ -72,6 +72,10 @@ std::vector<ImportFault> check_imported(const ImportedMatrices& matrices,
                                         const std::vector<ImportedInterface>& interfaces,
                                         const ExpectedBody* expected, ImportFigures& figures);
 
+/// A square matrix of Matrix Market (coordinate or array; real; general or symmetric). Throws
+/// SpecError: another size than `n`, what is no such file.
+MatrixXd read_matrix_market(const std::string& file, int n);
+
 /// Units of a file in SI.
 struct ImportUnits {
   double length = 1, force = 1, mass = 1;  ///< [m], [N], [kg]

@@ -1,13 +1,14 @@
-#include "designs/solids/matrix_files.hpp"
+#include "designs/solids/import_matrices.hpp"
 
 #include <fmt/format.h>
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
 #include "core/math/rotation.hpp"
+#include "core/math/sparse_definite.hpp"
 #include "designs/solids/import_mesh.hpp"
 #include "designs/solids/numbered_lines.hpp"
 
@@ -73,25 +74,23 @@ SparseRows read_triangle(const std::string& file, const std::vector<int>& coordi
 }
 
 /// Completes motions of the patches by those of the free coordinates without forces there.
-void relax(const SparseRows& stiffness, const std::vector<int>& free, const NumberedLines& lines,
+void relax(const SparseRows& stiffness, const std::vector<int>& free, const std::string& file,
            MatrixXd& fields) {
   std::vector<int> place(stiffness.rows(), -1);
   for (std::size_t i = 0; i < free.size(); ++i) place[free[i]] = static_cast<int>(i);
-  std::vector<Eigen::Triplet<double>> inner;
+  SparseMatrix inner(static_cast<int>(free.size()));
   for (const int column : free)
     for (SparseRows::InnerIterator entry(stiffness, column); entry; ++entry)
       if (const int row = place[entry.row()]; row >= place[column])
-        inner.emplace_back(row, place[column], entry.value());
-  SparseRows lower(free.size(), free.size());
-  lower.setFromTriplets(inner.begin(), inner.end());
-  const Eigen::SimplicialLDLT<SparseRows> factor(lower);
-  if (factor.info() != Eigen::Success || !(factor.vectorD().array() > 0).all())
-    lines.fail(
-        "check 3: not positive definite between its interfaces: a part of the body hangs "
-        "on nothing",
-        true);
+        inner.add(row, place[column], entry.value());
+  const auto factor = DefiniteFactor::of(inner);
+  if (!factor)
+    NumberedLines(file).fail("check 3: a part of the body hangs on nothing; " + factor.error(),
+                             true);
   const MatrixXd forces = stiffness * fields;
-  fields(free, Eigen::all) = -factor.solve(forces(free, Eigen::all));
+  MatrixXd answers = -forces(free, Eigen::all);
+  (*factor)->solve(answers);
+  fields(free, Eigen::all) = answers;
 }
 
 }  // namespace
@@ -157,7 +156,7 @@ ImportedMatrices condensed_matrix_storage(const std::string& stem, const std::st
   std::vector<int> free;
   for (int i = 0; i < fields.rows(); ++i)
     if (holder[i / 3] < 0) free.push_back(i);
-  if (!free.empty()) relax(stiffness, free, NumberedLines(stem + ".sti"), fields);
+  if (!free.empty()) relax(stiffness, free, stem + ".sti", fields);
   const auto over_interfaces = [&](const SparseRows& A) -> MatrixXd {
     const MatrixXd reduced = fields.transpose() * (A * fields);
     return 0.5 * (reduced + reduced.transpose());

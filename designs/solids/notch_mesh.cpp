@@ -33,8 +33,8 @@ NotchPlaceT<S> arc_place(const S& radius, const S& angle) {
   return {radius * sin(angle), radius * (1.0 - cos(angle))};
 }
 
-/// Boundaries of elements on a curved segment, 0 … 1: of 0.45 of the local thickness and 10° at most
-/// where a quarter of the thinnest thickness is an element's `share`.
+/// Boundaries of elements on a curved segment, 0 … 1: of 0.45 of the local thickness and 10° at
+/// most where a quarter of the thinnest thickness is an element's `share`.
 std::vector<double> contour_lines(const NotchShapeT<double>& notch, int segment, double share) {
   constexpr int samples = 2000;
   const double length = 1.8 * share, turn = 0.72 * share;
@@ -45,8 +45,8 @@ std::vector<double> contour_lines(const NotchShapeT<double>& notch, int segment,
     const NotchPlaceT<double> next = notch_place(notch, segment, double(i) / samples);
     const double dx = next.x - last.x, dy = next.rise - last.rise, angle = std::atan2(dy, dx);
     const double size = length * (notch.thickness + last.rise + next.rise);
-    counted[i] = counted[i - 1] + std::max(std::hypot(dx, dy) / size,
-                                           (i > 1 ? angle - last_angle : 0.0) / turn);
+    counted[i] = counted[i - 1] +
+                 std::max(std::hypot(dx, dy) / size, (i > 1 ? angle - last_angle : 0.0) / turn);
     last = next;
     last_angle = angle;
   }
@@ -64,8 +64,7 @@ std::vector<double> contour_lines(const NotchShapeT<double>& notch, int segment,
 /// The place between two whose x is the mean of theirs: elements with their middles there are not
 /// squeezed, even where the contour stands across.
 double middle(const NotchShapeT<double>& notch, int segment, double low, double high) {
-  const double x =
-      (notch_place(notch, segment, low).x + notch_place(notch, segment, high).x) / 2;
+  const double x = (notch_place(notch, segment, low).x + notch_place(notch, segment, high).x) / 2;
   for (int halving = 0; halving < 60; ++halving) {
     const double at = (low + high) / 2;
     (notch_place(notch, segment, at).x < x ? low : high) = at;
@@ -85,14 +84,16 @@ NotchPlaceT<S> notch_place(const NotchShapeT<S>& notch, int segment, double at) 
       return arc_place(S((a * a + b * b) / (2.0 * b)), S(2.0 * at * atan2(b, a)));
     case NotchContour::elliptic:
       return {a * std::sin(at * right_angle), b * (1 - std::cos(at * right_angle))};
-    case NotchContour::power: return {a * at, b * std::pow(at, notch.exponent)};
+    case NotchContour::power:
+      return {a * at, b * std::pow(at, notch.exponent)};
     case NotchContour::corner_filleted: {
       if (segment == 0) return {(a - r) * at, S(0.0)};
       NotchPlaceT<S> place = arc_place(r, S(at * right_angle));
       place.x += a - r;
       return place;
     }
-    case NotchContour::v_shaped: break;
+    case NotchContour::v_shaped:
+      break;
   }
   const S angle = flank_angle(notch);
   if (segment == 0) return arc_place(r, S(angle * at));
@@ -115,10 +116,11 @@ Check check_notch(const NotchShapeT<double>& notch) {
   if (!(std::min({a, b, notch.thickness, notch.width}) > 0 && notch.end_length >= 0 && r >= 0))
     return Because("half length, depth, thickness and width of a notch must be positive");
   if (notch.contour == NotchContour::circular && b > a * (1 + 1e-9))
-    return Because(fmt::format(
-        "a circular notch of half length {:g} m is at most as deep, not {:g} m", a, b));
+    return Because(
+        fmt::format("a circular notch of half length {:g} m is at most as deep, not {:g} m", a, b));
   if (notch.contour == NotchContour::power && !(notch.exponent > 1))
-    return Because(fmt::format("the exponent of a notch is {:g} and must be above 1", notch.exponent));
+    return Because(
+        fmt::format("the exponent of a notch is {:g} and must be above 1", notch.exponent));
   if (notch.contour == NotchContour::corner_filleted && r > std::min(a, b) * (1 + 1e-9))
     return Because(fmt::format("the fillet of {:g} m is larger than half length or depth", r));
   if (notch.contour == NotchContour::v_shaped &&

@@ -80,13 +80,13 @@ std::vector<double> graded_lines(double length, double first, double last, doubl
   const double rise = (top - a) / s, up = std::log(top / a) / s, down = std::log(top / b) / s;
   const double flat = std::max(0.0, length - rise - (top - b) / s) / top;
   const double total = up + flat + down;
-  const int count = std::max(1, static_cast<int>(std::lround(total)));
+  const int count = std::max(1, static_cast<int>(std::lround(std::min(total, 1e4))));
   std::vector<double> lines(count + 1, 0.0);
   for (int i = 1; i < count; ++i) {
     const double n = total * i / count;
-    lines[i] = n < up               ? a * std::expm1(s * n) / s
+    lines[i] = n < up          ? a * std::expm1(s * n) / s
                : n < up + flat ? rise + (n - up) * top
-                                    : length - b * std::expm1(s * (total - n)) / s;
+                               : length - b * std::expm1(s * (total - n)) / s;
   }
   lines[count] = length;
   return lines;
@@ -103,12 +103,13 @@ Check check_patches(const std::vector<PatchT<double>>& patches, const SolidPlan&
         return Because(fmt::format("the patches of {} and {} overlap or touch each other",
                                    patches[holder[k]].name, patches[p].name));
       holder[k] = static_cast<int>(p);
-      area = std::max(area, (nodes[k] - nodes[held[0]]).cross(nodes[held.back()] - nodes[held[0]]).norm());
+      area = std::max(
+          area, (nodes[k] - nodes[held[0]]).cross(nodes[held.back()] - nodes[held[0]]).norm());
     }
     const double length = held.empty() ? 0 : (nodes[held.back()] - nodes[held[0]]).norm();
     if (area <= 1e-6 * length * length)
-      return Because(fmt::format("the patch of {} holds fewer than three nodes off a line",
-                                 patches[p].name));
+      return Because(
+          fmt::format("the patch of {} holds fewer than three nodes off a line", patches[p].name));
   }
   return {};
 }

@@ -24,8 +24,8 @@ void add_pair(const std::array<S, 3>& lengths, int axis, std::vector<FlatFaceT<S
     return along_axis<S>(k % 3, lengths[static_cast<std::size_t>(k % 3)] * 0.5);
   };
   for (const double side : {1.0, -1.0})
-    faces.push_back({Vector3<S>(half(axis) * S(side)), along_axis<S>(axis, S(side)),
-                     half(axis + 1), half(axis + 2)});
+    faces.push_back({Vector3<S>(half(axis) * S(side)), along_axis<S>(axis, S(side)), half(axis + 1),
+                     half(axis + 2)});
 }
 
 template <class S>

@@ -98,7 +98,9 @@ Sizes sizes_of(const NotchShapeT<double>& notch, double /*extent*/, const MeshDe
   const auto inner = inner_halves(notch);
   const double height = notch.thickness + 2 * notch.depth, across = 2 * inner[0] / through;
   const double end = density.size > 0 ? density.size : std::min(height / 3, notch.end_length / 2);
-  return {{end, across, notch.two_axes ? 2 * inner[1] / through : notch.width / 6}, false, 1.0 / through};
+  return {{end, across, notch.two_axes ? 2 * inner[1] / through : notch.width / (1.5 * through)},
+          false,
+          1.0 / through};
 }
 
 /// A plane that lines are put on.
@@ -125,9 +127,9 @@ std::vector<Plane> distinct_planes(const std::vector<double>& places,
   return planes;
 }
 
-/// Sizes wanted beside the planes of patches: a fifth of the patch at its sides, of its smaller side
-/// below it; half of one that is small. A side at the edge of the body needs none. Infinite for
-/// planes of the shape.
+/// Sizes wanted beside the planes of patches: a fifth of the patch at its sides, of its smaller
+/// side below it; half of one that is small. A side at the edge of the body needs none. Infinite
+/// for planes of the shape.
 std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& planes, double root,
                                                     double small, double tolerance) {
   std::array<std::vector<double>, 3> wanted;
@@ -168,11 +170,11 @@ void choose_sizes(std::vector<Plane>& planes, int of_shape, double largest, bool
   const double slope = std::log(density.growth);
   for (Plane& plane : planes) plane.size = std::min(largest, plane.size) * density.coarsening;
   for (std::size_t k = 1; k < planes.size(); ++k)
-    planes[k].size = std::min(planes[k].size,
-                              planes[k - 1].size + slope * (planes[k].at - planes[k - 1].at));
+    planes[k].size =
+        std::min(planes[k].size, planes[k - 1].size + slope * (planes[k].at - planes[k - 1].at));
   for (std::size_t k = planes.size() - 1; k-- > 0;)
-    planes[k].size = std::min(planes[k].size,
-                              planes[k + 1].size + slope * (planes[k + 1].at - planes[k].at));
+    planes[k].size =
+        std::min(planes[k].size, planes[k + 1].size + slope * (planes[k + 1].at - planes[k].at));
 }
 
 /// Lines on the planes and between them, middles of elements too.
@@ -228,10 +230,10 @@ bool is_within(const SolidShapeT<double>& shape, const Vector3d& place) {
   return std::visit([&](const auto& kind) { return is_within(kind, place); }, shape);
 }
 
-MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes,
-                     double tolerance, const MeshDensity& density) {
+MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes, double extent,
+                     const MeshDensity& density) {
   const auto* notch = std::get_if<NotchShapeT<double>>(&shape);
-  const double extent = 1e6 * tolerance;
+  const double tolerance = 1e-6 * extent;
   const Sizes sizes =
       std::visit([&](const auto& kind) { return sizes_of(kind, extent, density); }, shape);
   const auto wanted = sizes_at_patches(planes, density.root, extent / 200, tolerance);
@@ -264,8 +266,8 @@ LinePlacesT<S> places_of(const MeshLines& lines, const SolidShapeT<S>& shape,
         const S missing = notch_end(*notch).rise - place.rise;
         const auto inner = inner_halves(*notch);
         places.at[0].push_back(double(line.side) * place.x);
-        places.narrower.push_back({S(1.0 - missing / inner[0]),
-                                   notch->two_axes ? S(1.0 - missing / inner[1]) : S(1.0)});
+        places.narrower.push_back(
+            {S(1.0 - missing / inner[0]), notch->two_axes ? S(1.0 - missing / inner[1]) : S(1.0)});
       }
   return places;
 }

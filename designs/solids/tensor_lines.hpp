@@ -17,10 +17,11 @@ struct PlanesT {
 template <class S>
 PlanesT<S> planes_of(const SolidShapeT<S>& shape, const std::vector<PatchT<S>>& patches);
 
-/// Lines across each axis; boundaries of elements and, between them, their middles.
+/// Lines across each axis; boundaries of elements and, between them, their middles. `extent`: of
+/// the shape along its longest axis [m].
 using MeshLines = std::array<std::vector<MeshLine>, 3>;
-MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes,
-                     double tolerance, const MeshDensity& density);
+MeshLines plan_lines(const SolidShapeT<double>& shape, const PlanesT<double>& planes, double extent,
+                     const MeshDensity& density);
 
 /// Places of the lines, and heights and widths over those of the end of the notch, by line of x.
 template <class S>

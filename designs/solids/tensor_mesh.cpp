@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "designs/solids/contour_curves.hpp"
 #include "designs/solids/mesh_plan.hpp"
 #include "designs/solids/tensor_lines.hpp"
 
@@ -44,7 +45,7 @@ Check check_shape(const BoxShapeT<double>& box) {
 }
 Check check_shape(const PlateShapeT<double>& plate) {
   if (!(plate.thickness > 0)) return Because("the thickness of a plate must be positive");
-  return {};
+  return check_contours(contours_of(plate), plate.windows.size());
 }
 Check check_shape(const NotchShapeT<double>& notch) { return check_notch(notch); }
 
@@ -55,11 +56,11 @@ constexpr int hexahedron[20][3] = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {
                                    {0, 1, 2}, {0, 0, 1}, {2, 0, 1}, {2, 2, 1}, {0, 2, 1}};
 
 /// The elements between the lines that are within the shape.
-struct Grid {
+struct TensorGrid {
   std::array<std::vector<double>, 3> places;  ///< of the lines
-  std::array<int, 3> size;     ///< numbers of lines
-  std::vector<int> node;       ///< at each crossing of lines; −1: none
-  std::vector<char> material;  ///< at each crossing of middles
+  std::array<int, 3> size;                    ///< numbers of lines
+  std::vector<int> node;                      ///< at each crossing of lines; −1: none
+  std::vector<char> material;                 ///< at each crossing of middles
 
   std::size_t index(int i, int j, int k) const {
     return (std::size_t(i) * size[1] + j) * size[2] + k;
@@ -72,7 +73,7 @@ struct Grid {
 };
 
 /// Numbers nodes and cells.
-std::shared_ptr<const SolidCells> fill(const SolidShapeT<double>& shape, Grid& grid,
+std::shared_ptr<const SolidCells> fill(const SolidShapeT<double>& shape, TensorGrid& grid,
                                        TensorPlacing& placing) {
   SolidCells cells;
   cells.blocks.resize(1);
@@ -94,33 +95,32 @@ std::shared_ptr<const SolidCells> fill(const SolidShapeT<double>& shape, Grid& g
   return std::make_shared<SolidCells>(std::move(cells));
 }
 
-/// The axis across a patch whose sides are along own axes.
+/// The axis across a patch, whose sides must be along own axes.
 Answer<int> normal_axis(const PatchT<double>& patch) {
   std::array<int, 2> along;
   const Vector3d* halves[] = {&patch.half_u, &patch.half_v};
   for (int s = 0; s < 2; ++s) {
     const double length = halves[s]->cwiseAbs().maxCoeff(&along[s]);
-    if (halves[s]->norm() > length * (1 + 1e-12))
-      return Because(fmt::format("the sides of the patch of {} are not along the axes of the body",
+    if (!(length > 0)) return Because(fmt::format("the patch of {} has no area", patch.name));
+    if (halves[s]->norm() > length * (1 + 1e-12) || (s == 1 && along[0] == along[1]))
+      return Because(fmt::format("the sides of the patch of {} are not along two axes of the body",
                                  patch.name));
   }
-  if (along[0] == along[1])
-    return Because(fmt::format("the patch of {} holds fewer than three nodes off a line",
-                               patch.name));
   return 3 - along[0] - along[1];
 }
 
 /// The nodes within a patch.
-Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, const Grid& grid,
-                                      const PlanesT<double>& planes, double tolerance) {
+Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across,
+                                      const TensorGrid& grid, const PlanesT<double>& planes,
+                                      double tolerance) {
   std::array<int, 3> first, last;
   for (int d = 0; d < 3; ++d) {
     const double half = std::abs(patch.half_u[d]) + std::abs(patch.half_v[d]) + tolerance;
     const auto& places = grid.places[d];
-    first[d] = std::lower_bound(places.begin(), places.end(), patch.center[d] - half) -
-               places.begin();
-    last[d] = std::upper_bound(places.begin(), places.end(), patch.center[d] + half) -
-              places.begin() - 1;
+    first[d] =
+        std::lower_bound(places.begin(), places.end(), patch.center[d] - half) - places.begin();
+    last[d] =
+        std::upper_bound(places.begin(), places.end(), patch.center[d] + half) - places.begin() - 1;
   }
   int on = 0, off = 0;
   std::array<int, 3> at;
@@ -138,9 +138,12 @@ Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, c
     double gap = INFINITY;
     for (int p = 0; p < planes.of_shape[across]; ++p)
       gap = std::min(gap, std::abs(planes.at[across][p] - patch.center[across]));
+    if (gap <= tolerance)
+      return Because(fmt::format("the patch of {} lies beside the faces of the body", patch.name));
     return Because(fmt::format(
         "the patch of {} lies on no face of the body: the nearest plane across its {} axis is "
-        "{:g} m away", patch.name, "xyz"[across], gap));
+        "{:g} m away",
+        patch.name, "xyz"[across], gap));
   }
   std::vector<int> nodes;
   for (at[0] = first[0]; at[0] <= last[0]; ++at[0])
@@ -156,8 +159,7 @@ Answer<std::vector<int>> nodes_within(const PatchT<double>& patch, int across, c
 Answer<SolidPlan> plan_tensor_mesh(const SolidShapeT<double>& nominal,
                                    const std::vector<PatchT<double>>& patches,
                                    const MeshDensity& density) {
-  if (const Check check =
-          std::visit([](const auto& kind) { return check_shape(kind); }, nominal);
+  if (const Check check = std::visit([](const auto& kind) { return check_shape(kind); }, nominal);
       !check)
     return Because(check.error());
   const PlanesT<double> planes = planes_of(nominal, patches);
@@ -178,10 +180,12 @@ Answer<SolidPlan> plan_tensor_mesh(const SolidShapeT<double>& nominal,
         return Because(fmt::format("the patch of {} is not on an end of the notch", patch.name));
   }
   const auto placing = std::make_shared<TensorPlacing>();
-  placing->lines = plan_lines(nominal, planes, tolerance, density);
-  Grid grid;
+  placing->lines = plan_lines(nominal, planes, extent, density);
+  TensorGrid grid;
   grid.places = places_of(placing->lines, nominal, planes).at;
   for (int d = 0; d < 3; ++d) grid.size[d] = static_cast<int>(grid.places[d].size());
+  if (grid.index(grid.size[0], 0, 0) > 8'000'000)
+    return Because("the elements are too many: larger ones are needed");
   SolidPlan plan;
   plan.cells = fill(nominal, grid, *placing);
   for (std::size_t p = 0; p < patches.size(); ++p) {

@@ -270,7 +270,7 @@ void refine(Delaunay& all, PlaneMesh& mesh, const std::function<double(const Pla
       // radius over that of an equilateral triangle
       const double excess = to.norm() / (2 * area) * std::sqrt(3.0) / size((a + b + c) / 3);
       const bool is_flat = least_sine(a, b, c) < 0.42;  // 25 degrees
-      if (excess > (is_flat ? 0.8 : 1.25)) queue.push({excess, seen});
+      if (excess > (is_flat ? 0.8 : 1.15)) queue.push({excess, seen});
     }
   };
   for (take(); !queue.empty(); take()) {

@@ -127,9 +127,8 @@ void read_warm_bodies(const json& read, const Mechanism& mechanism, FaultList& f
     const auto found = std::ranges::find(known, name);
     const auto elastic = std::ranges::find(mechanism.elastic_bodies, name, &ElasticBody::name);
     if (elastic != mechanism.elastic_bodies.end()) {
-      const std::optional<double> own = read.contains("thermal_expansion")
-                                            ? coefficient
-                                            : elastic->material.thermal_expansion;
+      const std::optional<double> own =
+          read.contains("thermal_expansion") ? coefficient : elastic->material.thermal_expansion;
       if (own)
         add_elastic_expansion(*elastic, *own * change.get<double>(), mechanism, bodies, here,
                               faults, loads, strains);

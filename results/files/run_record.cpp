@@ -95,7 +95,8 @@ void conclude_evaluation(RunRecord& record) {
   const Accuracy accuracy = record.job.model.accuracy;
   const bool differentiated = accuracy == Accuracy::reduced && !record.gradients.empty();
   if (record.cases.empty()) {
-    std::tie(record.status, record.message) = conclusion(record.response, accuracy, record.mechanism);
+    std::tie(record.status, record.message) =
+        conclusion(record.response, accuracy, record.mechanism);
     if (differentiated && record.status == "ok")
       record.message += full_leaves_text(record.response.path);
     return;

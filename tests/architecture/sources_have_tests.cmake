@@ -12,6 +12,11 @@ set(tested_by
   core/elements/plate/strain_field core/elements/plate/test_plate_stress
   core/elements/plate/deformed_plate core/elements/plate/test_plate_stress
   core/elements/plate/full_model core/elements/leaf/test_full_model
+  core/elements/solid/solid_check core/elements/solid/test_solid_condensation
+  core/elements/solid/solid_element core/elements/solid/test_solid_condensation
+  core/elements/solid/solid_model_rates core/elements/solid/test_solid_condensation
+  core/elements/solid/solid_products core/elements/solid/test_solid_condensation
+  core/math/sparse_definite core/elements/solid/test_solid_condensation
   core/elements/plate/full_leaf core/elements/plate/test_leaf_closed_forms
   core/elements/plate/element_numbers core/elements/plate/test_transverse_shear
   core/elements/plate/mesh_numbers core/elements/plate/test_leaf_profiles
@@ -31,24 +36,40 @@ set(tested_by
   designs/design_plan designs/test_design_files
   designs/design_reader designs/test_design_files
   designs/design_shape designs/test_design_files
+  designs/elastic_mechanism designs/test_elastic_designs
+  designs/elastic_reader designs/test_elastic_designs
   designs/expand designs/test_design_files
   designs/family designs/test_families
   designs/flat_mechanism designs/test_design_files
   designs/flatten designs/test_design_files
+  designs/flatten_elastic designs/test_elastic_designs
   designs/flatten_items designs/test_design_files
   designs/flatten_leaves designs/test_design_files
+  designs/flatten_shapes designs/test_elastic_designs
   designs/formula_words designs/test_design_files
+  designs/solids/solid_faces designs/test_elastic_designs
   designs/materials designs/test_families
   core/elements/solid/held_body core/test_elastic_mechanism
   core/equilibrium/elastic_bodies core/test_elastic_mechanism
   core/equilibrium/elastic_stress core/test_elastic_stress
   core/response/gradients/elastic_gradients core/test_elastic_mechanism
   core/mechanism/elastic_body core/test_elastic_mechanism
+  designs/solids/notch_mesh designs/test_solid_meshes
+  designs/solids/plan_mesh designs/test_solid_meshes
+  designs/solids/tensor_lines designs/test_solid_meshes
+  designs/solids/tensor_mesh designs/test_solid_meshes
   designs/solids/contour_curves designs/test_contour_meshes
   designs/solids/contour_mesh designs/test_contour_meshes
   designs/solids/contour_outline designs/test_contour_meshes
   designs/solids/contour_sizes designs/test_contour_meshes
   designs/solids/triangles designs/test_contour_meshes
+  designs/solids/import_inp designs/test_imports
+  designs/solids/import_matrices designs/test_imports
+  designs/solids/import_mesh designs/test_imports
+  designs/solids/import_msh designs/test_imports
+  designs/solids/matrix_checks designs/test_imports
+  designs/solids/matrix_files designs/test_imports
+  designs/solids/numbered_lines designs/test_imports
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/solve_equilibrium core/equilibrium/test_stroke_path
   core/equilibrium/system core/equilibrium/test_joints

@@ -1,5 +1,5 @@
 // Rates of a condensed body along a change of its sizes and its material, without a further
-// factorisation. Equations (C1), (C2) of README.md.
+// factorisation: README.md.
 #include "core/elements/solid/kept_by_content.hpp"
 #include "core/elements/solid/quartic.hpp"
 #include "core/elements/solid/solid_condensation.hpp"

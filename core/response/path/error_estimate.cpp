@@ -231,9 +231,9 @@ void each_error(const std::vector<StrokeErrors>& errors, const Visit& visit) {
     for (std::size_t k = 0; k < errors[path].path.size(); ++k)
       for (const EstimatedError& n : errors[path].path[k]) {
         if (n.scale == 0) continue;
-        visit(n.kind, LargestError{n.name, path, k, n.relative(), n.along / n.scale,
-                                   n.across / n.scale, n.reduction / n.scale, n.theory / n.scale,
-                                   n.solids / n.scale});
+        visit(n.kind,
+              LargestError{n.name, path, k, n.relative(), n.along / n.scale, n.across / n.scale,
+                           n.reduction / n.scale, n.theory / n.scale, n.solids / n.scale});
       }
 }
 
@@ -333,18 +333,6 @@ MechanismScale scale_of(const Mechanism& mechanism, const ModelOptions& model) {
   for (const DriveList::Item& drive : drives.items)
     if (is_rotation(drive.direction)) scale.moments.insert(load_name(drive.name));
   return scale;
-}
-
-std::optional<Mechanism> with_coarse_bodies(const Mechanism& mechanism) {
-  Mechanism coarse = mechanism;
-  bool any = false;
-  for (ElasticBody& body : coarse.elastic_bodies) {
-    if (!body.coarse) continue;
-    any = true;
-    body = ElasticBody(*body.coarse);
-  }
-  if (!any) return std::nullopt;
-  return coarse;
 }
 
 bool has_elements_across(const Mechanism& mechanism, const ModelOptions& model) {

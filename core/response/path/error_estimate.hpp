@@ -80,7 +80,7 @@ std::optional<Mechanism> with_coarse_bodies(const Mechanism& mechanism);
 /// The evaluated path with full leaves, on the mesh of the model and on the finer meshes.
 struct FullPaths {
   std::shared_ptr<const StrokeResponse> own, along,
-      across;                 ///< across: null without elements there
+      across;  ///< across: null without elements there
   std::shared_ptr<const StrokeResponse>
       coarse;                 ///< by the model itself, with_coarse_bodies(); null without those
   std::array<int, 2> mesh{};  ///< own

@@ -81,4 +81,16 @@ std::vector<EstimatedError> estimated_numbers(const PathPoint& point) {
   return numbers;
 }
 
+std::optional<Mechanism> with_coarse_bodies(const Mechanism& mechanism) {
+  Mechanism coarse = mechanism;
+  bool any = false;
+  for (ElasticBody& body : coarse.elastic_bodies) {
+    if (!body.coarse) continue;
+    any = true;
+    body = ElasticBody(*body.coarse);
+  }
+  if (!any) return std::nullopt;
+  return coarse;
+}
+
 }  // namespace flexopt

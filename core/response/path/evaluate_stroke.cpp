@@ -115,8 +115,9 @@ void add_room_taken(const Mechanism& mechanism, const StrokeRequest& request,
                     DifferentiablePath* differentiable, StrokeResponse& response) {
   const bool still = request.outputs.has(Output::envelope),
              moving = request.outputs.has(Output::moving_envelope);
-  if ((!still && !moving) || mechanism.leaves.empty()) return;
+  if (!still && !moving) return;
   const Solids solids = Solids::undeflected(mechanism);
+  if (solids.count() == 0) return;
   const Extents rest = extents_of(solids);
   StrokeGradients* gradients = gradients_of(differentiable);
   MatrixXd rest_rates;

@@ -39,8 +39,8 @@ class Paths {
   Path get(Accuracy accuracy, const std::array<int, 2>& mesh, std::size_t k, bool coarse = false) {
     Path& path = paths_[{accuracy, mesh, k, coarse}];
     if (!path) {
-      path = std::make_shared<const StrokeResponse>(evaluate_stroke(
-          coarse ? *coarse_ : *mechanism_, options(accuracy, mesh), requests_[k]));
+      path = std::make_shared<const StrokeResponse>(
+          evaluate_stroke(coarse ? *coarse_ : *mechanism_, options(accuracy, mesh), requests_[k]));
       cost_ += cost_of(mesh) / static_cast<double>(requests());
     }
     return path;
@@ -122,7 +122,8 @@ LargestError largest_but(std::vector<StrokeErrors> errors, const Numbers& aside)
 }
 
 /// Adds the errors beyond the tolerance that a finer mesh of leaves does not reduce: those of the
-/// theory and of elastic bodies, and those along or across that stayed as they were when there were more elements.
+/// theory and of elastic bodies, and those along or across that stayed as they were when there were
+/// more elements.
 void add_unreachable(const std::vector<StrokeErrors>& errors, double tolerance,
                      const std::vector<StrokeErrors>& before, bool along, bool across,
                      Numbers& numbers) {
@@ -137,8 +138,7 @@ void add_unreachable(const std::vector<StrokeErrors>& errors, double tolerance,
                  number.*part > as_before * old->*part;
         };
         if (number.theory + number.solids > tolerance * number.scale ||
-            (along && stays(&EstimatedError::along)) ||
-            (across && stays(&EstimatedError::across)))
+            (along && stays(&EstimatedError::along)) || (across && stays(&EstimatedError::across)))
           numbers.insert({k, number.name});
       }
 }
@@ -269,7 +269,8 @@ ChosenModel choose_model(const Mechanism& mechanism, const ModelOptions& model,
     mesh = *next;
   }
   chosen.model = paths.options(accuracy, mesh);
-  for (std::size_t k = 0; k < paths.requests(); ++k) chosen.full.push_back(paths.full(accuracy, mesh, k));
+  for (std::size_t k = 0; k < paths.requests(); ++k)
+    chosen.full.push_back(paths.full(accuracy, mesh, k));
   chosen.cost = paths.cost();
   chosen.message = message_of(chosen, errors, why, tolerance);
   return chosen;

@@ -122,7 +122,8 @@ Solids solids_of(System& system) {
           system.poses()};
 }
 
-// The share of the cubic term in the stiffness is the largest |λ| of (A·e) v = λ (basisᵀ K basis) v.
+// The share of the cubic term in the stiffness is the largest |λ| of (A·e) v = λ (basisᵀ K basis)
+// v.
 ElasticBodyReport report_of(const CondensedSolid& solid, const VectorXd& local) {
   ElasticBodyReport report{.rigid_residual = solid.rigid_residual, .unknowns = solid.unknowns};
   for (Eigen::Index a = 3; a < local.size(); a += 6)
@@ -292,7 +293,8 @@ Check PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, std
   std::optional<Solids> solids;
   if (request_->outputs.has(Output::moving_envelope) || !clearance_pairs_.empty())
     solids = solids_of(system);
-  if (request_->outputs.has(Output::moving_envelope)) point.extents = extents_of(*solids);
+  if (request_->outputs.has(Output::moving_envelope) && solids->count() > 0)
+    point.extents = extents_of(*solids);
   if (!clearance_pairs_.empty()) point.clearance = clearance_of(*solids, clearance_pairs_);
   if (!differentiable_) return {};
   return evaluate_differentiable(system, solids ? &*solids : nullptr, index, point, gradients);

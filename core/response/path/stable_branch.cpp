@@ -80,12 +80,12 @@ void add_push(const Push& push, double amplitude, double stiffness, const System
     const auto holder =
         std::ranges::find_if(body.interfaces, [](const auto& i) { return i.body != ground; });
     if (model.total_mass > 0)
-      loads.constant.push_back(
-          {.force = -model.total_mass * acceleration,
-           .body = holder->body,
-           .arm = body.place + body.axes * model.mass_moment / model.total_mass -
-                  mechanism.bodies[holder->body].reference,
-           .step = loads.gravity_step});
+      loads.constant.push_back({.force = -model.total_mass * acceleration,
+                                .body = holder->body,
+                                .arm = body.place +
+                                       body.axes * model.mass_moment / model.total_mass -
+                                       mechanism.bodies[holder->body].reference,
+                                .step = loads.gravity_step});
   }
 }
 
