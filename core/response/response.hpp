@@ -281,8 +281,8 @@ struct PathPoint {
   /// Why a fillet has no factor; notch_stress, yield_safety and what is of fatigue are then
   /// missing.
   std::string fillet_fault;
-  /// The largest of the local maxima of all leaves and elastic bodies, from `max_stress` down to 0.8 of it; as many
-  /// as were asked for or fewer.
+  /// The largest of the local maxima of all leaves and elastic bodies, from `max_stress` down to
+  /// 0.8 of it; as many as were asked for or fewer.
   std::vector<StressPeak> stress_peaks;
   /// Undeflected, and over the whole stroke with the undeflected state: the same at every point.
   std::optional<Envelope> envelope, moving_envelope;
@@ -309,8 +309,8 @@ struct PathPoint {
   std::vector<ElasticBodyReport> elastic_bodies;
   std::vector<LeafShape> shapes;
   std::vector<ElasticShape> elastic_shapes;  ///< those of imported matrices have no points
-  std::vector<Vector3d> named_points;  ///< displacements, in the order of the request [m]
-  std::vector<BodyMotion> bodies;      ///< of every body of the mechanism
+  std::vector<Vector3d> named_points;        ///< displacements, in the order of the request [m]
+  std::vector<BodyMotion> bodies;            ///< of every body of the mechanism
 };
 
 /// Motion of named point k of a request along its direction at a converged point of the path:
@@ -327,7 +327,8 @@ struct StrokeResponse {
   std::vector<PathPoint> path;  ///< one for each requested point, in that order
   std::vector<FrequencyDerivatives> frequency_derivatives;
   std::vector<FrequencyWay> frequency_ways;  ///< to every point of several drives but rest
-  /// For every leaf, then every elastic body, the places whose stress history is kept, as long as PathPoint::sections are.
+  /// For every leaf, then every elastic body, the places whose stress history is kept, as long as
+  /// PathPoint::sections are.
   std::vector<std::vector<StressPlace>> stress_places;
   double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };

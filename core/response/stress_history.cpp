@@ -135,9 +135,8 @@ class History {
         spot.notch.membrane * of.topRows<3>() + side * spot.notch.bending * of.bottomRows<3>();
     const SectionStress s = section(point, spot);
     for (Eigen::Index p = 0; spot.end >= 0 && p < plane.cols(); ++p) {
-      const NotchFactors moved =
-          clamp_factor_rates(mechanism_.leaves[spot.part], directions[p].leaves[spot.part],
-                             spot.end, *rules_.fillet);
+      const NotchFactors moved = clamp_factor_rates(
+          mechanism_.leaves[spot.part], directions[p].leaves[spot.part], spot.end, *rules_.fillet);
       plane.col(p) += moved.membrane * s.head<3>() + side * moved.bending * s.tail<3>();
     }
     MatrixXd rates = MatrixXd::Zero(6, plane.cols());

@@ -58,8 +58,8 @@ VectorXd safety_rates(double safety, double stress, const VectorXd& stress_rates
 VectorXd ratio_life_rates(const FatigueCycle& life, const Material& material,
                           const FatigueRule& rule, const VectorXd& stress_rates);
 
-// Fatigue by the history of stress at every place of leaves and elastic bodies: equations (Y4) to (Y8) of
-// README.md.
+// Fatigue by the history of stress at every place of leaves and elastic bodies: equations (Y4) to
+// (Y8) of README.md.
 
 /// Effective amplitude and mean of the cycle between two plane stresses (σ11, σ22, σ12) [Pa]: von
 /// Mises stress of half their difference, first invariant of their mean.

@@ -100,10 +100,12 @@ Check check_stress(const std::string& quantity, const StrokeRequest& request) {
       return Because(one_point);
     if (life)
       return Because(
-          "the material of every leaf and elastic body must have an s_n_curve, and an ultimate_strength "
+          "the material of every leaf and elastic body must have an s_n_curve, and an "
+          "ultimate_strength "
           "(soderberg: a yield_strength) unless the stress_ratio is -1");
     return Because(
-        "the material of every leaf and elastic body must have an endurance_limit, or an s_n_curve that tells of "
+        "the material of every leaf and elastic body must have an endurance_limit, or an s_n_curve "
+        "that tells of "
         "the cycles, and an ultimate_strength (soderberg: a yield_strength) unless the "
         "stress_ratio is -1");
   }

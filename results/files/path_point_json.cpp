@@ -57,10 +57,11 @@ Json modes_json(const PathPoint& point) {
 Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& mechanism) {
   if (!peak) return nullptr;
   if (peak->elastic_body >= 0)
-    return {{"elastic_body", *part_of(*peak, mechanism).name},
-            {"allowable_stress", optional_json(part_of(*peak, mechanism).material->allowable_stress)},
-            {"node", peak->node},
-            {"position", vector_json(peak->position)}};
+    return {
+        {"elastic_body", *part_of(*peak, mechanism).name},
+        {"allowable_stress", optional_json(part_of(*peak, mechanism).material->allowable_stress)},
+        {"node", peak->node},
+        {"position", vector_json(peak->position)}};
   const auto leaf = static_cast<std::size_t>(peak->leaf);
   assert(leaf < mechanism.leaves.size());
   return {{"leaf", mechanism.leaves[leaf].name},

@@ -158,7 +158,8 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList
 /// reached, and the worst error of each quantity.
 std::string comparison_csv(const Job& job, const Comparison& comparison, const DriveList& drives);
 
-// Deformed mid-surfaces of leaves and surfaces of elastic bodies for ParaView: one shape_NNN.vtu a stroke point and shapes.pvd over all.
+// Deformed mid-surfaces of leaves and surfaces of elastic bodies for ParaView: one shape_NNN.vtu a
+// stroke point and shapes.pvd over all.
 
 /// A vector at every point of all shapes, such as the motion of a mode.
 struct VtkField {

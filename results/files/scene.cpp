@@ -202,14 +202,14 @@ std::optional<Json> design_json(const std::string& label, const std::string& kin
   const std::size_t points = drawn_points(path[drawn.front()]);
   const std::vector<std::size_t> frames = thinned(drawn, path, budget.equilibria / (16 * points));
 
-  Json design = {{"label", label},
-                 {"kind", kind},
-                 {"parameters", parameters},
-                 {"end_effector", mechanism.end_effector},
-                 {"bodies", bodies_json(mechanism)},
-                 {"leaves", leaves_json(mechanism, path[frames.front()].shapes)},
-                 {"elastic_bodies",
-                  elastic_bodies_json(mechanism, path[frames.front()].elastic_shapes)}};
+  Json design = {
+      {"label", label},
+      {"kind", kind},
+      {"parameters", parameters},
+      {"end_effector", mechanism.end_effector},
+      {"bodies", bodies_json(mechanism)},
+      {"leaves", leaves_json(mechanism, path[frames.front()].shapes)},
+      {"elastic_bodies", elastic_bodies_json(mechanism, path[frames.front()].elastic_shapes)}};
   design.update(ties_json(mechanism));
   design["loads"] = loads_json(loads, mechanism);
   design["frames"] = frames;

@@ -91,8 +91,7 @@ TEST_CASE("strokes and loads are limited by the stress of an elastic body") {
   REQUIRE(p.stroke_capacity[0]);
   CHECK(p.stroke_capacity[0]->limit == StrokeLimit::stress);
   CHECK(p.stroke_capacity[0]->reason.find("bar") != std::string::npos);
-  CHECK(p.stroke_capacity[0]->value ==
-        Approx(1e-3 * limit / p.max_stress->value).epsilon(1e-2));
+  CHECK(p.stroke_capacity[0]->value == Approx(1e-3 * limit / p.max_stress->value).epsilon(1e-2));
   REQUIRE(p.load_capacity[0]);
   CHECK(p.load_capacity[0]->limit == CapacityLimit::stress);
   request.loads.constant = {{.force = {p.load_capacity[0]->value, 0, 0}}};
@@ -113,9 +112,8 @@ TEST_CASE("stress and safeties of elastic bodies have exact derivatives", "[slow
     request.stress_peaks = 3;
     request.values = PathValues::differentiable;
     request.newton.tolerance = 1e-11;
-    const StrokeSensitivity exact =
-        evaluate_stroke_gradients(family.make(values_of(family.numbers)), directions_of(family),
-                                  {}, request);
+    const StrokeSensitivity exact = evaluate_stroke_gradients(
+        family.make(values_of(family.numbers)), directions_of(family), {}, request);
     INFO(exact.message << exact.response.message);
     REQUIRE(exact.gradients);
     const auto numbers = [](const PathPoint& p) {

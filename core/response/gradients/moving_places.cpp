@@ -41,8 +41,7 @@ VectorXd stress_rates(MovingFields& fields, const StressPeak& peak, const Mechan
   if (peak.elastic_body >= 0) {
     const auto [value, rate] = fields.elastic(peak.elastic_body, {peak.node});
     VectorXd rates(rate.cols());
-    for (Eigen::Index p = 0; p < rates.size(); ++p)
-      rates[p] = von_mises_rate(value, rate.col(p));
+    for (Eigen::Index p = 0; p < rates.size(); ++p) rates[p] = von_mises_rate(value, rate.col(p));
     return rates;
   }
   VectorXd rates =
