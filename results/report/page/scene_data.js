@@ -74,7 +74,7 @@ export class Design {
       leaf.first = first;
       first += leaf.points_along * leaf.points_across;
     }
-    this.elastic_bodies ??= [];
+    this.elastic_bodies = (json.elastic_bodies ?? []).filter((body) => body.points > 0);  // imported matrices have none
     for (const body of this.elastic_bodies) {
       body.first = first;
       body.corners = unpacked(body.triangles);

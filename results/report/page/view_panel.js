@@ -273,7 +273,7 @@ export function view_panel() {
   panel.append(
     element("div", {class: "controls"}, ...(undeflected ? [] : stroke_sliders()), converged.length > 1 ? play : null),
     magnifier(),
-    element("div", {class: "controls"}, list.options.length > 1 ? modes : null, undeflected ? null : colors, leaf_list, beside),
+    element("div", {class: "controls"}, list.options.length > 1 ? modes : null, undeflected ? null : colors, designs[0].leaves.length ? leaf_list : null, beside),
     element("div", {class: "controls"}, views, upward, element("label", {class: "choice"}, turning, "turntable"), element("label", {class: "choice"}, bodies, "bodies"), element("label", {class: "choice"}, names, "names"), copy, save),
     legend_place,
     element("p", {class: "soft hint"}, "Drag or use the arrow keys to turn, wheel or + and − to zoom" + (undeflected ? "" : ", click a leaf for its plots") + ". Hatched: ground."));
