@@ -201,7 +201,7 @@ struct StateSpaceRequest {
 /// … 11 against them.
 struct CapacityRule {
   std::array<bool, 12> directions{};
-  std::optional<double> stress;  ///< limit of all leaves [Pa]; nothing: their yield strengths
+  std::optional<double> stress;  ///< limit of all parts [Pa]; nothing: their yield strengths
   /// Least share of the unloaded support stiffness that must remain. Skipped when zero.
   double stiffness_share = 0;
   std::array<bool, 6> supports{true, true, true, true, true, true};  ///< whose stiffness counts
@@ -216,8 +216,8 @@ struct StrokeCapacityRule {
   int drive = 0;
   double up_to = 0;                      ///< where the search ends, either way [m or rad]
   std::array<bool, 2> ways{true, true};  ///< forward, backward: which are looked at
-  /// Limit of all leaves [Pa]; nothing: safeties against yield and fatigue, of those that the
-  /// request's StressRules want, of 1.
+  /// Limit of all leaves and elastic bodies [Pa]; nothing: safeties against yield and fatigue, of
+  /// those that the request's StressRules want, of 1.
   std::optional<double> stress;
   /// Least share of the support stiffness at rest that must remain. Skipped when zero.
   double stiffness_share = 0;

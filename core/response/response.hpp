@@ -37,6 +37,7 @@ struct Mode {
   /// empty where the leaf's model does not tell). Global axes, in one common scale.
   VectorXd body_motion;
   std::vector<VectorXd> leaf_motion;
+  std::vector<VectorXd> elastic_motion;  ///< likewise, of the points of each ElasticShape
 };
 
 /// How the square of a natural frequency, drive free, leaves its value at the undeflected state
@@ -115,7 +116,7 @@ struct Buckling {
 
 /// What ends the growth of a load.
 enum class CapacityLimit {
-  stress,       ///< of a leaf, the limit that is stated or its yield strength
+  stress,       ///< of a leaf or an elastic body, the limit that is stated or its yield strength
   instability,  ///< singular tangent
   stiffness,    ///< a support stiffness fell to the stated share
   none          ///< none of these as far as it was looked
@@ -155,7 +156,7 @@ struct StrokeCapacity {
 /// Life that counts in goals where there is none: decimal logarithm of the number of cycles.
 inline constexpr double longest_life = 30;
 
-/// Strength over stress, for the leaf with the least ratio.
+/// Strength over stress, for the leaf or elastic body with the least ratio.
 struct StressSafety {
   double value = 0;
   StressPeak stress;
@@ -209,6 +210,19 @@ struct ElasticBodyReport {
   std::optional<double> geometric_share;
   double rigid_residual = 0;  ///< stiffness against rigid motion before it was projected away
   int unknowns = 0;           ///< of its mesh
+  /// Largest von Mises stress of the surface, but of cells beside patches; where the stress is
+  /// asked for. Nothing of imported matrices.
+  std::optional<StressPeak> stress;
+  /// The largest difference of the stresses of neighbouring cells from their average around the
+  /// place of `stress`: an estimate of its error by the mesh [Pa].
+  double stress_jump = 0;
+};
+
+/// Deformed surface of an elastic body, by the corners of its cells.
+struct ElasticShape {
+  std::vector<Vector3d> undeflected, deflected;  ///< [m]
+  std::vector<double> von_mises;                 ///< [Pa]
+  std::vector<std::array<int, 3>> triangles;     ///< counterclockwise seen from outside
 };
 /// Turns beyond which a model of this degree is no longer believed [rad].
 inline constexpr double largest_turn(ElasticDegree degree) {
@@ -260,14 +274,15 @@ struct PathPoint {
   /// σ11 along the leaf, σ22, σ12 [Pa], fillet in, at the one place of the path's least safety (or
   /// least life); where the history of stress is looked at.
   std::optional<Vector3d> fatigue_stress;
-  /// For every leaf, a SectionStress for each of StrokeResponse::stress_places, in columns. Kept
-  /// until the path has ended; empty in the result.
+  /// For every leaf, a SectionStress for each of StrokeResponse::stress_places, in columns; then
+  /// for every elastic body the stress (11, 22, 33, 23, 13, 12, its own axes). Kept until the path
+  /// has ended; empty in the result.
   std::vector<MatrixXd> sections;
   /// Why a fillet has no factor; notch_stress, yield_safety and what is of fatigue are then
   /// missing.
   std::string fillet_fault;
-  /// The largest of the local maxima of all leaves, from `max_stress` down to 0.8 of it; as many
-  /// as were asked for or fewer.
+  /// The largest of the local maxima of all leaves and elastic bodies, from `max_stress` down to
+  /// 0.8 of it; as many as were asked for or fewer.
   std::vector<StressPeak> stress_peaks;
   /// Undeflected, and over the whole stroke with the undeflected state: the same at every point.
   std::optional<Envelope> envelope, moving_envelope;
@@ -293,8 +308,9 @@ struct PathPoint {
   std::vector<LeafReport> leaves;
   std::vector<ElasticBodyReport> elastic_bodies;
   std::vector<LeafShape> shapes;
-  std::vector<Vector3d> named_points;  ///< displacements, in the order of the request [m]
-  std::vector<BodyMotion> bodies;      ///< of every body of the mechanism
+  std::vector<ElasticShape> elastic_shapes;  ///< those of imported matrices have no points
+  std::vector<Vector3d> named_points;        ///< displacements, in the order of the request [m]
+  std::vector<BodyMotion> bodies;            ///< of every body of the mechanism
 };
 
 /// Motion of named point k of a request along its direction at a converged point of the path:
@@ -311,7 +327,8 @@ struct StrokeResponse {
   std::vector<PathPoint> path;  ///< one for each requested point, in that order
   std::vector<FrequencyDerivatives> frequency_derivatives;
   std::vector<FrequencyWay> frequency_ways;  ///< to every point of several drives but rest
-  /// For every leaf, the places whose stress history is kept, as long as PathPoint::sections are.
+  /// For every leaf, then every elastic body, the places whose stress history is kept, as long as
+  /// PathPoint::sections are.
   std::vector<std::vector<StressPlace>> stress_places;
   double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };

@@ -16,9 +16,23 @@ double von_mises_square(const Vector3d& s) {
   return s[0] * s[0] - s[0] * s[1] + s[1] * s[1] + 3 * s[2] * s[2];
 }
 
-/// One side of the leaf at a place.
+/// Stress: 11, 22, 33, 23, 13, 12.
+using Tensor = Vector6d;
+double von_mises_square(const Tensor& s) {
+  return 0.5 * (std::pow(s[0] - s[1], 2) + std::pow(s[1] - s[2], 2) + std::pow(s[2] - s[0], 2)) +
+         3 * s.tail<3>().squaredNorm();
+}
+EffectiveCycle effective_cycle_of(const Vector3d& one, const Vector3d& other) {
+  return effective_cycle(one, other);
+}
+EffectiveCycle effective_cycle_of(const Tensor& one, const Tensor& other) {
+  return {std::sqrt(von_mises_square(Tensor(0.5 * (one - other)))),
+          0.5 * (one + other).head<3>().sum()};
+}
+
+/// One side of the leaf at a place, or a node of an elastic body. Parts: the leaves, then these.
 struct Spot {
-  std::size_t leaf = 0;
+  std::size_t part = 0;
   Eigen::Index place = 0;
   bool positive = true;
   NotchFactors notch;
@@ -47,64 +61,87 @@ class History {
     return spot.notch.membrane * section.head<3>() + bending * section.tail<3>();
   }
 
-  /// Calls `take(spot, stresses)` for every spot of a leaf, with its stress at each point.
+  std::size_t parts() const { return factors_.size() + mechanism_.elastic_bodies.size(); }
+  bool is_elastic(std::size_t part) const { return part >= factors_.size(); }
+  StressedPart part(std::size_t part) const {
+    StressPeak in;
+    in.leaf = static_cast<int>(part);
+    if (is_elastic(part)) in.elastic_body = static_cast<int>(part - factors_.size());
+    return part_of(in, mechanism_);
+  }
+
+  /// Calls `take(spot, stresses)` for every spot of a part, with its stress at each point.
   template <class Take>
-  void each_spot(std::size_t leaf, const Take& take) const {
-    const std::vector<StressPlace>& places = response_.stress_places[leaf];
+  void each_spot(std::size_t part, const Take& take) const {
+    if (is_elastic(part)) return each_node(part, take);
+    const std::vector<StressPlace>& places = response_.stress_places[part];
     std::vector<Vector3d> stresses(response_.path.size());
     for (std::size_t q = 0; q < places.size(); ++q)
       for (const bool positive : {true, false}) {
-        Spot spot{leaf, static_cast<Eigen::Index>(q), positive, {}, -1};
+        Spot spot{part, static_cast<Eigen::Index>(q), positive, {}, -1};
         for (const int end : {0, 1})
-          if (const auto& factors = factors_[leaf][end]; factors && places[q].along == end) {
+          if (const auto& factors = factors_[part][end]; factors && places[q].along == end) {
             spot.notch = *factors;
             spot.end = end;
           }
         for (std::size_t k = 0; k < stresses.size(); ++k)
-          stresses[k] = on_side(spot, response_.path[k].sections[leaf].col(spot.place));
+          stresses[k] = on_side(spot, section(k, spot));
         take(spot, stresses);
       }
   }
 
   SectionStress section(std::size_t point, const Spot& spot) const {
-    return response_.path[point].sections[spot.leaf].col(spot.place);
+    return response_.path[point].sections[spot.part].col(spot.place);
+  }
+  Tensor stress(std::size_t point, const Spot& spot) const {
+    if (is_elastic(spot.part)) return section(point, spot);
+    const Vector3d plane = on_side(spot, section(point, spot));
+    Tensor tensor = Tensor::Zero();
+    tensor << plane[0], plane[1], 0, 0, 0, plane[2];
+    return tensor;
   }
 
   FatigueCycle cycle_of(const Found& found, std::size_t point) const {
     const Spot& spot = found.spot;
-    const StressPlace& at = response_.stress_places[spot.leaf][spot.place];
+    const StressPlace& at = response_.stress_places[spot.part][spot.place];
     FatigueCycle cycle;
     cycle.amplitude = found.cycle.amplitude;
     cycle.mean = found.cycle.mean;
     cycle.other = static_cast<int>(found.other);
     StressPeak& peak = cycle.stress;
-    peak.leaf = static_cast<int>(spot.leaf);
+    if (is_elastic(spot.part)) {
+      peak.elastic_body = static_cast<int>(spot.part - factors_.size());
+      peak.node = at.node;
+    } else {
+      peak.leaf = static_cast<int>(spot.part);
+    }
     peak.along = at.along;
     peak.across = at.across;
     peak.segment = at.segment;
     peak.on_positive_normal = spot.positive;
     peak.notch = spot.notch;
     for (const std::size_t k : {point, found.other})
-      peak.value =
-          std::max(peak.value, std::sqrt(von_mises_square(on_side(spot, section(k, spot)))));
+      peak.value = std::max(peak.value, std::sqrt(von_mises_square(stress(k, spot))));
     return cycle;
   }
 
-  /// What the stress of a spot at a point changes by: 3 × parameters.
+  /// What the stress of a spot at a point changes by: 6 × parameters.
   MatrixXd rates(const Spot& spot, std::size_t point, const std::vector<Mechanism>& directions,
                  const StrokeGradients& gradients) const {
-    const auto of = gradients.path[point].section_rates[spot.leaf].middleRows(6 * spot.place, 6);
+    const auto of = gradients.path[point].section_rates[spot.part].middleRows(6 * spot.place, 6);
+    if (is_elastic(spot.part)) return of;
     const double side = spot.positive ? 1 : -1;
-    MatrixXd rates =
+    MatrixXd plane =
         spot.notch.membrane * of.topRows<3>() + side * spot.notch.bending * of.bottomRows<3>();
-    if (spot.end < 0) return rates;
-    const LeafSpring& leaf = mechanism_.leaves[spot.leaf];
     const SectionStress s = section(point, spot);
-    for (Eigen::Index p = 0; p < rates.cols(); ++p) {
-      const NotchFactors moved =
-          clamp_factor_rates(leaf, directions[p].leaves[spot.leaf], spot.end, *rules_.fillet);
-      rates.col(p) += moved.membrane * s.head<3>() + side * moved.bending * s.tail<3>();
+    for (Eigen::Index p = 0; spot.end >= 0 && p < plane.cols(); ++p) {
+      const NotchFactors moved = clamp_factor_rates(
+          mechanism_.leaves[spot.part], directions[p].leaves[spot.part], spot.end, *rules_.fillet);
+      plane.col(p) += moved.membrane * s.head<3>() + side * moved.bending * s.tail<3>();
     }
+    MatrixXd rates = MatrixXd::Zero(6, plane.cols());
+    rates.topRows<2>() = plane.topRows<2>();
+    rates.row(5) = plane.row(2);
     return rates;
   }
 
@@ -116,23 +153,33 @@ class History {
                          const std::vector<Mechanism>& directions,
                          const StrokeGradients& gradients) const {
     const Spot& spot = found.spot;
-    const Vector3d half =
-        0.5 * (on_side(spot, section(point, spot)) - on_side(spot, section(found.other, spot)));
+    const Tensor half = 0.5 * (stress(point, spot) - stress(found.other, spot));
     const MatrixXd one = rates(spot, point, directions, gradients),
                    other = rates(spot, found.other, directions, gradients);
-    Vector3d slope = Vector3d::Zero();
-    if (const double a = found.cycle.amplitude; a > 0)
-      slope << (2 * half[0] - half[1]) / (2 * a), (2 * half[1] - half[0]) / (2 * a),
-          3 * half[2] / a;
+    Tensor slope = Tensor::Zero();
+    if (const double a = found.cycle.amplitude; a > 0) {
+      slope.head<3>() = 1.5 / a * (half.head<3>().array() - half.head<3>().mean());
+      slope.tail<3>() = 3 / a * half.tail<3>();
+    }
     return {0.5 * (one - other).transpose() * slope,
-            0.5 * (one + other).topRows<2>().colwise().sum().transpose()};
+            0.5 * (one + other).topRows<3>().colwise().sum().transpose()};
   }
 
  private:
+  template <class Take>
+  void each_node(std::size_t part, const Take& take) const {
+    std::vector<Tensor> stresses(response_.path.size());
+    for (std::size_t q = 0; q < response_.stress_places[part].size(); ++q) {
+      const Spot spot{part, static_cast<Eigen::Index>(q), true, {}, -1};
+      for (std::size_t k = 0; k < stresses.size(); ++k) stresses[k] = section(k, spot);
+      take(spot, stresses);
+    }
+  }
+
   const Mechanism& mechanism_;
   const StressRules& rules_;
   const StrokeResponse& response_;
-  std::vector<ClampFactors> factors_;
+  std::vector<ClampFactors> factors_;  ///< of the leaves
 };
 
 /// Keeps the larger one for both ends of a cycle; of equal ones but for rounding the first.
@@ -142,20 +189,20 @@ void keep(std::vector<Found>& worst, std::size_t i, std::size_t j, double measur
     if (measure > worst[at].measure * (1 + 1e-9)) worst[at] = {measure, spot, other, cycle};
 }
 
-/// Largest use and largest reversed amplitude of the cycles of one leaf that end at each point, and
-/// the largest mean where one breaks the leaf.
-struct WorstOfLeaf {
+/// Largest use and largest reversed amplitude of the cycles of one part that end at each point, and
+/// the largest mean where one breaks the part.
+struct WorstOfPart {
   std::vector<Found> use, reversed;
   double broken = 0;
 };
 
-WorstOfLeaf worst_of_leaf(const History& history, std::size_t leaf, const FatigueLaw& law,
+WorstOfPart worst_of_part(const History& history, std::size_t part, const FatigueLaw& law,
                           const StressRules& rules, std::size_t points) {
-  WorstOfLeaf worst{std::vector<Found>(points), std::vector<Found>(points), 0};
-  history.each_spot(leaf, [&](const Spot& spot, const std::vector<Vector3d>& stresses) {
+  WorstOfPart worst{std::vector<Found>(points), std::vector<Found>(points), 0};
+  history.each_spot(part, [&](const Spot& spot, const auto& stresses) {
     for (std::size_t i = 0; i < points; ++i)
       for (std::size_t j = i + 1; j < points; ++j) {
-        const EffectiveCycle cycle = effective_cycle(stresses[i], stresses[j]);
+        const EffectiveCycle cycle = effective_cycle_of(stresses[i], stresses[j]);
         if (rules.fatigue)
           keep(worst.use, i, j, law.use(cycle.amplitude, cycle.mean).value, spot, cycle);
         if (!rules.life) continue;
@@ -172,7 +219,7 @@ VectorXd chain(const FatigueLaw::Answer& law, const History::CycleRates& rates) 
   return law.per_amplitude * rates.amplitude + law.per_mean * rates.mean;
 }
 
-/// Puts what one leaf has into the points where it is worse than those before.
+/// Puts what one part has into the points where it is worse than those before.
 class Points {
  public:
   Points(const History& history, const std::vector<Mechanism>* directions, StrokeResponse& response,
@@ -208,10 +255,11 @@ class Points {
           life.slope / (found.measure * std::numbers::ln10) * chain(*reversed, rates(found, k));
   }
 
-  /// Adds, to every point, the stress at the place of the path's least safety or least life.
+  /// Adds, to every point, the stress at the place of the path's least safety or least life, where
+  /// it is on a leaf.
   void add_stress() {
     const std::optional<Spot>& spot = by_safety_.spot ? by_safety_.spot : by_life_.spot;
-    if (!spot) return;
+    if (!spot || history_.is_elastic(spot->part)) return;
     for (std::size_t k = 0; k < response_.path.size(); ++k)
       response_.path[k].fatigue_stress = History::on_side(*spot, history_.section(k, *spot));
   }
@@ -268,13 +316,15 @@ void add_fatigue(const Mechanism& mechanism, const StressRules& rules,
   if (known) {
     const History history(mechanism, rules, response);
     Points points(history, directions, response, gradients);
-    for (std::size_t i = 0; i < mechanism.leaves.size(); ++i) {
-      const FatigueLaw law(mechanism.leaves[i].material, rules.fatigue_rule);
-      const WorstOfLeaf worst = worst_of_leaf(history, i, law, rules, response.path.size());
+    for (std::size_t i = 0; i < history.parts(); ++i) {
+      if (response.stress_places[i].empty()) continue;  // its stress is not known
+      const StressedPart part = history.part(i);
+      const FatigueLaw law(*part.material, rules.fatigue_rule);
+      const WorstOfPart worst = worst_of_part(history, i, law, rules, response.path.size());
       if (worst.broken > 0)
         known = Because(fmt::format(
             "the mean stress of {:.4g} Pa in {} alone is beyond what the material bears, {:.4g} Pa",
-            worst.broken, mechanism.leaves[i].name, law.limit()));
+            worst.broken, *part.name, law.limit()));
       for (std::size_t k = 0; k < response.path.size(); ++k) {
         if (rules.fatigue) points.add_safety(worst.use[k], k, law);
         if (rules.life && worst.broken == 0) points.add_life(worst.reversed[k], k, law);

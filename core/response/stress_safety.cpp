@@ -32,12 +32,12 @@ FatigueCycle ratio_cycle(const StressPeak& peak, double ratio) {
   return cycle;
 }
 
-// Safety and life of the cycles of a stress ratio, the least of all leaves.
-void add_ratio_fatigue(const std::vector<StressPeak>& leaves, const Mechanism& mechanism,
+// Safety and life of the cycles of a stress ratio, the least of all parts.
+void add_ratio_fatigue(const std::vector<StressPeak>& parts, const Mechanism& mechanism,
                        const StressRules& rules, PathPoint& point) {
-  for (const StressPeak& peak : leaves) {
-    const LeafSpring& leaf = mechanism.leaves[peak.leaf];
-    const FatigueLaw law(leaf.material, rules.fatigue_rule);
+  for (const StressPeak& peak : parts) {
+    const StressedPart part = part_of(peak, mechanism);
+    const FatigueLaw law(*part.material, rules.fatigue_rule);
     FatigueCycle cycle = ratio_cycle(peak, *rules.fatigue_rule.stress_ratio);
     if (rules.fatigue) {
       const double use = law.use(cycle.amplitude, cycle.mean).value;
@@ -51,7 +51,7 @@ void add_ratio_fatigue(const std::vector<StressPeak>& leaves, const Mechanism& m
     if (!reversed) {
       point.fatigue_fault = fmt::format(
           "the mean stress of {:.4g} Pa in {} alone is beyond what the material bears, {:.4g} Pa",
-          cycle.mean, leaf.name, law.limit());
+          cycle.mean, *part.name, law.limit());
       continue;
     }
     const Life life = life_at(law.curve(), reversed->value);
@@ -64,13 +64,13 @@ void add_ratio_fatigue(const std::vector<StressPeak>& leaves, const Mechanism& m
   if (!point.fatigue_fault.empty()) point.fatigue_life.reset();
 }
 
-/// The leaf whose strength over its stress is the least; nothing above no_critical_factor.
+/// The part whose strength over its stress is the least; nothing above no_critical_factor.
 template <class Strength>
-std::optional<StressSafety> least_safety(const std::vector<StressPeak>& leaves,
+std::optional<StressSafety> least_safety(const std::vector<StressPeak>& parts,
                                          const Mechanism& mechanism, const Strength& strength) {
   std::optional<StressSafety> least;
-  for (const StressPeak& peak : leaves) {
-    const double limit = strength(mechanism.leaves[peak.leaf].material);
+  for (const StressPeak& peak : parts) {
+    const double limit = strength(*part_of(peak, mechanism).material);
     if (limit >= no_critical_factor * peak.value) continue;
     const double value = limit / peak.value;
     if (!least || value < least->value * (1 - 1e-9)) least = StressSafety{value, peak};
@@ -80,21 +80,38 @@ std::optional<StressSafety> least_safety(const std::vector<StressPeak>& leaves,
 
 }  // namespace
 
+std::vector<StressedPart> stressed_parts(const Mechanism& mechanism) {
+  std::vector<StressedPart> parts;
+  for (const LeafSpring& leaf : mechanism.leaves) parts.push_back({&leaf.name, &leaf.material});
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    if (body.cells) parts.push_back({&body.name, &body.material});
+  return parts;
+}
+
+StressedPart part_of(const StressPeak& peak, const Mechanism& mechanism) {
+  if (peak.elastic_body >= 0) {
+    const ElasticBody& body = mechanism.elastic_bodies[peak.elastic_body];
+    return {&body.name, &body.material};
+  }
+  const LeafSpring& leaf = mechanism.leaves[peak.leaf];
+  return {&leaf.name, &leaf.material};
+}
+
 bool knows_yield(const Mechanism& mechanism) {
-  return std::ranges::all_of(mechanism.leaves, [](const LeafSpring& leaf) {
-    return leaf.material.yield_strength.has_value();
+  return std::ranges::all_of(stressed_parts(mechanism), [](const StressedPart& part) {
+    return part.material->yield_strength.has_value();
   });
 }
 
 bool knows_fatigue(const Mechanism& mechanism, const FatigueRule& rule) {
-  return std::ranges::all_of(mechanism.leaves, [&](const LeafSpring& leaf) {
-    return suffices_for_fatigue(leaf.material, rule).has_value();
+  return std::ranges::all_of(stressed_parts(mechanism), [&](const StressedPart& part) {
+    return suffices_for_fatigue(*part.material, rule).has_value();
   });
 }
 
 bool knows_life(const Mechanism& mechanism, const FatigueRule& rule) {
-  return std::ranges::all_of(mechanism.leaves, [&](const LeafSpring& leaf) {
-    return suffices_for_life(leaf.material, rule).has_value();
+  return std::ranges::all_of(stressed_parts(mechanism), [&](const StressedPart& part) {
+    return suffices_for_life(*part.material, rule).has_value();
   });
 }
 
@@ -140,17 +157,17 @@ StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& 
   return largest;
 }
 
-void add_stress_safety(const std::vector<StressPeak>& leaves, const Mechanism& mechanism,
+void add_stress_safety(const std::vector<StressPeak>& parts, const Mechanism& mechanism,
                        const StressRules& rules, PathPoint& point) {
   if (rules.fillet)
-    for (const StressPeak& peak : leaves)
+    for (const StressPeak& peak : parts)
       if (!point.notch_stress || peak.value > point.notch_stress->value * (1 + 1e-9))
         point.notch_stress = peak;
   if (rules.yield)
     point.yield_safety =
-        least_safety(leaves, mechanism, [](const Material& m) { return *m.yield_strength; });
+        least_safety(parts, mechanism, [](const Material& m) { return *m.yield_strength; });
   if ((rules.fatigue || rules.life) && rules.fatigue_rule.stress_ratio)
-    add_ratio_fatigue(leaves, mechanism, rules, point);
+    add_ratio_fatigue(parts, mechanism, rules, point);
 }
 
 VectorXd with_fillet_rates(VectorXd stress_rates, const StressPeak& peak,

@@ -13,7 +13,17 @@ namespace flexopt {
 
 class LeafElement;
 
-/// Whether every leaf's material has what the safety, or the life, needs.
+/// What has a stress: a leaf, or an elastic body with a mesh.
+struct StressedPart {
+  const std::string* name;
+  const Material* material;
+};
+/// Leaves first.
+std::vector<StressedPart> stressed_parts(const Mechanism& mechanism);
+/// The part that a stress is in.
+StressedPart part_of(const StressPeak& peak, const Mechanism& mechanism);
+
+/// Whether every part's material has what the safety, or the life, needs.
 bool knows_yield(const Mechanism& mechanism);
 bool knows_fatigue(const Mechanism& mechanism, const FatigueRule& rule);
 bool knows_life(const Mechanism& mechanism, const FatigueRule& rule);
@@ -32,8 +42,8 @@ StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& 
                         double fillet);
 
 /// Fills `notch_stress`, `yield_safety`, and fatigue by a stress ratio, of those that the request
-/// asks for, from the largest stresses of all leaves, with fillets where there are some.
-void add_stress_safety(const std::vector<StressPeak>& leaves, const Mechanism& mechanism,
+/// asks for, from the largest stresses of all parts, with fillets where there are some.
+void add_stress_safety(const std::vector<StressPeak>& parts, const Mechanism& mechanism,
                        const StressRules& rules, PathPoint& point);
 
 /// Derivative of a notched stress, from that with constant factors, along the directions.
@@ -48,8 +58,8 @@ VectorXd safety_rates(double safety, double stress, const VectorXd& stress_rates
 VectorXd ratio_life_rates(const FatigueCycle& life, const Material& material,
                           const FatigueRule& rule, const VectorXd& stress_rates);
 
-// Fatigue by the history of stress at every place of the leaves: equations (Y4) to (Y8) of
-// README.md.
+// Fatigue by the history of stress at every place of leaves and elastic bodies: equations (Y4) to
+// (Y8) of README.md.
 
 /// Effective amplitude and mean of the cycle between two plane stresses (σ11, σ22, σ12) [Pa]: von
 /// Mises stress of half their difference, first invariant of their mean.

@@ -43,7 +43,8 @@ const RecordTable<CapacitySpec>& capacity_table() {
                     "of the load at O: a force along ux, uy, uz, a moment about rx, ry, "
                     "rz, with - the other way")
           .optional("stress", quantity("Pa", 0, largest_number, true), &CapacitySpec::stress,
-                    "limit of the stress of all leaves; default: the yield_strength of each, where "
+                    "limit of the stress of all leaves and elastic bodies; default: the "
+                    "yield_strength of each, where "
                     "its material has one")
           .optional("stiffness_share", quantity("1", 0, 1, true, true),
                     &CapacitySpec::stiffness_share,
@@ -78,7 +79,8 @@ RecordTable<StrokeCapacitySpec> stroke_capacity_table(std::optional<Direction> d
       .optional("ways", list(choice({ways_of_drive.begin(), ways_of_drive.end()}), 1, 2),
                 &Spec::ways, "which are looked at; default: both")
       .optional("stress", quantity("Pa", 0, largest_number, true), &Spec::stress,
-                "limit of the stress of all leaves, with the fillet if the job has one; default: "
+                "limit of the stress of all leaves and elastic bodies, with the fillet if the job "
+                "has one; default: "
                 "safeties of 1 against yield and fatigue, where all materials have what they need")
       .optional("stiffness_share", quantity("1", 0, 1, true, true), &Spec::stiffness_share,
                 "of a support stiffness at rest, to which it may fall; default: it is not looked "
@@ -166,14 +168,13 @@ StrokeCapacityRule stroke_capacity_rule(const json& read, std::size_t drive,
                                         FaultList& faults) {
   const Direction direction = mechanism.drives[drive].direction;
   const StrokeCapacitySpec spec = stroke_capacity_table(direction).read(read);
-  double longest = 0;
-  for (const LeafSpring& leaf : mechanism.leaves) longest = std::max(longest, leaf.length);
-  StrokeCapacityRule rule{.drive = static_cast<int>(drive),
-                          .up_to = spec.up_to.value_or(is_rotation(direction) ? 1 : longest),
-                          .stress = spec.stress,
-                          .stiffness_share = spec.stiffness_share.value_or(0),
-                          .clearance = spec.clearance,
-                          .drive_load = spec.drive_load};
+  StrokeCapacityRule rule{
+      .drive = static_cast<int>(drive),
+      .up_to = spec.up_to.value_or(is_rotation(direction) ? 1 : longest_leaf(mechanism)),
+      .stress = spec.stress,
+      .stiffness_share = spec.stiffness_share.value_or(0),
+      .clearance = spec.clearance,
+      .drive_load = spec.drive_load};
   const auto listed = [](const auto& names, const std::string& name) {
     return names.empty() || std::ranges::find(names, name) != names.end();
   };

@@ -44,11 +44,11 @@ void check_fatigue(const json& read, const Mechanism& mechanism, const StrokeReq
   const FatigueRule& rule = request.stress.fatigue_rule;
   if (!rule.stress_ratio && request.points.size() < 2)
     faults.add("/fatigue", shown(read), one_point);
-  for (const LeafSpring& leaf : mechanism.leaves) {
-    const Check suffices = suffices_for_fatigue(leaf.material, rule);
-    if (!suffices && (rule.cycles || !suffices_for_life(leaf.material, rule)))
+  for (const StressedPart& part : stressed_parts(mechanism)) {
+    const Check suffices = suffices_for_fatigue(*part.material, rule);
+    if (!suffices && (rule.cycles || !suffices_for_life(*part.material, rule)))
       faults.add("/fatigue", shown(read),
-                 fmt::format("the material of {} has no {}", leaf.name, suffices.error()));
+                 fmt::format("the material of {} has no {}", *part.name, suffices.error()));
   }
 }
 
@@ -93,17 +93,19 @@ Check check_stress(const std::string& quantity, const StrokeRequest& request) {
   if (quantity == "notch_stress" && !request.stress.fillet)
     return Because("it needs \"fillet\", the radius where leaves meet bodies");
   if (quantity == "yield_safety" && !request.stress.yield)
-    return Because("the material of every leaf must have a yield_strength");
+    return Because("the material of every leaf and elastic body must have a yield_strength");
   const bool safety = quantity == "fatigue_safety", life = quantity == "fatigue_life";
   if ((safety && !request.stress.fatigue) || (life && !request.stress.life)) {
     if (!request.stress.fatigue_rule.stress_ratio && request.points.size() < 2)
       return Because(one_point);
     if (life)
       return Because(
-          "the material of every leaf must have an s_n_curve, and an ultimate_strength "
+          "the material of every leaf and elastic body must have an s_n_curve, and an "
+          "ultimate_strength "
           "(soderberg: a yield_strength) unless the stress_ratio is -1");
     return Because(
-        "the material of every leaf must have an endurance_limit, or an s_n_curve that tells of "
+        "the material of every leaf and elastic body must have an endurance_limit, or an s_n_curve "
+        "that tells of "
         "the cycles, and an ultimate_strength (soderberg: a yield_strength) unless the "
         "stress_ratio is -1");
   }

@@ -56,6 +56,12 @@ Json modes_json(const PathPoint& point) {
 
 Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& mechanism) {
   if (!peak) return nullptr;
+  if (peak->elastic_body >= 0)
+    return {
+        {"elastic_body", *part_of(*peak, mechanism).name},
+        {"allowable_stress", optional_json(part_of(*peak, mechanism).material->allowable_stress)},
+        {"node", peak->node},
+        {"position", vector_json(peak->position)}};
   const auto leaf = static_cast<std::size_t>(peak->leaf);
   assert(leaf < mechanism.leaves.size());
   return {{"leaf", mechanism.leaves[leaf].name},
@@ -69,6 +75,7 @@ Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& m
 Json notch_place_json(const StressPeak& peak, const Mechanism& mechanism) {
   Json json = stress_place_json(peak, mechanism);
   json["stress"] = peak.value;
+  if (peak.elastic_body >= 0) return json;
   json["fillet_factors"] = {{"membrane", peak.notch.membrane}, {"bending", peak.notch.bending}};
   return json;
 }
@@ -88,7 +95,7 @@ Json safety_place_json(const FatigueCycle& safety, const Mechanism& mechanism,
                        const FatigueRule& rule) {
   constexpr std::array names{"goodman", "gerber", "soderberg"};
   Json json = cycle_place_json(safety, mechanism);
-  const FatigueLaw law(mechanism.leaves[safety.stress.leaf].material, rule);
+  const FatigueLaw law(*part_of(safety.stress, mechanism).material, rule);
   json["line"] = {{"mean_stress", names[static_cast<std::size_t>(rule.mean_stress)]},
                   {"endured_amplitude", optional_json(law.endured_amplitude())},
                   {"largest_mean", law.limit()}};
@@ -221,12 +228,18 @@ Json elastic_bodies_json(const PathPoint& point, const Mechanism& mechanism) {
   Json bodies = Json::array();
   for (std::size_t k = 0; k < point.elastic_bodies.size(); ++k) {
     const ElasticBodyReport& body = point.elastic_bodies[k];
-    bodies.push_back({{"name", mechanism.elastic_bodies[k].name},
-                      {"degree", static_cast<int>(mechanism.elastic_bodies[k].degree)},
-                      {"turn", body.turn},
-                      {"geometric_share", optional_json(body.geometric_share)},
-                      {"rigid_residual", body.rigid_residual},
-                      {"unknowns", body.unknowns}});
+    Json& json = bodies.emplace_back();
+    json = {{"name", mechanism.elastic_bodies[k].name},
+            {"degree", static_cast<int>(mechanism.elastic_bodies[k].degree)},
+            {"turn", body.turn},
+            {"geometric_share", optional_json(body.geometric_share)},
+            {"rigid_residual", body.rigid_residual},
+            {"unknowns", body.unknowns}};
+    if (!body.stress) continue;
+    json["max_stress"] = body.stress->value;
+    json["max_stress_jump"] = body.stress_jump;
+    json["max_stress_node"] = body.stress->node;
+    json["max_stress_position"] = vector_json(body.stress->position);
   }
   return bodies;
 }

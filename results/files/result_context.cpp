@@ -95,9 +95,9 @@ std::string lacking_text(const RunRecord& record,
                          Check (*suffices)(const Material&, const FatigueRule&)) {
   const StrokeRequest& request = record.job.request;
   const FatigueRule& rule = request.stress.fatigue_rule;
-  for (const LeafSpring& leaf : record.mechanism.leaves)
-    if (const Check enough = suffices(leaf.material, rule); !enough)
-      return fmt::format("the material of {} has no {}", leaf.name, enough.error());
+  for (const StressedPart& part : stressed_parts(record.mechanism))
+    if (const Check enough = suffices(*part.material, rule); !enough)
+      return fmt::format("the material of {} has no {}", *part.name, enough.error());
   return "a stroke of one point has no cycle, and no stress_ratio is given";
 }
 

@@ -158,18 +158,19 @@ std::string pareto_csv(const Job& job, const ParetoFront& front, const DriveList
 /// reached, and the worst error of each quantity.
 std::string comparison_csv(const Job& job, const Comparison& comparison, const DriveList& drives);
 
-// Deformed mid-surfaces for ParaView: one shape_NNN.vtu a stroke point and shapes.pvd over all.
+// Deformed mid-surfaces of leaves and surfaces of elastic bodies for ParaView: one shape_NNN.vtu a
+// stroke point and shapes.pvd over all.
 
-/// A vector at every point of all leaves, such as the motion of a mode.
+/// A vector at every point of all shapes, such as the motion of a mode.
 struct VtkField {
   std::string name;
   std::vector<Vector3d> values;
 };
 
-/// VTK XML unstructured grid of quadrilaterals on the undeflected leaves, with the point data
-/// displacement [m] and von_mises [Pa], further ones, and the cell data leaf (index).
-std::string shape_vtu(const std::vector<LeafShape>& leaves,
-                      const std::vector<VtkField>& fields = {});
+/// VTK XML unstructured grid of quadrilaterals on the undeflected leaves and triangles on elastic
+/// bodies, with the point data displacement [m] and von_mises [Pa], further ones, and the cell data
+/// leaf: its index; those of elastic bodies follow.
+std::string shape_vtu(const PathPoint& point, const std::vector<VtkField>& fields = {});
 
 /// A point of a path for ParaView: displacement, stress, and every mode that it has as a vector
 /// field "mode 1, drive locked, 56.3 Hz", the largest of which is one.

@@ -63,6 +63,40 @@ Json leaves_json(const Mechanism& mechanism, const std::vector<LeafShape>& shape
   return leaves;
 }
 
+/// Of an interface on the ground the cuboid around its patch: its corners along the axes [m].
+Json grounds_json(const ElasticBody& body) {
+  Json grounds = Json::array();
+  for (const ElasticInterface& interface : body.interfaces) {
+    if (interface.body >= 0 || interface.patch.empty()) continue;
+    Vector3d low = body.interface_place(0), high = low;
+    for (std::size_t k = 0; k < interface.patch.size(); ++k) {
+      const Vector3d at = body.place + body.axes * body.nodes[interface.patch[k]];
+      low = k == 0 ? at : low.cwiseMin(at);
+      high = k == 0 ? at : high.cwiseMax(at);
+    }
+    grounds.push_back({{"low", vector_json(low)}, {"high", vector_json(high)}});
+  }
+  return grounds;
+}
+
+Json elastic_bodies_json(const Mechanism& mechanism, const std::vector<ElasticShape>& shapes) {
+  Json bodies = Json::array();
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    const ElasticBody& body = mechanism.elastic_bodies[k];
+    Json held_by = Json::array();
+    for (const ElasticInterface& interface : body.interfaces) held_by.push_back(interface.body);
+    std::vector<float> corners;
+    for (const auto& triangle : shapes[k].triangles)
+      corners.insert(corners.end(), triangle.begin(), triangle.end());
+    bodies.push_back({{"name", body.name},
+                      {"points", shapes[k].undeflected.size()},
+                      {"bodies", std::move(held_by)},
+                      {"grounds", grounds_json(body)},
+                      {"triangles", packed_floats(corners, {corners.size() / 3, 3})}});
+  }
+  return bodies;
+}
+
 Json ties_json(const Mechanism& mechanism) {
   Json ties = {{"joints", Json::array()}, {"springs", Json::array()}, {"drives", Json::array()}};
   constexpr std::array<const char*, 4> types{"rigid", "revolute", "spherical", "prismatic"};
@@ -133,14 +167,16 @@ void add(std::vector<float>& values, const Vector3d& v) {
 void add_equilibria(const Mechanism& mechanism, const std::vector<PathPoint>& path,
                     const std::vector<std::size_t>& frames, std::size_t points, Json& design) {
   std::vector<float> rest, displacement, stress, motion;
-  for (const LeafShape& leaf : path[frames.front()].shapes)
-    for (const Vector3d& x : leaf.undeflected) add(rest, x);
+  for_each_shape(path[frames.front()], [&](const auto& shape) {
+    for (const Vector3d& x : shape.undeflected) add(rest, x);
+  });
   for (const std::size_t f : frames) {
-    for (const LeafShape& leaf : path[f].shapes)
-      for (std::size_t i = 0; i < leaf.deflected.size(); ++i) {
-        add(displacement, leaf.deflected[i] - leaf.undeflected[i]);
-        stress.push_back(static_cast<float>(leaf.von_mises[i]));
+    for_each_shape(path[f], [&](const auto& shape) {
+      for (std::size_t i = 0; i < shape.deflected.size(); ++i) {
+        add(displacement, shape.deflected[i] - shape.undeflected[i]);
+        stress.push_back(static_cast<float>(shape.von_mises[i]));
       }
+    });
     for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
       const BodyMotion& body = path[f].bodies[b];
       add(motion, body.displacement);
@@ -161,18 +197,19 @@ std::optional<Json> design_json(const std::string& label, const std::string& kin
   const std::vector<PathPoint>& path = response.path;
   std::vector<std::size_t> drawn;
   for (std::size_t i = 0; i < path.size(); ++i)
-    if (!path[i].shapes.empty()) drawn.push_back(i);
-  if (drawn.empty() || mechanism.leaves.empty()) return std::nullopt;
-  std::size_t points = 0;
-  for (const LeafShape& leaf : path[drawn.front()].shapes) points += leaf.undeflected.size();
+    if (drawn_points(path[i]) > 0) drawn.push_back(i);
+  if (drawn.empty()) return std::nullopt;
+  const std::size_t points = drawn_points(path[drawn.front()]);
   const std::vector<std::size_t> frames = thinned(drawn, path, budget.equilibria / (16 * points));
 
-  Json design = {{"label", label},
-                 {"kind", kind},
-                 {"parameters", parameters},
-                 {"end_effector", mechanism.end_effector},
-                 {"bodies", bodies_json(mechanism)},
-                 {"leaves", leaves_json(mechanism, path[frames.front()].shapes)}};
+  Json design = {
+      {"label", label},
+      {"kind", kind},
+      {"parameters", parameters},
+      {"end_effector", mechanism.end_effector},
+      {"bodies", bodies_json(mechanism)},
+      {"leaves", leaves_json(mechanism, path[frames.front()].shapes)},
+      {"elastic_bodies", elastic_bodies_json(mechanism, path[frames.front()].elastic_shapes)}};
   design.update(ties_json(mechanism));
   design["loads"] = loads_json(loads, mechanism);
   design["frames"] = frames;

@@ -15,9 +15,10 @@ namespace flexopt {
 /// result; others are its other load cases ("case" has their names), the start of an optimisation
 /// and the points of its front. Arrays are those of packed_floats; SI units, global axes. Of a
 /// design:
-///     bodies, leaves, joints, springs, drives, loads   the undeflected mechanism
+///     bodies, leaves, elastic_bodies, joints, springs, drives, loads   the undeflected mechanism
 ///     frames         index in the path of every point that is drawn
-///     rest           mesh points of all leaves, undeflected [points × 3]
+///     rest           mesh points of all leaves, then corners at the surfaces of elastic bodies,
+///                    undeflected [points × 3]
 ///     displacement   [frames × points × 3]
 ///     von_mises      [frames × points]
 ///     motion         displacement and rotation vector of the bodies [frames × bodies × 6]
@@ -43,10 +44,19 @@ OrderedJson read_scene(const std::filesystem::path& folder);
 
 // The natural modes of a scene.
 
-/// The key "modes" of a design in scene.hpp, for these points of the path; `points`: mesh points of
-/// all leaves. Signs follow from frame to frame. Null where no point has shapes of its modes.
+/// The key "modes" of a design in scene.hpp, for these points of the path; `points`: all that are
+/// drawn. Signs follow from frame to frame. Null where no point has shapes of its modes.
 OrderedJson modes_json(const Mechanism& mechanism, const std::vector<PathPoint>& path,
                        const std::vector<std::size_t>& frames, std::size_t points);
+
+/// Calls visit(shape) for the shape of each leaf, then of each elastic body.
+template <class Visit>
+void for_each_shape(const PathPoint& point, const Visit& visit) {
+  for (const LeafShape& shape : point.shapes) visit(shape);
+  for (const ElasticShape& shape : point.elastic_shapes) visit(shape);
+}
+/// How many points the shapes have; none where nothing is drawn.
+std::size_t drawn_points(const PathPoint& point);
 
 /// Positions of the mesh lines of a leaf, as shares of its length from base to tip.
 std::vector<double> places_along(const LeafShape& shape);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double full_scale = 32767;
 
-constexpr int vtk_quad = 9;  // VTK file formats, cell types
+constexpr int vtk_triangle = 5, vtk_quad = 9;  // VTK file formats, cell types
 
 std::string file_name(std::size_t i) { return fmt::format("shape_{:03}.vtu", i); }
 
@@ -37,7 +37,7 @@ std::string data_array(const std::string& type, const std::string& name, int com
 std::string shapes_pvd(const std::vector<PathPoint>& path) {
   std::string sets;
   for (std::size_t i = 0; i < path.size(); ++i)
-    if (!path[i].shapes.empty())
+    if (drawn_points(path[i]) > 0)
       sets += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", path[i].stroke,
                           file_name(i));
   return "<?xml version=\"1.0\"?>\n"
@@ -47,7 +47,7 @@ std::string shapes_pvd(const std::vector<PathPoint>& path) {
 }
 
 struct ModeShape {
-  VectorXd points;  ///< motion of the mesh points of all leaves, the largest of which is one
+  VectorXd points;  ///< motion of all points that are drawn, the largest of which is one
   VectorXd bodies;  ///< displacement and spin of each body
 };
 /// A mode with the motion of all so many mesh points; nothing where the model of a leaf does not
@@ -69,6 +69,10 @@ std::optional<ModeShape> mode_shape(const Mechanism& mechanism, const PathPoint&
     shape.points.segment(begin, own.size()) = own;
     begin += own.size();
   }
+  for (const VectorXd& own : mode.elastic_motion) {
+    shape.points.segment(begin, own.size()) = own;
+    begin += own.size();
+  }
   double largest = 0;
   for (Eigen::Index i = 0; i + 2 < shape.points.size(); i += 3)
     largest = std::max(largest, shape.points.segment<3>(i).norm());
@@ -80,6 +84,12 @@ std::optional<ModeShape> mode_shape(const Mechanism& mechanism, const PathPoint&
 }
 
 }  // namespace
+
+std::size_t drawn_points(const PathPoint& point) {
+  std::size_t points = 0;
+  for_each_shape(point, [&](const auto& shape) { points += shape.undeflected.size(); });
+  return points;
+}
 
 std::vector<double> places_along(const LeafShape& shape) {
   std::vector<double> places{0};
@@ -184,29 +194,42 @@ std::vector<std::vector<int>> mode_branches(const std::vector<PathPoint>& path, 
   return branches;
 }
 
-std::string shape_vtu(const std::vector<LeafShape>& leaves, const std::vector<VtkField>& fields) {
-  std::string points, displacement, von_mises, connectivity, offsets, types, leaf_index;
-  int count = 0, cells = 0;
-  for (std::size_t k = 0; k < leaves.size(); ++k) {
-    const LeafShape& leaf = leaves[k];
+std::string shape_vtu(const PathPoint& point, const std::vector<VtkField>& fields) {
+  std::string points, displacement, von_mises, connectivity, offsets, types, part;
+  int count = 0, end = 0, cells = 0, k = 0;
+  const auto add_cell = [&](const auto& corners, int type) {
+    for (const int corner : corners)
+      fmt::format_to(std::back_inserter(connectivity), "{} ", count + corner);
+    connectivity += '\n';
+    offsets += fmt::format("{}\n", end += static_cast<int>(std::size(corners)));
+    types += fmt::format("{}\n", type);
+    part += fmt::format("{}\n", k);
+    ++cells;
+  };
+  const auto add_points = [&](const auto& shape) {
+    assert(shape.deflected.size() == shape.undeflected.size());
+    assert(shape.von_mises.size() == shape.undeflected.size());
+    for (std::size_t i = 0; i < shape.undeflected.size(); ++i) {
+      add_vector(points, shape.undeflected[i]);
+      add_vector(displacement, shape.deflected[i] - shape.undeflected[i]);
+      von_mises += fmt::format("{}\n", shape.von_mises[i]);
+    }
+    count += static_cast<int>(shape.undeflected.size());
+    ++k;
+  };
+  for (const LeafShape& leaf : point.shapes) {
     const int along = leaf.points_along, across = leaf.points_across;
     assert(leaf.undeflected.size() == static_cast<std::size_t>(along * across));
-    assert(leaf.deflected.size() == leaf.undeflected.size());
-    assert(leaf.von_mises.size() == leaf.undeflected.size());
-    for (std::size_t i = 0; i < leaf.undeflected.size(); ++i) {
-      add_vector(points, leaf.undeflected[i]);
-      add_vector(displacement, leaf.deflected[i] - leaf.undeflected[i]);
-      von_mises += fmt::format("{}\n", leaf.von_mises[i]);
-    }
     for (int j = 0; j + 1 < across; ++j)
       for (int i = 0; i + 1 < along; ++i) {
-        const int a = count + j * along + i;
-        connectivity += fmt::format("{} {} {} {}\n", a, a + 1, a + 1 + along, a + along);
-        offsets += fmt::format("{}\n", 4 * ++cells);
-        types += fmt::format("{}\n", vtk_quad);
-        leaf_index += fmt::format("{}\n", k);
+        const int a = j * along + i;
+        add_cell(std::array{a, a + 1, a + 1 + along, a + along}, vtk_quad);
       }
-    count += along * across;
+    add_points(leaf);
+  }
+  for (const ElasticShape& body : point.elastic_shapes) {
+    for (const auto& triangle : body.triangles) add_cell(triangle, vtk_triangle);
+    add_points(body);
   }
   std::string further;
   for (const VtkField& field : fields) {
@@ -223,7 +246,7 @@ std::string shape_vtu(const std::vector<LeafShape>& leaves, const std::vector<Vt
          "<PointData Vectors=\"displacement\" Scalars=\"von_mises\">\n" +
          data_array("Float64", "displacement", 3, displacement) +
          data_array("Float64", "von_mises", 1, von_mises) + further + "</PointData>\n" +
-         "<CellData Scalars=\"leaf\">\n" + data_array("Int32", "leaf", 1, leaf_index) +
+         "<CellData Scalars=\"leaf\">\n" + data_array("Int32", "leaf", 1, part) +
          "</CellData>\n<Points>\n" + data_array("Float64", "Points", 3, points) +
          "</Points>\n<Cells>\n" + data_array("Int32", "connectivity", 1, connectivity) +
          data_array("Int32", "offsets", 1, offsets) + data_array("UInt8", "types", 1, types) +
@@ -231,8 +254,7 @@ std::string shape_vtu(const std::vector<LeafShape>& leaves, const std::vector<Vt
 }
 
 std::string point_vtu(const Mechanism& mechanism, const PathPoint& point) {
-  std::size_t points = 0;
-  for (const LeafShape& leaf : point.shapes) points += leaf.undeflected.size();
+  const std::size_t points = drawn_points(point);
   std::vector<VtkField> fields;
   const auto add = [&](const std::vector<Mode>& modes, const char* drive) {
     for (std::size_t k = 0; k < modes.size(); ++k) {
@@ -246,15 +268,15 @@ std::string point_vtu(const Mechanism& mechanism, const PathPoint& point) {
   };
   add(point.modes_locked, "locked");
   add(point.modes_free, "free");
-  return shape_vtu(point.shapes, fields);
+  return shape_vtu(point, fields);
 }
 
 void write_shapes(const std::filesystem::path& folder, const std::vector<PathPoint>& path) {
   namespace fs = std::filesystem;
   bool any = false;
   for (std::size_t i = 0; i < path.size(); ++i) {
-    const bool drawn = !path[i].shapes.empty();
-    write_or_remove(folder / file_name(i), drawn ? shape_vtu(path[i].shapes) : "");
+    const bool drawn = drawn_points(path[i]) > 0;
+    write_or_remove(folder / file_name(i), drawn ? shape_vtu(path[i]) : "");
     any = any || drawn;
   }
   for (std::size_t i = path.size(); fs::remove(folder / file_name(i)); ++i) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/response/stress_safety.hpp"
 #include "results/files/result_parts.hpp"
 
 namespace flexopt {
@@ -59,7 +60,7 @@ std::string instability(const std::vector<Placed>& points) {
       count > 1 ? fmt::format(" and at {} more point{}", count - 1, count > 2 ? "s" : "") : "");
 }
 
-/// The sentence about the largest stress; `share` becomes its part of what the material of its leaf
+/// The sentence about the largest stress; `share` becomes its part of what the material of its part
 /// allows.
 std::string stress_text(const RunRecord& record, const std::vector<Placed>& points, double& share) {
   const auto stress = [](const Placed& p) {
@@ -67,8 +68,8 @@ std::string stress_text(const RunRecord& record, const std::vector<Placed>& poin
   };
   const auto most = std::ranges::max_element(points, {}, stress);
   if (most == points.end() || stress(*most) < 0) return "";
-  const auto leaf = static_cast<std::size_t>(most->point->max_stress->leaf);
-  const auto& allowable = record.mechanism.leaves.at(leaf).material.allowable_stress;
+  const auto& allowable =
+      part_of(*most->point->max_stress, record.mechanism).material->allowable_stress;
   if (!allowable) return "";
   share = stress(*most) / *allowable;
   return fmt::format("the stress is {}{:.{}g} % of what the material allows, {}",

@@ -51,6 +51,7 @@ set(tested_by
   designs/materials designs/test_families
   core/elements/solid/held_body core/test_elastic_mechanism
   core/equilibrium/elastic_bodies core/test_elastic_mechanism
+  core/equilibrium/elastic_stress core/test_elastic_stress
   core/response/gradients/elastic_gradients core/test_elastic_mechanism
   core/mechanism/elastic_body core/test_elastic_mechanism
   designs/solids/notch_mesh designs/test_solid_meshes

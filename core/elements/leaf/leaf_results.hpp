@@ -37,12 +37,16 @@ struct StressPeak {
              0;  ///< derivatives of the value by these factors, where there is a notch [Pa]
   SectionStress section = SectionStress::Zero();  ///< without the notch
   double across_section = 0;  ///< "across" of the place whose SectionStress that is
+  /// In an elastic body: which one, and the node of its mesh; what is said of a leaf then means
+  /// nothing. Else −1.
+  int elastic_body = -1, node = -1;
 };
 
-/// A place where the stresses of the section are read, on both surfaces.
+/// A place where the stresses of the section are read, on both surfaces; or those of a node.
 struct StressPlace {
   double along = 0, across = 0;  ///< each in [0, 1]
   int segment = 0;               ///< of a leaf that consists of segments
+  int node = -1;                 ///< of the mesh of an elastic body
 };
 
 /// Which model a leaf was evaluated with at a point, and why.

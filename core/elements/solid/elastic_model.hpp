@@ -1,6 +1,7 @@
 #pragma once
 // What the energy of an elastic body is made of, seen from its interfaces: plain numbers, own axes
 // of the body. Equations (V1)–(V9) of README.md.
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -32,6 +33,18 @@ struct ElasticModel {
   int interfaces() const { return static_cast<int>(origins.size()); }
 };
 
+/// The surface of a solid mesh.
+struct SolidSurface {
+  std::vector<int> nodes;  ///< ascending
+  /// Of each of them, whether a cell that it belongs to has a node of a patch. A rigid patch ends
+  /// in a singular stress, whose value there would only tell the size of the cells.
+  std::vector<bool> beside_patch;
+  std::vector<int> corners;  ///< of the cells, those in `nodes`, by their places there
+  /// The outer faces between corners alone, counterclockwise seen from outside, by places in
+  /// `corners`.
+  std::vector<std::array<int, 3>> triangles;
+};
+
 /// What a solid mesh tells beside its model; the fields it was condensed with.
 struct CondensedSolid {
   ElasticModel model;
@@ -41,6 +54,7 @@ struct CondensedSolid {
   MatrixXd second_fields;
   double rigid_residual = 0;  ///< |K Φ_rig| over |K| before it was projected away
   int unknowns = 0;           ///< that were condensed
+  SolidSurface surface;
 };
 
 /// The condensed body, kept for as long as a few others have not been asked for since: the same

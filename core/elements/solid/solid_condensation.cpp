@@ -6,6 +6,7 @@
 #include "core/elements/solid/kept_by_content.hpp"
 #include "core/elements/solid/quartic.hpp"
 #include "core/elements/solid/solid_products.hpp"
+#include "core/elements/solid/solid_stress.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
 
@@ -105,6 +106,7 @@ void Condensation::reduce(const ElasticBody& body) {
   if (count > 0)
     if (auto factor = DefiniteFactor::of(free_stiffness(body, number, count)))
       factor_ = std::move(*factor);
+  solid.surface = solid_surface(body);
   const MatrixXd held = patch_fields(body);
   MatrixXd& fields = solid.fields;
   fields = held - held_answer(stiffness_product(body, held));

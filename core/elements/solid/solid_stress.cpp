@@ -212,9 +212,14 @@ double von_mises_rate(const SolidTensor& stress, const SolidTensor& rate) {
 
 SolidSurface solid_surface(const ElasticBody& body) {
   const auto n = static_cast<std::size_t>(body.cells->nodes);
-  std::vector<bool> outer(n), held(n), beside(n);
+  std::vector<bool> outer(n), held(n), beside(n), corner(n);
+  SolidSurface surface;
   for_each_outer_face(*body.cells, [&](const std::vector<int>& face) {
     for (const int node : face) outer[static_cast<std::size_t>(node)] = true;
+    for (std::size_t k = 0; k < face.size() / 2; ++k) {
+      corner[static_cast<std::size_t>(face[k])] = true;
+      if (k > 1) surface.triangles.push_back({face[0], face[k - 1], face[k]});
+    }
   });
   for (const ElasticInterface& interface : body.interfaces)
     for (const int node : interface.patch) held[static_cast<std::size_t>(node)] = true;
@@ -223,12 +228,18 @@ SolidSurface solid_surface(const ElasticBody& body) {
     if (std::ranges::any_of(nodes, is_held))
       for (const int node : nodes) beside[static_cast<std::size_t>(node)] = true;
   });
-  SolidSurface surface;
+  std::vector<int> place(n);
   for (std::size_t k = 0; k < n; ++k) {
     if (!outer[k]) continue;
+    if (corner[k]) {
+      place[k] = static_cast<int>(surface.corners.size());
+      surface.corners.push_back(static_cast<int>(surface.nodes.size()));
+    }
     surface.nodes.push_back(static_cast<int>(k));
     surface.beside_patch.push_back(beside[k]);
   }
+  for (auto& triangle : surface.triangles)
+    for (int& node : triangle) node = place[static_cast<std::size_t>(node)];
   return surface;
 }
 
@@ -271,22 +282,32 @@ SolidStress solid_stress(const ElasticBody& body, const SolidSurface& surface,
   return answer;
 }
 
-RatedTensor node_stress(const ElasticBody& body, const ElasticBody& direction,
-                        const VectorXd& displacements, const VectorXd& displacement_rates,
-                        int node) {
+std::vector<RatedTensor> node_stresses(const ElasticBody& body, const ElasticBody& direction,
+                                       const VectorXd& displacements,
+                                       const VectorXd& displacement_rates,
+                                       const std::vector<int>& nodes) {
   const StressChange change{direction, displacement_rates};
-  RatedTensor sum{SolidTensor::Zero(), SolidTensor::Zero()};
-  int cells = 0;
-  for_each_cell(*body.cells, [&](SolidCell cell, std::span<const int> nodes) {
-    const auto at = std::ranges::find(nodes, node);
-    if (at == nodes.end()) return;
-    const CellStress stress = cell_stress(body, displacements, cell, nodes, &change);
-    const Eigen::Index a = at - nodes.begin();
-    sum.value += stress.value.col(a);
-    sum.rate += stress.rate.col(a);
-    ++cells;
+  std::vector<RatedTensor> sums(nodes.size(), {SolidTensor::Zero(), SolidTensor::Zero()});
+  std::vector<int> place(static_cast<std::size_t>(body.cells->nodes), -1), cells_at(nodes.size());
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    place[static_cast<std::size_t>(nodes[k])] = static_cast<int>(k);
+  const auto place_of = [&](int node) { return place[static_cast<std::size_t>(node)]; };
+  for_each_cell(*body.cells, [&](SolidCell cell, std::span<const int> of_cell) {
+    if (std::ranges::all_of(of_cell, [&](int node) { return place_of(node) < 0; })) return;
+    const CellStress stress = cell_stress(body, displacements, cell, of_cell, &change);
+    for (std::size_t a = 0; a < of_cell.size(); ++a) {
+      const int k = place_of(of_cell[a]);
+      if (k < 0) continue;
+      sums[static_cast<std::size_t>(k)].value += stress.value.col(static_cast<Eigen::Index>(a));
+      sums[static_cast<std::size_t>(k)].rate += stress.rate.col(static_cast<Eigen::Index>(a));
+      ++cells_at[static_cast<std::size_t>(k)];
+    }
   });
-  return {sum.value / cells, sum.rate / cells};
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    sums[k].value /= cells_at[k];
+    sums[k].rate /= cells_at[k];
+  }
+  return sums;
 }
 
 }  // namespace flexopt

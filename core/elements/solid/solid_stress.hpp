@@ -27,13 +27,6 @@ double von_mises_stress(const SolidTensor& stress);
 /// Zero where the stress is zero.
 double von_mises_rate(const SolidTensor& stress, const SolidTensor& rate);
 
-/// What of a mesh does not change with its state.
-struct SolidSurface {
-  std::vector<int> nodes;  ///< ascending
-  /// Of each of them, whether a cell that it belongs to has a node of a patch. A rigid patch ends
-  /// in a singular stress, whose value there would only tell the size of the cells.
-  std::vector<bool> beside_patch;
-};
 SolidSurface solid_surface(const ElasticBody& body);
 
 /// Stress at the surface. Stresses of a cell's integration points are extrapolated to its nodes,
@@ -57,13 +50,19 @@ struct SolidStress {
 SolidStress solid_stress(const ElasticBody& body, const SolidSurface& surface,
                          const VectorXd& displacements);
 
-/// Stress at a node and its rate while the body changes by `direction` and the displacements by
+/// Stresses at nodes and their rates while the body changes by `direction` and the displacements by
 /// theirs.
 struct RatedTensor {
   SolidTensor value, rate;
 };
-RatedTensor node_stress(const ElasticBody& body, const ElasticBody& direction,
-                        const VectorXd& displacements, const VectorXd& displacement_rates,
-                        int node);
+std::vector<RatedTensor> node_stresses(const ElasticBody& body, const ElasticBody& direction,
+                                       const VectorXd& displacements,
+                                       const VectorXd& displacement_rates,
+                                       const std::vector<int>& nodes);
+inline RatedTensor node_stress(const ElasticBody& body, const ElasticBody& direction,
+                               const VectorXd& displacements, const VectorXd& displacement_rates,
+                               int node) {
+  return node_stresses(body, direction, displacements, displacement_rates, {node}).front();
+}
 
 }  // namespace flexopt

@@ -1,6 +1,7 @@
 #include "core/response/gradients/elastic_gradients.hpp"
 
 #include "core/elements/solid/held_body.hpp"
+#include "core/elements/solid/solid_stress.hpp"
 
 namespace flexopt {
 namespace {
@@ -83,6 +84,34 @@ void add_elastic_quadratic_rates(const MechanismFactor& factor, const MechanismS
                                                             moved.held(), rate, z.col(c));
     }
   }
+}
+
+ElasticStressRates elastic_stress_rates(const MechanismFactor& factor, int body,
+                                        const std::vector<int>& nodes,
+                                        const std::vector<Mechanism>& directions,
+                                        const MatrixXd& state_rates) {
+  const MechanismState<double> state = present_state(factor);
+  const MovedElastic<double> moved(factor, state, body);
+  const CondensedSolid& solid = factor.system().elastic_bodies().solid(body);
+  const VectorXd &d = moved.held().floating.local, u = solid_displacements(solid, d);
+  const auto rows = 6 * static_cast<Eigen::Index>(nodes.size());
+  ElasticStressRates answer{VectorXd(rows), MatrixXd(rows, directions.size())};
+  for (std::size_t p = 0; p < directions.size(); ++p) {
+    const auto column = static_cast<Eigen::Index>(p);
+    const ElasticBody& direction = directions[p].elastic_bodies[body];
+    const VectorXd d_rate =
+        moved.rates(directions[p], *moved.model_rate(directions[p]), state_rates.col(column))
+            .floating.local;
+    const std::vector<RatedTensor> tensors = node_stresses(
+        moved.body(), direction, u,
+        solid_displacement_rates(solid, field_rates(moved.body(), direction), d, d_rate), nodes);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      const auto row = 6 * static_cast<Eigen::Index>(k);
+      answer.value.segment<6>(row) = tensors[k].value;
+      answer.rate.block<6, 1>(row, column) = tensors[k].rate;
+    }
+  }
+  return answer;
 }
 
 #define INSTANTIATE(S)                                                                         \

@@ -22,4 +22,15 @@ void add_elastic_quadratic_rates(const MechanismFactor& factor, const MechanismS
                                  const Eigen::VectorX<S>& lambda, const GroundShare* ground,
                                  Eigen::MatrixX<S>& rates);
 
+/// Stresses at nodes of an elastic body with a mesh (11, 22, 33, 23, 13, 12, its own axes [Pa]),
+/// six rows each, and what they change by along the directions with the state.
+struct ElasticStressRates {
+  VectorXd value;
+  MatrixXd rate;
+};
+ElasticStressRates elastic_stress_rates(const MechanismFactor& factor, int body,
+                                        const std::vector<int>& nodes,
+                                        const std::vector<Mechanism>& directions,
+                                        const MatrixXd& state_rates);
+
 }  // namespace flexopt

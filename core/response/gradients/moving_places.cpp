@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/elements/solid/solid_stress.hpp"
 #include "core/response/stress_safety.hpp"
 
 namespace flexopt {
@@ -34,11 +35,18 @@ VectorXd modulus_rates(const std::vector<Mechanism>& directions, int leaf) {
   return rates;
 }
 
-VectorXd stress_rates(const LeafFields& fields, const StressPeak& peak, const Mechanism& mechanism,
-                      const std::vector<Mechanism>& directions,
+VectorXd stress_rates(MovingFields& fields, const StressPeak& peak, const Mechanism& mechanism,
                       const std::optional<double>& fillet) {
-  VectorXd rates = fields.stress_rates(peak, mechanism.leaves[peak.leaf].material.youngs_modulus,
-                                       modulus_rates(directions, peak.leaf));
+  const std::vector<Mechanism>& directions = fields.directions();
+  if (peak.elastic_body >= 0) {
+    const auto [value, rate] = fields.elastic(peak.elastic_body, {peak.node});
+    VectorXd rates(rate.cols());
+    for (Eigen::Index p = 0; p < rates.size(); ++p) rates[p] = von_mises_rate(value, rate.col(p));
+    return rates;
+  }
+  VectorXd rates =
+      fields.of(peak.leaf).stress_rates(peak, mechanism.leaves[peak.leaf].material.youngs_modulus,
+                                        modulus_rates(directions, peak.leaf));
   return fillet ? with_fillet_rates(std::move(rates), peak, mechanism, directions, *fillet) : rates;
 }
 

@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "core/response/gradients/design_rates.hpp"
+#include "core/response/gradients/elastic_gradients.hpp"
 #include "core/response/solids.hpp"
 
 namespace flexopt {
 
-/// Fields of the leaves that were asked for.
+/// Fields of the leaves that were asked for, and of the nodes of elastic bodies.
 class MovingFields {
  public:
   MovingFields(const MechanismFactor& factor, const DesignRates<double>& design,
@@ -23,6 +24,10 @@ class MovingFields {
                                        design_->variations(i));
     return *fields;
   }
+  ElasticStressRates elastic(int body, const std::vector<int>& nodes) const {
+    return elastic_stress_rates(*factor_, body, nodes, design_->directions(), *state_rates_);
+  }
+  const std::vector<Mechanism>& directions() const { return design_->directions(); }
 
  private:
   const MechanismFactor* factor_;
@@ -33,9 +38,8 @@ class MovingFields {
 
 /// What Young's modulus of a leaf changes by along the directions.
 VectorXd modulus_rates(const std::vector<Mechanism>& directions, int leaf);
-/// Derivatives of a stress of its leaf, and of its notch factors where there is a fillet.
-VectorXd stress_rates(const LeafFields& fields, const StressPeak& peak, const Mechanism& mechanism,
-                      const std::vector<Mechanism>& directions,
+/// Derivatives of a stress, and of its notch factors where it is at a leaf's fillet.
+VectorXd stress_rates(MovingFields& fields, const StressPeak& peak, const Mechanism& mechanism,
                       const std::optional<double>& fillet = {});
 
 /// Derivatives of the displacement of O as the point of the path lists it, where the end-effector

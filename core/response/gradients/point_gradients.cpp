@@ -257,14 +257,20 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
                 const std::vector<Mechanism>& directions, MovingFields& fields,
                 PointGradients& gradients) {
   const auto stress_rate = [&](const StressPeak& peak) {
-    return stress_rates(fields.of(peak.leaf), peak, mechanism, directions);
+    return stress_rates(fields, peak, mechanism);
   };
-  for (int i = 0; i < static_cast<int>(point.sections.size()); ++i)
+  const int leaves = static_cast<int>(mechanism.leaves.size());
+  for (int i = 0; i < static_cast<int>(point.sections.size()); ++i) {
+    std::vector<int> nodes;
+    for (const StressPlace& place : stress_places[i]) nodes.push_back(place.node);
     gradients.section_rates.push_back(
-        fields.of(i).section_rates(stress_places[i], mechanism.leaves[i].material.youngs_modulus,
-                                   modulus_rates(directions, i)));
+        i >= leaves ? fields.elastic(i - leaves, nodes).rate
+                    : fields.of(i).section_rates(stress_places[i],
+                                                 mechanism.leaves[i].material.youngs_modulus,
+                                                 modulus_rates(directions, i)));
+  }
   const auto notched_rate = [&](const StressPeak& peak) {
-    return stress_rates(fields.of(peak.leaf), peak, mechanism, directions, rules.fillet);
+    return stress_rates(fields, peak, mechanism, rules.fillet);
   };
   if (point.max_stress) gradients.max_stress = stress_rate(*point.max_stress);
   if (point.notch_stress) gradients.notch_stress = notched_rate(*point.notch_stress);
@@ -275,7 +281,7 @@ void set_stress(const Mechanism& mechanism, const PathPoint& point, const Stress
     gradients.fatigue_safety =
         safety_rates(safety->value, safety->stress.value, notched_rate(safety->stress));
   if (const auto& life = point.fatigue_life)
-    gradients.fatigue_life = ratio_life_rates(*life, mechanism.leaves[life->stress.leaf].material,
+    gradients.fatigue_life = ratio_life_rates(*life, *part_of(life->stress, mechanism).material,
                                               rules.fatigue_rule, notched_rate(life->stress));
   gradients.stress_peaks.resize(point.stress_peaks.size(), directions.size());
   for (Eigen::Index k = 0; k < gradients.stress_peaks.rows(); ++k)

@@ -42,6 +42,23 @@ std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismP
   return EigenPairs{found.values, found.vectors};
 }
 
+// Motion of the corners at the surface of each elastic body, for drawing. Interfaces that have
+// turned in the body's frame turn its fields with them to first order alone.
+void add_elastic_motion(const System& system, const VectorXd& q, Mode& mode) {
+  const ElasticBodies& elastic = system.elastic_bodies();
+  for (int k = 0; k < elastic.count(); ++k) {
+    const CondensedSolid& solid = elastic.solid(k);
+    const SolidSurface& surface = solid.surface;
+    const VectorXd d =
+        motions_in_frame<double>(elastic.held(k), holder_rows<double>(elastic.body(k), q));
+    VectorXd& motion = mode.elastic_motion.emplace_back(3 * surface.corners.size());
+    for (std::size_t c = 0; c < surface.corners.size(); ++c)
+      motion.segment<3>(3 * static_cast<Eigen::Index>(c)) =
+          elastic.held(k).floating.frame.axes *
+          (solid.fields.middleRows<3>(3 * surface.nodes[surface.corners[c]]) * d);
+  }
+}
+
 // Modes of the lists: of those with the drive free `shapes` are the static motions of the bodies
 // under the drive loads.
 std::vector<Mode> classify(const MechanismPencil& pencil, const System& system,
@@ -56,7 +73,9 @@ std::vector<Mode> classify(const MechanismPencil& pencil, const System& system,
   const MatrixXd motions = options.motions ? pencil.motions(system, phi) : MatrixXd();
   for (Eigen::Index k = 0; k < phi.cols(); ++k) {
     if (options.motions) modes[k].motion = motions.col(k);
-    if (options.shapes) pencil.add_shape(phi.col(k), modes[k]);
+    if (!options.shapes) continue;
+    pencil.add_shape(phi.col(k), modes[k]);
+    add_elastic_motion(system, phi.col(k).head(pencil.bodies), modes[k]);
   }
   return modes;
 }

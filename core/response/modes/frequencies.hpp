@@ -38,7 +38,7 @@ struct FrequencyOptions {
   double cutoff_ratio = 1.2;  ///< leaf modes up to this multiple of the highest frequency wanted
   ConstantMass* constant_mass = nullptr;  ///< instead of the leaves' own mass
   bool motions = true;                    ///< with Mode::motion
-  bool shapes = false;                    ///< with Mode::body_motion and leaf_motion
+  bool shapes = false;                    ///< with the motions of bodies, leaves and elastic bodies
 };
 
 struct Frequencies {

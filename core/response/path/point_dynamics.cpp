@@ -119,6 +119,7 @@ void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
     for (std::size_t k = 0; k < std::min(from.size(), to.size()); ++k) {
       to[k].body_motion = from[k].body_motion;
       to[k].leaf_motion = from[k].leaf_motion;
+      to[k].elastic_motion = from[k].elastic_motion;
     }
   };
   take(drawn->free, point.modes_free);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/equilibrium/elastic_stress.hpp"
 #include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/rotation.hpp"
@@ -64,20 +65,23 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   point.stable = point.negative_pivots == 0;
 }
 
-/// The largest stress of every leaf.
-std::vector<StressPeak> largest_stresses(System& system) {
+/// The largest stress of every leaf, then of elastic bodies.
+std::vector<StressPeak> largest_stresses(System& system,
+                                         const std::vector<std::optional<ElasticStress>>& elastic) {
   std::vector<StressPeak> peaks;
   for (int i = 0; i < system.leaves(); ++i) peaks.push_back(system.leaf(i).stress().largest());
+  for (const auto& body : elastic)
+    if (const auto largest = body ? body->largest() : std::nullopt) peaks.push_back(*largest);
   return peaks;
 }
 
-void add_max_stress(const std::vector<StressPeak>& leaves, PathPoint& point) {
-  for (const StressPeak& peak : leaves)  // of those equal but for rounding the first is named
+void add_max_stress(const std::vector<StressPeak>& parts, PathPoint& point) {
+  for (const StressPeak& peak : parts)  // of those equal but for rounding the first is named
     if (!point.max_stress || peak.value > point.max_stress->value * (1 + 1e-9))
       point.max_stress = peak;
 }
 
-void add_safety(System& system, const StressRules& rules, std::vector<StressPeak> leaves,
+void add_safety(System& system, const StressRules& rules, std::vector<StressPeak> parts,
                 PathPoint& point) {
   if (!rules.fillet && !rules.yield && !rules.fatigue && !rules.life) return;
   const Mechanism& mechanism = system.mechanism();
@@ -85,20 +89,28 @@ void add_safety(System& system, const StressRules& rules, std::vector<StressPeak
   if (!point.fillet_fault.empty()) return;
   if (rules.fillet)
     for (int i = 0; i < system.leaves(); ++i) {
-      StressPeak& largest = leaves[i];
+      StressPeak& largest = parts[i];
       largest = with_fillets(largest, system.leaf(i), mechanism, *rules.fillet);
     }
-  add_stress_safety(leaves, mechanism, rules, point);
+  add_stress_safety(parts, mechanism, rules, point);
 }
 
 // The places are those of the first point that is evaluated.
-void add_sections(System& system, std::vector<std::vector<StressPlace>>& places, PathPoint& point) {
-  if (places.empty())
+void add_sections(System& system, const std::vector<std::optional<ElasticStress>>& elastic,
+                  std::vector<std::vector<StressPlace>>& places, PathPoint& point) {
+  const auto leaves = static_cast<std::size_t>(system.leaves());
+  if (places.empty()) {
     for (int i = 0; i < system.leaves(); ++i)
       places.push_back(system.leaf(i).stress().stations.places());
+    for (const auto& body : elastic)
+      places.push_back(body ? body->places() : std::vector<StressPlace>());
+  }
   point.sections.clear();
   for (int i = 0; i < system.leaves(); ++i)
     point.sections.push_back(system.leaf(i).stress().sections(places[i]));
+  for (std::size_t k = 0; k < elastic.size(); ++k)
+    point.sections.push_back(elastic[k] ? elastic[k]->sections(places[leaves + k])
+                                        : MatrixXd(6, 0));
 }
 
 Solids solids_of(System& system) {
@@ -127,6 +139,27 @@ ElasticBodyReport report_of(const CondensedSolid& solid, const VectorXd& local) 
           .cwiseAbs()
           .maxCoeff();
   return report;
+}
+
+// Of the bodies with meshes.
+std::vector<std::optional<ElasticStress>> elastic_stresses(const System& system) {
+  const ElasticBodies& elastic = system.elastic_bodies();
+  std::vector<std::optional<ElasticStress>> stresses(static_cast<std::size_t>(elastic.count()));
+  for (int k = 0; k < elastic.count(); ++k)
+    if (elastic.body(k).cells) stresses[k].emplace(elastic, k);
+  return stresses;
+}
+
+ElasticShape shape_of(const ElasticStress& body) {
+  const SolidSurface& surface = body.surface();
+  ElasticShape shape{.triangles = surface.triangles};
+  for (const int corner : surface.corners) {
+    const int node = surface.nodes[corner];
+    shape.undeflected.push_back(body.undeflected_place(node));
+    shape.deflected.push_back(body.place(node));
+    shape.von_mises.push_back(body.stress().von_mises[corner]);
+  }
+  return shape;
 }
 
 }  // namespace
@@ -158,13 +191,18 @@ void PointOutputs::add_stress_peaks(System& system, int wanted, PathPoint& point
   constexpr double share = 0.8;  // smaller ones are far from any bound
   const StressPeak& largest = *point.max_stress;
   std::vector<StressPeak> others;
-  for (int i = 0; i < system.leaves(); ++i)
-    for (const StressPeak& p : system.leaf(i).stress().peaks()) {
+  const auto add = [&](const std::vector<StressPeak>& peaks) {
+    for (const StressPeak& p : peaks) {
       const bool same = p.leaf == largest.leaf && p.along == largest.along &&
                         p.across == largest.across &&
-                        p.on_positive_normal == largest.on_positive_normal;
+                        p.on_positive_normal == largest.on_positive_normal &&
+                        p.elastic_body == largest.elastic_body && p.node == largest.node;
       if (!same && p.value >= share * largest.value) others.push_back(p);
     }
+  };
+  for (int i = 0; i < system.leaves(); ++i) add(system.leaf(i).stress().peaks());
+  for (const auto& body : elastic_stresses(system))
+    if (body) add(body->peaks());
   std::stable_sort(others.begin(), others.end(),
                    [](const StressPeak& a, const StressPeak& b) { return a.value > b.value; });
   point.stress_peaks.push_back(largest);
@@ -217,6 +255,28 @@ void PointOutputs::miss_branching(const std::string& why, PathPoint& point) cons
       point.load_capacity[k] = LoadCapacity{.reason = why};
 }
 
+void PointOutputs::add_stress_and_shapes(System& system, PathPoint& point) const {
+  const bool stress = request_->outputs.has(Output::stress),
+             shapes = request_->outputs.has(Output::shapes);
+  if (!stress && !shapes) return;
+  const std::vector<std::optional<ElasticStress>> elastic = elastic_stresses(system);
+  if (stress) {
+    std::vector<StressPeak> parts = largest_stresses(system, elastic);
+    add_max_stress(parts, point);
+    add_safety(system, request_->stress, std::move(parts), point);
+    if (request_->stress.need_history()) add_sections(system, elastic, *stress_places_, point);
+    for (std::size_t k = 0; k < elastic.size(); ++k) {
+      if (!elastic[k] || !elastic[k]->largest()) continue;
+      point.elastic_bodies[k].stress = elastic[k]->largest();
+      point.elastic_bodies[k].stress_jump = elastic[k]->stress().largest->jump;
+    }
+  }
+  if (!shapes) return;
+  for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
+  for (const auto& body : elastic)
+    point.elastic_shapes.push_back(body ? shape_of(*body) : ElasticShape());
+}
+
 Check PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, std::size_t index,
                              PathPoint& point, PointGradients* gradients) {
   point.status = PointStatus::converged;
@@ -229,14 +289,7 @@ Check PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, std
   add_reports(system, point);
   if (request_->wants_frequencies() && (!differentiable_ || model_->mass == LeafMass::constant))
     add_ritz_frequencies(system, point);
-  if (request_->outputs.has(Output::stress)) {
-    std::vector<StressPeak> leaves = largest_stresses(system);
-    add_max_stress(leaves, point);
-    add_safety(system, request_->stress, std::move(leaves), point);
-    if (request_->stress.need_history()) add_sections(system, *stress_places_, point);
-  }
-  if (request_->outputs.has(Output::shapes))
-    for (int i = 0; i < system.leaves(); ++i) point.shapes.push_back(system.leaf(i).shape());
+  add_stress_and_shapes(system, point);
   std::optional<Solids> solids;
   if (request_->outputs.has(Output::moving_envelope) || !clearance_pairs_.empty())
     solids = solids_of(system);

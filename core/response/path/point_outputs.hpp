@@ -58,6 +58,7 @@ class PointOutputs {
 
  private:
   static void add_reports(System& system, PathPoint& point);
+  void add_stress_and_shapes(System& system, PathPoint& point) const;
   static void add_stress_peaks(System& system, int wanted, PathPoint& point);
   void add_ritz_frequencies(System& system, PathPoint& point);
   bool add_full_frequencies(const MechanismFactor& factor, std::size_t index, FullModeLists& lists,

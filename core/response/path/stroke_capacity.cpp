@@ -274,14 +274,14 @@ void StrokeSearch::refine() {
 
 std::string StrokeSearch::what_happens(const PathPoint& point) const {
   const BoundedNumber& number = *beyond_.number;
-  const auto leaf = [&] { return mechanism_.leaves[peak_of(number, point)->leaf].name; };
+  const auto part = [&] { return *part_of(*peak_of(number, point), mechanism_).name; };
   switch (number.limit) {
     case StrokeLimit::stress:
-      return fmt::format("the stress of {} reaches {:.4g} MPa", leaf(), number.bound / 1e6);
+      return fmt::format("the stress of {} reaches {:.4g} MPa", part(), number.bound / 1e6);
     case StrokeLimit::yield:
-      return fmt::format("the stress of {} reaches its yield strength", leaf());
+      return fmt::format("the stress of {} reaches its yield strength", part());
     case StrokeLimit::fatigue:
-      return fmt::format("the safety of {} against fatigue falls to 1", leaf());
+      return fmt::format("the safety of {} against fatigue falls to 1", part());
     case StrokeLimit::stiffness:
       return fmt::format("the support stiffness {} falls to {:g} of that at rest",
                          direction_names[number.component], rule_.stiffness_share);

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <utility>
 
+#include "core/equilibrium/elastic_stress.hpp"
 #include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/response/gradients/moving_places.hpp"
 
@@ -60,9 +61,6 @@ VectorXd stiffness_rates(const Rates& rates, int support, const BodyLoad* load) 
 
 CapacityLimits::CapacityLimits(System& system, const StrokeRequest& request)
     : request_(&request), mechanism_(&system.mechanism()) {
-  for (const LeafSpring& leaf : mechanism_->leaves)
-    strengths_.push_back(request.capacity.stress ? request.capacity.stress
-                                                 : leaf.material.yield_strength);
   if (request.capacity.stiffness_share > 0) unloaded_ = support_stiffness(system);
 }
 
@@ -78,15 +76,22 @@ double CapacityLimits::beyond(System& system) {
   double largest = -1;
   stress_.reset();
   support_.reset();
-  for (int i = 0; i < system.leaves(); ++i) {
-    const auto& strength = strengths_[i];
-    if (!strength) continue;
-    const StressPeak peak = peak_of(system, i, request_->stress);
-    const double over = peak.value / *strength - 1;
-    if (over <= largest) continue;
-    largest = over;
+  const auto take = [&](const Material& material, const auto& peak_of_part) {
+    const std::optional<double>& stated = request_->capacity.stress;
+    const std::optional<double>& strength = stated ? stated : material.yield_strength;
+    if (!strength) return;
+    const std::optional<StressPeak> peak = peak_of_part();
+    if (!peak || peak->value / *strength - 1 <= largest) return;
+    largest = peak->value / *strength - 1;
     stress_ = peak;
-  }
+  };
+  for (int i = 0; i < system.leaves(); ++i)
+    take(mechanism_->leaves[i].material,
+         [&] { return std::optional(peak_of(system, i, request_->stress)); });
+  const ElasticBodies& elastic = system.elastic_bodies();
+  for (int k = 0; k < elastic.count(); ++k)
+    if (elastic.body(k).cells)
+      take(elastic.body(k).material, [&] { return ElasticStress(elastic, k).largest(); });
   if (request_->capacity.stiffness_share == 0) return largest;
   const auto now = support_stiffness(system);
   for (std::size_t d = 0; d < 6; ++d) {
@@ -107,7 +112,7 @@ LoadCapacity CapacityLimits::reached() const {
     capacity.limit = CapacityLimit::stress;
     capacity.stress = stress_;
     capacity.reason = fmt::format("the stress of {} reaches {:.4g} MPa",
-                                  mechanism_->leaves[stress_->leaf].name, stress_->value / 1e6);
+                                  *part_of(*stress_, *mechanism_).name, stress_->value / 1e6);
   } else {
     assert(support_);
     capacity.limit = CapacityLimit::stiffness;
@@ -141,8 +146,7 @@ VectorXd CapacityLimits::gradient(LoadBranch& branch, CapacityDirections& design
   const Eigen::Index count = rates.state.cols() - 1;
   if (stress_) {
     MovingFields fields(*rates.factor, *rates.design, rates.state);
-    const VectorXd of = stress_rates(fields.of(stress_->leaf), *stress_, *mechanism_,
-                                     design.with_load.list, request_->stress.fillet);
+    const VectorXd of = stress_rates(fields, *stress_, *mechanism_, request_->stress.fillet);
     return -of.head(count) / of[count];
   }
   const BodyLoad named = branch.named();

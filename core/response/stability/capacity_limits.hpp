@@ -32,7 +32,6 @@ class CapacityLimits {
 
   const StrokeRequest* request_;
   const Mechanism* mechanism_;
-  std::vector<std::optional<double>> strengths_;  ///< of each leaf [Pa]
   std::array<std::optional<double>, 6> unloaded_;
   std::optional<StressPeak> stress_;  ///< the limit is that of this stress, or
   std::optional<int> support_;        ///< of the stiffness in this direction

@@ -4,7 +4,7 @@ import {max, min, range} from "d3";
 import * as Plot from "@observablehq/plot";
 import {line_chart} from "./charts.js";
 import {palette} from "./colors.js";
-import {at_stroke, converged, path} from "./result.js";
+import {at_stroke, converged, part_of, path} from "./result.js";
 import {listen, set, state} from "./state.js";
 import {element, number_text} from "./text.js";
 
@@ -17,17 +17,17 @@ export function endured(line, mean) {
 }
 
 const text = (p) => {
-  const {leaf, amplitude, mean, other_point} = p.fatigue_safety_place, other = path[other_point];
-  return `${at_stroke(p)}, ${leaf}\nsafety ${number_text(p.fatigue_safety)}\nmean ${number_text(mean * MPa)} MPa, amplitude ${number_text(amplitude * MPa)} MPa${other ? `\nother end of the cycle ${at_stroke(other)}` : ""}`;
+  const place = p.fatigue_safety_place, {amplitude, mean, other_point} = place, other = path[other_point];
+  return `${at_stroke(p)}, ${part_of(place)}\nsafety ${number_text(p.fatigue_safety)}\nmean ${number_text(mean * MPa)} MPa, amplitude ${number_text(amplitude * MPa)} MPa${other ? `\nother end of the cycle ${at_stroke(other)}` : ""}`;
 };
 
-/// One line for each material and rule, with the leaves that it is of.
+/// One line for each material and rule, with the parts that it is of.
 function lines_of(points) {
   const lines = new Map();
-  for (const {fatigue_safety_place: {line, leaf}} of points) {
-    const key = JSON.stringify(line);
-    if (!lines.has(key)) lines.set(key, {line, leaves: new Set()});
-    lines.get(key).leaves.add(leaf);
+  for (const {fatigue_safety_place: place} of points) {
+    const key = JSON.stringify(place.line);
+    if (!lines.has(key)) lines.set(key, {line: place.line, parts: new Set()});
+    lines.get(key).parts.add(part_of(place));
   }
   return [...lines.values()];
 }
@@ -42,9 +42,9 @@ export function fatigue_section() {
   const dot = (p, color) => ({x: p.fatigue_safety_place.mean * MPa, y: p.fatigue_safety_place.amplitude * MPa, text: text(p), name: "worst cycle", color, stroke: p.stroke});
   const figure = line_chart({
     title: "Haigh diagram", x: "mean stress [MPa]", y: "amplitude [MPa]", x_domain: [low, high],
-    note: `Worst cycle ${at_stroke(worst)} in ${place.leaf}: ${number_text(place.mean * MPa)} ± ${number_text(place.amplitude * MPa)} MPa, ${number_text(n)} times as large it would be at the line.`,
+    note: `Worst cycle ${at_stroke(worst)} in ${part_of(place)}: ${number_text(place.mean * MPa)} ± ${number_text(place.amplitude * MPa)} MPa, ${number_text(n)} times as large it would be at the line.`,
     lines: [
-      ...lines.map(({line, leaves}, k) => ({name: `${names[line.mean_stress]}${lines.length > 1 ? `, ${[...leaves].join(", ")}` : ""}`, color: palette[k % palette.length], dots: false,
+      ...lines.map(({line, parts}, k) => ({name: `${names[line.mean_stress]}${lines.length > 1 ? `, ${[...parts].join(", ")}` : ""}`, color: palette[k % palette.length], dots: false,
         points: [low, ...range(41).map((i) => line.largest_mean * MPa * i / 40)].map((x) => ({x, y: endured(line, x / MPa) * MPa}))})),
       {name: "worst cycle times its safety", color: "var(--soft)", dashed: true, dots: false, points: [0, far].map((f) => ({x: f * place.mean * MPa, y: f * place.amplitude * MPa}))},
       {name: "worst cycle of each stroke point", color: "var(--accent)", line: false, radius: 4, points: points.filter((p) => p !== worst).map((p) => dot(p))},

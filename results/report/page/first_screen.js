@@ -2,13 +2,14 @@
 import {least, max, min} from "d3";
 import {case_chooser} from "./cases.js";
 import {stroke_text} from "./comparison.js";
-import {allowable, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, optimum, parameter_text, path, quantities, rest_point, result, stroke_unit, supports, undeflected} from "./result.js";
+import {allowed_at, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, optimum, parameter_text, part_of, path, quantities, rest_point, result, stroke_unit, supports, undeflected} from "./result.js";
 import {ranking_table} from "./designs.js";
 import {element, number_text, quantity_parts, quantity_text, readable} from "./text.js";
 
 const stress_share = () => {
   const hottest = least_at((p) => typeof p.max_stress === "number" ? -p.max_stress : null);
-  return hottest && allowable ? {share: hottest.max_stress / allowable, point: hottest} : null;
+  const allowed = hottest && allowed_at(hottest);
+  return hottest && allowed ? {share: hottest.max_stress / allowed, allowed, point: hottest} : null;
 };
 const lowest_buckling = () => {
   const q = quantities.find((one) => one.name.startsWith("buckling"));
@@ -41,7 +42,7 @@ function five_numbers() {
     if (weakest) add(`Weakest support, ${name}: ${weakest.d}`, weakest.p.support_stiffness[weakest.d], letter === "u" ? "N/m" : "N m/rad", at_stroke(weakest.p));
   }
   const hottest = least_at((p) => typeof p.max_stress === "number" ? -p.max_stress : null);
-  if (hottest) add("Largest von Mises stress", hottest.max_stress, "Pa", at_stroke(hottest) + (hottest.max_stress_place ? `, ${hottest.max_stress_place.leaf}` : ""));
+  if (hottest) add("Largest von Mises stress", hottest.max_stress, "Pa", at_stroke(hottest) + (hottest.max_stress_place ? `, ${part_of(hottest.max_stress_place)}` : ""));
   const loads = load_path ? [] : quantities.filter((q) => q.at[0] === "drive_load");
   for (const q of loads) {
     const most = least_at((p) => q.value(p) === null ? null : -Math.abs(q.value(p)));
@@ -92,7 +93,7 @@ function limits() {
   const lost = path.filter((p) => p.status !== "converged");
   if (lost.length) said.push(`${lost.length} of ${path.length} points ${result.status === "limit_reached" ? "were not done within the limits of the job" : "have no equilibrium"}, the first ${at_stroke(lost[0])}.`);
   const share = stress_share();
-  if (share && !optimum) said.push(`Stress: ${quantity_text(share.point.max_stress, "Pa")} of ${quantity_text(allowable, "Pa")} allowed (${number_text(100 * share.share)} %), ${at_stroke(share.point)}${share.point.max_stress_place ? ` in ${share.point.max_stress_place.leaf}` : ""}.`);
+  if (share && !optimum) said.push(`Stress: ${quantity_text(share.point.max_stress, "Pa")} of ${quantity_text(share.allowed, "Pa")} allowed (${number_text(100 * share.share)} %), ${at_stroke(share.point)}${share.point.max_stress_place ? ` in ${part_of(share.point.max_stress_place)}` : ""}.`);
   const rest = converged.length > 1 && supports.length ? rest_point() : null;
   if (rest) {
     const kept = least(supports.map((d) => ({d, p: least_at((q) => q.support_stiffness?.[d])})).filter((k) => k.p && rest.support_stiffness?.[k.d]), (k) => k.p.support_stiffness[k.d] / rest.support_stiffness[k.d]);
@@ -103,10 +104,10 @@ function limits() {
   if (buckled && Math.abs(buckled.value) < 3) said.push(`${heading(buckled.q.label)} is only ${number_text(buckled.value)}, ${at_stroke(buckled.point)}.`);
   for (const [key, name] of [["yield_safety", "yield"], ["fatigue_safety", "fatigue"]]) {
     const least_safe = least_at((p) => p[key]), place = least_safe?.[`${key}_place`];
-    if (least_safe && least_safe[key] < 2) said.push(`Safety against ${name} is ${number_text(least_safe[key])}, ${at_stroke(least_safe)}${place ? ` in ${place.leaf}` : ""}.`);
+    if (least_safe && least_safe[key] < 2) said.push(`Safety against ${name} is ${number_text(least_safe[key])}, ${at_stroke(least_safe)}${place ? ` in ${part_of(place)}` : ""}.`);
   }
   const shortest = least_at((p) => p.fatigue_life), life = shortest?.fatigue_life_place;
-  if (life && life.on_curve !== "endurance") said.push(`Life is ${life.cycles === null ? `${life.on_curve}, log10 of the cycles ${number_text(shortest.fatigue_life)}` : `${number_text(life.cycles)} cycles`}, ${at_stroke(shortest)} in ${life.leaf}.`);
+  if (life && life.on_curve !== "endurance") said.push(`Life is ${life.cycles === null ? `${life.on_curve}, log10 of the cycles ${number_text(shortest.fatigue_life)}` : `${number_text(life.cycles)} cycles`}, ${at_stroke(shortest)} in ${part_of(life)}.`);
   return said.slice(0, 6);
 }
 

@@ -22,24 +22,29 @@ function hatching() {
   return texture;
 }
 
-/// A block behind each edge that the ground holds; where blocks have one wall they lie in each other.
-export function ground_blocks(solids, size) {
+/// A block behind each edge that the ground holds, and around what it holds of elastic bodies; where
+/// blocks have one wall they lie in each other.
+export function ground_blocks(solids, elastic_bodies, size) {
   const group = new THREE.Group();
-  for (const solid of solids) for (const end of [0, 1]) {
-    if ((end === 0 ? solid.leaf.base : solid.leaf.tip) !== -1) continue;
-    const {middle, along, across, normal, width, half} = solid.edge(end);
-    const depth = 0.035 * size, wide = width + 0.03 * size, high = 2 * half + 0.09 * size;
-    const out = along.clone().multiplyScalar(end === 0 ? -1 : 1);
+  const block = (wide, high, depth) => {
     const map = hatching();
     const tile = 0.09 * size;  // one and the same hatching on every block
     map.repeat.set(Math.max(0.5, wide / tile), Math.max(0.5, high / tile));
-    const block = new THREE.Mesh(new THREE.BoxGeometry(wide, high, depth), new THREE.MeshLambertMaterial({map}));
-    const axes = new THREE.Matrix4().makeBasis(across, normal, new THREE.Vector3().crossVectors(across, normal));
-    block.setRotationFromMatrix(axes);
-    block.position.copy(middle).addScaledVector(out, 0.5 * depth);
-    block.userData = {kind: "ground", name: "ground"};
-    group.add(block);
+    const mesh = new THREE.Mesh(new THREE.BoxGeometry(wide, high, depth), new THREE.MeshLambertMaterial({map}));
+    mesh.userData = {kind: "ground", name: "ground"};
+    group.add(mesh);
+    return mesh;
+  };
+  for (const solid of solids) for (const end of [0, 1]) {
+    if ((end === 0 ? solid.leaf.base : solid.leaf.tip) !== -1) continue;
+    const {middle, along, across, normal, width, half} = solid.edge(end);
+    const depth = 0.035 * size, out = along.clone().multiplyScalar(end === 0 ? -1 : 1);
+    const behind = block(width + 0.03 * size, 2 * half + 0.09 * size, depth);
+    behind.setRotationFromMatrix(new THREE.Matrix4().makeBasis(across, normal, new THREE.Vector3().crossVectors(across, normal)));
+    behind.position.copy(middle).addScaledVector(out, 0.5 * depth);
   }
+  for (const {grounds} of elastic_bodies) for (const {low, high} of grounds)
+    block(...low.map((x, c) => high[c] - x + 0.02 * size)).position.copy(vector(low).add(vector(high)).multiplyScalar(0.5));
   return group;
 }
 

@@ -80,6 +80,10 @@ export const strokes_text = (strokes) => Object.entries(strokes).map(([name, s])
 export const place_text = (point) => drive_units ? strokes_text(point.strokes)
   : `${load_path ? "load factor " : ""}${quantity_text(point.stroke, stroke_unit)}`;
 export const at_stroke = (point) => `at ${place_text(point)}`;
+/// The leaf or the elastic body that a stress is in.
+export const part_of = (place) => place?.leaf ?? place?.elastic_body ?? "";
+/// What the material allows where the stress of a point is largest.
+export const allowed_at = ({max_stress_place: place}) => place?.elastic_body ? place.allowable_stress : allowable;
 /// The converged point of least value.
 export const least_at = (value) => least(converged.filter((p) => typeof value(p) === "number"), value);
 export const all_leaves_full = () => converged.every((p) => (p.leaves ?? [{}]).every((leaf) => leaf.model === "full"));

@@ -74,6 +74,12 @@ export class Design {
       leaf.first = first;
       first += leaf.points_along * leaf.points_across;
     }
+    this.elastic_bodies = (json.elastic_bodies ?? []).filter((body) => body.points > 0);  // imported matrices have none
+    for (const body of this.elastic_bodies) {
+      body.first = first;
+      body.corners = unpacked(body.triangles);
+      first += body.points;
+    }
     if (json.modes) {
       this.mode_values = unpacked(json.modes.leaves);
       this.mode_bodies = unpacked(json.modes.bodies);
@@ -99,7 +105,7 @@ export class Design {
         take(c, body.box.center[c] + half);
       }
     }
-    const thick = Math.max(...this.leaves.flatMap((leaf) => leaf.half_thickness));
+    const thick = Math.max(0, ...this.leaves.flatMap((leaf) => leaf.half_thickness));
     low.forEach((x, c) => { low[c] = x - thick; high[c] += thick; });
     const size = Math.hypot(...low.map((x, c) => high[c] - x));
     // The arrows of drives and loads, with their words.
@@ -152,7 +158,10 @@ export class Design {
     return near * (locked + free) + (mode.drive === "locked" ? 0 : locked) + mode.index;
   }
 
-  /// Largest displacement component of a leaf's point in all frames [m].
+  /// Whether a body is but the frame of an elastic one, which is drawn itself.
+  is_frame(b) { return !this.bodies[b].mass && !this.bodies[b].box && this.elastic_bodies.some((e) => e.bodies.includes(b)); }
+
+  /// Largest displacement component of a point in all frames [m].
   largest_motion() { return this.displacement.reduce((largest, x) => Math.max(largest, Math.abs(x)), 0); }
 
   /// Largest stress of all frames, of one leaf or of all [Pa].

@@ -139,7 +139,7 @@ export function reference_point(design, size) {
 }
 
 /// Names of leaves (nearer to the base, since leaves often cross in the middle), bodies, joints and springs.
-export function name_words(design, solids, bodies, size) {
+export function name_words(design, solids, surfaces, bodies, size) {
   const group = new THREE.Group();
   const add = (text, color, where) => {
     if (!text) return;
@@ -152,7 +152,13 @@ export function name_words(design, solids, bodies, size) {
   const whole = (name) => { const [, stem, part] = /^(.*)\/(.*)$/.exec(name ?? "") ?? []; return !reinforced.has(stem) ? name : part === "reinforcement" ? stem : ""; };
   for (const solid of solids)
     add(whole(solid.leaf.name), "--ink", () => solid.point(Math.floor(solid.ny / 2) * solid.nx + Math.round(0.3 * (solid.nx - 1)), new THREE.Vector3()));
+  for (const {body, geometry} of surfaces)
+    add(body.name, "--accent", () => {
+      const {center} = geometry.boundingSphere;
+      return center.clone().setY(center.y + 0.03 * size);
+    });
   design.bodies.forEach((body, b) => {
+    if (design.is_frame(b)) return;
     let place = vector(body.center_of_mass);
     if (bodies[b]) {  // above what is drawn of it
       bodies[b].geometry.computeBoundingBox();

@@ -1,6 +1,6 @@
 // The tables: every point of the stroke, the checks, the overconstraints.
 import {group, max} from "d3";
-import {allowable, at_stroke, comparison, converged, error_at, heading, largest_of, load_path, path, quantities, result, stroke_unit, drive_units, strokes_text} from "./result.js";
+import {allowed_at, at_stroke, comparison, converged, error_at, heading, largest_of, load_path, part_of, path, quantities, result, stroke_unit, drive_units, strokes_text} from "./result.js";
 import {set} from "./state.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
 
@@ -15,9 +15,9 @@ export function stroke_table() {
         const largest = largest_of(q);
         return {name: heading(q.label), unit: shown_unit(q.unit),
           text: value((p) => q.value(p) === null ? "–" : number_text(without_noise(q.value(p), largest) * shown_factor(q.unit))),
-          tone: (p) => q.name === "max_stress" && allowable && p.max_stress > allowable * 1.0001 ? "bad" : ""};
+          tone: (p) => q.name === "max_stress" && allowed_at(p) && p.max_stress > allowed_at(p) * 1.0001 ? "bad" : ""};
       }),
-      {name: "Where", left: true, text: value((p) => p.max_stress_place?.leaf ?? "")},
+      {name: "Where", left: true, text: value((p) => part_of(p.max_stress_place))},
       {name: "Newton", unit: "iterations", text: (p) => String(p.newton_iterations ?? "–")},
       {name: "State", left: true, text: (p) => p.status !== "converged" ? readable(p.status) : p.stable ? "stable" : "unstable", tone: (p) => p.status === "converged" && p.stable ? "" : "bad"}],
     () => false, (p) => { if (p.status === "converged") set({stroke: p.stroke, playing: false}); }),
@@ -45,6 +45,11 @@ export function checks() {
     const models = [...group(used, (u) => u.report.model)].map(([name, list]) => `${readable(name)} (${list.length})`).join(", ");
     return {...leaf, models, reasons: [...new Set(used.map((u) => u.report.reason).filter(Boolean))].join("; "), check: max(used, (u) => Math.abs(u.report.check))};
   });
+  const elastic = (converged[0]?.elastic_bodies ?? []).map(({name, degree, unknowns}, k) => {
+    const reports = converged.map((p) => p.elastic_bodies[k]), hottest = reports.reduce((a, b) => (b.max_stress ?? -1) > (a.max_stress ?? -1) ? b : a);
+    return {name, degree, unknowns, hottest, turn: max(reports, (r) => r.turn), share: max(reports, (r) => r.geometric_share ?? undefined)};
+  });
+  const told = (value, unit, digits) => typeof value === "number" ? quantity_text(value, unit, digits) : "–";
   const expected = result.expectations ?? [], constraints = result.constraints;
   return [
     ...estimates(),
@@ -53,6 +58,10 @@ export function checks() {
       {name: "Length", text: (l) => quantity_text(l.length, "m")}, {name: "Width", text: (l) => quantity_text(l.width, "m")}, {name: "Thickness", text: (l) => quantity_text(l.thickness, "m")},
       {name: "Needs", left: true, text: (l) => l.validity?.needed ? `theory of a ${readable(l.validity.needed)}` : "–"},
       {name: "Model", unit: "points", left: true, text: (l) => l.models}, {name: "Own check", unit: "relative", text: (l) => l.check ? number_text(l.check, 2) : "–"}, {name: "Why not the default", left: true, text: (l) => l.reasons}]) : null,
+    elastic.length && !comparison ? table_of(elastic, [
+      {name: "Elastic body", left: true, text: (b) => b.name}, {name: "Degree", text: (b) => String(b.degree)}, {name: "Unknowns", text: (b) => String(b.unknowns)},
+      {name: "Largest turn of an interface", text: (b) => quantity_text(b.turn, "rad", 2)}, {name: "Stiffness changed by deformation", unit: "relative", text: (b) => told(b.share, "", 2)},
+      {name: "Largest stress", text: (b) => told(b.hottest.max_stress, "Pa")}, {name: "Jump between cells", text: (b) => told(b.hottest.max_stress_jump, "Pa", 2)}]) : null,
     constraints ? element("p", {}, `Degrees of freedom of the undeflected mechanism: ${constraints.degrees_of_freedom}; overconstraints: ${constraints.overconstraints}.`) : null,
     constraints?.redundant?.length ? element("ul", {}, ...constraints.redundant.map((r) => element("li", {}, heading(r.text.replace(/`/g, ""))))) : null,
     expected.length ? table_of(expected, [

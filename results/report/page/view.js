@@ -2,6 +2,7 @@
 import * as THREE from "three";
 import {OrbitControls} from "three/addons/controls/OrbitControls.js";
 import {dark_mode, page_color} from "./colors.js";
+import {ElasticSurface} from "./elastic_surface.js";
 import {LeafSolid} from "./leaf_solid.js";
 import {body_mesh, body_pose, ground_blocks, joint_marks} from "./parts.js";
 import {job} from "./result.js";
@@ -26,6 +27,7 @@ class Figure {
     this.design = design;
     this.scene = new THREE.Scene();
     this.solids = design.leaves.map((leaf) => new LeafSolid(leaf));
+    this.surfaces = design.elastic_bodies.map((body) => new ElasticSurface(body));
     this.build();
   }
 
@@ -36,9 +38,9 @@ class Figure {
     design.pose(0, null, 0);
     design.positions.set(design.rest);
     design.bodies_now.fill(0);
-    for (const solid of solids) { solid.update(design, null, new THREE.Color(page_color("--metal"))); scene.add(solid.mesh); }
-    this.ground = ground_blocks(solids, size);
-    this.bodies = design.bodies.map((_, b) => body_mesh(design, b, solids, size));
+    for (const solid of [...solids, ...this.surfaces]) { solid.update(design, null, new THREE.Color(page_color("--metal"))); scene.add(solid.mesh); }
+    this.ground = ground_blocks(solids, design.elastic_bodies, size);
+    this.bodies = design.bodies.map((_, b) => design.is_frame(b) ? null : body_mesh(design, b, solids, size));
     this.marks = [...joint_marks(design, size).children, ...drive_arrows(design, size).children, ...load_arrows(design, size).children];
     const point = reference_point(design, size);
     scene.add(this.ground, ...this.bodies.filter(Boolean), ...this.marks, point);
@@ -59,6 +61,7 @@ class Figure {
       solid.update(design, top, plain);
       solid.mesh.material.emissive.set(chosen && solid.leaf.name === chosen ? page_color("--chosen") : 0x000000);
     }
+    for (const surface of this.surfaces) surface.update(design, top, plain);
     this.bodies.forEach((mesh, b) => {
       if (!mesh) return;
       const {position, rotation} = body_pose(design, b);
@@ -67,7 +70,7 @@ class Figure {
       mesh.visible = show_bodies;
     });
     if (show_names && !this.names) {
-      this.names = name_words(design, this.solids, this.bodies, design.size);
+      this.names = name_words(design, this.solids, this.surfaces, this.bodies, design.size);
       this.scene.add(this.names);
       this.marks.push(...this.names.children);
     }
@@ -288,9 +291,9 @@ export class View {
     if (!figure) return null;
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2(2 * (share % 1) - 1, 1 - 2 * (y - box.top) / box.height), this.camera);
-    const parts = [...figure.solids.map((s) => s.mesh), ...figure.bodies.filter((b) => b?.visible), ...figure.ground.children];
+    const parts = [...[...figure.solids, ...figure.surfaces].map((s) => s.mesh), ...figure.bodies.filter((b) => b?.visible), ...figure.ground.children];
     const hits = ray.intersectObjects(parts, false);
-    const hit = hits.find((h) => h.object.userData.kind === "leaf") ?? hits[0];  // bodies are clear
+    const hit = hits.find((h) => ["leaf", "elastic"].includes(h.object.userData.kind)) ?? hits[0];  // bodies are clear
     return hit ? {...hit.object.userData, figure, vertex: hit.face?.a ?? 0} : null;
   }
 

@@ -110,6 +110,7 @@ function part_text(hit) {
       : `${quantity_text(leaf.length, "m")} × ${quantity_text(leaf.width, "m")} × ${quantity_text(leaf.thickness, "m")}`);
     if (!undeflected) lines.push(`here ${quantity_text(solid.stress[solid.point_of_vertex[vertex]], "Pa")}`);
   }
+  if (kind === "elastic" && !undeflected) lines.push(`here ${quantity_text(solid.stress[vertex], "Pa")}`);
   if (kind === "body") {
     const now = design.bodies_now.subarray(6 * hit.body, 6 * hit.body + 6), names = ["x", "y", "z"];
     const size = Math.hypot(now[0], now[1], now[2]), turn = Math.hypot(now[3], now[4], now[5]);
@@ -272,7 +273,7 @@ export function view_panel() {
   panel.append(
     element("div", {class: "controls"}, ...(undeflected ? [] : stroke_sliders()), converged.length > 1 ? play : null),
     magnifier(),
-    element("div", {class: "controls"}, list.options.length > 1 ? modes : null, undeflected ? null : colors, leaf_list, beside),
+    element("div", {class: "controls"}, list.options.length > 1 ? modes : null, undeflected ? null : colors, designs[0].leaves.length ? leaf_list : null, beside),
     element("div", {class: "controls"}, views, upward, element("label", {class: "choice"}, turning, "turntable"), element("label", {class: "choice"}, bodies, "bodies"), element("label", {class: "choice"}, names, "names"), copy, save),
     legend_place,
     element("p", {class: "soft hint"}, "Drag or use the arrow keys to turn, wheel or + and − to zoom" + (undeflected ? "" : ", click a leaf for its plots") + ". Hatched: ground."));

@@ -1,6 +1,9 @@
 #include "results/files/scene.hpp"
 
+#include "results/files/result_parts.hpp"
 #include "support/models.hpp"
+#include "support/solid_box.hpp"
+#include "support/vtu.hpp"
 #include "tests/results/results_tests.hpp"
 
 namespace {
@@ -137,4 +140,48 @@ TEST_CASE("An optimisation's scene has its start and all evaluated designs") {
   CHECK(read_scene(folder.path()) == scene);
   write_scene(folder.path(), OrderedJson({{"designs", OrderedJson::array()}}));
   CHECK(read_scene(folder.path()).is_null());
+}
+
+TEST_CASE("An elastic body is in the scene, the shape files and the result") {
+  RunRecord record = test::evaluated_hinge();
+  Mechanism& m = record.mechanism;
+  ElasticBody box = models::box({0.1, 0.01, 0.01}, {6, 1, 1});
+  box.name = "bar";
+  box.material.allowable_stress = 200e6;
+  box.place = {0.05, 0, 0};
+  models::hold_end(box, "base", ground, -1);
+  models::hold_end(box, "tip", 0, 1);
+  m = {};
+  m.bodies = {models::body({0.1, 0, 0}, 0.1, 1e-5)};
+  m.elastic_bodies = {box};
+  m.drives = {make_drive(Direction::uy)};
+  record.job.request.points = {0, 1e-3};
+  StrokeRequest request = record.job.request;
+  request.outputs.add(Output::shapes);
+  request.frequencies = 2;
+  record.response = evaluate_stroke(m, {}, request);
+  REQUIRE(record.response.status == Status::ok);
+  const OrderedJson scene = make_scene(record);
+  REQUIRE(scene["designs"].size() == 1);
+  // 7 x 2 x 2 corners; two triangles for each of 6 x 4 + 2 faces
+  CHECK(unlike_text(scene["designs"][0],
+                    R"({"leaves": [], "rest": {"shape": [28, 3]}, "von_mises": {"shape": [2, 28]},
+      "elastic_bodies": [{"name": "bar", "points": 28, "bodies": [-1, 0],
+                          "grounds": [{"low": [0, -0.005, -0.005], "high": [0, 0.005, 0.005]}],
+                          "triangles": {"shape": [52, 3]}}]})") == "");
+  CHECK(scene["designs"][0]["modes"]["leaves"]["shape"][2] == 28);
+  const std::string xml = point_vtu(m, record.response.path[1]);
+  CHECK(test::data_array(xml, "Points").size() == 3 * 28);
+  CHECK(test::data_array(xml, "types") == std::vector<double>(52, 5));
+  CHECK(test::data_array(xml, "connectivity").size() == 3 * 52);
+  CHECK(test::data_array(xml, "offsets").back() == 3 * 52);
+  CHECK(xml.find("mode 1") != std::string::npos);
+  const OrderedJson point = make_path_point(record.response.path[1], m, request);
+  const double stress = point["max_stress"];
+  CHECK(stress > 1e6);
+  CHECK(point["elastic_bodies"][0]["max_stress"] == stress);
+  CHECK(point["elastic_bodies"][0]["max_stress_jump"].get<double>() > 0);
+  CHECK(point["max_stress_place"]["elastic_body"] == "bar");
+  CHECK(point["max_stress_place"]["allowable_stress"] == 200e6);
+  CHECK(point["max_stress_place"]["position"] == point["elastic_bodies"][0]["max_stress_position"]);
 }

@@ -44,7 +44,7 @@ TEST_CASE("The check of well-formedness finds what is not") {
 TEST_CASE("A shape file holds all leaves' points, displacements and stresses") {
   const RunRecord record = test::evaluated_hinge();
   const auto& shapes = record.response.path.back().shapes;
-  const std::string xml = shape_vtu(shapes);
+  const std::string xml = shape_vtu(record.response.path.back());
   REQUIRE(well_formed(xml));
   const auto points = data_array(xml, "Points"), moved = data_array(xml, "displacement"),
              stress = data_array(xml, "von_mises"), cells = data_array(xml, "connectivity"),
