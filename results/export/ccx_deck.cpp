@@ -18,26 +18,6 @@ void write_nodes(const CcxModel& model, CcxLines& deck) {
     deck.line("{}, {:.12g}, {:.12g}, {:.12g}", ++number, p[0], p[1], p[2]);
 }
 
-/// Writes the elements of elastic bodies; `number`: of elements so far.
-void write_cells(const CcxModel& model, int& number, CcxLines& deck) {
-  for (std::size_t k = 0; k < model.mechanism.elastic_bodies.size(); ++k) {
-    const ElasticBody& body = model.mechanism.elastic_bodies[k];
-    deck.line("** elastic body {}: {}", k + 1, one_line(body.name));
-    for (const SolidCells::Block& block : body.cells->blocks) {
-      const char* reduced = block.cell == SolidCell::hexahedron ? "R" : "";
-      const auto size = static_cast<std::size_t>(nodes_of(block.cell));
-      deck.line("*ELEMENT, TYPE=C3D{}{}, ELSET=ELASTIC{}", size, reduced, k + 1);
-      for (std::size_t first = 0; first < block.nodes.size(); first += size) {
-        std::string line = std::to_string(++number);
-        for (std::size_t n = 0; n < size; ++n)  // at most 16 numbers in a line
-          line += (n == 15 ? ",\n" : ", ") +
-                  std::to_string(model.nodes_before[k] + block.nodes[first + n] + 1);
-        deck.line("{}", line);
-      }
-    }
-  }
-}
-
 /// Sets of solid elements and their materials: leaves, then elastic bodies.
 struct SolidSet {
   std::string name;
@@ -64,7 +44,7 @@ int write_solids(const CcxModel& model, CcxLines& deck) {
       deck.line("{}", fmt::join(element.begin() + 15, element.end(), ", "));
     }
   }
-  write_cells(model, number, deck);
+  number = write_cells(model, number, deck);
   std::map<std::tuple<double, double, double, double>, int> materials;
   for (const auto& [name, material] : solid_sets(model.mechanism)) {
     const Material& m = *material;

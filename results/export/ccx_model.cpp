@@ -309,6 +309,26 @@ void write_ties(const CcxModel& model, int number, CcxLines& deck) {
   Ties(model, number, deck).write();
 }
 
+int write_cells(const CcxModel& model, int number, CcxLines& deck) {
+  for (std::size_t k = 0; k < model.mechanism.elastic_bodies.size(); ++k) {
+    const ElasticBody& body = model.mechanism.elastic_bodies[k];
+    deck.line("** elastic body {}: {}", k + 1, one_line(body.name));
+    for (const SolidCells::Block& block : body.cells->blocks) {
+      const char* reduced = block.cell == SolidCell::hexahedron ? "R" : "";
+      const auto size = static_cast<std::size_t>(nodes_of(block.cell));
+      deck.line("*ELEMENT, TYPE=C3D{}{}, ELSET=ELASTIC{}", size, reduced, k + 1);
+      for (std::size_t first = 0; first < block.nodes.size(); first += size) {
+        std::string line = std::to_string(++number);
+        for (std::size_t n = 0; n < size; ++n)  // at most 16 numbers in a line
+          line += (n == 15 ? ",\n" : ", ") +
+                  std::to_string(model.nodes_before[k] + block.nodes[first + n] + 1);
+        deck.line("{}", line);
+      }
+    }
+  }
+  return number;
+}
+
 void write_slides(const CcxModel& model, CcxLines& deck) {
   for (const Joint& joint : model.mechanism.joints) {
     if (joint.type != JointType::prismatic) continue;

@@ -128,6 +128,10 @@ class CcxLines {
   std::string text_;
 };
 
+/// Writes the elements of elastic bodies, in sets ELASTIC1, …; returns the number of elements, which
+/// was `number` before.
+int write_cells(const CcxModel& model, int number, CcxLines& deck);
+
 /// One term of an equation: factor times a degree of freedom of a node.
 struct CcxTerm {
   int node = 0, dof = 0;
