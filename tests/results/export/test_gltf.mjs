@@ -40,7 +40,7 @@ function read(bytes) {
 
 rmSync(work, {recursive: true, force: true});
 for (const [name, ...at] of [["parallel_guide"], ["parallel_guide", "--at", "10 mm"], ["cross_hinge"], ["folded_guide"],
-  ["wire_flexure"], ["curved_hinge"], ["cantilever"], ["xy_stage"], ["notch_hinge"]]) {
+  ["wire_flexure"], ["curved_hinge"], ["cantilever"], ["xy_stage"], ["notch_beam"]]) {
   execFileSync(flexopt, ["export", join(source, "designs/jobs", `${name}.json`), "--format", "gltf", "--out", work, ...at]);
   const issues = await faults(readFileSync(join(work, `${name}.glb`)));
   check(`${name}: ${JSON.stringify(issues.messages)}`, issues.numErrors === 0 && issues.numWarnings === 0);

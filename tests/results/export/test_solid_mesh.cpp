@@ -51,7 +51,7 @@ TEST_CASE("Bricks of a leaf are not inside out and fill its volume") {
   std::vector<LeafSpring> all = test::folded_leaf().mechanism.leaves;
   REQUIRE(all.front().fold);
   for (const char* name : {"parallel_guide", "curved_leaf", "tapered_leaf", "wire_flexure",
-                           "reinforced_guide", "notch_hinge"})
+                           "reinforced_guide", "notch_beam"})
     for (const LeafSpring& leaf : test::gallery(name).mechanism.leaves) all.push_back(leaf);
   for (const LeafSpring& leaf : all) {
     CAPTURE(leaf.name);

@@ -77,7 +77,7 @@ void check_leaves(const Exported& exported, const PathPoint* point) {
 
 TEST_CASE("Leaves that are read back have their volumes") {
   for (const char* name : {"parallel_guide", "cross_hinge", "curved_leaf", "tapered_leaf",
-                           "notch_hinge", "wire_flexure"}) {
+                           "notch_beam", "wire_flexure"}) {
     CAPTURE(name);
     check_leaves(test::gallery(name), nullptr);
   }
@@ -121,7 +121,7 @@ TEST_CASE("So have those of a bent mechanism") {
                    {"cross_hinge", "20 deg"},
                    {"curved_leaf", "10 deg"},
                    {"wire_flexure", "10 mm"},
-                   {"notch_hinge", "2 deg"}},
+                   {"notch_beam", "2 deg"}},
                   check_leaves);
 }
 

@@ -66,7 +66,7 @@ void check_solids(const Exported& exported, const PathPoint* point) {
 TEST_CASE("Every part of an STL file is closed and has its volume") {
   for (const char* name :
        {"parallel_guide", "cross_hinge", "curved_leaf", "tapered_leaf", "folded_leaf_stage",
-        "folded_guide", "wire_flexure", "reinforced_guide", "notch_hinge", "bridge_amplifier"}) {
+        "folded_guide", "wire_flexure", "reinforced_guide", "notch_beam", "bridge_amplifier"}) {
     CAPTURE(name);
     check_solids(test::gallery(name), nullptr);
   }
@@ -79,7 +79,7 @@ TEST_CASE("So has every part of a bent mechanism") {
                    {"curved_leaf", "10 deg"},
                    {"folded_guide", "0.002"},
                    {"wire_flexure", "10 mm"},
-                   {"notch_hinge", "2 deg"}},
+                   {"notch_beam", "2 deg"}},
                   check_solids);
 }
 
