@@ -18,8 +18,22 @@ void write_nodes(const CcxModel& model, CcxLines& deck) {
     deck.line("{}, {:.12g}, {:.12g}, {:.12g}", ++number, p[0], p[1], p[2]);
 }
 
-/// Writes the leaves; returns the number of elements so far.
-int write_leaves(const CcxModel& model, CcxLines& deck) {
+/// Sets of solid elements and their materials: leaves, then elastic bodies.
+struct SolidSet {
+  std::string name;
+  const Material* material;
+};
+std::vector<SolidSet> solid_sets(const Mechanism& mechanism) {
+  std::vector<SolidSet> sets;
+  for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
+    sets.push_back({fmt::format("LEAF{}", i + 1), &mechanism.leaves[i].material});
+  for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k)
+    sets.push_back({fmt::format("ELASTIC{}", k + 1), &mechanism.elastic_bodies[k].material});
+  return sets;
+}
+
+/// Writes leaves and elastic bodies; returns the number of elements so far.
+int write_solids(const CcxModel& model, CcxLines& deck) {
   const std::vector<LeafSpring>& leaves = model.mechanism.leaves;
   int number = 0;
   for (std::size_t i = 0; i < leaves.size(); ++i) {
@@ -30,9 +44,10 @@ int write_leaves(const CcxModel& model, CcxLines& deck) {
       deck.line("{}", fmt::join(element.begin() + 15, element.end(), ", "));
     }
   }
+  number = write_cells(model, number, deck);
   std::map<std::tuple<double, double, double, double>, int> materials;
-  for (std::size_t i = 0; i < leaves.size(); ++i) {
-    const Material& m = leaves[i].material;
+  for (const auto& [name, material] : solid_sets(model.mechanism)) {
+    const Material& m = *material;
     const double expansion = m.thermal_expansion.value_or(0);
     const auto [at, is_new] =
         materials.insert({{m.youngs_modulus, m.poissons_ratio, m.density, expansion},
@@ -43,7 +58,7 @@ int write_leaves(const CcxModel& model, CcxLines& deck) {
       if (m.density > 0) deck.line("*DENSITY\n{:.12g}", m.density);
       if (expansion != 0) deck.line("*EXPANSION, ZERO=0.\n{:.12g}", expansion);
     }
-    deck.line("*SOLID SECTION, ELSET=LEAF{}, MATERIAL=MATERIAL{}", i + 1, at->second);
+    deck.line("*SOLID SECTION, ELSET={}, MATERIAL=MATERIAL{}", name, at->second);
   }
   return number;
 }
@@ -70,7 +85,7 @@ class Writer {
   std::string text() && {
     write_head();
     write_nodes(*model_, deck_);
-    write_ties(*model_, write_leaves(*model_, deck_), deck_);
+    write_ties(*model_, write_solids(*model_, deck_), deck_);
     write_rigids();
     write_holds();
     write_handles();
@@ -89,7 +104,7 @@ class Writer {
     const Exported& exported = model_->exported;
     deck_.line("** {}: flexopt {} wrote this deck. Units: m, kg, s, N, Pa, K.",
                one_line(exported.name), version());
-    deck_.line("** Leaves of isotropic quadratic solids, bodies are rigid. Run: ccx DECK");
+    deck_.line("** Leaves and elastic bodies of isotropic quadratic solids, else rigid. Run: ccx DECK");
     deck_.line(
         "** {} x {} x {} solids along, across and through a leaf, of a fold each leg: leaves are",
         size_.along, size_.across, size_.through);
@@ -235,9 +250,9 @@ class Writer {
       write_force(model_->load_nodes[k], all.constant[k].force);
     write_moments(false);
     if (const double g = all.gravity.norm(); g > 0) {
-      for (std::size_t i = 0; i < mechanism_->leaves.size(); ++i)
-        if (mechanism_->leaves[i].material.density > 0)
-          deck_.line("*DLOAD\nLEAF{}, GRAV, {:.12g}, {:.12g}, {:.12g}, {:.12g}", i + 1, g,
+      for (const SolidSet& set : solid_sets(*mechanism_))
+        if (set.material->density > 0)
+          deck_.line("*DLOAD\n{}, GRAV, {:.12g}, {:.12g}, {:.12g}, {:.12g}", set.name, g,
                      all.gravity[0] / g, all.gravity[1] / g, all.gravity[2] / g);
       for (const CcxMass& mass : model_->masses) write_force(mass.node, mass.mass * all.gravity);
     }
@@ -288,11 +303,10 @@ class Writer {
   /// A load one way and the other in each direction that the mechanism supports, small beside all
   /// else: what O moves between both over the load is the compliance.
   void write_support_steps() {
-    double thin = 1e300, length = 0;
-    for (const LeafSpring& leaf : mechanism_->leaves) {
+    const double length = longest_leaf(*mechanism_);
+    double thin = mechanism_->leaves.empty() ? 0.01 * length : 1e300;
+    for (const LeafSpring& leaf : mechanism_->leaves)
       thin = std::min(thin, leaf.thickness * profile_range(leaf.thickness_profile).smallest);
-      length = std::max(length, leaf.length);
-    }
     const double way = 0.005 * thin;  // so little that the stiffness stays
     const CcxRigid* body = model_->rigid_of(mechanism_->end_effector);
     if (!body) return;

@@ -91,6 +91,10 @@ void check_loads(const Exported& of, Refusals& refusals) {
       refusals.add("the temperature of bodies", "rigid bodies of CalculiX do not expand");
       break;
     }
+  for (std::size_t k = 0; k < loads.elastic_expansion.size(); ++k)
+    if (loads.elastic_expansion[k] != 0)
+      refusals.add("the temperature of elastic body " + of.mechanism.elastic_bodies[k].name,
+                   "the frames that hold its faces are rigid bodies, which do not expand");
   for (const AssemblyError& error : loads.assembly) {
     const LeafSpring& leaf = of.mechanism.leaves[error.leaf];
     if ((error.end == 0 ? leaf.base : leaf.tip) != ground)
@@ -176,8 +180,7 @@ class Near {
   /// rotation vectors may be subtracted.
   bool is_near(const Spring& bushing) const {
     const Vector3d a = rotation(bushing.body), b = rotation(bushing.other);
-    double length = 0;
-    for (const LeafSpring& leaf : mechanism_->leaves) length = std::max(length, leaf.length);
+    const double length = longest_leaf(*mechanism_);
     Matrix6d K = *bushing.matrix;  // [N/m] throughout
     K.bottomRows<3>() /= length;
     K.rightCols<3>() /= length;
@@ -212,6 +215,10 @@ void check_carried_by_ccx(const Exported& exported) {
     if (leaf.point)
       refusals.add("body " + body_name(mechanism, leaf.point->body),
                    "it is a material point of leaf " + leaf.name);
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    if (!body.cells)
+      refusals.add("elastic body " + body.name,
+                   "it is matrices of another program, which have no mesh");
   check_joints(mechanism, refusals);
   check_drives(mechanism, refusals);
   check_loads(exported, refusals);

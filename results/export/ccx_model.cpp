@@ -80,6 +80,9 @@ class Ties {
     for (const LeafSpring& leaf : model_->mechanism.leaves)
       stiffest = std::max(stiffest,
                           leaf.material.youngs_modulus * leaf.width * leaf.thickness / leaf.length);
+    for (const ElasticBody& body : model_->mechanism.elastic_bodies)
+      if (model_->mechanism.leaves.empty())
+        stiffest = std::max(stiffest, body.material.youngs_modulus * extent(body) / pin_stiffness);
     deck_->line("** a pin of joint {}", one_line(pin.joint->name));
     for (int c = 1; c <= 3; ++c)
       write_between({pin.node, c}, {pin.other, c}, pin_stiffness * stiffest);
@@ -121,6 +124,7 @@ CcxModel::CcxModel(const Exported& exported, const SolidMeshSize& size) : export
   check_carried_by_ccx(exported);
   add_bodies();
   add_leaves(size);
+  add_elastic_bodies();
   add_ties();
   std::erase_if(masses, [](const CcxMass& m) { return m.mass == 0; });
 }
@@ -209,6 +213,16 @@ void CcxModel::add_leaves(const SolidMeshSize& size) {
   }
 }
 
+void CcxModel::add_elastic_bodies() {
+  for (const ElasticBody& body : mechanism.elastic_bodies) {
+    const int before = static_cast<int>(nodes.size());
+    nodes_before.push_back(before);
+    for (const Vector3d& node : body.nodes) add(body.place + body.axes * node);
+    for (const ElasticInterface& interface : body.interfaces)
+      for (const int node : interface.patch) nodes_on(interface.body).push_back(before + node + 1);
+  }
+}
+
 void CcxModel::clamp(std::size_t leaf, int end, const std::vector<int>& edge) {
   const LeafSpring& own = mechanism.leaves[leaf];
   const auto& errors = exported.request.loads.assembly;
@@ -239,8 +253,7 @@ void CcxModel::add_joint(const Joint& joint) {
   };
   if (joint.type == JointType::spherical) pin_at(joint.place);
   if (joint.type != JointType::revolute) return;
-  double apart = 0;  // no matter how far
-  for (const LeafSpring& leaf : mechanism.leaves) apart = std::max(apart, leaf.length);
+  const double apart = longest_leaf(mechanism);  // no matter how far
   for (const double side : {-0.5, 0.5}) pin_at(joint.place + side * apart * joint.axis);
 }
 
@@ -294,6 +307,26 @@ std::pair<int, int> CcxModel::freedom(int body, Direction direction) const {
 
 void write_ties(const CcxModel& model, int number, CcxLines& deck) {
   Ties(model, number, deck).write();
+}
+
+int write_cells(const CcxModel& model, int number, CcxLines& deck) {
+  for (std::size_t k = 0; k < model.mechanism.elastic_bodies.size(); ++k) {
+    const ElasticBody& body = model.mechanism.elastic_bodies[k];
+    deck.line("** elastic body {}: {}", k + 1, one_line(body.name));
+    for (const SolidCells::Block& block : body.cells->blocks) {
+      const char* reduced = block.cell == SolidCell::hexahedron ? "R" : "";
+      const auto size = static_cast<std::size_t>(nodes_of(block.cell));
+      deck.line("*ELEMENT, TYPE=C3D{}{}, ELSET=ELASTIC{}", size, reduced, k + 1);
+      for (std::size_t first = 0; first < block.nodes.size(); first += size) {
+        std::string line = std::to_string(++number);
+        for (std::size_t n = 0; n < size; ++n)  // at most 16 numbers in a line
+          line += (n == 15 ? ",\n" : ", ") +
+                  std::to_string(model.nodes_before[k] + block.nodes[first + n] + 1);
+        deck.line("{}", line);
+      }
+    }
+  }
+  return number;
 }
 
 void write_slides(const CcxModel& model, CcxLines& deck) {

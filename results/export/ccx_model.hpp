@@ -1,6 +1,6 @@
 #pragma once
-// A mechanism as CalculiX sees it: nodes of solid leaves, rigid bodies, springs. Node numbers count
-// from one.
+// A mechanism as CalculiX sees it: nodes of solid leaves and elastic bodies, rigid bodies, springs.
+// Node numbers count from one.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <algorithm>
@@ -62,6 +62,7 @@ struct CcxModel {
   std::vector<int> fixed;
   std::vector<std::vector<std::array<int, 20>>> elements;  ///< of each leaf
   std::vector<std::pair<int, int>> nodes_of;               ///< first and last node of each leaf
+  std::vector<int> nodes_before;  ///< of each elastic body: how many nodes are before its own
   int at_O = 0;  ///< node of the end-effector at O beside the reference node, for loads
   /// For each dead load of the case, growing ones after constant ones: the node on which it acts.
   std::vector<int> load_nodes;
@@ -85,6 +86,7 @@ struct CcxModel {
   void add_bodies();
   void add_masses(int body);
   void add_leaves(const SolidMeshSize& size);
+  void add_elastic_bodies();
   void clamp(std::size_t leaf, int end, const std::vector<int>& edge);
   void add_ties();
   void add_joint(const Joint& joint);
@@ -126,6 +128,10 @@ class CcxLines {
   std::string text_;
 };
 
+/// Writes the elements of elastic bodies, in sets ELASTIC1, …; returns the number of elements, which
+/// was `number` before.
+int write_cells(const CcxModel& model, int number, CcxLines& deck);
+
 /// One term of an equation: factor times a degree of freedom of a node.
 struct CcxTerm {
   int node = 0, dof = 0;
@@ -142,7 +148,8 @@ std::vector<CcxTerm> terms_along(int node, const Vector3d& axis);
 /// Writes the elements; `number`: of elements so far.
 ///
 /// Joints are stiff linear springs between nodes that lie in one place, as many times as stiff as
-/// the stiffest leaf along itself as `pin_stiffness` says: one such pin lets bodies turn about it,
+/// the stiffest leaf along itself as `pin_stiffness` says (without leaves, as E times the size of an
+/// elastic body): one such pin lets bodies turn about it,
 /// two on an axis let them turn about that. A bushing with the matrix K, energy ½ eᵀ K e in e = q −
 /// q′, becomes linear springs −S_ij between each two of its degrees of freedom, S = [K −K; −K K],
 /// and against the ground Σ_j K_ij besides; its axes stay where they are.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "results/export/parts.hpp"
 #include "results/export/view_picture.hpp"
 
 namespace flexopt {
@@ -147,7 +148,10 @@ DesignDrawing draw_design(const Family& family, const ParameterValues& values,
   Picture& page = drawing.picture;
   page = arranged(std::move(cells));
   const double width = std::max(narrowest, page.extent().max()[0]);
-  const std::vector<std::string> summary = wrapped(family.summary, width, 12);
+  std::string words = family.summary;
+  for (const std::string& name : bodies_without_mesh(design.mechanism))
+    words += " Elastic body " + name + ", matrices of another program, is not drawn.";
+  const std::vector<std::string> summary = wrapped(words, width, 12);
   page.move({0, 34 + row * static_cast<double>(summary.size()) + 14});
   page.labels.push_back(label_at(family.name, {0, 0}, 18, "title"));
   add_lines(summary, {0, 28}, 12, "label", page);

@@ -214,6 +214,8 @@ std::string why_not_one_plate(const Mechanism& mechanism, const Vector3d& along)
 ContourAnswer contour_of(const Exported& exported, const PathPoint* point, const Vector3d& along,
                          const Plane& plane, double beside) {
   const Mechanism& mechanism = exported.mechanism;
+  if (!mechanism.elastic_bodies.empty())
+    return {{}, "elastic body " + mechanism.elastic_bodies.front().name + " has no contour"};
   if (std::string why = why_not_one_plate(mechanism, along); !why.empty()) return {{}, why};
   if (const auto names = joints_and_springs(mechanism); !names.empty())
     return {{}, fmt::format("{} is no part of one plate", fmt::join(names, ", "))};

@@ -131,6 +131,14 @@ std::vector<VectorXd> frames_of(const Exported& exported) {
   return some;
 }
 
+/// What drawings of surfaces leave out.
+void note_bodies_without_mesh(Making& making, const char* format) {
+  for (const std::string& name : bodies_without_mesh(making.of.mechanism))
+    making.notes.push_back(fmt::format(
+        "{}: elastic body {} is left out: it is matrices of another program, which have no mesh",
+        format, name));
+}
+
 Files dxf_files(Making& making) {
   Files files;
   if (auto leaves = dxf_leaves(making.of.mechanism))
@@ -150,14 +158,17 @@ Files dxf_files(Making& making) {
 Files step_files(Making& making) {
   StepFile file = step_file(making.of, making.point(), making.options.monolithic);
   making.notes.insert(making.notes.end(), file.notes.begin(), file.notes.end());
+  note_bodies_without_mesh(making, "step");
   return {{making.name(".step"), std::move(file.content)}};
 }
 
 Files stl_files(Making& making) {
+  note_bodies_without_mesh(making, "stl");
   return {{making.name(".stl"), stl_text(drawn_parts(making.of.mechanism, making.point()))}};
 }
 
 Files gltf_files(Making& making) {
+  note_bodies_without_mesh(making, "gltf");
   const PathPoint* point = making.point();
   return {{making.name(".glb"),
            glb(making.of.mechanism, point, making.of.equilibria(frames_of(making.of)))}};
@@ -184,6 +195,7 @@ Files vtu_files(Making& making) {
   Outputs modes;
   if (making.of.request.frequencies > 0)
     modes.add({Output::frequencies_locked, Output::frequencies_free});
+  note_bodies_without_mesh(making, "vtu");
   return {{making.name(".vtu"), point_vtu(making.of.mechanism, making.of.standing(modes))}};
 }
 

@@ -104,8 +104,8 @@ std::string stl_text(const std::vector<TriangleMesh>& parts);
 // Moving models for viewers and slides: glTF 2.0 in one binary file.
 
 /// The content of a .glb file: leaves and bodies at `base` (null: undeflected), and an animation
-/// through the points of the path and back, in which leaves are morph targets and bodies nodes that
-/// move. Metres.
+/// through the points of the path and back, in which leaves and elastic bodies are morph targets
+/// and bodies nodes that move. Metres.
 std::string glb(const Mechanism& mechanism, const PathPoint* base,
                 const std::vector<PathPoint>& path);
 
@@ -143,8 +143,9 @@ struct StepFile {
 /// Undeflected leaves without profile are exact: prisms, arcs as splines through 121 places, wires
 /// cylinders; flat ones have their fillets where the job gives a radius. Bent and profiled leaves
 /// are splines through the points of their mesh. Reinforced leaves are one solid. Bodies and the
-/// ground are those of body_forms. Throws SpecError where the program was built without Open
-/// CASCADE, or where one solid of a mechanism with joints or springs is asked for; NotExported
+/// ground are those of body_forms; elastic bodies have flat faces between the nodes of their mesh.
+/// Throws SpecError where the program was built without Open CASCADE, or where one solid of a
+/// mechanism with joints, springs or elastic bodies is asked for; NotExported
 /// where a solid could not be made, or a monolithic mechanism has no free place for a body.
 StepFile step_file(const Exported& exported, const PathPoint* point, bool monolithic = false);
 

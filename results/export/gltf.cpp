@@ -107,6 +107,7 @@ class Writer3d {
   std::string file() && {
     for (std::size_t i = 0; i < mechanism_->leaves.size(); ++i) add_leaf(i);
     for (std::size_t b = 0; b < mechanism_->bodies.size(); ++b) add_body(static_cast<int>(b));
+    for (std::size_t k = 0; k < mechanism_->elastic_bodies.size(); ++k) add_elastic_body(k);
     Json roots = Json::array();
     for (std::size_t k = 0; k < nodes_.size(); ++k) roots.push_back(k);
     Json document = {
@@ -186,20 +187,33 @@ class Writer3d {
   }
 
   void add_leaf(std::size_t i) {
-    const TriangleMesh rest = bent(i, base_);
-    Json primitive = primitive_of(rest, 0);
-    Json mesh = {{"name", mechanism_->leaves[i].name}};
+    const std::string& name = mechanism_->leaves[i].name;
+    add_bending(name, "leaf " + name, 0, [&](const PathPoint* point) { return bent(i, point); });
+  }
+  void add_elastic_body(std::size_t k) {
+    const auto at = [&](const PathPoint* point) { return elastic_solid(*mechanism_, point, k); };
+    const std::string& name = mechanism_->elastic_bodies[k].name;
+    if (mechanism_->elastic_bodies[k].cells) add_bending(name, "body " + name, 1, at);
+  }
+
+  /// A part whose shape changes; mesh_at(point): its mesh, with the same points everywhere.
+  template <class MeshAt>
+  void add_bending(const std::string& name, const std::string& node, int material,
+                   const MeshAt& mesh_at) {
+    const TriangleMesh rest = mesh_at(base_);
+    Json primitive = primitive_of(rest, material);
+    Json mesh = {{"name", name}};
     if (!frames_.empty()) {
       primitive["targets"] = Json::array();
       for (std::size_t k = 0; k < targets_; ++k) {
-        std::vector<Vector3d> ways = bent(i, frames_[k]).points;
+        std::vector<Vector3d> ways = mesh_at(frames_[k]).points;
         for (std::size_t p = 0; p < ways.size(); ++p) ways[p] -= rest.points[p];
         primitive["targets"].push_back({{"POSITION", positions_of(ways)}});
       }
       mesh["weights"] = std::vector<double>(targets_, 0.0);
     }
     mesh["primitives"] = {std::move(primitive)};
-    nodes_.push_back({{"name", "leaf " + mechanism_->leaves[i].name}, {"mesh", meshes_.size()}});
+    nodes_.push_back({{"name", node}, {"mesh", meshes_.size()}});
     meshes_.push_back(std::move(mesh));
     if (frames_.empty()) return;
     std::vector<float> weights;

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <ranges>
 
+#include "core/elements/solid/held_body.hpp"
+#include "core/elements/solid/solid_stress.hpp"
 #include "core/math/rotation.hpp"
 #include "results/export/exported.hpp"
 
@@ -21,7 +23,38 @@ std::vector<std::string> joints_and_springs(const Mechanism& mechanism) {
   return names;
 }
 
+std::vector<std::string> bodies_without_mesh(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    if (!body.cells) names.push_back(body.name);
+  return names;
+}
+
 namespace {
+
+/// Places of all nodes of an elastic body at a point of a path [m].
+std::vector<Vector3d> deflected_nodes(const ElasticBody& body, const Mechanism& mechanism,
+                                      const PathPoint& point) {
+  std::vector<JointBody> holders;
+  for (const ElasticInterface& interface : body.interfaces) {
+    if (interface.body == ground) {
+      holders.emplace_back();
+      continue;
+    }
+    const BodyPose pose = body_pose(mechanism, &point, interface.body);
+    holders.push_back({pose.reference + pose.displacement, pose.rotation, pose.reference});
+  }
+  const auto solid = condensed(body);
+  HeldBody held;
+  evaluate_held(body, solid->model, holders, {}, held);
+  const VectorXd u = solid_displacements(*solid, held.floating.local);
+  std::vector<Vector3d> places;
+  for (std::size_t k = 0; k < body.nodes.size(); ++k) {
+    const Vector3d moved = body.nodes[k] + u.segment<3>(3 * static_cast<Eigen::Index>(k));
+    places.push_back(held.floating.frame.position + held.floating.frame.axes * moved);
+  }
+  return places;
+}
 
 /// A place with points all around it, so that the hull of several is round.
 void add_ball(const Vector3d& place, double radius, std::vector<Vector3d>& points) {
@@ -167,6 +200,8 @@ double drawn_size(const Mechanism& mechanism) {
   Eigen::AlignedBox3d box;
   for (const LeafSpring& leaf : mechanism.leaves)
     for (const Vector3d& p : closed_leaf(undeflected_surface(leaf), 8).points) box.extend(p);
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    for (const Vector3d& node : body.nodes) box.extend(body.place + body.axes * node);
   for (const RigidBody& body : mechanism.bodies) {
     box.extend(body.reference);
     if (!body.box) continue;
@@ -180,6 +215,7 @@ double drawn_size(const Mechanism& mechanism) {
 TriangleMesh body_solid(const Mechanism& mechanism, int body) {
   const RigidBody& own = mechanism.bodies[body];
   TriangleMesh mesh;
+  if (is_elastic_frame(mechanism, body)) return mesh;
   if (own.box) {
     mesh = closed_box(*own.box);
   } else {
@@ -201,6 +237,37 @@ TriangleMesh body_solid(const Mechanism& mechanism, int body) {
     mesh = convex_hull(points);
   }
   mesh.name = own.name;
+  return mesh;
+}
+
+bool is_elastic_frame(const Mechanism& mechanism, int body) {
+  const std::string& name = mechanism.bodies[body].name;
+  return std::ranges::any_of(mechanism.elastic_bodies, [&](const ElasticBody& elastic) {
+    return elastic.cells && (name == elastic.name || name.starts_with(elastic.name + '.')) &&
+           std::ranges::find(elastic.interfaces, body, &ElasticInterface::body) !=
+               elastic.interfaces.end();
+  });
+}
+
+TriangleMesh elastic_solid(const Mechanism& mechanism, const PathPoint* point, std::size_t body) {
+  const ElasticBody& own = mechanism.elastic_bodies[body];
+  TriangleMesh mesh{own.name, {}, {}};
+  if (!own.cells) return mesh;
+  std::vector<Vector3d> nodes;
+  if (point) nodes = deflected_nodes(own, mechanism, *point);
+  if (!point)
+    for (const Vector3d& node : own.nodes) nodes.push_back(own.place + own.axes * node);
+  mesh.triangles = surface_triangles(*own.cells);
+  std::vector<int> number(nodes.size(), -1);  // of the nodes at the surface
+  for (auto& triangle : mesh.triangles)
+    for (int& node : triangle) {
+      int& at = number[static_cast<std::size_t>(node)];
+      if (at < 0) {
+        at = static_cast<int>(mesh.points.size());
+        mesh.points.push_back(nodes[static_cast<std::size_t>(node)]);
+      }
+      node = at;
+    }
   return mesh;
 }
 
@@ -233,6 +300,9 @@ std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoin
     for (Vector3d& p : mesh.points) p = pose(p);
     parts.push_back(std::move(mesh));
   }
+  for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k)
+    if (mechanism.elastic_bodies[k].cells)
+      parts.push_back(elastic_solid(mechanism, point, k));
   return parts;
 }
 

@@ -16,6 +16,9 @@ namespace flexopt {
 /// them.
 std::vector<std::string> joints_and_springs(const Mechanism& mechanism);
 
+/// Names of the elastic bodies that are matrices of another program: no drawing has them.
+std::vector<std::string> bodies_without_mesh(const Mechanism& mechanism);
+
 // Leaves with their thickness as every drawing of them takes them: a grid on the middle surface and
 // the way from it to the face.
 
@@ -97,8 +100,17 @@ TriangleMesh convex_hull(const std::vector<Vector3d>& points);
 // The parts of a mechanism as closed bodies: what STL, glTF and STEP hold.
 
 /// Undeflected: the box of a body, or the hull of the edges, joints and springs that it holds, each
-/// with a small ball around it, as the report draws it. Empty where it holds nothing.
+/// with a small ball around it, as the report draws it. Empty where it holds nothing, and of frames
+/// of elastic bodies.
 TriangleMesh body_solid(const Mechanism& mechanism, int body);
+
+/// Whether a rigid body is a frame of an elastic body with a mesh, named by that, which is drawn in
+/// its place.
+bool is_elastic_frame(const Mechanism& mechanism, int body);
+
+/// Surface of an elastic body between the nodes of its mesh, undeflected (null) or at a point: as
+/// its frames stand there. Empty of imported matrices. Swelling by temperature is not drawn.
+TriangleMesh elastic_solid(const Mechanism& mechanism, const PathPoint* point, std::size_t body);
 
 /// Pose of a body at a point of a path.
 struct BodyPose {
@@ -112,7 +124,7 @@ struct BodyPose {
 };
 BodyPose body_pose(const Mechanism& mechanism, const PathPoint* point, int body);
 
-/// All leaves, then all bodies that have a shape, undeflected (null) or at a point with shapes.
+/// All leaves, then all bodies that have a shape, then elastic bodies, undeflected (null) or at a point with shapes.
 std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoint* point);
 
 /// The surface of a leaf at a point of the path; `finer` as of surface_of_shape.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "core/mechanism/profile.hpp"
@@ -141,6 +142,25 @@ struct Face {
   std::vector<Point2> points;
 };
 
+/// Draws the lines along which the surface of an elastic body turns, hidden ones too.
+void add_ridges(const TriangleMesh& mesh, const Projection& on, Picture& picture) {
+  constexpr double turned = 0.9;  // cosine of 26°
+  std::map<std::array<int, 2>, Vector3d> normals;
+  for (const auto& t : mesh.triangles) {
+    const Vector3d normal = (mesh.points[t[1]] - mesh.points[t[0]])
+                                .cross(mesh.points[t[2]] - mesh.points[t[0]])
+                                .normalized();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      const auto beside = normals.find({b, a});
+      if (beside == normals.end())
+        normals[{a, b}] = normal;
+      else if (beside->second.dot(normal) < turned)
+        picture.line("ridge", {on(mesh.points[a]), on(mesh.points[b])});
+    }
+  }
+}
+
 /// A leaf as strips of its middle surface.
 void add_strips(const LeafSurface& surface, const Projection& on, std::vector<Face>& faces) {
   constexpr int pieces = 12;  // pieces of a straight leaf: parts of it lie before and behind others
@@ -174,6 +194,13 @@ void add_parts(const Mechanism& mechanism, const Projection& on, Picture& pictur
       points.push_back(on(p));
     if (!points.empty()) picture.area(style_of_body(mechanism, b), flat_hull(std::move(points)));
   }
+  for (std::size_t k = 0; k < mechanism.elastic_bodies.size() && all; ++k) {
+    const TriangleMesh mesh = elastic_solid(mechanism, nullptr, k);
+    std::vector<Point2> points;
+    for (const Vector3d& p : mesh.points) points.push_back(on(p));
+    if (!points.empty()) picture.area("body", flat_hull(std::move(points)));
+    add_ridges(mesh, on, picture);
+  }
   each_clamp(mechanism, on.view,
              [&](const LeafSpring& leaf, int end) { add_clamp(leaf, end, on, picture); });
   for (std::size_t i = 0; i < mechanism.leaves.size(); ++i)
@@ -182,17 +209,19 @@ void add_parts(const Mechanism& mechanism, const Projection& on, Picture& pictur
 
 void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& picture) {
   std::vector<Face> faces;
-  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
-    const TriangleMesh mesh = body_solid(mechanism, static_cast<int>(b));
+  const auto add_hull = [&](const TriangleMesh& mesh, const char* style) {
     std::vector<Point2> points;
     double depth = 0;
     for (const Vector3d& p : mesh.points) {
       points.push_back(on(p));
       depth += on.view.toward().dot(p) / static_cast<double>(mesh.points.size());
     }
-    if (!points.empty())
-      faces.push_back({depth, style_of_body(mechanism, b), flat_hull(std::move(points))});
-  }
+    if (!points.empty()) faces.push_back({depth, style, flat_hull(std::move(points))});
+  };
+  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b)
+    add_hull(body_solid(mechanism, static_cast<int>(b)), style_of_body(mechanism, b));
+  for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k)
+    add_hull(elastic_solid(mechanism, nullptr, k), "body");
   for (const LeafSpring& leaf : mechanism.leaves) {
     const LeafSurface surface = undeflected_surface(leaf);
     if (!surface.round()) {
@@ -213,6 +242,8 @@ void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& 
     else
       picture.area(face.style, std::move(face.points));
   }
+  for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k)
+    add_ridges(elastic_solid(mechanism, nullptr, k), on, picture);
   for (const LeafSpring& leaf : mechanism.leaves) {
     const LeafSurface s = undeflected_surface(leaf);
     if (s.round()) continue;

@@ -76,6 +76,7 @@ constexpr const char* style_sheet = R"(
 .border,.crease{fill:none;stroke:#134f8a;stroke-width:1.1;stroke-linejoin:round}
 .effector{fill:#e2786f;fill-opacity:.4;stroke:#a5352b;stroke-width:1}
 .body{fill:#7dbb6f;fill-opacity:.35;stroke:#3d7a31;stroke-width:1}
+.ridge{fill:none;stroke:#3d7a31;stroke-width:.8}
 .ground{fill:none;stroke:#222;stroke-width:2.2}
 .hatch{fill:none;stroke:#222;stroke-width:.9}
 .center{fill:#c0271b;stroke:#fff;stroke-width:1}
@@ -93,7 +94,7 @@ text{font-family:"DejaVu Sans",Verdana,Arial,sans-serif;fill:#111}
 @media (prefers-color-scheme:dark){
 .paper{fill:#17191d}
 .leaf{fill:#3c78b4}.strip{fill:#2f5d8c;stroke:#2f5d8c}.leaf,.border,.crease{stroke:#a9d1f7}
-.effector{stroke:#f0a39c}.body{stroke:#a4d699}
+.effector{stroke:#f0a39c}.body,.ridge{stroke:#a4d699}
 .ground,.hatch{stroke:#e4e4e4}
 .center{fill:#ff7a6d;stroke:#17191d}.drive{stroke:#ff7a6d}.drivehead{fill:#ff7a6d}
 .axis{stroke:#999}.axishead{fill:#999}

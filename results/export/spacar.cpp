@@ -48,6 +48,8 @@ void check_carried_by_spacar(const Exported& exported) {
       refuse("joint " + joint.name, "SPACAR Light fixes nodes along the axes alone");
   for (const Spring& spring : m.springs)
     refuse("spring " + spring.name, "SPACAR Light has no such element");
+  for (const ElasticBody& body : m.elastic_bodies)
+    refuse("elastic body " + body.name, "SPACAR Light has beams alone");
   for (std::size_t b = 0; b < m.bodies.size(); ++b) {
     const auto& held = m.bodies[b].held;
     const auto turns = std::count(held.begin() + 3, held.end(), true);

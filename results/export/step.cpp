@@ -174,6 +174,25 @@ step::Product body_product(const Mechanism& mechanism, const PathPoint* point,
   return made;
 }
 
+step::Product elastic_product(const Mechanism& mechanism, const PathPoint* point, std::size_t k) {
+  const TriangleMesh mesh = elastic_solid(mechanism, point, k);
+  step::Product made{.name = mesh.name, .colour = blue_body};
+  made.shapes.push_back(polyhedron(mesh, {}));
+  made.volume = 1e9 * mesh.volume();
+  return made;
+}
+
+/// Elastic bodies that hang on bodies of forms, which end before their faces.
+void note_bare_faces(const Mechanism& mechanism, std::vector<std::string>& notes) {
+  for (const ElasticBody& body : mechanism.elastic_bodies)
+    for (const ElasticInterface& face : body.interfaces)
+      if (body.cells && (face.body == ground || !is_elastic_frame(mechanism, face.body)))
+        notes.push_back(fmt::format(
+            "step: nothing is drawn between face {} of elastic body {} and {}, which holds it",
+            face.name, body.name,
+            face.body == ground ? "the ground" : "body " + mechanism.bodies[face.body].name));
+}
+
 std::string written(const step::Document& document) {
   const PartFunction write = part_function("flexopt_step.so", "flexopt_write_step");
   if (!write.address)
@@ -196,6 +215,9 @@ StepFile step_file(const Exported& exported, const PathPoint* point, bool monoli
   if (const auto names = joints_and_springs(mechanism); monolithic && !names.empty())
     throw SpecError("--monolithic", fmt::format("{}", fmt::join(names, ", ")),
                     "one solid has no joints and no springs");
+  if (monolithic && !mechanism.elastic_bodies.empty())
+    throw SpecError("--monolithic", mechanism.elastic_bodies.front().name,
+                    "one solid is made of leaves and rigid bodies, not of elastic bodies");
   StepFile file;
   step::Document document{.name = exported.name,
                           .origin = "flexopt " + std::string(version()),
@@ -211,7 +233,9 @@ StepFile step_file(const Exported& exported, const PathPoint* point, bool monoli
   }
   const double fillet = exported.request.stress.fillet.value_or(0);
   for (const BodyForm& form : body_forms(mechanism, fillet)) {
-    if (form.body != ground && std::ranges::find(of_leaves, form.name) != of_leaves.end()) continue;
+    if (form.body != ground && (is_elastic_frame(mechanism, form.body) ||
+                                std::ranges::find(of_leaves, form.name) != of_leaves.end()))
+      continue;
     if (monolithic && !form.faults.empty())
       throw NotExported("step: no single solid: " + form.faults.front());
     for (const std::string& fault : form.faults) file.notes.push_back("step: " + fault);
@@ -221,6 +245,10 @@ StepFile step_file(const Exported& exported, const PathPoint* point, bool monoli
       file.notes.push_back("step: body " + form.name +
                            " has no solid: it is the line in which its leaves meet");
   }
+  for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k)
+    if (mechanism.elastic_bodies[k].cells)
+      document.products.push_back(elastic_product(mechanism, point, k));
+  note_bare_faces(mechanism, file.notes);
   file.content = written(document);
   return file;
 }

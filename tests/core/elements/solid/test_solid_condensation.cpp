@@ -1,6 +1,7 @@
 // Solid meshes condensed to their interfaces: closed forms of a box, rates against differences.
 #include "core/elements/solid/solid_element.hpp"
 
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -133,4 +134,32 @@ TEST_CASE("meshes that cannot be condensed are told with their numbers") {
   body = good;
   for (Vector3d& x : body.nodes) x.y() *= 1e-3;
   CHECK(why_not(check_solid(body)).find("sides of ratio 1000") != std::string::npos);
+}
+
+// Radius 5 mm, ligament 1 mm, width 10 mm, 2 mm of full height at either end. Stiffnesses about the
+// middle: of the turn that it is made for with all else free, of the others while this is held. The
+// numbers are those of an independent program on the same mesh, whose matrices are C3D20R's.
+TEST_CASE("a circular notch hinge has the stiffnesses of another program's solid") {
+  const double radius = 5e-3, thickness = 1e-3, width = 10e-3, end = 2e-3, pi = std::acos(-1.0);
+  const auto graded_z = [&](int k) {
+    const auto even = [&](int n) { return n / 4.0 - 1 + 0.25 * std::sin(pi * (n / 4.0 - 1)) / pi; };
+    return k % 2 == 0 ? even(k) : 0.5 * (even(k - 1) + even(k + 1));
+  };
+  ElasticBody body = block_body(
+      SolidCell::hexahedron, {22, 3, 4}, aluminium, [&](int i, int j, int k) -> Vector3d {
+        const double full = thickness + 2 * radius, s = (i - 22) / 20.0;
+        const double angle = std::copysign(std::pow(std::min(std::abs(s), 1.0), 1.5), s) * pi / 2;
+        const double beyond = std::max(std::abs(s) - 1, 0.0) * 10;  // in (0, 1]
+        const double x = radius * std::sin(angle) + std::copysign(beyond * end, s);
+        const double height = full - 2 * radius * std::cos(angle);
+        return Vector3d(x, (j / 3.0 - 1) * height / 2, graded_z(k) * width / 2);
+      });
+  for (ElasticInterface& i : body.interfaces) i.origin.setZero();
+  REQUIRE(check_solid(body));
+  const MatrixXd K = condensed(body)->model.stiffness.bottomRightCorner<6, 6>();
+  const MatrixXd free = K.inverse(), held = K.topLeftCorner<5, 5>().inverse();
+  CHECK(1 / free(5, 5) == Approx(22.9307856492).epsilon(1e-8));
+  const double expected[] = {118137384.62, 11749240.3895, 29576625.4887, 123.818011537,
+                             971.044210756};
+  for (int k = 0; k < 5; ++k) CHECK(1 / held(k, k) == Approx(expected[k]).epsilon(1e-8));
 }
