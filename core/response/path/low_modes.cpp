@@ -82,7 +82,7 @@ Answer<LowModes> low_modes(const MechanismFactor& factor, int count, bool exact,
   const VectorXd& l = last->lambda;
   int& kept = last->kept = std::min(count, static_cast<int>(l.size()) - 1);
   while (kept > 0 && (!ends_cluster(l, kept) || l[l.size() - 1] <= 1.05 * l[kept - 1])) --kept;
-  if (kept == 0) return Because(none);
+  if (kept <= 0) return Because(none);
   return std::move(*last);
 }
 

@@ -145,7 +145,7 @@ TEST_CASE("An optimisation's scene has its start and all evaluated designs") {
 TEST_CASE("An elastic body is in the scene, the shape files and the result") {
   RunRecord record = test::evaluated_hinge();
   Mechanism& m = record.mechanism;
-  ElasticBody box = models::box({0.1, 0.01, 0.01}, {6, 1, 1});
+  ElasticBody box = models::box({0.1, 0.01, 0.01}, {6, 2, 2});
   box.name = "bar";
   box.material.allowable_stress = 200e6;
   box.place = {0.05, 0, 0};
@@ -163,18 +163,18 @@ TEST_CASE("An elastic body is in the scene, the shape files and the result") {
   REQUIRE(record.response.status == Status::ok);
   const OrderedJson scene = make_scene(record);
   REQUIRE(scene["designs"].size() == 1);
-  // 7 x 2 x 2 corners; two triangles for each of 6 x 4 + 2 faces
+  // 7 x 3 x 3 corners but 5 inside; two triangles for each of 6 x 8 + 2 x 4 faces
   CHECK(unlike_text(scene["designs"][0],
-                    R"({"leaves": [], "rest": {"shape": [28, 3]}, "von_mises": {"shape": [2, 28]},
-      "elastic_bodies": [{"name": "bar", "points": 28, "bodies": [-1, 0],
+                    R"({"leaves": [], "rest": {"shape": [58, 3]}, "von_mises": {"shape": [2, 58]},
+      "elastic_bodies": [{"name": "bar", "points": 58, "bodies": [-1, 0],
                           "grounds": [{"low": [0, -0.005, -0.005], "high": [0, 0.005, 0.005]}],
-                          "triangles": {"shape": [52, 3]}}]})") == "");
-  CHECK(scene["designs"][0]["modes"]["leaves"]["shape"][2] == 28);
+                          "triangles": {"shape": [112, 3]}}]})") == "");
+  CHECK(scene["designs"][0]["modes"]["leaves"]["shape"][2] == 58);
   const std::string xml = point_vtu(m, record.response.path[1]);
-  CHECK(test::data_array(xml, "Points").size() == 3 * 28);
-  CHECK(test::data_array(xml, "types") == std::vector<double>(52, 5));
-  CHECK(test::data_array(xml, "connectivity").size() == 3 * 52);
-  CHECK(test::data_array(xml, "offsets").back() == 3 * 52);
+  CHECK(test::data_array(xml, "Points").size() == 3 * 58);
+  CHECK(test::data_array(xml, "types") == std::vector<double>(112, 5));
+  CHECK(test::data_array(xml, "connectivity").size() == 3 * 112);
+  CHECK(test::data_array(xml, "offsets").back() == 3 * 112);
   CHECK(xml.find("mode 1") != std::string::npos);
   const OrderedJson point = make_path_point(record.response.path[1], m, request);
   const double stress = point["max_stress"];
