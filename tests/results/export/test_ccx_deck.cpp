@@ -174,10 +174,10 @@ TEST_CASE("A deck has wedges and tetrahedra of elastic bodies, at most 16 number
   const std::string text = std::move(lines).text();
   CHECK_THAT(text, Contains(fmt::format("TYPE=C3D20R, ELSET=ELASTIC2\n{}, {},\n{}\n", 8 + stage,
                                         list(0, 15), list(15, 20))));
-  CHECK_THAT(text, Contains(fmt::format("TYPE=C3D15, ELSET=ELASTIC2\n{}, {}\n", 9 + stage,
-                                        list(0, 15))));
-  CHECK_THAT(text, Contains(fmt::format("TYPE=C3D10, ELSET=ELASTIC2\n{}, {}\n", 10 + stage,
-                                        list(0, 10))));
+  CHECK_THAT(text,
+             Contains(fmt::format("TYPE=C3D15, ELSET=ELASTIC2\n{}, {}\n", 9 + stage, list(0, 15))));
+  CHECK_THAT(
+      text, Contains(fmt::format("TYPE=C3D10, ELSET=ELASTIC2\n{}, {}\n", 10 + stage, list(0, 10))));
 }
 
 TEST_CASE("A deck refuses matrices of another program, and elastic bodies that are warm") {

@@ -111,8 +111,7 @@ TEST_CASE("Elastic bodies are their surfaces, and bend with the frames that hold
     CHECK(moved[2 + k].volume() == Approx(rest[2 + k].volume()).epsilon(1e-3));
     CHECK(test::watertight(moved[2 + k].triangles));
     for (const ElasticInterface& face : body.interfaces) {
-      const BodyPose pose =
-          face.body == ground ? BodyPose{} : body_pose(m, &point, face.body);
+      const BodyPose pose = face.body == ground ? BodyPose{} : body_pose(m, &point, face.body);
       for (const int node : face.patch) {
         const Vector3d at =
             pose(body.place + body.axes * body.nodes[static_cast<std::size_t>(node)]);
