@@ -19,6 +19,11 @@ const char* style_of_body(const Mechanism& mechanism, std::size_t body) {
   return static_cast<int>(body) == mechanism.end_effector ? "effector" : "body";
 }
 
+const char* style_of_elastic(const Mechanism& mechanism, std::size_t body) {
+  const std::string& name = mechanism.bodies[mechanism.end_effector].name;
+  return mechanism.elastic_bodies[body].name == name ? "effector" : "body";
+}
+
 double turn(const Point2& a, const Point2& b, const Point2& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
@@ -198,7 +203,7 @@ void add_parts(const Mechanism& mechanism, const Projection& on, Picture& pictur
     const TriangleMesh mesh = elastic_solid(mechanism, nullptr, k);
     std::vector<Point2> points;
     for (const Vector3d& p : mesh.points) points.push_back(on(p));
-    if (!points.empty()) picture.area("body", flat_hull(std::move(points)));
+    if (!points.empty()) picture.area(style_of_elastic(mechanism, k), flat_hull(std::move(points)));
     add_ridges(mesh, on, picture);
   }
   each_clamp(mechanism, on.view,
@@ -221,7 +226,7 @@ void add_solid_parts(const Mechanism& mechanism, const Projection& on, Picture& 
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b)
     add_hull(body_solid(mechanism, static_cast<int>(b)), style_of_body(mechanism, b));
   for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k)
-    add_hull(elastic_solid(mechanism, nullptr, k), "body");
+    add_hull(elastic_solid(mechanism, nullptr, k), style_of_elastic(mechanism, k));
   for (const LeafSpring& leaf : mechanism.leaves) {
     const LeafSurface surface = undeflected_surface(leaf);
     if (!surface.round()) {

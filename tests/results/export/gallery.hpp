@@ -27,6 +27,20 @@ inline Exported gallery(const std::string& name, const std::vector<std::string>&
   return make_exported(gallery_job(name), {.at = at, .load_case = ""});
 }
 
+/// A guide with an elastic stage, a plate of 10 × 80 × 20 mm with a window of 4 × 10 mm, and an
+/// elastic foot on the ground, a box of 10 × 20 × 20 mm.
+inline Exported elastic_guide(const std::vector<std::string>& at = {}) {
+  const std::string file = FLEXOPT_SOURCE_DIR "/tests/results/export/elastic_guide.json";
+  return make_exported(read_job(file, {}), {.at = at, .load_case = ""});
+}
+
+/// Makes matrices of another program of an elastic body, as far as exports look.
+inline void forget_mesh(ElasticBody& body) {
+  body.cells = nullptr;
+  body.nodes.clear();
+  body.imported = std::make_shared<ImportedMatrices>();
+}
+
 /// Looks at each of these jobs where it stands at its stroke, and at a folded leaf.
 template <class Look>
 void each_bent(const std::vector<std::pair<const char*, const char*>>& jobs, const Look& look) {

@@ -27,6 +27,7 @@ DECKS = {
     "a moment on another body": ("double_parallelogram", [PLATES, LEVER], "16 10 1", 6),
     "a bushing": ("tied", [RUBBER], "16 6 1", 6),
     "a ball and a bushing of a body that moves": ("tied", ['/design/tie="ball"'], "16 8 1", 6),
+    "elastic bodies": ("elastic", [], "16 8 1", 6),
     "a slide": ("tied", ['/design/tie="slide"', "/stroke/to=0.0003"], "16 8 1", 1),
 }
 # those that do not wait for the night: clamped leaves, a body between, a joint, a spring
@@ -65,7 +66,9 @@ def main():
     failed = 0
     chosen = DECKS if "FLEXOPT_NIGHTLY" in os.environ else DAILY
     for name, (job, changes, solids, count) in ((name, DECKS[name]) for name in chosen):
-        file = f"{work}/tied.json" if job == "tied" else f"{source}/designs/jobs/{job}.json"
+        file = {"tied": f"{work}/tied.json",
+                "elastic": f"{source}/tests/results/export/elastic_guide.json"}.get(
+                    job, f"{source}/designs/jobs/{job}.json")
         folder = f"{work}/{name.replace(' ', '_')}"
         _, compared = run(flexopt, file, changes, solids, folder)
         print(name, compared.stdout, compared.stderr, sep="\n", flush=True)

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <regex>
 #include <sstream>
 
@@ -121,6 +122,70 @@ TEST_CASE("What a deck cannot carry is refused by name") {
   CHECK_THAT(refused(stages), Contains("joint rail") && Contains("turns with a body that moves"));
   stages.mechanism.joints.back().other = ground;  // along z, while y is driven
   CHECK_THAT(refused(stages), Contains("joint rail") && Contains("held or driven otherwise"));
+}
+
+TEST_CASE("An elastic body is in a deck with its mesh, which its frames hold at the patches") {
+  Exported guide = test::elastic_guide();
+  guide.request.loads.gravity = Vector3d(0, -9.81, 0);
+  const CcxModel model(guide, {.along = 1, .across = 1});
+  for (std::size_t k = 0; k < 2; ++k) {
+    const ElasticBody& body = guide.mechanism.elastic_bodies[k];
+    const auto number = [&](int node) { return model.nodes_before[k] + node + 1; };
+    const auto place = [&](int node) {
+      return model.nodes[static_cast<std::size_t>(number(node) - 1)];
+    };
+    for (int node = 0; node < body.cells->nodes; ++node)
+      CHECK((place(node) - body.place - body.axes * body.nodes[static_cast<std::size_t>(node)])
+                .norm() < 1e-12);
+    for (const ElasticInterface& face : body.interfaces) {
+      const auto& held = face.body == ground ? model.fixed : model.rigid_of(face.body)->nodes;
+      REQUIRE(face.patch.size() > 2);
+      for (const int node : face.patch) CHECK(std::ranges::count(held, number(node)) == 1);
+    }
+  }
+  CHECK(guide.mechanism.elastic_bodies[1].interfaces[0].body == ground);
+  const std::string deck = deck_of(guide);
+  CHECK_THAT(deck, Contains("*ELEMENT, TYPE=C3D20R, ELSET=ELASTIC1") &&
+                       Contains("*SOLID SECTION, ELSET=ELASTIC2, MATERIAL=MATERIAL2") &&
+                       Contains("ELASTIC1, GRAV, 9.81, 0, -1, 0"));
+}
+
+TEST_CASE("A deck has wedges and tetrahedra of elastic bodies, at most 16 numbers in a line") {
+  Exported guide = test::elastic_guide();
+  SolidCells cells = *guide.mechanism.elastic_bodies[1].cells;
+  const auto first_nodes = [](int count) {
+    std::vector<int> nodes(static_cast<std::size_t>(count));
+    std::iota(nodes.begin(), nodes.end(), 0);
+    return nodes;
+  };
+  cells.blocks = {{SolidCell::hexahedron, first_nodes(20)},
+                  {SolidCell::wedge, first_nodes(15)},
+                  {SolidCell::tetrahedron, first_nodes(10)}};
+  guide.mechanism.elastic_bodies[1].cells = std::make_shared<SolidCells>(cells);
+  const CcxModel model(guide, {.along = 1, .across = 1});
+  CcxLines lines;
+  const int stage = guide.mechanism.elastic_bodies[0].cells->blocks[0].count();
+  CHECK(write_cells(model, 7, lines) == 7 + stage + 3);
+  const auto list = [&](int from, int to) {
+    std::vector<int> numbers;
+    for (int k = from; k < to; ++k) numbers.push_back(model.nodes_before[1] + k + 1);
+    return fmt::format("{}", fmt::join(numbers, ", "));
+  };
+  const std::string text = std::move(lines).text();
+  CHECK_THAT(text, Contains(fmt::format("TYPE=C3D20R, ELSET=ELASTIC2\n{}, {},\n{}\n", 8 + stage,
+                                        list(0, 15), list(15, 20))));
+  CHECK_THAT(text,
+             Contains(fmt::format("TYPE=C3D15, ELSET=ELASTIC2\n{}, {}\n", 9 + stage, list(0, 15))));
+  CHECK_THAT(
+      text, Contains(fmt::format("TYPE=C3D10, ELSET=ELASTIC2\n{}, {}\n", 10 + stage, list(0, 10))));
+}
+
+TEST_CASE("A deck refuses matrices of another program, and elastic bodies that are warm") {
+  Exported guide = test::elastic_guide();
+  guide.request.loads.elastic_expansion = {0, 1e-4};
+  test::forget_mesh(guide.mechanism.elastic_bodies[0]);
+  CHECK_THAT(refused(guide), Contains("elastic body end_effector") && Contains("no mesh") &&
+                                 Contains("temperature of elastic body foot"));
 }
 
 // Axes of a deck stay where they are.

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "designs/describe.hpp"
+#include "designs/parametric_design.hpp"
 #include "results/export/measures.hpp"
 #include "results/export/picture.hpp"
 #include "results/export/view_picture.hpp"
@@ -110,6 +112,26 @@ TEST_CASE("A drawing shows every leaf, the ground that holds it, the drive and O
   CHECK(count("drivehead") == 2);  // not seen from below
   CHECK(count("center") == 3);
   CHECK(std::ranges::count(picture.labels, "uy", &DrawnLabel::text) == 2);
+}
+
+TEST_CASE("A drawing shows elastic bodies by the lines along which their surface turns") {
+  std::ifstream file(FLEXOPT_SOURCE_DIR "/tests/results/export/elastic_guide.json");
+  FaultList faults;
+  const auto family =
+      read_family(nlohmann::json::parse(file)["design"]["mechanism"], "", "", faults);
+  faults.raise();
+  const Picture picture =
+      draw_design(*family, usual_values(*family), default_choices(*family)).picture;
+  Box2 ridges;
+  for (const DrawnShape& shape : picture.shapes)
+    if (shape.style == "ridge")
+      for (const Point2& p : shape.points) ridges.extend(p);
+  CHECK(ridges.sizes().norm() > 100);
+  for (const char* style : {"body", "effector"})  // from the front and slanting
+    CHECK(std::ranges::count(picture.shapes, style, &DrawnShape::style) == 2);
+  std::set<std::string> drawn;
+  for (const DrawnDimension& d : picture.dimensions) drawn.insert(d.parameter);
+  CHECK(drawn == std::set<std::string>{"h", "length", "pitch"});
 }
 
 TEST_CASE("The same drawing has the same bytes, with words that cannot break the file") {

@@ -60,6 +60,23 @@ TEST_CASE("A load case is exported by its name") {
   CHECK_THAT(refused("load_cases", {.at = {}, .load_case = "no"}), Contains(last));
 }
 
+TEST_CASE("No export leaves an elastic body out without a word") {
+  Exported guide = test::elastic_guide();
+  CHECK_THAT(dxf_contour(guide, nullptr).reason, Contains("elastic body end_effector"));
+  CHECK_THAT(test::complaint_of([&] { (void)spacar_script(guide, guide.strokes); }),
+             Contains("elastic body end_effector") && Contains("elastic body foot"));
+  CHECK_THAT(test::complaint_of([&] { (void)step_file(guide, nullptr, true); }),
+             Contains("--monolithic") && Contains("elastic bodies"));
+  const test::TemporaryFolder folder;
+  const auto notes = [&] {
+    return write_exports(guide, {.formats = {"stl"}, .stem = "guide"}, folder.path()).notes;
+  };
+  CHECK(notes().empty());
+  test::forget_mesh(guide.mechanism.elastic_bodies[1]);
+  REQUIRE(notes().size() == 1);
+  CHECK_THAT(notes()[0], Contains("elastic body foot is left out"));
+}
+
 TEST_CASE("Formats are read from a list") {
   CHECK(read_formats("stl,ccx") == std::vector<std::string>{"stl", "ccx"});
   CHECK_THROWS_WITH(read_formats("stl,obj"), Contains("obj") && Contains("ccx, "));

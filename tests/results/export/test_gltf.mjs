@@ -45,6 +45,11 @@ for (const [name, ...at] of [["parallel_guide"], ["parallel_guide", "--at", "10 
   const issues = await faults(readFileSync(join(work, `${name}.glb`)));
   check(`${name}: ${JSON.stringify(issues.messages)}`, issues.numErrors === 0 && issues.numWarnings === 0);
 }
+execFileSync(flexopt, ["export", join(source, "tests/results/export/elastic_guide.json"), "--format", "gltf", "--out", work]);
+const elastic = readFileSync(join(work, "elastic_guide.glb")), {messages, numErrors, numWarnings} = (await faults(elastic));
+check(`elastic bodies: ${JSON.stringify(messages)}`, numErrors === 0 && numWarnings === 0);
+check("elastic bodies bend as morph targets", ["end_effector", "foot"].every((name) =>
+  read(elastic).document.meshes.find((mesh) => mesh.name === name)?.weights.length === 3));
 
 // the validator can find faults
 const whole = readFileSync(join(work, "parallel_guide.glb")), broken = Buffer.from(whole);

@@ -93,6 +93,16 @@ TEST_CASE("A reinforced leaf is one solid whose steps are rounded by the fillet"
   CHECK(volumes(step_file(guide, nullptr))[0] == Approx(plain + 8 * 0.25 * corner).epsilon(1e-9));
 }
 
+TEST_CASE("Elastic bodies that are read back have their volumes, and faces that hold them a note") {
+  const StepFile file = step_file(test::elastic_guide(), nullptr);
+  const std::vector<double> found = volumes(file);
+  REQUIRE(found.size() > 4);  // two leaves, the ground, two elastic bodies
+  CHECK(found[found.size() - 2] == Approx((10 * 80 - 4 * 10) * 20).epsilon(1e-6));
+  CHECK(found.back() == Approx(10 * 20 * 20).epsilon(1e-6));
+  REQUIRE(file.notes.size() == 1);
+  CHECK_THAT(file.notes[0], Contains("face floor of elastic body foot") && Contains("ground"));
+}
+
 TEST_CASE("One solid is made of all parts, or what it cannot be is named") {
   for (const char* name : {"parallel_guide", "double_parallelogram", "cross_hinge"}) {
     CAPTURE(name);

@@ -97,6 +97,33 @@ TEST_CASE("Bodies are their boxes, and move with the equilibrium") {
   CHECK(moved.front().points.back()[1] > 0.02);
 }
 
+TEST_CASE("Elastic bodies are their surfaces, and bend with the frames that hold them") {
+  const Exported exported = test::elastic_guide({"6 mm"});
+  const Mechanism& m = exported.mechanism;
+  const PathPoint point = exported.equilibria({exported.strokes}).front();
+  const auto rest = drawn_parts(m, nullptr), moved = drawn_parts(m, &point);
+  REQUIRE(rest.size() == 4);  // two leaves and no frames
+  CHECK(rest[2].volume() == Approx((10 * 80 - 4 * 10) * 20e-9).epsilon(1e-9));
+  CHECK(rest[3].volume() == Approx(10 * 20 * 20e-9).epsilon(1e-9));
+  for (std::size_t k = 0; k < 2; ++k) {
+    const ElasticBody& body = m.elastic_bodies[k];
+    CHECK(moved[2 + k].name == body.name);
+    CHECK(moved[2 + k].volume() == Approx(rest[2 + k].volume()).epsilon(1e-3));
+    CHECK(test::watertight(moved[2 + k].triangles));
+    for (const ElasticInterface& face : body.interfaces) {
+      const BodyPose pose = face.body == ground ? BodyPose{} : body_pose(m, &point, face.body);
+      for (const int node : face.patch) {
+        const Vector3d at =
+            pose(body.place + body.axes * body.nodes[static_cast<std::size_t>(node)]);
+        double nearest = 1;
+        for (const Vector3d& p : moved[2 + k].points) nearest = std::min(nearest, (p - at).norm());
+        CHECK(nearest < 1e-7);  // of a linear body patches turn to first order
+      }
+    }
+  }
+  CHECK(moved[2].points[0][1] - rest[2].points[0][1] == Approx(0.006).margin(3e-4));
+}
+
 TEST_CASE("Names of solids are one word") {
   TriangleMesh box = closed_box({Vector3d::Zero(), Matrix3d::Identity()});
   box.name = "leaf +y";
