@@ -17,12 +17,12 @@ struct DrawnPoint {
     middle,  ///< in the middle of a leaf's width
     rim,     ///< on its free edge
     face,    ///< on a face
-    box,     ///< corner of a body's box, or of the cuboid around an elastic body
-    place,   ///< O, a joint, an end of a spring
+    box,     ///< corner of a body's box
+    place,   ///< O, a joint, an end of a spring, an interface of an elastic body
     origin
   };
   Kind kind = Kind::middle;
-  int owner = -1;               ///< leaf; of a box the body, elastic bodies after the others
+  int owner = -1;               ///< leaf; of a box the body
   bool inside = false;          ///< neither at an end of a leaf nor at a fold
   Vector3d at;                  ///< [m]
   std::vector<Vector3d> rates;  ///< along each parameter [m per its SI unit]

@@ -66,27 +66,12 @@ void each_place(const MechanismT<S>& mechanism, const Visit& visit) {
       visit(PlaceKind::box, static_cast<int>(b), false, at);
     }
   }
-  for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k) {
-    const auto& elastic = mechanism.elastic_bodies[k];
-    const auto has_its_name = [&](const auto& body) { return body.name == elastic.name; };
-    if (elastic.nodes.empty() || std::ranges::any_of(mechanism.bodies, has_its_name)) continue;
-    std::array<Vector3<S>, 2> ends{elastic.nodes.front(), elastic.nodes.front()};
-    for (const Vector3<S>& node : elastic.nodes)
-      for (int c = 0; c < 3; ++c) {
-        if (value_of(node[c]) < value_of(ends[0][c])) ends[0][c] = node[c];
-        if (value_of(node[c]) > value_of(ends[1][c])) ends[1][c] = node[c];
-      }
-    for (int corner = 0; corner < 8; ++corner) {
-      Vector3<S> at;
-      for (int c = 0; c < 3; ++c) at[c] = ends[(corner >> c) & 1][c];
-      visit(PlaceKind::box, static_cast<int>(mechanism.bodies.size() + k), false,
-            Vector3<S>(elastic.place + elastic.axes.lazyProduct(at)));
-    }
-  }
   const auto place = [&](const Vector3<S>& at) { visit(PlaceKind::place, -1, false, at); };
   place(mechanism.bodies[mechanism.end_effector].reference);
   for (const auto& joint : mechanism.joints)
     if (!is_held(joint.type)) place(joint.place);
+  for (const auto& elastic : mechanism.elastic_bodies)
+    for (std::size_t a = 0; a < elastic.interfaces.size(); ++a) place(elastic.interface_place(a));
   for (const auto& spring : mechanism.springs) {
     place(spring.place);
     if (!spring.matrix) place(spring.other_place);
