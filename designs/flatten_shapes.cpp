@@ -84,7 +84,8 @@ void Flattener<S>::set_shape(const ElasticItem::Notch& notch, const BodyItem& it
   shape.depth = size(notch.depth, circular ? "/radius" : "/depth");
   shape.thickness = size(notch.thickness, "/thickness");
   shape.width = size(notch.width, "/width");
-  shape.end_length = size(notch.ends, "/ends");
+  not_negative(notch.ends, pointer + "/ends", "the length of an end");
+  shape.end_length = number(notch.ends);
   shape.fillet = number(notch.fillet);
   shape.exponent = notch.exponent.constant;
   shape.two_axes = notch.two_axes;
