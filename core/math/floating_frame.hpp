@@ -1,7 +1,7 @@
 #pragma once
 // A frame that takes up the rigid motion of a body between rigid interfaces, found anew at every
 // state, and what an energy of the deformations in it does in absolute coordinates. For numbers of
-// any kind. Equations (V4)–(V6) of core/elements/solid/README.md.
+// any kind. Equations (U4)–(U6) of core/elements/solid/README.md.
 #include <cmath>
 #include <concepts>
 #include <span>
@@ -40,8 +40,8 @@ class FloatingFrame {
     // what balance() sets, frame axes
     Vector3<S> force, moment;        ///< f̄: what holds the body
     Vector3<S> rotation_force;       ///< what does work on θ: rows of h − Zᵀ μ
-    Eigen::Matrix<S, 6, 3> turning;  ///< C_a of (V6)
-    Matrix6<S> beside;               ///< U_a of (V6)
+    Eigen::Matrix<S, 6, 3> turning;  ///< C_a of (U6)
+    Matrix6<S> beside;               ///< U_a of (U6)
 
     Matrix6<S> rigid() const {  ///< G_a: motion of the interface by that of the frame
       Matrix6<S> G = Matrix6<S>::Identity();
@@ -57,7 +57,7 @@ class FloatingFrame {
 
   std::vector<Interface> interfaces;
   FramePoseOf<S> pose;
-  Matrix3<S> curvature;  ///< E of (V6), set by balance()
+  Matrix3<S> curvature;  ///< E of (U6), set by balance()
 
   /// Finds the pose with Z d = 0 by Newton's method from the axes `start`; its place is given by
   /// them. False where there is none.

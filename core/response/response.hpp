@@ -206,7 +206,7 @@ struct StateSpace {
 struct ElasticBodyReport {
   double turn = 0;  ///< largest rotation of an interface in the floating frame [rad]
   /// Of degree 4: largest change of a stiffness by what the body is deformed, relative: README.md
-  /// (V8) of core/elements/solid.
+  /// (U8) of core/elements/solid.
   std::optional<double> geometric_share;
   double rigid_residual = 0;  ///< stiffness against rigid motion before it was projected away
   int unknowns = 0;           ///< of its mesh

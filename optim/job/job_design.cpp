@@ -200,9 +200,8 @@ DesignSpec read_design(json& read, const json& written, const std::shared_ptr<co
   if (family && is_geometry_sound(*family, faults))
     faults.attempt([&] {
       check_wire(*family, design);
-      design.resolved =
-          std::make_shared<const ParametricDesign>(family, design.choices, design.expressions,
-                                                   design.parameters);
+      design.resolved = std::make_shared<const ParametricDesign>(
+          family, design.choices, design.expressions, design.parameters);
     });
   if (written.contains("material"))
     design.material = read_material(read["material"], written["material"], faults);

@@ -104,7 +104,8 @@ class Writer {
     const Exported& exported = model_->exported;
     deck_.line("** {}: flexopt {} wrote this deck. Units: m, kg, s, N, Pa, K.",
                one_line(exported.name), version());
-    deck_.line("** Leaves and elastic bodies of isotropic quadratic solids, else rigid. Run: ccx DECK");
+    deck_.line(
+        "** Leaves and elastic bodies of isotropic quadratic solids, else rigid. Run: ccx DECK");
     deck_.line(
         "** {} x {} x {} solids along, across and through a leaf, of a fold each leg: leaves are",
         size_.along, size_.across, size_.through);

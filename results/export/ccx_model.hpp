@@ -128,8 +128,8 @@ class CcxLines {
   std::string text_;
 };
 
-/// Writes the elements of elastic bodies, in sets ELASTIC1, …; returns the number of elements, which
-/// was `number` before.
+/// Writes the elements of elastic bodies, in sets ELASTIC1, …; returns the number of elements,
+/// which was `number` before.
 int write_cells(const CcxModel& model, int number, CcxLines& deck);
 
 /// One term of an equation: factor times a degree of freedom of a node.
@@ -148,11 +148,11 @@ std::vector<CcxTerm> terms_along(int node, const Vector3d& axis);
 /// Writes the elements; `number`: of elements so far.
 ///
 /// Joints are stiff linear springs between nodes that lie in one place, as many times as stiff as
-/// the stiffest leaf along itself as `pin_stiffness` says (without leaves, as E times the size of an
-/// elastic body): one such pin lets bodies turn about it,
-/// two on an axis let them turn about that. A bushing with the matrix K, energy ½ eᵀ K e in e = q −
-/// q′, becomes linear springs −S_ij between each two of its degrees of freedom, S = [K −K; −K K],
-/// and against the ground Σ_j K_ij besides; its axes stay where they are.
+/// the stiffest leaf along itself as `pin_stiffness` says (without leaves, as E times the size of
+/// an elastic body): one such pin lets bodies turn about it, two on an axis let them turn about
+/// that. A bushing with the matrix K, energy ½ eᵀ K e in e = q − q′, becomes linear springs −S_ij
+/// between each two of its degrees of freedom, S = [K −K; −K K], and against the ground Σ_j K_ij
+/// besides; its axes stay where they are.
 void write_ties(const CcxModel& model, int number, CcxLines& deck);
 
 /// What joints hold that CalculiX takes as equations: slides on the ground.

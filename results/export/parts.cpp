@@ -301,8 +301,7 @@ std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoin
     parts.push_back(std::move(mesh));
   }
   for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k)
-    if (mechanism.elastic_bodies[k].cells)
-      parts.push_back(elastic_solid(mechanism, point, k));
+    if (mechanism.elastic_bodies[k].cells) parts.push_back(elastic_solid(mechanism, point, k));
   return parts;
 }
 

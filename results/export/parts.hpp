@@ -124,7 +124,8 @@ struct BodyPose {
 };
 BodyPose body_pose(const Mechanism& mechanism, const PathPoint* point, int body);
 
-/// All leaves, then all bodies that have a shape, then elastic bodies, undeflected (null) or at a point with shapes.
+/// All leaves, then all bodies that have a shape, then elastic bodies, undeflected (null) or at a
+/// point with shapes.
 std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoint* point);
 
 /// The surface of a leaf at a point of the path; `finer` as of surface_of_shape.

@@ -1,6 +1,6 @@
 #pragma once
 // What the energy of an elastic body is made of, seen from its interfaces: plain numbers, own axes
-// of the body. Equations (V1)–(V9) of README.md.
+// of the body. Equations (U1)–(U9) of README.md.
 #include <array>
 #include <memory>
 #include <vector>

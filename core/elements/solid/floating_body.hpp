@@ -1,7 +1,7 @@
 #pragma once
 // A deformed body seen from rigid interface frames: energy, force and exact tangent in absolute
 // coordinates. The body's rigid motion is taken up by a floating frame that is found anew at every
-// state. Equations (V1)–(V6) of README.md.
+// state. Equations (U1)–(U6) of README.md.
 #include <span>
 
 #include "core/elements/solid/elastic_model.hpp"

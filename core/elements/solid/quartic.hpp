@@ -1,6 +1,6 @@
 #pragma once
 // Terms of degree 3 and 4 of a condensed body, exact for its St. Venant–Kirchhoff solid up to that
-// degree: modal derivatives of the interfaces' static modes. Equations (V7)–(V9) of README.md.
+// degree: modal derivatives of the interfaces' static modes. Equations (U7)–(U9) of README.md.
 #include <functional>
 
 #include "core/elements/solid/elastic_model.hpp"

@@ -31,8 +31,8 @@ std::vector<CellFace> faces_of(SolidCell cell) {
   for (CellFace& face : faces) {
     const std::size_t corners = face.size();
     for (std::size_t k = 0; k < corners; ++k) {
-      const Vector3d middle = 0.5 * (reference_node(cell, face[k]) +
-                                     reference_node(cell, face[(k + 1) % corners]));
+      const Vector3d middle =
+          0.5 * (reference_node(cell, face[k]) + reference_node(cell, face[(k + 1) % corners]));
       int node = 0;
       while ((reference_node(cell, node) - middle).norm() > 1e-9) ++node;
       face.push_back(node);
@@ -44,8 +44,9 @@ std::vector<CellFace> faces_of(SolidCell cell) {
 /// Calls visit(nodes of a face) for each face that one cell has alone.
 template <class Visit>
 void for_each_outer_face(const SolidCells& cells, const Visit& visit) {
-  const std::array<std::vector<CellFace>, 3> faces{
-      faces_of(SolidCell::hexahedron), faces_of(SolidCell::wedge), faces_of(SolidCell::tetrahedron)};
+  const std::array<std::vector<CellFace>, 3> faces{faces_of(SolidCell::hexahedron),
+                                                   faces_of(SolidCell::wedge),
+                                                   faces_of(SolidCell::tetrahedron)};
   const auto for_each_face = [&](const auto& call) {
     for_each_cell(cells, [&](SolidCell cell, std::span<const int> nodes) {
       for (const CellFace& face : faces[static_cast<std::size_t>(cell)]) {
@@ -151,8 +152,8 @@ CellStress cell_stress(const ElasticBody& body, const VectorXd& displacements, S
                ElasticLaw(body.material, change->direction.material).stress(strain));
   }
   const MatrixXd& to_nodes = extrapolation(cell);
-  return {of_points.value * to_nodes,
-          change ? MatrixXd(of_points.rate * to_nodes) : MatrixXd(), of_points.energy};
+  return {of_points.value * to_nodes, change ? MatrixXd(of_points.rate * to_nodes) : MatrixXd(),
+          of_points.energy};
 }
 
 VectorXd sum_of_pairs(const MatrixXd& second_fields, const VectorXd& a, const VectorXd& b) {
@@ -164,9 +165,7 @@ VectorXd sum_of_pairs(const MatrixXd& second_fields, const VectorXd& a, const Ve
   return second_fields * weights;
 }
 
-Vector3d deviator(const SolidTensor& t) {
-  return t.head<3>().array() - t.head<3>().mean();
-}
+Vector3d deviator(const SolidTensor& t) { return t.head<3>().array() - t.head<3>().mean(); }
 
 }  // namespace
 
@@ -275,9 +274,9 @@ SolidStress solid_stress(const ElasticBody& body, const SolidSurface& surface,
     const MatrixXd& stress = of_cells[index++];
     if (std::ranges::find(nodes, answer.largest->node) == nodes.end()) return;
     for (std::size_t a = 0; a < nodes.size(); ++a)
-      answer.largest->jump = std::max(
-          answer.largest->jump,
-          von_mises_stress(stress.col(static_cast<Eigen::Index>(a)) - mean.col(nodes[a])));
+      answer.largest->jump =
+          std::max(answer.largest->jump,
+                   von_mises_stress(stress.col(static_cast<Eigen::Index>(a)) - mean.col(nodes[a])));
   });
   return answer;
 }
