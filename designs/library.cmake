@@ -5,7 +5,6 @@ set(families
   reinforced_guide double_parallelogram roberts_guide overconstrained_guide five_strut_guide
   cartwheel_hinge butterfly_hinge infinity_hinge trivot_hinge curved_hinge
   folded_leaf_stage xy_stage tip_tilt_stage spherical_joint diaphragm bridge_amplifier hexapod
-  notch_guide lever_cell
 )
 set(names "")
 set(texts "")

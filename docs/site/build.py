@@ -32,6 +32,7 @@ CHAPTERS = [
     ("Reference", ["reference/jobs.md", "reference/designs.md", "reference/quantities.md",
                    "reference/commands.md", "docs/glossary.md", "docs/versions.md"]),
     ("Theory", ["core/README.md", "core/elements/README.md", "core/elements/plate/beams.md",
+                "core/elements/solid/README.md",
                 "core/equilibrium/README.md", "core/reduction/README.md",
                 "core/reduction/superelement/README.md", "core/response/README.md",
                 "core/response/modes/README.md",

@@ -58,14 +58,23 @@ std::string elastic_text(const std::vector<PathPoint>& path, const Mechanism& me
   std::string text;
   for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k) {
     const ElasticBody& body = mechanism.elastic_bodies[k];
-    double turn = 0;
+    double turn = 0, share = 0;
     for (const PathPoint& point : path)
-      if (k < point.elastic_bodies.size()) turn = std::max(turn, point.elastic_bodies[k].turn);
+      if (k < point.elastic_bodies.size()) {
+        turn = std::max(turn, point.elastic_bodies[k].turn);
+        share = std::max(share, point.elastic_bodies[k].geometric_share.value_or(0));
+      }
     if (turn > largest_turn(body.degree))
       text += fmt::format(
           " An interface of {} turns by {:.3g} rad in the body: a body of degree {} holds up to "
           "{:g} rad.",
           body.name, turn, static_cast<int>(body.degree), largest_turn(body.degree));
+    if (constexpr double negligible = 0.1;
+        body.degree == ElasticDegree::linear && share > negligible)
+      text += fmt::format(
+          " Forces of second order in {} are {:.2g} of those of first order; degree 2 leaves them "
+          "out.",
+          body.name, share);
   }
   return text;
 }

@@ -276,7 +276,7 @@ TEST_CASE("exact derivatives of mechanisms with elastic bodies agree with differ
 
 TEST_CASE("the error of an elastic body's mesh is the difference from its coarse twin") {
   Mechanism m = guide(models::aluminium());
-  const Mechanism coarse = guide(models::aluminium(), 0.06, {1, 12, 1});
+  const Mechanism coarse = guide(models::aluminium(), 0.06, {2, 8, 1});
   m.elastic_bodies[0].coarse = std::make_shared<const ElasticBody>(coarse.elastic_bodies[0]);
   const StrokeRequest request{.points = {0, 5e-3}, .frequencies = 2};
   const StrokeResponse fine = evaluated(m, beams, request),
@@ -321,10 +321,6 @@ TEST_CASE("what is wrong with an elastic body is told") {
   CHECK_THAT(told([](ElasticBody& b) { b.cells.reset(); }), Contains("one of the two"));
   CHECK_THAT(told([](ElasticBody& b) { b.axes.col(0) *= 2; }), Contains("orthonormal"));
   CHECK_THAT(told([](ElasticBody& b) { b.material.density = 0; }), Contains("density"));
-  CHECK_THAT(told([](ElasticBody& b) {
-               for (ElasticInterface& i : b.interfaces) i.body = 0;
-             }),
-             Contains("same body"));
   Mechanism m = guide(models::aluminium());
   CHECK_THAT(why_not(check_rules(LoadCase{.elastic_expansion = {0, 0}}, m)), Contains("1 elastic"));
   CHECK_THAT(why_not(check_rules(LoadCase{.elastic_expansion = {0.2}}, m)), Contains("stage"));

@@ -20,7 +20,7 @@ TEST_CASE("the derivatives of a family's numbers are those of central difference
       const auto at = [&](const std::string& name, double x) {
         ParameterValues moved = values;
         moved.at(name) = x;
-        return numbers_of(family.make(moved, choices, material, some_payload()));
+        return numbers_of(family.make(moved, choices, material, some_payload(), values));
       };
       std::vector<std::string> names;
       for (const Parameter& p : family.parameters)

@@ -23,7 +23,7 @@ struct RatedModel {
         basis(at.basis) {
     for (std::size_t a = 0; a < at.origins.size(); ++a)
       origins.push_back(rated(at.origins[a], rate.origins[a]));
-    for (std::size_t k = 0; k < at.cubic.size(); ++k)
+    for (std::size_t k = 0; !at.quartic.empty() && k < at.cubic.size(); ++k)
       cubic.emplace_back(at.cubic[k], rate.cubic[k]);
     for (std::size_t k = 0; k < at.quartic.size(); ++k)
       quartic.emplace_back(at.quartic[k], rate.quartic[k]);

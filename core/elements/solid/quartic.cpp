@@ -278,6 +278,37 @@ void add_quartic(const ElasticBody& body, const HeldSolve& solve, CondensedSolid
       model);
 }
 
+// A_ijk = Σ_3 ∫ q_ij : C e_k + Σ_3 s_ij · K_fe U_k, (U7) without the fields of second order.
+void add_cubic(const ElasticBody& body, const MatrixXd& stiffness_fields, CondensedSolid& solid) {
+  ElasticModel& model = solid.model;
+  model.basis = elastic_basis(model.interfaces());
+  const auto m = static_cast<int>(model.basis.cols());
+  const MatrixXd U = solid.fields * model.basis;
+  MatrixXd T = second_turns(body, body, model.basis).transpose() * (stiffness_fields * model.basis),
+           local, slopes(3 * m, 3), products(6, pairs_of(m)), stresses(6, m);
+  const ElasticLaw law(body.material);
+  for_each_cell(*body.cells, [&](SolidCell cell, std::span<const int> nodes) {
+    const CellPlaces places = places_of(body.nodes, nodes);
+    gather_fields(U, nodes, local);
+    for (const ReferencePoint& at : reference_points(cell, SolidRule::energy)) {
+      const SolidPoint point = solid_point(at, places);
+      slopes.noalias() = local * point.gradients.transpose();
+      for (int i = 0; i < m; ++i) {
+        const Matrix3d H = slopes.middleRows<3>(3 * i);
+        stresses.col(i) = tensor_column(point.weight * law.stress(H));
+        for (int j = 0; j <= i; ++j) {
+          const Matrix3d q = H.transpose() * slopes.middleRows<3>(3 * j);
+          products.col(pair_index(i, j)) = tensor_column(0.5 * (q + q.transpose()));
+        }
+      }
+      T.noalias() += products.transpose() * stresses;
+    }
+  });
+  model.cubic = symmetric_array<3>(m, [&](int i, int j, int k) {
+    return T(pair_index(i, j), k) + T(pair_index(j, k), i) + T(pair_index(i, k), j);
+  });
+}
+
 void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,
                       const CondensedSolid& solid, const HeldSolve& solve, FieldRates& fields,
                       ElasticModel& rate) {

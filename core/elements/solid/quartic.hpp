@@ -19,6 +19,10 @@ MatrixXd elastic_basis(int interfaces);
 /// Adds basis, cubic, quartic and second-order fields to a solid whose fields Φ are there. N ≤ 3.
 void add_quartic(const ElasticBody& body, const HeldSolve& solve, CondensedSolid& solid);
 
+/// Adds basis and cubic to a linear body whose fields Φ are there, for its geometric share: how far
+/// it may deform. `stiffness_fields`: K_fe Φ, 3n × 6N.
+void add_cubic(const ElasticBody& body, const MatrixXd& stiffness_fields, CondensedSolid& solid);
+
 /// Adds the rates of `cubic` and `quartic` along a change of the body to `rate`, and those of the
 /// second-order fields to `fields`, where that of Φ is.
 void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,

@@ -13,6 +13,10 @@
 namespace flexopt {
 namespace {
 
+/// Interfaces up to which the cubic term of a linear body is computed: beyond, it costs more than
+/// the condensation itself.
+constexpr int most_with_cubic = 6;
+
 constexpr std::size_t most_kept_bytes = std::size_t{1} << 30;
 
 MatrixXd motions(const std::vector<Vector3d>& origins, double shift) {
@@ -90,6 +94,8 @@ Condensation::Condensation(const ElasticBody& body) {
   if (body.degree == ElasticDegree::quartic)
     add_quartic(
         body, [&](const MatrixXd& forces) { return held_answer(forces); }, solid);
+  else if (!body.imported && model.interfaces() <= most_with_cubic)
+    add_cubic(body, stiffness_fields, solid);
 }
 
 void Condensation::reduce(const ElasticBody& body) {

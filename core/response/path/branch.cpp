@@ -292,6 +292,10 @@ void BranchWalk::visit(std::size_t k) {
     if (there.converged) outputs_.add_dynamics(whole ? *whole : system(), k, point);
   }
   point.other_branch = other_branch_.has_value();
+  if (const Check holds = check_degree(system().mechanism(), point); !holds) {
+    point.status = PointStatus::no_equilibrium;
+    point.message = holds.error();
+  }
   if (!left && point.status == PointStatus::converged)
     point.message = "the stable branch was not found: " + left.error();
   if (point.message.empty())

@@ -1,5 +1,7 @@
 #include "core/response/path/point_outputs.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "core/equilibrium/elastic_stress.hpp"
@@ -122,8 +124,8 @@ Solids solids_of(System& system) {
           system.poses()};
 }
 
-// The share of the cubic term in the stiffness is the largest |λ| of (A·e) v = λ (basisᵀ K basis)
-// v.
+// Degree 4: the largest |λ| of (A·e) v = λ K v. A linear body: the forces of second order ½ A[e,
+// e], which it leaves out, over those of first order, in the norm of the energy. Both on the basis.
 ElasticBodyReport report_of(const CondensedSolid& solid, const VectorXd& local) {
   ElasticBodyReport report{.rigid_residual = solid.rigid_residual, .unknowns = solid.unknowns};
   for (Eigen::Index a = 3; a < local.size(); a += 6)
@@ -133,11 +135,13 @@ ElasticBodyReport report_of(const CondensedSolid& solid, const VectorXd& local) 
   const VectorXd e = model.basis.transpose() * local;
   const Eigen::Index m = e.size();
   const MatrixXd change = (MatrixXd::Map(model.cubic.data(), m * m, m) * e).reshaped(m, m);
-  report.geometric_share =
-      SymmetricEigen(change, model.basis.transpose() * model.stiffness * model.basis)
-          .eigenvalues()
-          .cwiseAbs()
-          .maxCoeff();
+  const MatrixXd K = model.basis.transpose() * model.stiffness * model.basis;
+  if (!model.quartic.empty()) {
+    report.geometric_share = SymmetricEigen(change, K).eigenvalues().cwiseAbs().maxCoeff();
+  } else if (const double first = e.dot(K * e); first > 0) {
+    const VectorXd second = 0.5 * (change * e);
+    report.geometric_share = std::sqrt(second.dot(K.llt().solve(second)) / first);
+  }
   return report;
 }
 
@@ -162,7 +166,29 @@ ElasticShape shape_of(const ElasticStress& body) {
   return shape;
 }
 
+// A body of degree 4 misses terms of degree 5 and more: a link of two notches in one body is 1 %
+// off in its drive stiffness at a share of 3, and 40 % at eight times as much.
+constexpr double largest_share(ElasticDegree degree) {
+  return degree == ElasticDegree::linear ? 0.3 : 3;
+}
+
 }  // namespace
+
+Check check_degree(const Mechanism& mechanism, const PathPoint& point) {
+  for (std::size_t k = 0; k < point.elastic_bodies.size(); ++k) {
+    const ElasticBody& body = mechanism.elastic_bodies[k];
+    const double share = point.elastic_bodies[k].geometric_share.value_or(0),
+                 most = largest_share(body.degree);
+    if (share > most)
+      return Because(
+          fmt::format("{} deforms further than degree {} holds: its geometric share is {:.3g}, "
+                      "{:g} at most; {}",
+                      body.name, static_cast<int>(body.degree), share, most,
+                      body.degree == ElasticDegree::linear ? "degree 4 holds further"
+                                                           : "cut it into bodies and hinges"));
+  }
+  return {};
+}
 
 PointOutputs::PointOutputs(const Mechanism& mechanism, const ModelOptions& model,
                            const StrokeRequest& request,

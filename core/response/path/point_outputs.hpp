@@ -81,4 +81,7 @@ class PointOutputs {
   std::vector<std::array<int, 2>> clearance_pairs_;
 };
 
+/// Whether the elastic bodies of a point deform no further than the degrees of their energies hold.
+Check check_degree(const Mechanism& mechanism, const PathPoint& point);
+
 }  // namespace flexopt

@@ -49,8 +49,8 @@ TEST_CASE("bash completes commands, options, families, files and values") {
   CHECK(commands.size() >= 12);
   CHECK(offered({""}) == commands);
   CHECK(offered({"co"}) == Words{"completion"});
-  CHECK(offered({"run", "--"}) ==
-        Words{"--help", "--json", "--out", "--quiet", "--result", "--set", "--shard", "--threads"});
+  CHECK(offered({"run", "--"}) == Words{"--help", "--json", "--out", "--quiet", "--result",
+                                        "--rigid", "--set", "--shard", "--threads"});
   CHECK(offered({"run", ""}) == Words{"guide.json", "a hinge.json", "jobs"});
   CHECK(offered({"run", "gu"}) == Words{"guide.json"});
   CHECK(offered({"run", "guide.json", "--out", ""}) == Words{"jobs"});

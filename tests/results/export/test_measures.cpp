@@ -57,7 +57,8 @@ TEST_CASE("Rates of all places and of all legs' directions are those of rebuilt 
           CHECK((design.legs[i].rates[k] - rate).norm() < 2e-7 + 1e-7 * rate.norm());
         }
       }
-      CHECK(moved >= 0.5);
+      // the origins of a notch's interfaces lie in its middle, wherever its ends are
+      if (!design.legs.empty()) CHECK(moved >= 0.5);
     }
 }
 

@@ -241,6 +241,18 @@ TEST_CASE("cubic terms are symmetric though each is computed by itself") {
     CHECK(largest_asymmetry(cubic_rows(body, *condensed(body))) < 1e-13);
 }
 
+TEST_CASE("a linear body knows the cubic terms that it leaves out") {
+  for (ElasticBody body : {bent_block(SolidCell::wedge, {3, 1, 1}), block_of_three({4, 2, 2})}) {
+    const std::vector<double> whole = condensed(body)->model.cubic;
+    body.degree = ElasticDegree::linear;
+    const std::vector<double> left_out = condensed(body)->model.cubic;
+    const auto n = static_cast<Eigen::Index>(whole.size());
+    REQUIRE(left_out.size() == whole.size());
+    const auto a = VectorXd::Map(whole.data(), n), b = VectorXd::Map(left_out.data(), n);
+    CHECK((a - b).norm() < 1e-12 * a.norm());
+  }
+}
+
 TEST_CASE("terms of degree 3 and 4 are those of the nonlinear solid") {
   SECTION("hexahedra") { require_series(bent_block(SolidCell::hexahedron, {3, 2, 2}), 1e-4, 0.01); }
   SECTION("wedges") { require_series(bent_block(SolidCell::wedge, {2, 1, 1}), 3e-4, 0.03); }

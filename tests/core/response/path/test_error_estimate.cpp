@@ -247,7 +247,7 @@ TEST_CASE("points that full leaves do not reach have no estimate, and the reason
   lost.path[2].status = PointStatus::no_equilibrium;
   const auto here = std::make_shared<const StrokeResponse>(response),
              gone = std::make_shared<const StrokeResponse>(lost);
-  const StrokeErrors errors = errors_of(response, {here, gone, here, default_mesh});
+  const StrokeErrors errors = errors_of(response, {here, gone, here, nullptr, default_mesh, {}});
   CHECK(errors.path[2].empty());
   CHECK_FALSE(errors.path[1].empty());
   CHECK_FALSE(errors.message.empty());
