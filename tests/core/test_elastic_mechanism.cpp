@@ -252,7 +252,7 @@ Mechanism moving_guide(const Values& p) {
   }
   stage.axes = Eigen::AngleAxisd(0.1 * p[4], Vector3d::UnitX()).matrix();
   m.bodies[0].reference[1] += 0.1 * p[5];
-  ElasticBody arm = models::box({0.02, 0.006, 0.006}, {2, 1, 1}, material);
+  ElasticBody arm = models::box({0.02, 0.006, 0.006}, {2, 2, 1}, material);
   arm.name = "arm";
   arm.place = {p[0], 0.5 * spacing + 0.015, p[5]};
   m.bodies.push_back(models::intermediate({p[0] + 0.011, 0.05, p[5]}, 0.02, 1e-6, "end"));
