@@ -24,10 +24,11 @@ struct ElasticModel {
   MatrixXd moments;
   double total_mass = 0;                    ///< [kg]
   Vector3d mass_moment = Vector3d::Zero();  ///< mass · centre of mass, undeformed [kg m]
-  /// Of degree 4: orthonormal columns, 6N × m with m = 6N − 6, on which Z d = 0, Z the mean of
+  /// Where A is known: orthonormal columns, 6N × m with m = 6N − 6, on which Z d = 0, Z the mean of
   /// displacements and of rotations. Else empty.
   MatrixXd basis;
-  /// A and B, all entries, index ((i m + j) m + k) …, symmetric. Empty for a linear body.
+  /// A and B, all entries, index ((i m + j) m + k) …, symmetric. B is empty for a linear body, whose
+  /// energy has no A either: it tells how far the body may deform.
   std::vector<double> cubic, quartic;
 
   int interfaces() const { return static_cast<int>(origins.size()); }
