@@ -27,8 +27,8 @@ struct ElasticModel {
   /// Where A is known: orthonormal columns, 6N × m with m = 6N − 6, on which Z d = 0, Z the mean of
   /// displacements and of rotations. Else empty.
   MatrixXd basis;
-  /// A and B, all entries, index ((i m + j) m + k) …, symmetric. B is empty for a linear body, whose
-  /// energy has no A either: it tells how far the body may deform.
+  /// A and B, all entries, index ((i m + j) m + k) …, symmetric. B is empty for a linear body,
+  /// whose energy has no A either: it tells how far the body may deform.
   std::vector<double> cubic, quartic;
 
   int interfaces() const { return static_cast<int>(origins.size()); }
