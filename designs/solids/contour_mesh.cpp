@@ -54,7 +54,8 @@ struct ContourPlacing : SolidPlan::Placing {
       nodes.push_back(u == 0 ? keys[ends[0]] : u == 1 ? keys[ends[1]] : pieces[piece].at(u));
     }
     for (std::size_t i = held.size(); i < nominal.size(); ++i) {
-      Point2<S> node(S(nominal[i][0]), S(nominal[i][1]));
+      Point2<S> node;
+      for (int d = 0; d < 2; ++d) node[d] = S(nominal[i][d]);
       for (std::size_t b = 0; b < held.size(); ++b)
         for (int d = 0; d < 2; ++d)
           node[d] += (nodes[b][d] - nominal[b][d]) * weights(i - held.size(), b);

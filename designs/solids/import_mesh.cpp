@@ -69,7 +69,7 @@ ImportedMesh MeshGatherer::finish(const NumberedLines& lines) {
     std::ranges::transform(set.nodes, set.nodes.begin(), index_of);
     std::erase(set.nodes, -1);
     std::ranges::sort(set.nodes);
-    set.nodes.erase(std::ranges::unique(set.nodes).begin(), set.nodes.end());
+    set.nodes.erase(std::unique(set.nodes.begin(), set.nodes.end()), set.nodes.end());
     if (set.nodes.empty())
       mesh.skipped.push_back(fmt::format("the set {} has no node of a solid element", set.name));
   }
