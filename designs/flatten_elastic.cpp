@@ -72,7 +72,8 @@ void put(FlatInterface<S>& interface, const FlatElastic<S>& elastic, const FlatF
          {half * 2.0, face.half_v.norm() * 2.0});
 }
 
-/// Of a file: `at`, global, is the point of a node set, or where the design has the interface.
+/// A body of a file has `at`, global, as the point of a node set, or where the design has the
+/// interface.
 template <class S>
 void put_as_filed(FlatInterface<S>& interface, const FlatElastic<S>& elastic,
                   const std::optional<Vector3<S>>& at, const std::string& pointer) {

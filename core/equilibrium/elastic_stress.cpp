@@ -26,7 +26,7 @@ std::optional<StressPeak> ElasticStress::largest() const {
   return peak(stress_.largest->node, stress_.largest->von_mises);
 }
 
-// Of equal ones but for rounding the first is larger.
+// The first of stresses that differ by rounding alone counts as the larger one.
 std::vector<StressPeak> ElasticStress::peaks() const {
   const auto n = static_cast<std::size_t>(bodies_->body(k_).cells->nodes);
   std::vector<double> value(n, -1);  // −1: does not count

@@ -56,7 +56,8 @@ struct HatSquareFactorOf {
 };
 using HatSquareFactor = HatSquareFactorOf<double>;
 
-/// Of numbers of any kind, a ≤ π: Σ_k 2/((2πk)² − q), of which k > 1 make a series in q.
+/// Computes it for numbers of any kind, a ≤ π, as Σ_k 2/((2πk)² − q), where k > 1 make a series
+/// in q.
 template <class S>
 HatSquareFactorOf<S> hat_square_factor(const S& q) {
   // 2 (ζ(2n) − 1)/(2π)²ⁿ; the ratio of the terms is 1/16 at most

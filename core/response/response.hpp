@@ -205,7 +205,7 @@ struct StateSpace {
 /// How far an elastic body is from where its model holds.
 struct ElasticBodyReport {
   double turn = 0;  ///< largest rotation of an interface in the floating frame [rad]
-  /// Of degree 4: largest change of a stiffness by the deformation, relative. Of degree 2: forces
+  /// Degree 4: largest change of a stiffness by the deformation, relative. Degree 2: forces
   /// of second order ½ A[e, e], which it leaves out, over those of first order, in the norm of the
   /// energy. README.md of core/elements/solid, "Degree 4". Nothing where A is not known, or at
   /// rest.

@@ -31,7 +31,7 @@ Point2<S> point_of(const std::array<S, 2>& a) {
   return {a[0], a[1]};
 }
 
-/// From one angle to another, 0 … 2π to the left or 0 … −2π.
+/// The way from one angle to another, 0 … 2π to the left or 0 … −2π.
 template <class S>
 S turned(const S& from, const S& to, bool to_the_left) {
   S turn = to - from;

@@ -102,7 +102,7 @@ class MshReader {
     }
   }
 
-  /// Of version 4: which surfaces belong to which physical groups.
+  /// Version 4 tells here which surfaces belong to which physical groups.
   void read_entities() {
     const std::vector<int> counts = wholes(4);
     for (int i = 0; i < counts[0] + counts[1]; ++i) lines_.need();

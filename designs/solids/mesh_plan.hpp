@@ -19,7 +19,7 @@ struct SolidPlan::Placing {
 Answer<SolidPlan> plan_tensor_mesh(const SolidShapeT<double>& nominal,
                                    const std::vector<PatchT<double>>& patches,
                                    const MeshDensity& density);
-/// Of every other plate: triangles of its contour, extruded to wedges.
+/// Meshes every other plate by triangles of its contour, extruded to wedges.
 Answer<SolidPlan> plan_contour_mesh(const PlateShapeT<double>& nominal,
                                     const std::vector<PatchT<double>>& patches,
                                     const MeshDensity& density);

@@ -23,7 +23,7 @@ struct NotchPlaceT {
 /// `segment`: 0, and 1 where the contour has two: fillet after line, line after fillet.
 template <class S>
 NotchPlaceT<S> notch_place(const NotchShapeT<S>& notch, int segment, double at);
-/// Where it ends: its rise is the depth, but for corner fillets, behind which a wall follows.
+/// Tells where it ends: its rise is the depth, but for corner fillets, behind which a wall follows.
 template <class S>
 NotchPlaceT<S> notch_end(const NotchShapeT<S>& notch);
 

@@ -63,7 +63,7 @@ Json leaves_json(const Mechanism& mechanism, const std::vector<LeafShape>& shape
   return leaves;
 }
 
-/// Of an interface on the ground the cuboid around its patch: its corners along the axes [m].
+/// Corners, along the axes, of the cuboid around the patch of an interface on the ground [m].
 Json grounds_json(const ElasticBody& body) {
   Json grounds = Json::array();
   for (const ElasticInterface& interface : body.interfaces) {

@@ -306,6 +306,22 @@ TEST_CASE("an elastic body counts as a rigid one among the constraints, a hinge 
   CHECK_FALSE(check_directions(m));
 }
 
+TEST_CASE("a point where a body deforms further than its degree holds has failed") {
+  using Catch::Contains;
+  Mechanism bar = cantilever();  // its tip moves to the side and does not turn
+  bar.bodies[0].held = {false, false, false, true, true, true};
+  StrokeResponse r = evaluate_stroke(bar, {}, {.points = {5e-4, 0.02}});
+  CHECK(r.status == Status::no_equilibrium);
+  CHECK(r.path[0].status == PointStatus::converged);
+  CHECK(*r.path[0].elastic_bodies[0].geometric_share < 0.1);
+  CHECK(r.path[1].status == PointStatus::no_equilibrium);
+  CHECK_THAT(r.path[1].message, Contains("box 0 deforms further than degree 2 holds"));
+  bar.elastic_bodies[0].degree = ElasticDegree::quartic;
+  r = evaluate_stroke(bar, {}, {.points = {5e-4, 0.05}});
+  CHECK(r.path[0].status == PointStatus::converged);
+  CHECK_THAT(r.path[1].message, Contains("box 0 deforms further than degree 4 holds"));
+}
+
 TEST_CASE("what is wrong with an elastic body is told") {
   const auto told = [](const std::function<void(ElasticBody&)>& change) {
     Mechanism m = guide(models::aluminium());

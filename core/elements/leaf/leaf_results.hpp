@@ -37,7 +37,7 @@ struct StressPeak {
              0;  ///< derivatives of the value by these factors, where there is a notch [Pa]
   SectionStress section = SectionStress::Zero();  ///< without the notch
   double across_section = 0;  ///< "across" of the place whose SectionStress that is
-  /// In an elastic body: which one, and the node of its mesh; what is said of a leaf then means
+  /// The elastic body it is in, and the node of its mesh; what is said of a leaf then means
   /// nothing. Else −1.
   int elastic_body = -1, node = -1;
 };

@@ -24,8 +24,8 @@ struct ElasticModel {
   MatrixXd moments;
   double total_mass = 0;                    ///< [kg]
   Vector3d mass_moment = Vector3d::Zero();  ///< mass · centre of mass, undeformed [kg m]
-  /// Where A is known: orthonormal columns, 6N × m with m = 6N − 6, on which Z d = 0, Z the mean of
-  /// displacements and of rotations. Else empty.
+  /// The basis has orthonormal columns, 6N × m with m = 6N − 6, on which Z d = 0, Z the mean of
+  /// displacements and of rotations. It is empty where A is not known.
   MatrixXd basis;
   /// A and B, all entries, index ((i m + j) m + k) …, symmetric. B is empty for a linear body,
   /// whose energy has no A either: it tells how far the body may deform.
@@ -37,7 +37,7 @@ struct ElasticModel {
 /// The surface of a solid mesh.
 struct SolidSurface {
   std::vector<int> nodes;  ///< ascending
-  /// Of each of them, whether a cell that it belongs to has a node of a patch. A rigid patch ends
+  /// It tells of each node whether one of its cells has a node of a patch. A rigid patch ends
   /// in a singular stress, whose value there would only tell the size of the cells.
   std::vector<bool> beside_patch;
   std::vector<int> corners;  ///< of the cells, those in `nodes`, by their places there
@@ -50,8 +50,8 @@ struct SolidSurface {
 struct CondensedSolid {
   ElasticModel model;
   MatrixXd fields;  ///< Φ: displacements of all nodes (3 rows each) for unit d, 3n × 6N
-  /// Of degree 4: second-order fields Θ_ij, columns of the pairs i ≥ j (i = 0 j = 0, i = 1 j = 0,
-  /// i = 1 j = 1, …): displacements Φ d + ½ Σ_ij Θ_ij e_i e_j. Else empty.
+  /// A body of degree 4 has second-order fields Θ_ij, columns of the pairs i ≥ j (i = 0 j = 0, i =
+  /// 1 j = 0, i = 1 j = 1, …): displacements Φ d + ½ Σ_ij Θ_ij e_i e_j. Else empty.
   MatrixXd second_fields;
   double rigid_residual = 0;  ///< |K Φ_rig| over |K| before it was projected away
   int unknowns = 0;           ///< that were condensed

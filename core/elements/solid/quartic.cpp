@@ -95,10 +95,10 @@ class SecondOrder {
   std::size_t orders_;
   int m_, pairs_;
   Rated fields_, all_forces_;  // U before Θ
-  // Of a cell: displacements of its nodes and forces on them; of a point: gradients, and stresses
+  // A cell has displacements of its nodes and forces on them; a point has gradients, and stresses
   // times the weight. Three rows a field.
   Rated local_, local_forces_, slopes_, stresses_;
-  // Of a point, a column a pair: q and ε(Θ), and C of them times the weight.
+  // A point has q and ε(Θ), a column a pair, and C of them times the weight.
   Rated q_, Cq_, turned_, Cturned_;
 };
 

@@ -53,7 +53,7 @@ Check check_piece(const ElasticBody& body) {
   return {};
 }
 
-// Of the first point of a cell that is bad, the reason.
+// Tells what is wrong at the first bad point of a cell.
 std::string fault_at(const SolidPoint& point, const ReferencePoint& at, const CellPlaces& places) {
   const Vector3d centre = places.rowwise().mean();
   const auto told = [&](const std::string& what) {

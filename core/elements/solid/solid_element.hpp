@@ -49,7 +49,7 @@ struct ElasticLaw {
   explicit ElasticLaw(const Material& material);
   /// Rate along a change of the material.
   ElasticLaw(const Material& material, const Material& direction);
-  /// Of the symmetric part of a gradient of displacement ∂u_i/∂X_j.
+  /// Stress of the symmetric part of a gradient of displacement ∂u_i/∂X_j.
   Matrix3d stress(const Matrix3d& slopes) const {
     Matrix3d s = mu * (slopes + slopes.transpose());
     s.diagonal().array() += lambda * slopes.trace();

@@ -15,7 +15,7 @@ struct SolidRates {
   FieldRates fields;
 };
 
-// Of Pᵀ K P, from the rate of K, which vanishes on rigid motions Φ: dK Φ = −K dΦ.
+// The rate of Pᵀ K P follows from that of K, which vanishes on rigid motions Φ: dK Φ = −K dΦ.
 void project_rate(const ElasticModel& model, const MatrixXd& rigid, const MatrixXd& moving,
                   ElasticModel& rate) {
   const RigidSplit split(model.stiffness, rigid);

@@ -24,7 +24,7 @@ class MovedElastic {
   std::shared_ptr<const ElasticModel> model_rate(const Mechanism& direction) const {
     return flexopt::model_rate(body(), direction.elastic_bodies[k_]);
   }
-  // With the state, by its rate; empty: it stays.
+  // The state moves by its rate; where that is empty it stays.
   HeldBodyOf<S> rates(const Mechanism& direction, const ElasticModel& model_rate,
                       const Eigen::Ref<const Eigen::VectorX<S>>& state_rate) const {
     HeldBodyRate<S> rate{&direction.elastic_bodies[k_], &model_rate, {}};

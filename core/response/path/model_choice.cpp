@@ -46,7 +46,7 @@ class Paths {
     return path;
   }
 
-  /// From which the errors of a model on this mesh are told.
+  /// The paths that tell the errors of a model on this mesh.
   FullPaths full(Accuracy accuracy, const std::array<int, 2>& mesh, std::size_t k) {
     return {get(Accuracy::full, mesh, k),
             get(Accuracy::full, more_along(mesh), k),

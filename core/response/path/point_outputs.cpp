@@ -145,7 +145,7 @@ ElasticBodyReport report_of(const CondensedSolid& solid, const VectorXd& local) 
   return report;
 }
 
-// Of the bodies with meshes.
+// Bodies with meshes have a stress, others none.
 std::vector<std::optional<ElasticStress>> elastic_stresses(const System& system) {
   const ElasticBodies& elastic = system.elastic_bodies();
   std::vector<std::optional<ElasticStress>> stresses(static_cast<std::size_t>(elastic.count()));
