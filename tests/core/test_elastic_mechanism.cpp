@@ -322,6 +322,19 @@ TEST_CASE("a point where a body deforms further than its degree holds has failed
   CHECK_THAT(r.path[1].message, Contains("box 0 deforms further than degree 4 holds"));
 }
 
+TEST_CASE("a mesh with motions without stiffness is told by the name of its body") {
+  Mechanism bar = cantilever();
+  ElasticBody thin = models::box({length, side, side}, {12, 1, 1}, models::aluminium());
+  thin.name = "thin";
+  thin.place = bar.elastic_bodies[0].place;
+  models::hold_end(thin, "base", ground, -1);
+  models::hold_end(thin, "tip", 0, 1);
+  bar.elastic_bodies = {thin};
+  const StrokeResponse r = evaluate_stroke(bar, {}, {.points = {0}});
+  CHECK(r.status == Status::no_equilibrium);
+  CHECK_THAT(r.message, Catch::Contains("thin: its mesh has motions without stiffness"));
+}
+
 TEST_CASE("what is wrong with an elastic body is told") {
   const auto told = [](const std::function<void(ElasticBody&)>& change) {
     Mechanism m = guide(models::aluminium());

@@ -22,6 +22,17 @@
 namespace flexopt {
 namespace {
 
+// Cells that are integrated at fewer points than would see all of their motions need neighbours.
+Check check_elastic(const ElasticBody& body) {
+  Check sound = check_solid(body);
+  if (sound && !condensed(body)->model.stiffness.allFinite())
+    sound = Because(
+        "its mesh has motions without stiffness: of hexahedra, two across a body are needed at "
+        "least");
+  if (!sound) return Because(body.name + ": " + sound.error());
+  return {};
+}
+
 // The ways from rest to the points: those of one drive outward on either side, of several drives
 // the straight lines on which points lie, or all points as they are listed.
 std::vector<std::vector<int>> ways_to_points(const StrokeRequest& request) {
@@ -228,7 +239,7 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   Check kept = check_joints(mechanism);
   if (kept) kept = check_rules(request.loads, mechanism);
   for (const ElasticBody& body : mechanism.elastic_bodies)
-    if (kept) kept = check_solid(body);
+    if (kept) kept = check_elastic(body);
   if (kept && mechanism.drives.empty() && request.loads.driven() &&
       std::ranges::any_of(request.points, [](double stroke) { return stroke != 0; }))
     kept = Because("the mechanism has no drive that a stroke could prescribe");
