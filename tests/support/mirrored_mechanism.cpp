@@ -1,5 +1,10 @@
 #include "support/mirrored_mechanism.hpp"
 
+#include <memory>
+#include <type_traits>
+
+#include "designs/solids/solid_shape.hpp"
+
 namespace flexopt {
 namespace {
 
@@ -24,6 +29,20 @@ struct Mirror {
   }
 };
 
+// Its own axes keep the first two; what is in them turns round along the third.
+template <class Body>
+void reflect_solid(Body& body, const Mirror& mirror) {
+  mirror.reflect(body.place);
+  body.axes = mirror.place.asDiagonal() * body.axes * Vector3d(1, 1, -1).asDiagonal();
+  if (body.cells) body.cells = std::make_shared<const SolidCells>(mirrored(*body.cells));
+  for (Vector3d& node : body.nodes) node[2] = -node[2];
+  for (auto& held : body.interfaces) held.origin[2] = -held.origin[2];
+  if (!body.coarse) return;
+  auto coarse = std::make_shared<std::decay_t<decltype(*body.coarse)>>(*body.coarse);
+  reflect_solid(*coarse, mirror);
+  body.coarse = coarse;
+}
+
 // Of a drive whose axes are mirrored like a tensor, which leaves global ones as they are.
 double sign_of_stroke(const Mirror& mirror, const Drive& drive) {
   const int d = index(drive.direction);
@@ -44,6 +63,7 @@ Mechanism mirrored(const Mechanism& mechanism, int normal) {
     reflect(body.box->center);
     body.box->half_edges = mirror.place.asDiagonal() * body.box->half_edges;
   }
+  for (auto& body : m.elastic_bodies) reflect_solid(body, mirror);
   for (LeafSpring& leaf : m.leaves) {
     reflect(leaf.origin);
     leaf.axes = mirror.axes(leaf.axes);
