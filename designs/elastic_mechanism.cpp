@@ -125,7 +125,7 @@ ElasticPlan plan_of(const FlatElastic<double>& body) {
   }
   MeshDensity coarse = body.density;
   coarse.coarsening = coarse_sizes;
-  ElasticPlan plan{std::move(*mesh), {}};
+  ElasticPlan plan{std::move(*mesh), {}, {}};
   if (Answer<SolidPlan> twin = kept_plan(body, coarse)) plan.coarse = std::move(*twin);
   return plan;
 }
@@ -212,7 +212,7 @@ BodyBoxT<S> box_around(const ElasticBodyT<S>& body) {
 
 }  // namespace
 
-std::vector<ElasticPlan> plans_of(const FlatDesign<double>& nominal) {
+std::vector<ElasticPlan> plans_of(const FlatDesign<double>& nominal, const Material& material) {
   std::vector<ElasticPlan> plans(nominal.elastic_bodies.size());
   FaultList faults;
   for (std::size_t i = 0; i < plans.size(); ++i)
@@ -220,6 +220,9 @@ std::vector<ElasticPlan> plans_of(const FlatDesign<double>& nominal) {
       const FlatElastic<double>& body = nominal.elastic_bodies[i];
       try {
         plans[i] = plan_of(body);
+        if (!body.file)
+          plans[i].nominal =
+              std::make_shared<const ElasticBody>(meshed(body, plans[i].mesh, material));
       } catch (const SpecError& error) {
         throw located(body.source, error);
       }
@@ -235,6 +238,7 @@ void add_elastic_bodies(const FlatDesign<S>& design, const MaterialT<S>& materia
     const FlatElastic<S>& from = design.elastic_bodies[i];
     ElasticBodyT<S>& body =
         mechanism.elastic_bodies.emplace_back(meshed(from, plans[i].mesh, material));
+    body.nominal = plans[i].nominal;
     if constexpr (std::is_same_v<S, double>)
       if (plans[i].coarse)
         body.coarse = std::make_shared<const ElasticBody>(meshed(from, *plans[i].coarse, material));

@@ -90,8 +90,9 @@ std::vector<ElasticPlan> nominal_plans(const Family& family, const ParameterValu
   const bool usable = !nominal.empty() && std::ranges::all_of(family.counts, [&](const auto& name) {
     return nominal.at(name) == values.at(name);
   });
-  return plans_of(flatten(
-      *family.plan, input_of<double>(family, usable ? nominal : values, choices, material, plain)));
+  return plans_of(flatten(*family.plan, input_of<double>(family, usable ? nominal : values, choices,
+                                                         material, plain)),
+                  material);
 }
 
 /// The shorter of its length and its width; its length alone where it is a wire [m].

@@ -164,11 +164,12 @@ FlatDesign<S> flatten(const DesignPlan& plan, const DesignInput<S>& input, Fault
 /// Meshes of an elastic body, which stay along a design whose nominal numbers stay.
 struct ElasticPlan {
   SolidPlan mesh;
-  std::optional<SolidPlan> coarse;  ///< for the error of the mesh
+  std::optional<SolidPlan> coarse;             ///< for the error of the mesh
+  std::shared_ptr<const ElasticBody> nominal;  ///< the body that the mesh is made for
 };
 /// Plans of the elastic bodies of the nominal design; those of the last designs are kept. Throws
 /// SpecError.
-std::vector<ElasticPlan> plans_of(const FlatDesign<double>& nominal);
+std::vector<ElasticPlan> plans_of(const FlatDesign<double>& nominal, const Material& material);
 
 /// The mechanism of a flat design with these meshes. Throws SpecError.
 template <class S>

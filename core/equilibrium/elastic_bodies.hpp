@@ -20,6 +20,12 @@ class ElasticBodies {
   const ElasticBody& body(int k) const { return mechanism_->elastic_bodies[k]; }
   const CondensedSolid& solid(int k) const { return *bodies_[k].solid; }
   const ElasticModel& model(int k) const { return bodies_[k].solid->model; }
+  /// Fixed-interface modes of a body for so many frequencies of the mechanism. This has no more
+  /// modes below its highest frequency than that; the others make it accurate.
+  std::shared_ptr<const FixedInterfaceModes> modes(int k, int frequencies) const {
+    return fixed_interface_modes(body(k), modes_for(frequencies));
+  }
+  static int modes_for(int frequencies) { return frequencies + 12; }
   /// The state of the last evaluation.
   const HeldBody& held(int k) const { return bodies_[k].held; }
   const ElasticAction& action() const { return action_; }

@@ -181,6 +181,7 @@ MechanismT<To> with_numbers(const MechanismT<From>& from, const F& f) {
       body.interfaces.push_back({i.name, i.body, {}, i.patch, i.clamp_growth});
     body.degree = b.degree;
     body.imported = b.imported;
+    body.nominal = b.nominal;
     body.coarse = b.coarse;
     body.growth = b.growth;
   }

@@ -65,6 +65,9 @@ struct ElasticBodyOf {
   std::vector<ElasticInterfaceT<Scalar>> interfaces;
   ElasticDegree degree = ElasticDegree::linear;
   std::shared_ptr<const ImportedMatrices> imported;
+  /// The design that the mesh was made for, from whose fixed-interface modes those of all designs
+  /// on this mesh follow; null where it is this one.
+  std::shared_ptr<const ElasticBodyOf<double, MaterialT<double>>> nominal;
   /// The same body on a coarser mesh, for the error of the mesh; none where there is no such mesh.
   std::shared_ptr<const ElasticBodyOf<double, MaterialT<double>>> coarse;
   /// Stress-free sizes of a warm body over nominal ones.

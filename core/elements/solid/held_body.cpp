@@ -130,9 +130,19 @@ Eigen::MatrixX<S> motions_in_frame(const HeldBodyOf<S>& held, const Eigen::Matri
 }
 
 template <class S>
-S held_mass_rate(const ElasticModel& model, const ElasticModel& model_rate,
-                 const HeldBodyOf<S>& held, const HeldBodyOf<S>& rate, const Eigen::VectorX<S>& y) {
-  const Eigen::MatrixX<S> z = motions_in_frame<S>(held, y);
+Eigen::MatrixX<S> held_coupling(const FixedInterfaceModes& modes, const HeldBodyOf<S>& held) {
+  Eigen::MatrixX<S> C(modes.coupling.rows(), modes.coupling.cols());
+  for (Eigen::Index i = 0; i < C.rows(); i += 3)
+    C.middleRows(i, 3) = held.floating.frame.axes.lazyProduct(modes.coupling.middleRows(i, 3));
+  C += moments_on<S>(held.arms, C);
+  return C;
+}
+
+namespace {
+// What motions_in_frame() of constant motions of the holders change by.
+template <class S>
+Eigen::MatrixX<S> frame_motion_rates(const HeldBodyOf<S>& held, const HeldBodyOf<S>& rate,
+                                     const Eigen::VectorX<S>& y) {
   HeldBodyOf<S> turned;  // the frame turns, the arms stay
   turned.floating.frame.axes = rate.floating.frame.axes;
   turned.arms = held.arms;
@@ -143,21 +153,44 @@ S held_mass_rate(const ElasticModel& model, const ElasticModel& model_rate,
     const Vector3<S> w = y.template segment<3>(r + 3);
     dz.middleRows(r, 3) += FT * w.cross(rate.arms[a]);
   }
+  return dz;
+}
+}  // namespace
+
+template <class S>
+S held_mass_rate(const ElasticModel& model, const ElasticModel& model_rate,
+                 const HeldBodyOf<S>& held, const HeldBodyOf<S>& rate, const Eigen::VectorX<S>& y) {
+  const Eigen::MatrixX<S> z = motions_in_frame<S>(held, y), dz = frame_motion_rates(held, rate, y);
   const Eigen::MatrixX<S> forces =
       model_rate.mass.lazyProduct(z) + S(2) * model.mass.lazyProduct(dz);
   return z.cwiseProduct(forces).sum();
 }
 
-#define INSTANTIATE(S)                                                                         \
-  template void evaluate_held(const ElasticBody&, const ElasticModel&,                         \
-                              const std::vector<JointBodyOf<S>>&, const ElasticAction&,        \
-                              HeldBodyOf<S>&);                                                 \
-  template HeldBodyOf<S> held_rates(const ElasticBody&, const ElasticModel&,                   \
-                                    const std::vector<JointBodyOf<S>>&, const ElasticAction&,  \
-                                    const HeldBodyOf<S>&, const HeldBodyRate<S>&);             \
-  template Eigen::MatrixX<S> held_mass(const ElasticModel&, const HeldBodyOf<S>&);             \
-  template Eigen::MatrixX<S> motions_in_frame(const HeldBodyOf<S>&, const Eigen::MatrixX<S>&); \
-  template S held_mass_rate(const ElasticModel&, const ElasticModel&, const HeldBodyOf<S>&,    \
+template <class S>
+S mode_mass_rate(const FixedInterfaceModes& modes, const FixedInterfaceModes& mode_rates,
+                 const HeldBodyOf<S>& held, const HeldBodyOf<S>& rate, const Eigen::VectorX<S>& y,
+                 const Eigen::VectorX<S>& q) {
+  const Eigen::MatrixX<S> z = motions_in_frame<S>(held, y), dz = frame_motion_rates(held, rate, y),
+                          coupled = dz.cwiseProduct(modes.coupling.lazyProduct(q)) +
+                                    z.cwiseProduct(mode_rates.coupling.lazyProduct(q)),
+                          own = q.cwiseProduct(mode_rates.mass.lazyProduct(q));
+  return S(2) * coupled.sum() + own.sum();
+}
+
+#define INSTANTIATE(S)                                                                            \
+  template void evaluate_held(const ElasticBody&, const ElasticModel&,                            \
+                              const std::vector<JointBodyOf<S>>&, const ElasticAction&,           \
+                              HeldBodyOf<S>&);                                                    \
+  template HeldBodyOf<S> held_rates(const ElasticBody&, const ElasticModel&,                      \
+                                    const std::vector<JointBodyOf<S>>&, const ElasticAction&,     \
+                                    const HeldBodyOf<S>&, const HeldBodyRate<S>&);                \
+  template Eigen::MatrixX<S> held_mass(const ElasticModel&, const HeldBodyOf<S>&);                \
+  template Eigen::MatrixX<S> held_coupling(const FixedInterfaceModes&, const HeldBodyOf<S>&);     \
+  template S mode_mass_rate(const FixedInterfaceModes&, const FixedInterfaceModes&,               \
+                            const HeldBodyOf<S>&, const HeldBodyOf<S>&, const Eigen::VectorX<S>&, \
+                            const Eigen::VectorX<S>&);                                            \
+  template Eigen::MatrixX<S> motions_in_frame(const HeldBodyOf<S>&, const Eigen::MatrixX<S>&);    \
+  template S held_mass_rate(const ElasticModel&, const ElasticModel&, const HeldBodyOf<S>&,       \
                             const HeldBodyOf<S>&, const Eigen::VectorX<S>&);
 INSTANTIATE(double)
 INSTANTIATE(Jet)

@@ -4,6 +4,7 @@
 // core/response/README.md. Rotations are varied as exp(hat δ) R, to second order.
 #include <vector>
 
+#include "core/elements/solid/fixed_interface_modes.hpp"
 #include "core/elements/solid/floating_body.hpp"
 #include "core/mechanism/joint.hpp"
 
@@ -49,6 +50,10 @@ HeldBodyOf<S> held_rates(const ElasticBody& body, const ElasticModel& model,
 template <class S>
 Eigen::MatrixX<S> held_mass(const ElasticModel& model, const HeldBodyOf<S>& held);
 
+/// Mass between (displacement, spin) of the holders and the fixed-interface modes, 6N × m.
+template <class S>
+Eigen::MatrixX<S> held_coupling(const FixedInterfaceModes& modes, const HeldBodyOf<S>& held);
+
 /// Motions of the interfaces, axes of the floating frame, from columns of those of the holders.
 template <class S>
 Eigen::MatrixX<S> motions_in_frame(const HeldBodyOf<S>& held, const Eigen::MatrixX<S>& holders);
@@ -57,5 +62,10 @@ Eigen::MatrixX<S> motions_in_frame(const HeldBodyOf<S>& held, const Eigen::Matri
 template <class S>
 S held_mass_rate(const ElasticModel& model, const ElasticModel& model_rate,
                  const HeldBodyOf<S>& held, const HeldBodyOf<S>& rate, const Eigen::VectorX<S>& y);
+/// Derivative of what modes q add to it.
+template <class S>
+S mode_mass_rate(const FixedInterfaceModes& modes, const FixedInterfaceModes& mode_rates,
+                 const HeldBodyOf<S>& held, const HeldBodyOf<S>& rate, const Eigen::VectorX<S>& y,
+                 const Eigen::VectorX<S>& q);
 
 }  // namespace flexopt

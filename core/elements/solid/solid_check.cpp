@@ -115,19 +115,15 @@ Check check_patches(const ElasticBody& body) {
 }
 
 Check check_imported(const ElasticBody& body) {
-  const auto rows = 6 * static_cast<Eigen::Index>(body.interfaces.size());
-  if (body.imported->modes > 0)
-    return Because(
-        fmt::format("it has {} fixed-interface modes; only the interfaces' own "
-                    "coordinates can be used",
-                    body.imported->modes));
+  const auto rows = 6 * static_cast<Eigen::Index>(body.interfaces.size()) + body.imported->modes;
   if (body.degree != ElasticDegree::linear)
     return Because("matrices hold a linear body: degree 2, not 4");
   for (const MatrixXd* a : {&body.imported->stiffness, &body.imported->mass}) {
     const char* name = a == &body.imported->stiffness ? "stiffness" : "mass";
     if (a->rows() != rows || a->cols() != rows)
-      return Because(fmt::format("its {} is {} × {}; {} interfaces need {} × {}", name, a->rows(),
-                                 a->cols(), body.interfaces.size(), rows, rows));
+      return Because(fmt::format("its {} is {} × {}; {} interfaces and {} modes need {} × {}", name,
+                                 a->rows(), a->cols(), body.interfaces.size(), body.imported->modes,
+                                 rows, rows));
     const double off = (*a - a->transpose()).norm() / a->norm();
     if (!(off <= symmetric_within || a->norm() == 0))
       return Because(fmt::format("its {} is not symmetric: {:.2g} of it, more than {:.0g}", name,

@@ -80,8 +80,9 @@ Condensation::Condensation(const ElasticBody& body) {
   ElasticModel& model = solid.model;
   model.origins = origins_of(body);
   if (body.imported) {
-    model.stiffness = body.imported->stiffness;
-    model.mass = body.imported->mass;
+    const auto rows = 6 * static_cast<Eigen::Index>(body.interfaces.size());
+    model.stiffness = body.imported->stiffness.topLeftCorner(rows, rows);
+    model.mass = body.imported->mass.topLeftCorner(rows, rows);
   } else {
     reduce(body);
   }

@@ -41,6 +41,23 @@ class MovedElastic {
   HeldBodyOf<S> held_;
 };
 
+// What the fixed-interface modes of an elastic body add to the derivatives of yᵀ(K − λM)y.
+// `z`: motions of its holders, those with the ground too.
+template <class S>
+void add_mode_rates(const MechanismFactor::ElasticInside& inside,
+                    const FixedInterfaceModes& mode_rates, const HeldBodyOf<S>& held,
+                    const HeldBodyOf<S>& rate, const Eigen::MatrixX<S>& z,
+                    const Eigen::MatrixX<S>& Y, const Eigen::VectorX<S>& lambda,
+                    Eigen::Ref<Eigen::VectorX<S>> rates) {
+  for (Eigen::Index c = 0; c < Y.cols(); ++c) {
+    const Eigen::VectorX<S> q = Y.col(c).segment(inside.offset, inside.count());
+    const Eigen::VectorX<S> forces = mode_rates.stiffness.lazyProduct(q);
+    rates[c] += q.cwiseProduct(forces).sum();
+    if (lambda[c] != S(0))
+      rates[c] -= lambda[c] * mode_mass_rate<S>(*inside.modes, mode_rates, held, rate, z.col(c), q);
+  }
+}
+
 }  // namespace
 
 template <class S>
@@ -82,6 +99,12 @@ void add_elastic_quadratic_rates(const MechanismFactor& factor, const MechanismS
         if (lambda[c] != S(0))
           rates(c, column) -= lambda[c] * held_mass_rate<S>(moved.model(), *model_rate,
                                                             moved.held(), rate, z.col(c));
+      if (!factor.elastic().empty())
+        add_mode_rates<S>(
+            factor.elastic()[static_cast<std::size_t>(k)],
+            *fixed_interface_mode_rates(moved.body(), directions[p].elastic_bodies[k],
+                                        ElasticBodies::modes_for(factor.frequencies())),
+            moved.held(), rate, z, Y, lambda, rates.col(column));
     }
   }
 }

@@ -44,18 +44,28 @@ std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismP
 
 // Motion of the corners at the surface of each elastic body, for drawing. Interfaces that have
 // turned in the body's frame turn its fields with them to first order alone.
-void add_elastic_motion(const System& system, const VectorXd& q, Mode& mode) {
+void add_elastic_motion(const System& system, const MechanismPencil& pencil, int frequencies,
+                        const VectorXd& phi, Mode& mode) {
   const ElasticBodies& elastic = system.elastic_bodies();
   for (int k = 0; k < elastic.count(); ++k) {
     const CondensedSolid& solid = elastic.solid(k);
     const SolidSurface& surface = solid.surface;
-    const VectorXd d =
-        motions_in_frame<double>(elastic.held(k), holder_rows<double>(elastic.body(k), q));
+    const VectorXd d = motions_in_frame<double>(
+        elastic.held(k), holder_rows<double>(elastic.body(k), phi.head(pencil.bodies)));
+    VectorXd q;
+    if (pencil.leaves.size() > static_cast<std::size_t>(system.leaves())) {
+      const MechanismPencil::Leaf& inside =
+          pencil.leaves[static_cast<std::size_t>(system.leaves() + k)];
+      q = phi.segment(inside.first(), inside.modes);
+    }
+    const MatrixXd shapes = q.size() > 0 ? elastic.modes(k, frequencies)->shapes : MatrixXd();
     VectorXd& motion = mode.elastic_motion.emplace_back(3 * surface.corners.size());
-    for (std::size_t c = 0; c < surface.corners.size(); ++c)
-      motion.segment<3>(3 * static_cast<Eigen::Index>(c)) =
-          elastic.held(k).floating.frame.axes *
-          (solid.fields.middleRows<3>(3 * surface.nodes[surface.corners[c]]) * d);
+    for (std::size_t c = 0; c < surface.corners.size(); ++c) {
+      const int row = 3 * surface.nodes[surface.corners[c]];
+      Vector3d u = solid.fields.middleRows<3>(row) * d;
+      if (q.size() > 0) u += shapes.middleRows<3>(row) * q;
+      motion.segment<3>(3 * static_cast<Eigen::Index>(c)) = elastic.held(k).floating.frame.axes * u;
+    }
   }
 }
 
@@ -74,8 +84,8 @@ std::vector<Mode> classify(const MechanismPencil& pencil, const System& system,
   for (Eigen::Index k = 0; k < phi.cols(); ++k) {
     if (options.motions) modes[k].motion = motions.col(k);
     if (!options.shapes) continue;
-    pencil.add_shape(phi.col(k), modes[k]);
-    add_elastic_motion(system, phi.col(k).head(pencil.bodies), modes[k]);
+    pencil.add_shape(system, phi.col(k), modes[k]);
+    add_elastic_motion(system, pencil, options.count, phi.col(k), modes[k]);
   }
   return modes;
 }

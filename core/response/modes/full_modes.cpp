@@ -326,7 +326,7 @@ std::optional<FullModeLists> modes_of_border(const MechanismFactor& factor, int 
     found.phi = factor.static_motion(pairs.vectors.topRows(pencil.bodies));
     for (std::size_t i = 0; i < pencil.leaves.size(); ++i) {
       const MatrixXd& unknowns = internal->unknowns[i];
-      found.phi.middleRows(factor.leaves()[i].offset, unknowns.rows()).noalias() +=
+      found.phi.middleRows(internal->offsets[i], unknowns.rows()).noalias() +=
           unknowns * pairs.vectors.middleRows(pencil.leaves[i].first(), unknowns.cols());
     }
     found.phi.bottomRows(factor.conditions()) = multipliers_of(factor, pencil, drive_locked, pairs);

@@ -8,24 +8,35 @@
 
 namespace flexopt {
 
-Answer<MechanismFactor> MechanismFactor::of(System& system) {
+Answer<MechanismFactor> MechanismFactor::of(System& system, int frequencies) {
   std::vector<std::shared_ptr<const LeafLinear>> leaves;
   for (int i = 0; i < system.leaves(); ++i) {
     auto leaf = system.leaf(i).linearise();
     if (!leaf) return Because(fmt::format("leaf {}: {}", i, leaf.error()));
     leaves.push_back(std::move(*leaf));
   }
-  return MechanismFactor(system, std::move(leaves));
+  return MechanismFactor(system, std::move(leaves), frequencies);
 }
 
 MechanismFactor::MechanismFactor(System& system,
-                                 std::vector<std::shared_ptr<const LeafLinear>> leaves)
+                                 std::vector<std::shared_ptr<const LeafLinear>> leaves,
+                                 int frequencies)
     : system_(&system),
       bodies_(system.size()),
       size_(system.size()),
+      frequencies_(frequencies),
       tangent_(system, false),
       locked_tangent_(system, true) {
   for (int i = 0; i < system.leaves(); ++i) add_leaf(system, i, std::move(leaves[i]));
+  const ElasticBodies& bodies = system.elastic_bodies();
+  for (int k = 0; k < bodies.count() && frequencies > 0; ++k) {
+    auto modes = bodies.modes(k, frequencies);
+    MatrixXd coupling = held_coupling(*modes, bodies.held(k));
+    elastic_.push_back({size_, std::move(modes), std::move(coupling), {}});
+    ElasticInside& inside = elastic_.back();
+    if (inside.count() > 0) inside.stiffness.compute(inside.modes->stiffness);
+    size_ += inside.count();
+  }
   size_ += conditions();
   body_mass_ = system.body_mass();
   MatrixXd forces = MatrixXd::Zero(size_, drives());
@@ -165,6 +176,10 @@ MatrixXd MechanismFactor::expanded(const MatrixXd& B, const MatrixXd& q) const {
     }
     Y.middleRows(leaf.offset, leaf.rows.unknowns) = x;
   }
+  for (const ElasticInside& inside : elastic_)
+    if (inside.count() > 0)
+      Y.middleRows(inside.offset, inside.count()) =
+          inside.stiffness.solve(B.middleRows(inside.offset, inside.count()));
   return Y;
 }
 
@@ -194,6 +209,15 @@ MatrixXd MechanismFactor::mass(const MatrixXd& B) const {
     add_leaf_force(leaf, leaf.linear->scale().mass,
                    leaf.rows.body_rows(leaf.linear->mass_times(edges)), Y);
   }
+  for (std::size_t k = 0; k < elastic_.size(); ++k) {
+    const ElasticInside& inside = elastic_[k];
+    const ElasticBody& body = system_->elastic_bodies().body(static_cast<int>(k));
+    const auto q = B.middleRows(inside.offset, inside.count());
+    add_holder_forces(body, MatrixXd(inside.coupling * q), Y);
+    Y.middleRows(inside.offset, inside.count()) =
+        inside.coupling.transpose() * holder_rows<double>(body, B.topRows(bodies_)) +
+        inside.modes->mass * q;
+  }
   clear_held(Y);
   return Y;
 }
@@ -202,6 +226,8 @@ MatrixXd MechanismFactor::motion(const MatrixXd& Y) const {
   std::vector<MatrixXd> parts{body_motions(*system_, Y.topRows(bodies_))};
   for (const Leaf& leaf : leaves_)
     parts.push_back(leaf.linear->station_motion(leaf.rows.edge_rows(leaf_rows(leaf, Y))));
+  for (const ElasticInside& inside : elastic_)
+    parts.push_back(inside.modes->root_of_mass() * Y.middleRows(inside.offset, inside.count()));
   return stacked(parts);
 }
 

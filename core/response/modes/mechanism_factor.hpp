@@ -10,19 +10,22 @@
 #include "core/elements/leaf/leaf_rows.hpp"
 #include "core/equilibrium/free_motions.hpp"
 #include "core/math/answer.hpp"
+#include "core/math/decompositions.hpp"
 #include "core/math/lanczos.hpp"
 
 namespace flexopt {
 
 /// Vectors are (displacement, spin) of every body, then of every leaf its internal unknowns and the
-/// force at its material point, if it has one, then the multipliers of the joints and of the drives
-/// that are no coordinates. The row of such a force or multiplier is its condition. Free drives
-/// have no multiplier, and nothing counts in its row.
+/// force at its material point, if it has one, then of every elastic body its fixed-interface
+/// modes, then the multipliers of the joints and of the drives that are no coordinates. The row of
+/// such a force or multiplier is its condition. Free drives have no multiplier, and nothing counts
+/// in its row.
 class MechanismFactor {
  public:
   /// The system must be assembled at an equilibrium; its state is kept. None where a leaf has no
-  /// linearised interior.
-  static Answer<MechanismFactor> of(System& system);
+  /// linearised interior. Elastic bodies have fixed-interface modes for so many frequencies; for 0
+  /// none.
+  static Answer<MechanismFactor> of(System& system, int frequencies = 0);
 
   int size() const { return size_; }
   int bodies() const { return bodies_; }                             ///< coordinates of the bodies
@@ -69,6 +72,18 @@ class MechanismFactor {
     int row(const Side& side) const { return rows.internal() + side.column; }
   };
   const std::vector<Leaf>& leaves() const { return leaves_; }
+  struct ElasticInside {
+    int offset;  ///< of the modes in a vector
+    std::shared_ptr<const FixedInterfaceModes> modes;
+    MatrixXd coupling;  ///< held_coupling()
+    Lu stiffness;
+
+    int count() const { return static_cast<int>(modes->count()); }
+  };
+  /// Of every elastic body; none for 0 frequencies.
+  const std::vector<ElasticInside>& elastic() const { return elastic_; }
+  /// For how many frequencies elastic bodies have modes.
+  int frequencies() const { return frequencies_; }
   /// Forces B on the bodies and the conditions, those on the leaves carried there by their static
   /// shapes.
   MatrixXd condensed(const MatrixXd& B) const;
@@ -91,15 +106,17 @@ class MechanismFactor {
   void clear_held(MatrixXd& Y) const;
 
  private:
-  MechanismFactor(System& system, std::vector<std::shared_ptr<const LeafLinear>> leaves);
+  MechanismFactor(System& system, std::vector<std::shared_ptr<const LeafLinear>> leaves,
+                  int frequencies);
   void add_leaf(const System& system, int i, std::shared_ptr<const LeafLinear> linear);
   /// Motions of all unknowns from the motions q of the bodies and the multipliers; those of the
   /// leaves follow from q and their forces in B.
   MatrixXd expanded(const MatrixXd& B, const MatrixXd& q) const;
 
   const System* system_;
-  int bodies_ = 0, size_ = 0;
+  int bodies_ = 0, size_ = 0, frequencies_ = 0;
   std::vector<Leaf> leaves_;
+  std::vector<ElasticInside> elastic_;
   TangentFactor tangent_, locked_tangent_;  ///< of the bodies and the conditions
   MatrixXd drive_answers_, drive_compliance_;
   BlockMatrix body_mass_;

@@ -27,11 +27,13 @@ MatrixXd MechanismPencil::motions(const System& system, const MatrixXd& phi) con
   return stacked(parts);
 }
 
-void MechanismPencil::add_shape(const VectorXd& phi, Mode& mode) const {
+void MechanismPencil::add_shape(const System& system, const VectorXd& phi, Mode& mode) const {
   mode.body_motion = phi.head(bodies);
-  for (const Leaf& leaf : leaves)
+  for (int i = 0; i < system.leaves(); ++i) {
+    const Leaf& leaf = leaves[static_cast<std::size_t>(i)];
     mode.leaf_motion.push_back(leaf.shape.rows() > 0 ? leaf.shape * phi(leaf.coordinates)
                                                      : VectorXd());
+  }
 }
 
 namespace {
@@ -85,6 +87,34 @@ void add_leaf(const System& system, const LeafDynamics& leaf, bool motions,
   pencil.size += k;
 }
 
+// Adds the modes of the elastic bodies. Without them no leaf has any either.
+void add_elastic_modes(const System& system, int frequencies, MechanismPencil& pencil) {
+  const ElasticBodies& elastic = system.elastic_bodies();
+  for (int k = 0; k < elastic.count() && frequencies > 0; ++k) {
+    const std::shared_ptr<const FixedInterfaceModes> modes = elastic.modes(k, frequencies);
+    const MatrixXd coupling = held_coupling(*modes, elastic.held(k));
+    MechanismPencil::Leaf part;
+    part.modes = static_cast<int>(modes->count());
+    std::vector<int> kept;  // rows of holders that move
+    for (std::size_t a = 0; a < elastic.body(k).interfaces.size(); ++a)
+      if (const int b = elastic.body(k).interfaces[a].body; b >= 0)
+        for (int d = 0; d < 6; ++d) {
+          kept.push_back(6 * static_cast<int>(a) + d);
+          part.coordinates.push_back(6 * b + d);
+        }
+    for (int m = 0; m < part.modes; ++m) part.coordinates.push_back(pencil.size++);
+    const auto edges = static_cast<Eigen::Index>(kept.size());
+    part.mass = MatrixXd::Zero(edges + part.modes, edges + part.modes);
+    part.mass.topRightCorner(edges, part.modes) = coupling(kept, Eigen::all);
+    part.mass.bottomLeftCorner(part.modes, edges) = coupling(kept, Eigen::all).transpose();
+    part.mass.bottomRightCorner(part.modes, part.modes) = modes->mass;
+    part.stiffness = modes->stiffness;
+    part.stations = MatrixXd::Zero(part.modes, edges + part.modes);
+    part.stations.rightCols(part.modes) = modes->root_of_mass();
+    pencil.leaves.push_back(std::move(part));
+  }
+}
+
 }  // namespace
 
 MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_modes,
@@ -97,16 +127,23 @@ MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_mo
                                    : system.leaf(i).dynamics(request),
              options.motions, pencil);
   }
+  add_elastic_modes(system, options.leaf_modes > 0 ? options.count : 0, pencil);
   return pencil;
 }
 
 std::optional<InternalPencil> internal_pencil(const MechanismFactor& factor) {
-  InternalPencil found{without_leaves(factor.system()), {}};
+  InternalPencil found{without_leaves(factor.system()), {}, {}};
   for (const MechanismFactor::Leaf& leaf : factor.leaves()) {
     std::optional<InternalMotions> motions = leaf.linear->internal_motions();
     if (!motions) return std::nullopt;
     add_leaf(factor.system(), motions->dynamics, false, found.pencil);
     found.unknowns.push_back(std::move(motions->unknowns));
+    found.offsets.push_back(leaf.offset);
+  }
+  add_elastic_modes(factor.system(), factor.frequencies(), found.pencil);
+  for (const MechanismFactor::ElasticInside& inside : factor.elastic()) {
+    found.unknowns.push_back(MatrixXd::Identity(inside.count(), inside.count()));
+    found.offsets.push_back(inside.offset);
   }
   return found;
 }

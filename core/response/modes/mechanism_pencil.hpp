@@ -14,14 +14,16 @@ namespace flexopt {
 /// Number of coordinates from which the lowest pairs are computed in Krylov spaces.
 inline constexpr int krylov_from = 150;
 
-/// Coordinates: those of the bodies, internal ones of leaf 0, of leaf 1, …
+/// Coordinates: those of the bodies, internal ones of leaf 0, of leaf 1, …, the fixed-interface
+/// modes of the elastic bodies.
 struct MechanismPencil {
   int size = 0;
   int bodies = 0;        ///< coordinates of the bodies
   BlockMatrix K_bodies;  ///< the leaves add a block each beside it: no coupling
-  BlockMatrix M_bodies;  ///< of the rigid bodies alone
+  BlockMatrix M_bodies;  ///< of the rigid and elastic bodies alone
   VectorXd highest;      ///< highest kept mode of each leaf [Hz]
   double check = 0;
+  /// A leaf, or behind the leaves what the modes of an elastic body add.
   struct Leaf {
     std::vector<int> coordinates;  ///< of its bodies, its point and its modes in the pencil
     int modes;                     ///< the last of them
@@ -29,15 +31,15 @@ struct MechanismPencil {
     MatrixXd stations, shape;
 
     Eigen::Index boundary() const { return mass.rows() - modes; }
-    /// Index of the first mode of the leaf in the pencil.
-    int first() const { return coordinates[boundary()]; }
+    /// Index of the first mode of the leaf in the pencil; 0 if it has none.
+    int first() const { return modes > 0 ? coordinates[boundary()] : 0; }
   };
   std::vector<Leaf> leaves;
 
   MatrixXd mass_times(const MatrixXd& X) const;
   /// Mode::motion for every column.
   MatrixXd motions(const System& system, const MatrixXd& phi) const;
-  void add_shape(const VectorXd& phi, Mode& mode) const;
+  void add_shape(const System& system, const VectorXd& phi, Mode& mode) const;
 };
 
 /// The system must be assembled at an equilibrium. `leaf_modes`: of each leaf.
@@ -46,7 +48,9 @@ MechanismPencil mechanism_pencil(System& system, const std::vector<int>& leaf_mo
 /// Pencil of a mechanism whose leaves all know their internal motions; nothing for others.
 struct InternalPencil {
   MechanismPencil pencil;
-  std::vector<MatrixXd> unknowns;  ///< InternalMotions::unknowns of each leaf
+  /// InternalMotions::unknowns of each leaf, and 1 of the modes of each elastic body.
+  std::vector<MatrixXd> unknowns;
+  std::vector<int> offsets;  ///< of these unknowns in a vector of the factor
 };
 std::optional<InternalPencil> internal_pencil(const MechanismFactor& factor);
 

@@ -79,9 +79,12 @@ RigidMotion rigid_motion(const MechanismFactor& factor) {
   for (int k = 0; k < elastic.count(); ++k) {
     const MatrixXd moved = holder_rows<double>(elastic.body(k), MatrixXd::Zero(factor.bodies(), 6),
                                                MatrixXd::Identity(6, 6));
-    if (!moved.isZero(0))
-      add_holder_forces(elastic.body(k), held_mass(elastic.model(k), elastic.held(k)) * moved,
-                        rigid.inertia.topRows(factor.bodies()));
+    if (moved.isZero(0)) continue;
+    add_holder_forces(elastic.body(k), held_mass(elastic.model(k), elastic.held(k)) * moved,
+                      rigid.inertia.topRows(factor.bodies()));
+    if (factor.elastic().empty()) continue;
+    const MechanismFactor::ElasticInside& inside = factor.elastic()[k];
+    rigid.inertia.middleRows(inside.offset, inside.count()) += inside.coupling.transpose() * moved;
   }
   factor.clear_held(rigid.inertia);
   return rigid;

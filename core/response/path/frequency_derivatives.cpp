@@ -381,7 +381,7 @@ Answer<FrequencyDerivativesResult> frequency_derivatives(const Mechanism& mechan
       loaded = step_to(system, VectorXd::Zero(mechanism.drives.size()), newton);
     if (!loaded.converged) return Because(loaded.message);
   }
-  const Answer<MechanismFactor> factor = MechanismFactor::of(system);
+  const Answer<MechanismFactor> factor = MechanismFactor::of(system, count);
   if (!factor) return Because(factor.error());
   return frequency_derivatives(*factor, count, ways, exact);
 }

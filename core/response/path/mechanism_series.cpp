@@ -186,11 +186,15 @@ void MechanismSeries::expand_springs() {
 void MechanismSeries::expand_elastic_bodies() {
   const ElasticBodies& elastic = factor_->system().elastic_bodies();
   const MechanismState<Jet> state = path();
+  couplings_.clear();
   for (int k = 0; k < elastic.count(); ++k) {
     const ElasticBody& body = elastic.body(k);
     HeldBodyOf<Jet> held;
     evaluate_held(body, elastic.model(k), holders_of(body, state.bodies), elastic.action(), held);
     const Eigen::MatrixX<Jet> M = held_mass(elastic.model(k), held);
+    if (!factor_->elastic().empty())
+      couplings_.push_back(
+          series(held_coupling(*factor_->elastic()[static_cast<std::size_t>(k)].modes, held)));
     for (int o = 0; o < 3; ++o) {
       add_holder_forces(body, VectorXd(coefficients(held.force, o)), springs_.force[o]);
       add_between(coefficients(held.tangent, o), body, springs_.tangent[o]);
@@ -250,6 +254,9 @@ Series<MatrixXd> MechanismSeries::bordered_tangent_times(const MatrixXd& Y, int 
     result[o].topRows(bodies_) += springs_.tangent[o] * Y.topRows(bodies_);
     factor_->clear_held(result[o]);
   }
+  for (const MechanismFactor::ElasticInside& inside : factor_->elastic())
+    result[0].middleRows(inside.offset, inside.count()) +=
+        inside.modes->stiffness * Y.middleRows(inside.offset, inside.count());
   return result;
 }
 
@@ -259,6 +266,15 @@ Series<MatrixXd> MechanismSeries::mass_times(const MatrixXd& Y, int orders) cons
   });
   for (int o = 0; o < orders; ++o) {
     result[o].topRows(bodies_) += body_mass_[o] * Y.topRows(bodies_);
+    for (std::size_t k = 0; k < couplings_.size(); ++k) {
+      const MechanismFactor::ElasticInside& inside = factor_->elastic()[k];
+      const ElasticBody& body = factor_->system().elastic_bodies().body(static_cast<int>(k));
+      const auto q = Y.middleRows(inside.offset, inside.count());
+      auto rows = result[o].middleRows(inside.offset, inside.count());
+      rows += couplings_[k][o].transpose() * holder_rows<double>(body, Y.topRows(bodies_));
+      if (o == 0) rows += inside.modes->mass * q;
+      add_holder_forces(body, MatrixXd(couplings_[k][o] * q), result[o]);
+    }
     factor_->clear_held(result[o]);
   }
   return result;

@@ -84,6 +84,7 @@ class MechanismSeries {
   std::vector<Series<Vector3d>> place_, turn_;  ///< of every body: reference point, rotation vector
   std::vector<Series<Matrix3d>> rotation_;
   Series<BlockMatrix> body_mass_;
+  std::vector<Series<MatrixXd>> couplings_;  ///< held_coupling() of every elastic body with modes
 };
 
 }  // namespace flexopt

@@ -184,8 +184,18 @@ bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullMode
   return model.has_value();
 }
 
+int PointOutputs::vibrations(std::size_t index) const {
+  constexpr int of_dynamics = 6;  // of a band whose frequencies nobody has asked for
+  int count = request_->wants_frequencies() || request_->wants_frequency_derivatives()
+                  ? request_->frequencies
+                  : 0;
+  if (request_->wants_dynamics()) count = std::max(count, of_dynamics);
+  if (request_->wants_state_space(index)) count = std::max(count, request_->state_space->modes);
+  return count;
+}
+
 void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& point) {
-  const Answer<MechanismFactor> linear = MechanismFactor::of(system);
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system, vibrations(index));
   if (!linear) return refuse(point, linear.error());
   const MechanismFactor& factor = *linear;
   if (request_->wants_dynamics())
@@ -208,7 +218,7 @@ Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids
     refuse(point, reason);
     return Check();
   };
-  const Answer<MechanismFactor> linear = MechanismFactor::of(system);
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system, vibrations(index));
   if (!linear) return refused(linear.error());
   const MechanismFactor& factor = *linear;
   DynamicsMeasures dynamics;

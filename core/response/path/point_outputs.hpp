@@ -69,6 +69,8 @@ class PointOutputs {
   bool add_transfers(const MechanismFactor& factor, PathPoint& point);
   bool add_state_space(const MechanismFactor& factor, const FullModes& free, std::size_t index,
                        PathPoint& point);
+  /// For how many frequencies a point's factor has modes of elastic bodies.
+  int vibrations(std::size_t index) const;
   Check evaluate_differentiable(System& system, const Solids* solids, std::size_t index,
                                 PathPoint& point, PointGradients* gradients);
 
