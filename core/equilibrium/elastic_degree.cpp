@@ -17,12 +17,19 @@ constexpr double largest_share(ElasticDegree degree) {
   return degree == ElasticDegree::linear ? 0.3 : 3;
 }
 
-// With C = K⁻¹ the compliance of the coordinate d_i changes by -(C (A·e) C)_ii.
-double change_of_compliance(const MatrixXd& basis, const MatrixXd& K, const MatrixXd& change) {
-  const MatrixXd answers = K.llt().solve(basis.transpose());
-  const VectorXd by = answers.cwiseProduct(change * answers).colwise().sum().transpose(),
-                 of = basis.transpose().cwiseProduct(answers).colwise().sum().transpose();
-  return by.cwiseAbs().cwiseQuotient(of).maxCoeff();
+// The largest |vᵀ (A·e) v| / vᵀ K v of the principal motions v of K, in which turns count by a
+// length that makes them as stiff as displacements. Stretch, bending and twist are apart in these,
+// so that a prestress counts, and not how a bent body couples them, which is of second order.
+double softening(const MatrixXd& K, const MatrixXd& change) {
+  VectorXd unit = VectorXd::Ones(K.rows());
+  double turns = 0, displacements = 0;
+  for (Eigen::Index k = 0; k < K.rows(); ++k) (k % 6 < 3 ? displacements : turns) += K(k, k);
+  for (Eigen::Index k = 0; k < K.rows(); ++k)
+    if (k % 6 >= 3) unit[k] = std::sqrt(displacements / turns);
+  const SymmetricEigen principal(unit.asDiagonal() * K * unit.asDiagonal());
+  const MatrixXd v = unit.asDiagonal() * principal.eigenvectors();
+  const VectorXd by = v.cwiseProduct(change * v).colwise().sum().transpose();
+  return by.cwiseQuotient(principal.eigenvalues()).cwiseAbs().maxCoeff();
 }
 
 }  // namespace
@@ -40,7 +47,7 @@ std::optional<double> geometric_share(const ElasticBodies& bodies, int k) {
   if (!model.quartic.empty()) return SymmetricEigen(change, K).eigenvalues().cwiseAbs().maxCoeff();
   const VectorXd second = 0.5 * (change * e);
   return std::max(std::sqrt(second.dot(K.llt().solve(second)) / first),
-                  std::sqrt(change_of_compliance(basis, K, change)));
+                  std::sqrt(softening(K, change)));
 }
 
 double share_over_limit(const ElasticBody& body, double share) {
