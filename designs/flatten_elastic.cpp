@@ -278,7 +278,10 @@ int Flattener<S>::hold(int elastic, const std::string& local, FlatInterface<S> i
     throw SpecError(interface.source.pointer, "\"" + name + "\"",
                     "another interface has this name");
   interface.patch.name = name;
-  if (of.rigid && carrier && *carrier != of.frame) {
+  const auto tied = [&](const FlatJoint<S>& joint) {
+    return joint.type == JointType::rigid && joint.body == of.frame && joint.other == *carrier;
+  };
+  if (of.rigid && carrier && *carrier != of.frame && std::ranges::none_of(out_.joints, tied)) {
     FlatJoint<S> joint;
     joint.name = name;
     joint.source = interface.source;

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <string>
 #include <vector>
 
 #include "core/math/sparse_rank.hpp"
@@ -80,6 +82,33 @@ class FixedMotions {
   std::vector<VectorXd> rows_;
 };
 
+// Rigid joints that tie a body to the ground, by their names; none where they do not.
+std::vector<std::string> ties_to_ground(const Mechanism& mechanism, int body) {
+  std::vector<std::vector<std::string>> ties(mechanism.bodies.size());
+  std::vector<int> reached{body};
+  for (std::size_t k = 0; k < reached.size(); ++k)
+    for (const Joint& joint : mechanism.joints) {
+      if (joint.type != JointType::rigid || (joint.body != reached[k] && joint.other != reached[k]))
+        continue;
+      const int next = joint.body == reached[k] ? joint.other : joint.body;
+      std::vector<std::string> way = ties[static_cast<std::size_t>(reached[k])];
+      way.push_back(joint.name);
+      if (next == ground) return way;
+      if (std::find(reached.begin(), reached.end(), next) != reached.end()) continue;
+      ties[static_cast<std::size_t>(next)] = std::move(way);
+      reached.push_back(next);
+    }
+  return {};
+}
+
+// Why a body cannot follow a drive.
+std::string held_by(const Mechanism& mechanism, int body, const std::string& joints) {
+  const std::vector<std::string> ties = ties_to_ground(mechanism, body);
+  if (ties.empty()) return joints;
+  return fmt::format("{} is one rigid body with the ground, by {}", mechanism.bodies[body].name,
+                     fmt::join(ties, ", "));
+}
+
 }  // namespace
 
 Check check_joints(const Mechanism& mechanism) {
@@ -111,10 +140,13 @@ Check check_joints(const Mechanism& mechanism) {
     const Drive& drive = drives[k];
     if (fixed.add(condition_of(mechanism, drive))) continue;
     if (k == 0 && drive.body == mechanism.end_effector && drive.other == ground)
-      return Because("the joints hold the end-effector in the direction of the drive");
+      return Because(held_by(mechanism, drive.body,
+                             "the joints hold the end-effector in the direction of the drive"));
     const std::string who = drive.name.empty() ? "the drive" : "drive " + drive.name;
-    return Because(who +
-                   (k == 0 ? ": the joints hold it" : ": joints and other drives already hold it"));
+    return Because(
+        who + ": " +
+        held_by(mechanism, drive.body,
+                k == 0 ? "the joints hold it" : "joints and other drives already hold it"));
   }
   return {};
 }

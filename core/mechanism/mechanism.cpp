@@ -13,6 +13,7 @@
 #include "core/mechanism/drive.hpp"
 #include "core/mechanism/fold_corner.hpp"
 #include "core/mechanism/joint.hpp"
+#include "core/mechanism/leaf_in_solid.hpp"
 #include "core/mechanism/loose_direction.hpp"
 #include "core/mechanism/profile.hpp"
 #include "core/mechanism/spring.hpp"
@@ -413,6 +414,7 @@ Check check_rules(const Mechanism& mechanism) {
     return Because(
         fmt::format("{} and {} intersect when undeflected; leaves with \"may_cross\" may",
                     mechanism.leaves[pair->second].name, mechanism.leaves[pair->first].name));
+  if (Check kept = check_leaves_outside(mechanism); !kept) return kept;
   return check_directions(mechanism);
 }
 

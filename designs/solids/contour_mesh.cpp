@@ -114,6 +114,7 @@ PlaneSizes triangle_sizes(const ContoursT<double>& contours, const ContourPlacin
         of += (p[0] * q[1] - p[1] * q[0]) / 2;
     area += k == 0 ? std::abs(of) : -std::abs(of);
   }
+  const double small = 0.01 * std::sqrt(area);  // at the corners of patches
   PlaneSizes sizes(density.size > 0 ? density.size : 0.11 * std::sqrt(area),
                    std::min(0.5, std::log(density.growth)));
   std::vector<Chord> lines;
@@ -126,7 +127,8 @@ PlaneSizes triangle_sizes(const ContoursT<double>& contours, const ContourPlacin
     const auto corners = placing.outline.corners(static_cast<int>(p), patches[p]);
     const double u = (corners[1] - corners[0]).norm(), v = (corners[2] - corners[1]).norm();
     const bool is_flat = placing.outline.faces[p] == PatchFace::flat;
-    const double size = density.root > 0 ? density.root : is_flat ? std::min(u, v) / 2 : u;
+    const double size =
+        density.root > 0 ? density.root : std::min(is_flat ? std::min(u, v) / 2 : u, small);
     for (const auto& corner : corners) sizes.add({corner, size});
   }
   sizes.finish(density.coarsening);
@@ -291,8 +293,6 @@ Answer<SolidPlan> plan_contour_mesh(const PlateShapeT<double>& nominal,
                                     const std::vector<PatchT<double>>& patches,
                                     const MeshDensity& density) {
   const ContoursT<double> contours = contours_of(nominal);
-  if (const Check check = check_contours(contours, nominal.windows.size()); !check)
-    return Because(check.error());
   Point2<double> low = contours.curves[0].from, high = low;
   for (const auto& curve : contours.curves) {
     low = low.cwiseMin(curve.from);

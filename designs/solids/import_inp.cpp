@@ -65,6 +65,8 @@ class InpReader {
         read_element();
       else if (set_ != nullptr)
         read_set(text);
+      else
+        read_material();
     }
     expect_whole_element();
     for (const auto& [name, labels] : node_sets_) mesh_.add_to_set(name, labels);
@@ -141,6 +143,17 @@ class InpReader {
       surface_nodes_[element_[0]] = nodes;
     }
     element_.clear();
+  }
+
+  /// The first line of a constant of the material.
+  void read_material() {
+    if (card_ == "ELASTIC" && !options_.contains("TYPE")) {
+      const std::vector<double>& numbers = lines_.numbers(2);
+      mesh_.set_elastic(numbers[0], numbers[1]);
+    } else if (card_ == "DENSITY") {
+      mesh_.set_density(lines_.numbers(1)[0]);
+    }
+    card_.clear();
   }
 
   void expect_whole_element() {

@@ -1,5 +1,6 @@
 #pragma once
 // Meshes of other programs: .inp of CalculiX and Abaqus, .msh of Gmsh (2.2 and 4.1, text).
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct ImportedMesh {
   /// Node sets and sets of surface elements (.inp), physical surfaces (.msh), as far as their nodes
   /// are those of cells. None of the same name.
   std::vector<Set> sets;
+  /// What the file says of the material, if its forces are in N: E [Pa], ν, density [kg/m³].
+  std::optional<double> youngs_modulus, poissons_ratio, density;
   /// What the file holds beside and the mesh does not need, a sentence each, for the report.
   std::vector<std::string> skipped;
 };

@@ -18,6 +18,12 @@ class MeshGatherer {
   /// Labels in the order of SolidCell.
   void add_cell(const NumberedLines& lines, SolidCell cell, const std::vector<int>& labels);
   void add_to_set(const std::string& name, const std::vector<int>& labels);
+  /// Of the material, in units of the file.
+  void set_elastic(double modulus, double ratio) {
+    mesh_.youngs_modulus = modulus / (unit_ * unit_);
+    mesh_.poissons_ratio = ratio;
+  }
+  void set_density(double density) { mesh_.density = density / (unit_ * unit_ * unit_ * unit_); }
   void skip(std::string what) { mesh_.skipped.push_back(std::move(what)); }
 
   /// The mesh, with nodes of cells alone.

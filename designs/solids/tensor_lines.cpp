@@ -127,9 +127,9 @@ std::vector<Plane> distinct_planes(const std::vector<double>& places,
   return planes;
 }
 
-/// Sizes wanted beside the planes of patches: a fifth of the patch at its sides, of its smaller
-/// side below it; half of one that is small. A side at the edge of the body needs none. Infinite
-/// for planes of the shape.
+/// Sizes wanted beside the planes of patches: `small` at its sides and below it, where a rigid
+/// patch ends in a singular stress, or half of a patch that is small itself. A side at the edge of
+/// the body needs none. Infinite for planes of the shape.
 std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& planes, double root,
                                                     double small, double tolerance) {
   std::array<std::vector<double>, 3> wanted;
@@ -149,7 +149,7 @@ std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& plane
         const double outside = std::min(planes.at[d][key] - *low, *high - planes.at[d][key]);
         if (width[d] < INFINITY && outside < tolerance) continue;
         const double own = width[d] < INFINITY ? width[d] : width.minCoeff();
-        wanted[d][key] = root > 0 ? root : std::max(own / 5, std::min(own / 2, small));
+        wanted[d][key] = root > 0 ? root : std::min(own / 2, small);
       }
     }
   }

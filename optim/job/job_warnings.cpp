@@ -12,7 +12,7 @@
 
 #include "core/mechanism/body_inertia.hpp"
 #include "core/mechanism/mobility.hpp"
-#include "designs/design_plan.hpp"
+#include "designs/elastic_item.hpp"
 #include "optim/job/job_sections.hpp"
 
 namespace flexopt {
@@ -308,10 +308,87 @@ void look_at_mass(Looked& at) {
            {}});
 }
 
+/// What is written of elastic bodies.
+void look_at_elastic_bodies(Looked& at, const DesignPlan& plan) {
+  for (const BodyItem& body : plan.bodies) {
+    if (!body.elastic) continue;
+    const std::string place = place_in(plan.source, body.pointer);
+    if (!body.box.empty() && body.density)
+      at.warn({place + "/density",
+               "",
+               "the box of this density weighs in addition to the elastic body",
+               {body.name}});
+    const auto* file = std::get_if<ElasticItem::Imported>(&body.elastic->shape);
+    if (file == nullptr || !file->mesh) continue;
+    const Material own = body.elastic->material ? *body.elastic->material : at.job.design.material;
+    const auto compare = [&](const char* key, const char* unit, double used,
+                             const std::optional<double>& written) {
+      if (written && std::abs(*written / used - 1) > 0.01)
+        at.warn({place + "/elastic/material/" + key,
+                 with_unit(used, unit),
+                 fmt::format("the file of the mesh has {}", with_unit(*written, unit)),
+                 {body.name}});
+    };
+    compare("youngs_modulus", "Pa", own.youngs_modulus, file->mesh->youngs_modulus);
+    compare("poissons_ratio", "1", own.poissons_ratio, file->mesh->poissons_ratio);
+    compare("density", "kg/m^3", own.density, file->mesh->density);
+  }
+  for (const PartItem& part : plan.parts) look_at_elastic_bodies(at, *part.design);
+}
+
+/// How far a place is from the cuboid around the nodes of an interface [m].
+double off_patch(const ElasticBody& body, const ElasticInterface& interface,
+                 const Vector3d& place) {
+  const Vector3d own = body.axes.transpose() * (place - body.place);
+  Vector3d low = Vector3d::Constant(1e300), high = -low;
+  for (const int node : interface.patch) {
+    low = low.cwiseMin(body.nodes[static_cast<std::size_t>(node)]);
+    high = high.cwiseMax(body.nodes[static_cast<std::size_t>(node)]);
+  }
+  return (own - own.cwiseMax(low).cwiseMin(high)).norm();
+}
+
+/// Meshes of files, which alone have no coarse twins: their size, and where leaves meet them.
+void look_at_meshes(Looked& at) {
+  constexpr double odd_size = 50, far = 0.01;  // over the longest leaf; over the body
+  const DesignPlan& plan = *at.family().plan;
+  const double longest = longest_leaf(at.mechanism);
+  for (const ElasticBody& body : at.mechanism.elastic_bodies) {
+    if (!body.cells || body.coarse) continue;
+    const double size = extent(body);
+    if (longest > 0 && std::max(size / longest, longest / size) > odd_size)
+      at.warn({place_of_item(plan, plan.bodies, body.name, "/elastic/mesh/units"),
+               "",
+               fmt::format("the mesh is {} long, the longest leaf {}: probably another unit",
+                           with_unit(size, "m"), with_unit(longest, "m")),
+               {body.name}});
+    for (const LeafSpring& leaf : at.mechanism.leaves)
+      for (const bool tip : {false, true})
+        for (const ElasticInterface& interface : body.interfaces) {
+          if (interface.body < 0 || interface.body != (tip ? leaf.tip : leaf.base) ||
+              at.mechanism.bodies[interface.body].name != body.name + "." + interface.name)
+            continue;
+          const double off = off_patch(body, interface, tip ? leaf.tip_middle() : leaf.origin);
+          if (off > far * size)
+            at.warn({place_of_item(plan, plan.leaves, leaf.name, tip ? "/tip" : "/base"),
+                     "",
+                     fmt::format("the edge is {} off the nodes of {}, which a rigid arm spans",
+                                 with_unit(off, "m"), interface.name),
+                     {leaf.name}});
+        }
+  }
+}
+
+void look_at_elastic_bodies(Looked& at) {
+  look_at_elastic_bodies(at, *at.family().plan);
+  look_at_meshes(at);
+}
+
 /// The rules, in the order in which their warnings are told.
 constexpr void (*warning_rules[])(Looked&) = {
-    look_at_units,  look_at_poissons_ratio, look_at_names,   look_at_drives, look_at_thick_leaves,
-    look_at_strips, look_at_twisted_leaves, look_at_inertia, look_at_mass};
+    look_at_units,        look_at_poissons_ratio, look_at_names,          look_at_drives,
+    look_at_thick_leaves, look_at_strips,         look_at_twisted_leaves, look_at_inertia,
+    look_at_mass,         look_at_elastic_bodies};
 
 std::string text_of(const Warning& w) {
   return fmt::format("{}{}{}: {}.", w.pointer, w.value.empty() ? "" : " = " + w.value,

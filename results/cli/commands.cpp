@@ -34,7 +34,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Job job_of(const CommandLine& line) { return read_job_at(line.job, line.overrides, line.result); }
+Job job_of(const CommandLine& line) try {
+  return read_job_at(line.job, line.overrides, line.result);
+} catch (const SpecError& error) {
+  std::vector<Fault> faults = error.faults();
+  for (Fault& fault : faults)
+    if (line.rigid && fault.pointer == "/design/elastic_bodies")
+      fault = {.rule =
+                   "the design has no elastic bodies but notches, which are hinges: there is "
+                   "nothing to make rigid",
+               .source = "--rigid"};
+  throw SpecError(std::move(faults));
+}
 
 /// The family of that name, or of a design file.
 std::shared_ptr<const Family> family_of(const std::string& name) {

@@ -228,6 +228,12 @@ void keep_log(const Job& job, const RunOptions& run, auto& options) {
 RunRecord run_evaluation(const Job& job, const RunOptions& options, RunListener& listener) {
   if (!options.folder.empty()) write_job(options.folder, job);
   RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
+  constexpr std::size_t long_wait = 20000;  // nodes, beyond which bodies take more than seconds
+  for (const ElasticBody& body : record.mechanism.elastic_bodies)
+    if (body.nodes.size() > long_wait)
+      listener.say(fmt::format(
+          "condensing {}, {} unknowns, which may take minutes: larger \"elements\" take less",
+          body.name, 3 * body.nodes.size()));
   choose_accuracy(listener, record);
   if (follows(options)) {
     follow(options, listener, record);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/elements/solid/solid_condensation.hpp"
 #include "core/elements/solid/solid_element.hpp"
 #include "core/math/rotation.hpp"
 
@@ -307,6 +308,58 @@ void add_cubic(const ElasticBody& body, const MatrixXd& stiffness_fields, Conden
   model.cubic = symmetric_array<3>(m, [&](int i, int j, int k) {
     return T(pair_index(i, j), k) + T(pair_index(j, k), i) + T(pair_index(i, k), j);
   });
+}
+
+// With F = K_fe U on a patch, the work of F_i on s_jk is θ_jᵀ S_i θ_k, S = sym W − (tr W) 1, W = Σ
+// F rᵀ. In the mesh, q_jk : C ε(U_e) is the product of the slopes H_j and H_k σ_e.
+MatrixXd cubic_along(const ElasticBody& body, const CondensedSolid& solid, const VectorXd& local) {
+  const MatrixXd basis = elastic_basis(static_cast<int>(body.interfaces.size()));
+  const VectorXd e = basis.transpose() * local;
+  const Eigen::Index m = e.size();
+  if (const std::vector<double>& cubic = solid.model.cubic; !cubic.empty())
+    return (MatrixXd::Map(cubic.data(), m * m, m) * e).reshaped(m, m);
+  if (!body.cells) return {};
+  MatrixXd combine(m, m + 1);  // the fields of the basis, and the one along e
+  combine << MatrixXd::Identity(m, m), e;
+  const MatrixXd U = solid.fields * (basis * combine),
+                 F = condensation(body)->stiffness_fields * (basis * combine),
+                 theta_of = basis * combine;
+  MatrixXd A = MatrixXd::Zero(m, m), local_fields, slopes(3 * (m + 1), 3), q(6, m), stresses(6, m),
+           H(9, m), along(9, m);
+  for (std::size_t a = 0; a < body.interfaces.size(); ++a) {
+    const auto theta = theta_of.middleRows<3>(6 * static_cast<Eigen::Index>(a) + 3);
+    MatrixXd turned(3, m);  // S_j θ_e
+    Matrix3d S;
+    for (Eigen::Index j = 0; j <= m; ++j) {
+      Matrix3d W = Matrix3d::Zero();
+      for (const int node : body.interfaces[a].patch)
+        W += F.block<3, 1>(3 * node, j) *
+             (body.nodes[static_cast<std::size_t>(node)] - body.interfaces[a].origin).transpose();
+      S = 0.5 * (W + W.transpose()) - W.trace() * Matrix3d::Identity();
+      if (j < m) turned.col(j) = S * theta.col(m);
+    }
+    A += theta.leftCols(m).transpose() * (0.5 * S * theta.leftCols(m) + turned);
+  }
+  const ElasticLaw law(body.material);
+  for_each_cell(*body.cells, [&](SolidCell cell, std::span<const int> nodes) {
+    const CellPlaces places = places_of(body.nodes, nodes);
+    gather_fields(U, nodes, local_fields);
+    for (const ReferencePoint& at : reference_points(cell, SolidRule::energy)) {
+      const SolidPoint point = solid_point(at, places);
+      slopes.noalias() = local_fields * point.gradients.transpose();
+      const Matrix3d of_e = slopes.bottomRows<3>(), stress = point.weight * law.stress(of_e);
+      for (Eigen::Index j = 0; j < m; ++j) {
+        const Matrix3d own = slopes.middleRows<3>(3 * j), product = own.transpose() * of_e;
+        q.col(j) = tensor_column(0.5 * (product + product.transpose()));
+        stresses.col(j) = tensor_column(point.weight * law.stress(own));
+        H.col(j) = own.reshaped();
+        along.col(j) = (own * stress).reshaped();
+      }
+      A.noalias() += q.transpose() * stresses;
+      A.noalias() += 0.5 * H.transpose() * along;
+    }
+  });
+  return A + A.transpose();
 }
 
 void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,

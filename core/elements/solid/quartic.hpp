@@ -23,6 +23,10 @@ void add_quartic(const ElasticBody& body, const HeldSolve& solve, CondensedSolid
 /// it may deform. `stiffness_fields`: K_fe Φ, 3n × 6N.
 void add_cubic(const ElasticBody& body, const MatrixXd& stiffness_fields, CondensedSolid& solid);
 
+/// A[e, ·, ·] on the basis, for coordinates d: from `cubic` where that is known, else of a linear
+/// body from its mesh. Empty for imported matrices.
+MatrixXd cubic_along(const ElasticBody& body, const CondensedSolid& solid, const VectorXd& local);
+
 /// Adds the rates of `cubic` and `quartic` along a change of the body to `rate`, and those of the
 /// second-order fields to `fields`, where that of Φ is.
 void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,

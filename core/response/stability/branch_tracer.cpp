@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/equilibrium/elastic_degree.hpp"
 #include "core/equilibrium/stroke_path.hpp"
 
 namespace flexopt {
@@ -89,7 +90,8 @@ BranchTracer::Look BranchTracer::look(int side, const VectorXd& start, bool behi
   // them: P·u̇ = u̇ᵀK u̇ > 0
   here.along = {side / size * bodies, side / size};
   here.rate = std::make_unique<StiffnessRate>(factor, still_, *model_, branch_->named());
-  here.rate->set_direction(side / size * state, side / size);
+  here.load = side / size;
+  here.rate->set_direction(here.load * state, here.load);
   static_cast<Softening&>(here) = soften(factor, *here.rate, branch_->locked(), start, behind);
   return here;
 }
@@ -350,6 +352,24 @@ std::string BranchTracer::passed_by() const {
 std::string BranchTracer::shown(double factor) const {
   return unit_ == 0 ? fmt::format("a factor of {:.4g}", factor)
                     : fmt::format("a load of {:.4g}", factor * unit_);
+}
+
+// φᵀ(K + (A·e))φ vanishes at a factor that is off by about −φᵀ(A·e)φ / φᵀK_λφ.
+Check BranchTracer::check_bodies() const {
+  const ElasticBodies& bodies = branch_->system().elastic_bodies();
+  if (bodies.count() == 0) return {};
+  const VectorXd& mode = critical_->ahead->mode;
+  const double rate = critical_->rate->forms(mode)(0, 0) / critical_->load;
+  for (int k = 0; k < bodies.count(); ++k) {
+    if (Check holds = check_share(bodies.body(k), geometric_share(bodies, k).value_or(0)); !holds)
+      return holds;
+    const double off = left_out_stiffness(bodies, k, mode.head(critical_->factor->bodies())) / rate;
+    if (const Check holds = check_share(
+            bodies.body(k), std::sqrt(std::abs(off / std::max(1e-3, std::abs(branch_->factor())))));
+        !holds)
+      return Because("in the mode of instability " + holds.error());
+  }
+  return {};
 }
 
 // (S25): the stiffness of the critical mode stays zero.

@@ -37,6 +37,7 @@ class BranchTracer {
     std::unique_ptr<MechanismFactor> factor;
     std::unique_ptr<StiffnessRate> rate;
     BranchDirection along;  ///< per σ
+    double load = 0;        ///< change of the factor that `rate` is for
 
     double estimate(double at, const SoftMode& mode) const { return at + mode.step * along.factor; }
     /// Distance of the factor from that of the singular state ahead.
@@ -51,6 +52,12 @@ class BranchTracer {
   CriticalLoad follow(int side, Look first, double bound);
   /// Whether it was the limit that ended the way.
   bool at_limit() const { return at_limit_; }
+
+  /// Whether elastic bodies hold the singular state that was followed to: it deforms them no
+  /// further than their degrees hold, and what those of degree 2 leave out of the stiffness of its
+  /// mode moves its factor by less than the square of the largest geometric share. The branch
+  /// stands there.
+  Check check_bodies() const;
 
   /// What putting the load on says of a factor that follow() found from `begin`.
   struct Trial {

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cassert>
 #include <utility>
 
+#include "core/equilibrium/elastic_degree.hpp"
 #include "core/equilibrium/elastic_stress.hpp"
 #include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/response/gradients/moving_places.hpp"
@@ -76,6 +76,7 @@ double CapacityLimits::beyond(System& system) {
   double largest = -1;
   stress_.reset();
   support_.reset();
+  too_far_.clear();
   const auto take = [&](const Material& material, const auto& peak_of_part) {
     const std::optional<double>& stated = request_->capacity.stress;
     const std::optional<double>& strength = stated ? stated : material.yield_strength;
@@ -92,6 +93,14 @@ double CapacityLimits::beyond(System& system) {
   for (int k = 0; k < elastic.count(); ++k)
     if (elastic.body(k).cells)
       take(elastic.body(k).material, [&] { return ElasticStress(elastic, k).largest(); });
+  for (int k = 0; k < elastic.count(); ++k) {
+    const double share = geometric_share(elastic, k).value_or(0),
+                 over = share_over_limit(elastic.body(k), share) - 1;
+    if (over <= largest) continue;
+    largest = over;
+    stress_.reset();
+    too_far_ = why_not(check_share(elastic.body(k), share));
+  }
   if (request_->capacity.stiffness_share == 0) return largest;
   const auto now = support_stiffness(system);
   for (std::size_t d = 0; d < 6; ++d) {
@@ -100,6 +109,7 @@ double CapacityLimits::beyond(System& system) {
     if (over <= largest) continue;
     largest = over;
     stress_.reset();
+    too_far_.clear();
     support_ = static_cast<int>(d);
     stiffness_ = *now[d];
   }
@@ -113,8 +123,7 @@ LoadCapacity CapacityLimits::reached() const {
     capacity.stress = stress_;
     capacity.reason = fmt::format("the stress of {} reaches {:.4g} MPa",
                                   *part_of(*stress_, *mechanism_).name, stress_->value / 1e6);
-  } else {
-    assert(support_);
+  } else if (support_) {
     capacity.limit = CapacityLimit::stiffness;
     capacity.support = static_cast<Direction>(*support_);
     capacity.stiffness = stiffness_;
@@ -122,6 +131,8 @@ LoadCapacity CapacityLimits::reached() const {
         "the support stiffness {} falls to {:g} of what it is without "
         "the load",
         direction_names[*support_], request_->capacity.stiffness_share);
+  } else {
+    capacity.reason = too_far_;
   }
   return capacity;
 }
@@ -138,21 +149,22 @@ UnloadedStiffness CapacityLimits::unloaded(System& system, CapacityDirections& d
   return stiffness;
 }
 
-VectorXd CapacityLimits::gradient(LoadBranch& branch, CapacityDirections& design,
-                                  const ModelOptions& model,
-                                  const UnloadedStiffness& unloaded) const {
+std::optional<VectorXd> CapacityLimits::gradient(LoadBranch& branch, CapacityDirections& design,
+                                                 const ModelOptions& model,
+                                                 const UnloadedStiffness& unloaded) const {
+  if (!stress_ && !support_) return std::nullopt;
   const VectorXd load = branch.load();
   const Rates rates = rates_of(branch.system(), design, model, &load);
   const Eigen::Index count = rates.state.cols() - 1;
   if (stress_) {
     MovingFields fields(*rates.factor, *rates.design, rates.state);
     const VectorXd of = stress_rates(fields, *stress_, *mechanism_, request_->stress.fillet);
-    return -of.head(count) / of[count];
+    return VectorXd(-of.head(count) / of[count]);
   }
   const BodyLoad named = branch.named();
   const VectorXd of = stiffness_rates(rates, *support_, &named);
   const VectorXd& without = *unloaded[*support_];
-  return -(of.head(count) - request_->capacity.stiffness_share * without) / of[count];
+  return VectorXd(-(of.head(count) - request_->capacity.stiffness_share * without) / of[count]);
 }
 
 }  // namespace flexopt

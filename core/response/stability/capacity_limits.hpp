@@ -1,7 +1,9 @@
 #pragma once
-// What ends a load's growth beside a singular tangent: stress, and support stiffness that is lost.
+// What ends a load's growth beside a singular tangent: stress, support stiffness that is lost, and
+// elastic bodies that deform further than their degrees hold.
 #include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/response/stability/load_capacity.hpp"
@@ -18,14 +20,17 @@ class CapacityLimits {
 
   /// BranchLimit.
   double beyond(System& system);
-  /// The limit that was decisive in the latest beyond(); its value is left open.
+  /// The limit that was decisive in the latest beyond(); its value is left open. Where a body
+  /// deforms too far it is none, with the reason.
   LoadCapacity reached() const;
 
   UnloadedStiffness unloaded(System& system, CapacityDirections& design,
                              const ModelOptions& model) const;
-  /// Derivatives of the load factor of the branch, which stands at the limit that was found last.
-  VectorXd gradient(LoadBranch& branch, CapacityDirections& design, const ModelOptions& model,
-                    const UnloadedStiffness& unloaded) const;
+  /// Derivatives of the load factor of the branch, which stands at the limit that was found last;
+  /// nothing where a body deforms too far.
+  std::optional<VectorXd> gradient(LoadBranch& branch, CapacityDirections& design,
+                                   const ModelOptions& model,
+                                   const UnloadedStiffness& unloaded) const;
 
  private:
   std::array<std::optional<double>, 6> support_stiffness(const System& system) const;
@@ -36,6 +41,7 @@ class CapacityLimits {
   std::optional<StressPeak> stress_;  ///< the limit is that of this stress, or
   std::optional<int> support_;        ///< of the stiffness in this direction
   double stiffness_ = 0;
+  std::string too_far_;  ///< or which body deforms too far
 };
 
 }  // namespace flexopt

@@ -66,13 +66,14 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
     result.load =
         tracer.follow(side, std::move(first), std::min(bound, std::max(0.0, largest - side * at)));
     if (!result.load.factor) return;
-    if (design) result.gradient = tracer.gradient(*design, of_drives);
-    const BranchTracer::Trial trial = tracer.put_on(begin, *result.load.factor);
-    if (trial.doubt.empty()) return;
+    const Check held = tracer.check_bodies();
+    if (held && design) result.gradient = tracer.gradient(*design, of_drives);
+    const std::string doubt = held ? tracer.put_on(begin, *result.load.factor).doubt : held.error();
+    if (doubt.empty()) return;
     result.gradient.reset();
     result.load.factor.reset();
     result.load.mode.clear();
-    result.load.reason = "a singular tangent is not confirmed: " + trial.doubt;
+    result.load.reason = "a singular tangent is not confirmed: " + doubt;
   };
   follow(1);
   const bool to_largest = result.load.none && branch.factor() >= largest;

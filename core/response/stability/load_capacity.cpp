@@ -96,7 +96,11 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   if (tracer.at_limit()) {
     limits.beyond(branch.system());
     capacity = limits.reached();
-    if (design) result.gradient = size * limits.gradient(branch, *design, model, *unloaded);
+    if (design) result.gradient = limits.gradient(branch, *design, model, *unloaded);
+    if (result.gradient) *result.gradient *= size;
+  } else if (const Check held = tracer.check_bodies(); !held) {
+    capacity.reason = held.error();
+    return result;
   } else {
     capacity.limit = CapacityLimit::instability;
     capacity.fold = end.fold;

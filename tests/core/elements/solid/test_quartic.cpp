@@ -447,3 +447,13 @@ TEST_CASE("a notch hinge of degree 4 is the nonlinear solid to 5 degrees and 0.2
   CHECK(found.ry == Approx(exact.ry).epsilon(tolerance));
   CHECK((found.shift - exact.shift).norm() < (turned ? 2e-8 : 1e-12));
 }
+
+TEST_CASE("the cubic form along a deformation is that of the whole tensor") {
+  ElasticBody body = notch_body({}, {4, 2, 2});
+  const auto solid = condensed(body);
+  const VectorXd d = solid->model.basis * VectorXd::LinSpaced(6, -2e-3, 3e-3);
+  CondensedSolid without = *solid;
+  without.model.cubic.clear();
+  const MatrixXd whole = cubic_along(body, *solid, d), along = cubic_along(body, without, d);
+  CHECK((whole - along).norm() < 1e-10 * whole.norm());
+}
