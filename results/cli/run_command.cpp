@@ -132,6 +132,7 @@ int run_job(const CommandLine& line) {
   const std::unique_ptr<Workers> workers = join_workers();
   if (workers && !workers->leads()) return help_run(line, *workers);
   Job job = checked_job(line);
+  if (line.rigid) job = beside_rigid(job);
   // expected numbers are those of the job as written, unless --set gives others
   const bool changed =
       !job.expect.empty() && !line.overrides.empty() &&

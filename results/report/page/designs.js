@@ -2,7 +2,7 @@
 import {max, min} from "d3";
 import {line_chart} from "./charts.js";
 import {palette} from "./colors.js";
-import {goal_factor, goal_name, goal_unit, heading, job, listed, result, shown_stroke, stroke_label, value_at} from "./result.js";
+import {goal_factor, goal_name, goal_unit, heading, job, listed, result, shown_stroke, stroke_label, stroke_unit, value_at} from "./result.js";
 import {designs, left_out} from "./scene_data.js";
 import {set} from "./state.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
@@ -70,6 +70,22 @@ function quantity_table() {
     }}))]);
 }
 
+/// Stiffnesses and frequencies at both ends of the stroke, and over those of the first design.
+function ends_table() {
+  const of = (entry, end) => own_path(entry).at(end), reference = of(listed[0], 0);
+  if (listed.some((entry) => own_path(entry).length === 0)) return null;
+  const ends = reference.stroke === of(listed[0], -1).stroke ? [0] : [0, -1];
+  const modes = (reference.frequencies?.drive_locked ?? []).map((_, i) => ({label: `frequency ${i + 1}, drive locked`, unit: "Hz", at: ["frequencies", "drive_locked", i]}));
+  const rows = [...all_quantities().filter((q) => ["drive_stiffness", "support_stiffness"].includes(q.at[0])), ...modes];
+  return table_of(rows, [{name: "At the ends of the stroke", left: true, text: (q) => q.label},
+    ...ends.flatMap((end) => listed.map((entry, k) => ({
+      name: `${entry.name} at ${quantity_text(of(entry, end).stroke, stroke_unit)}`,
+      text: (q) => {
+        const value = value_at(q, of(entry, end)), first = value_at(q, of(listed[0], end));
+        return value === null ? "–" : quantity_text(value, q.unit) + (k > 0 && first ? ` (× ${number_text(value / first, 4)})` : "");
+      }})))]);
+}
+
 /// Sizes that are the same at every point.
 function size_table() {
   const rows = [["envelope.x", "box, x"], ["envelope.y", "box, y"], ["envelope.z", "box, z"], ["envelope.cylinder", "cylinder"],
@@ -116,7 +132,7 @@ export function design_sections() {
   if (listed.length === 0) return [];
   const shown = result.ranking ? listed[0] : listed.find((e) => e.design === 0);
   return [...(result.ranking ? [ranking()] : []),
-    ["Designs side by side", [quantity_table(), size_table(),
+    ["Designs side by side", [result.ranking ? null : ends_table(), quantity_table(), size_table(),
       left_out.length ? element("p", {class: "soft"}, `Not drawn in three dimensions here, because the file would grow too large: ${left_out.join(", ")}. Their own reports have them.`) : null,
       element("div", {class: "figures"}, ...all_quantities().map(side_by_side)),
       shown?.result ? element("p", {class: "lead"}, `The picture, the numbers above it and the plots over the stroke are those of ${result.ranking ? "the best design" : "the first design"}, ${shown.name}; so is all that follows.`) : null]]];
