@@ -2,7 +2,7 @@
 import {max, min} from "d3";
 import {line_chart} from "./charts.js";
 import {palette} from "./colors.js";
-import {goal_factor, goal_name, goal_unit, heading, job, listed, result, shown_stroke, stroke_label, stroke_unit, value_at} from "./result.js";
+import {drive_units, goal_factor, goal_name, goal_unit, heading, job, listed, result, shown_stroke, stroke_label, stroke_unit, value_at} from "./result.js";
 import {designs, left_out} from "./scene_data.js";
 import {set} from "./state.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
@@ -72,18 +72,17 @@ function quantity_table() {
 
 /// Stiffnesses and frequencies at both ends of the stroke, and over those of the first design.
 function ends_table() {
-  const of = (entry, end) => own_path(entry).at(end), reference = of(listed[0], 0);
-  if (listed.some((entry) => own_path(entry).length === 0)) return null;
-  const ends = reference.stroke === of(listed[0], -1).stroke ? [0] : [0, -1];
-  const modes = (reference.frequencies?.drive_locked ?? []).map((_, i) => ({label: `frequency ${i + 1}, drive locked`, unit: "Hz", at: ["frequencies", "drive_locked", i]}));
-  const rows = [...all_quantities().filter((q) => ["drive_stiffness", "support_stiffness"].includes(q.at[0])), ...modes];
+  const paths = listed.map((entry) => (entry.result?.path ?? []).filter((p) => p.status === "converged"));
+  if (paths.some((p) => p.length === 0)) return null;
+  const last = paths[0].length - 1, modes = paths[0][0].frequencies?.drive_locked ?? [];
+  const stroke = (k) => drive_units ? `point ${k + 1}` : quantity_text(paths[0][k].stroke, stroke_unit);
+  const rows = [...all_quantities().filter((q) => ["drive_stiffness", "support_stiffness"].includes(q.at[0])),
+    ...modes.map((_, i) => ({label: `frequency ${i + 1}, drive locked`, unit: "Hz", at: ["frequencies", "drive_locked", i]}))];
   return table_of(rows, [{name: "At the ends of the stroke", left: true, text: (q) => q.label},
-    ...ends.flatMap((end) => listed.map((entry, k) => ({
-      name: `${entry.name} at ${quantity_text(of(entry, end).stroke, stroke_unit)}`,
-      text: (q) => {
-        const value = value_at(q, of(entry, end)), first = value_at(q, of(listed[0], end));
-        return value === null ? "–" : quantity_text(value, q.unit) + (k > 0 && first ? ` (× ${number_text(value / first, 4)})` : "");
-      }})))]);
+    ...(last > 0 ? [0, last] : [0]).flatMap((k) => listed.map((entry, i) => ({name: `${entry.name}, ${stroke(k)}`, text: (q) => {
+      const value = value_at(q, paths[i][k] ?? {}), first = value_at(q, paths[0][k]);
+      return value === null ? "–" : quantity_text(value, q.unit) + (i > 0 && first ? ` (× ${number_text(value / first, 4)})` : "");
+    }})))]);
 }
 
 /// Sizes that are the same at every point.
