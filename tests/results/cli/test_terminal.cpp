@@ -201,11 +201,11 @@ TEST_CASE(
   CHECK(designs[0]["name"] == "elastic");
   CHECK(designs[1]["name"] == "rigid");
   const auto path = [&](std::size_t k) { return designs[k]["result"]["path"]; };
-  // solids of a guide whose stage has no compliance against solids of all of it: 53.4 % in the
-  // fourth frequency, 8.85 times the stiffness along x; leaves with rigid edges are within 0.5 %
+  // Solids of a guide with a rigid stage against solids of all of it: 53.4 % in the fourth
+  // frequency. Leaves with rigid edges are off by 0.5 % in each of the two.
   const double mode = path(1)[0]["frequencies"]["drive_locked"][3].get<double>() /
                       path(0)[0]["frequencies"]["drive_locked"][3].get<double>();
-  CHECK(mode == Approx(1.534).epsilon(0.005));
+  CHECK(mode == Approx(1.534).epsilon(0.01));
   CHECK_THAT(both.out, Contains(fmt::format("({:.3f})", mode)));
   for (const char* row : {"drive stiffness", "support stiffness ux", "support stiffness rz",
                           "frequency 6, drive locked", "stroke 0 mm", "stroke 6 mm"})
