@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "optim/job/found_design.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/folder.hpp"
