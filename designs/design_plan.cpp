@@ -20,7 +20,7 @@ bool ChoiceCondition::holds(const FamilyChoices& choices) const {
 bool DesignPlan::has_elastic_bodies() const {
   return std::ranges::any_of(
              bodies,
-             [](const BodyItem& body) { return body.elastic && !body.elastic->is_notch(); }) ||
+             [](const BodyItem& body) { return body.elastic && !body.elastic->is_hinge(); }) ||
          std::ranges::any_of(
              parts, [](const PartItem& part) { return part.design->has_elastic_bodies(); });
 }

@@ -76,6 +76,9 @@ struct ElasticItem {
 
   bool is_imported() const { return std::holds_alternative<Imported>(shape); }
   bool is_notch() const { return std::holds_alternative<Notch>(shape); }
+  /// Whether it moves by bending, so that no choice makes it rigid: a notch, or a part with
+  /// several.
+  bool is_hinge() const { return is_notch() || degree == ElasticDegree::quartic; }
   /// Whether a rigid frame has its name: unless other bodies have all of its interfaces.
   bool has_frame() const {
     return interfaces.empty() || std::ranges::any_of(interfaces, [](const Interface& interface) {

@@ -277,12 +277,14 @@ void PlanReader::read_elastic(const json& from, const Pointer& at, const json& o
   if (elastic->rigid && elastic->is_notch())
     throw SpecError(at / "rigid", "true", "a rigid notch is no hinge");
   read_interfaces(from, at, of_body, *elastic, body);
+  // notches in a plate bend across its thickness as well
+  elastic->density.through = !elastic->is_notch() && elastic->is_hinge() ? 4 : 0;
   if (from.contains("elements")) {
     const json& elements = from["elements"];
     const Pointer here = at / "elements";
     if (elements.contains("size")) elastic->size = number(elements["size"], "m", here / "size");
     if (elements.contains("root")) elastic->root = number(elements["root"], "m", here / "root");
-    elastic->density.through = elements.value("through", 0);
+    elastic->density.through = elements.value("through", elastic->density.through);
     elastic->density.growth = elements.value("growth", elastic->density.growth);
   }
   body.elastic = std::move(elastic);

@@ -12,7 +12,7 @@ template <class S>
 bool Flattener<S>::is_rigid(const ElasticItem& item) const {
   const auto chosen = input_.choices->find(elastic_bodies_option);
   return item.rigid ||
-         (!item.is_notch() && chosen != input_.choices->end() && chosen->second == "rigid");
+         (!item.is_hinge() && chosen != input_.choices->end() && chosen->second == "rigid");
 }
 
 template <class S>

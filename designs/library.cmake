@@ -4,7 +4,7 @@ set(families
   folded_leaf wire_flexure tapered_leaf curved_leaf notch_hinge
   reinforced_guide double_parallelogram roberts_guide overconstrained_guide five_strut_guide
   cartwheel_hinge butterfly_hinge infinity_hinge trivot_hinge curved_hinge
-  folded_leaf_stage xy_stage tip_tilt_stage spherical_joint diaphragm bridge_amplifier hexapod
+  folded_leaf_stage xy_stage tip_tilt_stage spherical_joint diaphragm bridge_amplifier notch_guide lever_cell hexapod
 )
 set(names "")
 set(texts "")

@@ -9,6 +9,7 @@
 
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
+#include "designs/design_plan.hpp"
 #include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
 
@@ -215,6 +216,23 @@ Job read_job_at(const std::string& file, const std::vector<std::string>& overrid
         is_set(start, overrides, true))
       moved[start] = document_of(job).at(start);
   return parse_job(moved);
+}
+
+Job beside_rigid(const Job& job) {
+  const std::string name = "--rigid";
+  demand_one_design(job, "--rigid compares a design with itself");
+  if (job.kind != JobKind::evaluate)
+    throw SpecError(name, job.name,
+                    "it is for an evaluation: flexopt new FOLDER makes one of a run");
+  if (!job.design.choices.contains(elastic_bodies_option))
+    throw SpecError(name, job.name, "the design has no elastic bodies but hinges");
+  json document = document_of(job), design = document["design"];
+  document.erase("design");
+  for (const char* bodies : {"elastic", "rigid"}) {
+    design["name"] = design[elastic_bodies_option] = bodies;
+    document["designs"].push_back(design);
+  }
+  return parse_job(document);
 }
 
 }  // namespace flexopt

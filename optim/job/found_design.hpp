@@ -35,5 +35,9 @@ nlohmann::json moved_job(const Job& job, const ParameterValues& values);
 /// several designs, a run of another design.
 Job read_job_at(const std::string& file, const std::vector<std::string>& overrides,
                 const std::string& result);
+/// An evaluation as one of two designs: "elastic", as it is, and "rigid", whose frames, stages and
+/// levers weigh the same and do not bend. Throws SpecError: another job, nothing that could be
+/// rigid.
+Job beside_rigid(const Job& job);
 
 }  // namespace flexopt

@@ -90,7 +90,8 @@ constexpr Option options[] = {
     {"run", "--shard", &Line::shard,
      "do one part alone of a run that is shared: 1/16 to 16/16 [out: .3-of-16.out]", "NUMBER/OF"},
     {"run", "--rigid", &Line::rigid,
-     "elastic bodies, but for notch hinges, weigh the same and do not bend"},
+     "an evaluation beside the same with rigid frames, stages and levers: what it costs that they "
+     "bend"},
     {"run", "--json", &Line::json, json_help},
     {"merge", "DIR", &Line::folders, "the output folders of run --shard", "DIR", true},
     {"merge", "--out", &Line::folder, "folder for the results", "DIR", true},
@@ -247,7 +248,6 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
          {std::pair{"run", ".out"}, {"export", ".export"}, {"show", ".show"}})
       if (const CLI::App* sub = app.get_subcommand(name); *sub && sub->count("--out") == 0)
         line.folder = default_folder(line.job, ending);
-    if (line.rigid) line.overrides.push_back("/design/elastic_bodies=rigid");
     const CLI::App* run = app.get_subcommand("run");
     if (!line.shard.empty() && run->count("--out") == 0)
       line.folder = shard_folder(line.job, line.shard);

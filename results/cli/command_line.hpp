@@ -17,7 +17,7 @@ struct CommandLine {
   int threads = 1;
   bool quiet = false;
   bool json = false;                  ///< run, merge: one JSON object on stdout
-  bool rigid = false;                 ///< run: elastic bodies, but for notches, do not bend
+  bool rigid = false;                 ///< run: beside the same with rigid frames
   std::string shard;                  ///< run: "3/16"; empty: the whole
   std::vector<std::string> folders;   ///< merge: folders of the shards
   bool compute = false;               ///< merge: evaluate what is missing

@@ -85,9 +85,10 @@ OrderedJson model_for(const StartDesign& start, bool beams) {
     if (leaf.length < 20 * leaf.thickness) tolerance = 0.01;
   }
   if (!start.family().has_end_effector(start.design.choices) ||
+      !start.mechanism.elastic_bodies.empty() ||
       profile_error(start.mechanism).translation > tolerance) {
-    // the stiffness of a point in the plane of its plate has no limit on ever finer meshes, and
-    // what the theory of notches is off by no mesh lessens
+    // the stiffness of a point in the plane of its plate has no limit on ever finer meshes, what
+    // the theory of notches is off by no mesh lessens, and that of elastic bodies is the design's
     model["accuracy"] = "full";
     return model;
   }
@@ -187,7 +188,9 @@ OrderedJson constraints_on(const StartDesign& start) {
   constraints.push_back({{"quantity", "max_stress"},
                          {"over_stroke", "max"},
                          {"max", readable(*start.design.material.allowable_stress, "Pa")}});
-  const Extents extents = extents_of(Solids::undeflected(start.mechanism));
+  const Solids solids = Solids::undeflected(start.mechanism);
+  if (solids.count() == 0) return constraints;  // a notch alone
+  const Extents extents = extents_of(solids);
   const Vector3d room = envelope_of({&extents}).box;
   for (int k = 0; k < 3; ++k) {
     if (room[k] < 0.1 * room.maxCoeff()) continue;  // a leaf's thickness is no room

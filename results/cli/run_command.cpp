@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "optim/job/found_design.hpp"
 #include "results/cli/command_line.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/folder.hpp"
@@ -132,6 +133,7 @@ int run_job(const CommandLine& line) {
   const std::unique_ptr<Workers> workers = join_workers();
   if (workers && !workers->leads()) return help_run(line, *workers);
   Job job = checked_job(line);
+  if (line.rigid) job = beside_rigid(job);
   // expected numbers are those of the job as written, unless --set gives others
   const bool changed =
       !job.expect.empty() && !line.overrides.empty() &&

@@ -33,8 +33,11 @@ class Search {
  public:
   Search(const PlacedDesign& design, const DrawnView& view) : design_(&design), view_(&view) {
     best_.resize(design.parameters.size());
-    for (const DrawnPoint& p : design.points)
-      if (p.kind != DrawnPoint::Kind::origin) room_.extend(view(p.at));
+    for (const DrawnPoint& p : design.points) {
+      if (p.kind == DrawnPoint::Kind::origin) continue;
+      room_.extend(view(p.at));
+      nearest_ = std::max(nearest_, view.toward().dot(p.at));
+    }
   }
 
   std::vector<Candidate> best() && {
@@ -109,6 +112,7 @@ class Search {
     if (a.owner < 0 || a.owner != b.owner) cost += 0.5;
     for (const DrawnPoint* p : {&a, &b}) {
       if (p->kind == Kind::place) cost += 0.2;
+      if (p->kind == Kind::box) cost += (nearest_ - view_->toward().dot(p->at)) / design_->size;
       if (p->kind == Kind::origin) cost += 0.6;
       if (p->kind == Kind::face && !p->inside) cost += 0.1;
       if (p->kind != Kind::face && p->inside) cost += 0.3;
@@ -122,7 +126,8 @@ class Search {
   const PlacedDesign* design_;
   const DrawnView* view_;
   std::vector<Candidate> best_;
-  Eigen::AlignedBox2d room_;  ///< of all points
+  Eigen::AlignedBox2d room_;                                   ///< of all points
+  double nearest_ = -std::numeric_limits<double>::infinity();  ///< of all points, to the eye
 };
 
 using Candidates = std::vector<std::vector<Candidate>>;  ///< for each view and parameter

@@ -17,12 +17,12 @@ struct DrawnPoint {
     middle,  ///< in the middle of a leaf's width
     rim,     ///< on its free edge
     face,    ///< on a face
-    box,     ///< corner of a body's box
+    box,     ///< corner of a body's box, or on a ridge of an elastic body
     place,   ///< O, a joint, an end of a spring, an interface of an elastic body
     origin
   };
   Kind kind = Kind::middle;
-  int owner = -1;               ///< leaf; of a box the body
+  int owner = -1;               ///< leaf; of a box the body, or behind all bodies the elastic one
   bool inside = false;          ///< neither at an end of a leaf nor at a fold
   Vector3d at;                  ///< [m]
   std::vector<Vector3d> rates;  ///< along each parameter [m per its SI unit]
@@ -47,7 +47,8 @@ struct PlacedDesign {
   /// Whether any point moves along the parameter.
   bool moves(std::size_t parameter) const;
   /// The one parameter that a distance or an angle is: of its unit and its value, grows by one with
-  /// it, stays as all others change. rate(k): along parameter k. Nothing for other distances.
+  /// it, stays as all others change that are not zero, which means that what they measure is not
+  /// there. rate(k): along parameter k. Nothing for other distances.
   template <class Rate>
   std::optional<std::size_t> parameter_of(double value, const std::string& unit,
                                           const Rate& rate) const;
@@ -61,7 +62,7 @@ std::optional<std::size_t> PlacedDesign::parameter_of(double value, const std::s
   std::optional<std::size_t> found;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const double r = rate(k);
-    if (std::abs(r) < equal_rates) continue;
+    if (std::abs(r) < equal_rates || (values[k] == 0 && parameters[k].min == 0)) continue;
     const double sign = values[k] < 0 ? -1 : 1;
     if (found || parameters[k].unit != unit || std::abs(r - sign) > equal_rates)
       return std::nullopt;
@@ -72,9 +73,10 @@ std::optional<std::size_t> PlacedDesign::parameter_of(double value, const std::s
   return found;
 }
 
-/// The rates are exact. Throws SpecError as Family::make.
+/// The rates are exact. `nominal`: whose meshes elastic bodies have; empty: of this design. Throws
+/// SpecError as Family::make.
 PlacedDesign placed_design(const Family& family, const ParameterValues& values,
-                           const FamilyChoices& choices);
+                           const FamilyChoices& choices, const ParameterValues& nominal = {});
 
 // Dimensions and views.
 

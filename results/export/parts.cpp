@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <numbers>
 #include <ranges>
 
@@ -303,6 +304,25 @@ std::vector<TriangleMesh> drawn_parts(const Mechanism& mechanism, const PathPoin
   for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k)
     if (mechanism.elastic_bodies[k].cells) parts.push_back(elastic_solid(mechanism, point, k));
   return parts;
+}
+
+std::vector<std::array<int, 2>> TriangleMesh::ridges() const {
+  constexpr double turned = 0.9;  // cosine of 26°
+  std::map<std::array<int, 2>, Vector3d> normals;
+  std::vector<std::array<int, 2>> found;
+  for (const auto& t : triangles) {
+    const Vector3d normal =
+        (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).normalized();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      const auto beside = normals.find({b, a});
+      if (beside == normals.end())
+        normals[{a, b}] = normal;
+      else if (beside->second.dot(normal) < turned)
+        found.push_back({a, b});
+    }
+  }
+  return found;
 }
 
 double TriangleMesh::volume() const {

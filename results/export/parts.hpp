@@ -83,6 +83,8 @@ struct TriangleMesh {
 
   /// Volume that the triangles enclose [m³].
   double volume() const;
+  /// Edges of triangles along which the surface turns by more than 26°.
+  std::vector<std::array<int, 2>> ridges() const;
   /// Turns all triangles round where the volume is negative.
   void face_outwards();
 };

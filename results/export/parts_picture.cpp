@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "core/mechanism/profile.hpp"
@@ -149,21 +148,8 @@ struct Face {
 
 /// Draws the lines along which the surface of an elastic body turns, hidden ones too.
 void add_ridges(const TriangleMesh& mesh, const Projection& on, Picture& picture) {
-  constexpr double turned = 0.9;  // cosine of 26°
-  std::map<std::array<int, 2>, Vector3d> normals;
-  for (const auto& t : mesh.triangles) {
-    const Vector3d normal = (mesh.points[t[1]] - mesh.points[t[0]])
-                                .cross(mesh.points[t[2]] - mesh.points[t[0]])
-                                .normalized();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int a = t[k], b = t[(k + 1) % 3];
-      const auto beside = normals.find({b, a});
-      if (beside == normals.end())
-        normals[{a, b}] = normal;
-      else if (beside->second.dot(normal) < turned)
-        picture.line("ridge", {on(mesh.points[a]), on(mesh.points[b])});
-    }
-  }
+  for (const auto& [a, b] : mesh.ridges())
+    picture.line("ridge", {on(mesh.points[a]), on(mesh.points[b])});
 }
 
 /// A leaf as strips of its middle surface.

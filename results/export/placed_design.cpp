@@ -1,8 +1,11 @@
-#include "results/export/measures.hpp"
+#include <set>
 
+#include "core/elements/solid/solid_stress.hpp"
 #include "core/math/dual.hpp"
 #include "core/mechanism/each_number.hpp"
 #include "core/mechanism/profile.hpp"
+#include "results/export/measures.hpp"
+#include "results/export/parts.hpp"
 
 namespace flexopt {
 
@@ -50,6 +53,19 @@ void each_place_of_leaf(const LeafSpringT<S>& leaf, const Visit& visit) {
   }
 }
 
+/// Nodes of an elastic body at which its surface turns.
+template <class S, class Body>
+std::set<int> corner_nodes(const Body& body) {
+  TriangleMesh mesh;
+  if (!body.cells) return {};
+  for (const Vector3<S>& node : body.nodes)
+    mesh.points.emplace_back(value_of(node[0]), value_of(node[1]), value_of(node[2]));
+  mesh.triangles = surface_triangles(*body.cells);
+  std::set<int> nodes;
+  for (const auto& ridge : mesh.ridges()) nodes.insert(ridge.begin(), ridge.end());
+  return nodes;
+}
+
 /// visit(kind, owner, whether inside a leaf, place) in a fixed order.
 template <class S, class Visit>
 void each_place(const MechanismT<S>& mechanism, const Visit& visit) {
@@ -70,8 +86,15 @@ void each_place(const MechanismT<S>& mechanism, const Visit& visit) {
   place(mechanism.bodies[mechanism.end_effector].reference);
   for (const auto& joint : mechanism.joints)
     if (!is_held(joint.type)) place(joint.place);
-  for (const auto& elastic : mechanism.elastic_bodies)
+  int owner = static_cast<int>(mechanism.bodies.size());
+  for (const auto& elastic : mechanism.elastic_bodies) {
     for (std::size_t a = 0; a < elastic.interfaces.size(); ++a) place(elastic.interface_place(a));
+    for (const int node : corner_nodes<S>(elastic)) {
+      const Vector3<S> turned = elastic.axes.lazyProduct(elastic.nodes[node]);
+      visit(PlaceKind::box, owner, false, Vector3<S>(elastic.place + turned));
+    }
+    ++owner;
+  }
   for (const auto& spring : mechanism.springs) {
     place(spring.place);
     if (!spring.matrix) place(spring.other_place);
@@ -121,10 +144,10 @@ bool PlacedDesign::moves(std::size_t parameter) const {
 }
 
 PlacedDesign placed_design(const Family& family, const ParameterValues& values,
-                           const FamilyChoices& choices) {
+                           const FamilyChoices& choices, const ParameterValues& nominal) {
   PlacedDesign design;
   const Material& material = materials().front().material;  // nothing drawn depends on it
-  design.mechanism = family.make(values, choices, material, {});
+  design.mechanism = family.make(values, choices, material, {}, nominal);
   std::vector<std::string> names;
   for (const Parameter& p : family.parameters)
     if (std::ranges::find(family.counts, p.name) == family.counts.end()) {
@@ -141,7 +164,8 @@ PlacedDesign placed_design(const Family& family, const ParameterValues& values,
   each_leg(design.mechanism, [&](int leaf, const Vector3d& at, const Vector3d& along) {
     design.legs.push_back({leaf, at, along, {}});
   });
-  for (const MechanismDirection& along : family.directions(values, choices, material, {}, names)) {
+  for (const MechanismDirection& along :
+       family.directions(values, choices, material, {}, names, nominal)) {
     const MechanismT<Dual1> moved = moving(design.mechanism, along.rate);
     std::size_t k = 0;
     each_place(moved, [&](PlaceKind, int, bool, const Vector3<Dual1>& at) {

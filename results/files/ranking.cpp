@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <set>
 
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
@@ -159,6 +160,51 @@ void add_designs(const Job& job, const std::vector<Json>& results, Json& whole) 
   whole["designs"] = std::move(designs);
 }
 
+/// A quantity of every design at a point of its path, and its ratio to that of the first design.
+std::string compared_line(const std::string& label, const std::string& unit,
+                          const Json::json_pointer& at, std::size_t point, const Json& designs) {
+  std::string text = fmt::format("  {:<28}", label);
+  double first = 0;
+  for (const Json& entry : designs) {
+    const Json value = entry["result"]["path"][point].value(at, Json());
+    std::string cell = value.is_number() ? quantity_text(value, unit) : "-";
+    if (&entry == &designs.front())
+      first = value.is_number() ? value.get<double>() : 0;
+    else if (first != 0 && value.is_number())
+      cell += fmt::format(" ({:.3f})", value.get<double>() / first);
+    text += fmt::format(" {:>26}", cell);
+  }
+  return text + "\n";
+}
+
+/// Stiffnesses and frequencies of designs that were evaluated side by side, at both ends.
+std::string compared_lines(const Json& whole) {
+  const Json& designs = whole["designs"];
+  std::string text;
+  const std::size_t points = whole["path"].size();
+  for (const std::size_t k : std::set<std::size_t>{0, points - 1}) {
+    const Json& stroke = whole["path"][k]["stroke"];
+    text += fmt::format(
+        "  {:<28}", stroke.is_number() ? "stroke " + quantity_text(stroke, whole["units"]["stroke"])
+                                       : fmt::format("point {}", k + 1));
+    for (const Json& entry : designs)
+      text += fmt::format(" {:>26}", entry["name"].get<std::string>());
+    text += "\n";
+    for (const Json& q : whole["quantities"]) {
+      Json::json_pointer at;
+      for (const Json& key : q["at"]) at /= key.is_number() ? key.dump() : key.get<std::string>();
+      if (q["at"][0] == "drive_stiffness" || q["at"][0] == "support_stiffness")
+        text += compared_line(q["label"], q["unit"], at, k, designs);
+    }
+    const std::string locked = "/frequencies/drive_locked";
+    const Json modes = whole["path"][k].value(Json::json_pointer(locked), Json::array());
+    for (std::size_t i = 0; i < modes.size(); ++i)
+      text += compared_line(fmt::format("frequency {}, drive locked", i + 1), "Hz",
+                            Json::json_pointer(fmt::format("{}/{}", locked, i)), k, designs);
+  }
+  return text;
+}
+
 std::string number_cell(const Json& value) {
   return value.is_number() ? value.dump() : std::string();
 }
@@ -219,8 +265,10 @@ std::string listed_summary(const OrderedJson& result) {
     text += fmt::format("  {:>3} {:<28} {:<14} {}\n", place, entry["name"].get<std::string>(),
                         entry["status"].get<std::string>(), rest);
   };
-  if (result.contains("designs"))
+  if (result.contains("designs")) {
     for (const Json& entry : result["designs"]) line("", entry, "");
+    if (result["status"] == "ok") text += compared_lines(result);
+  }
   if (!result.contains("ranking")) return text;
   for (const Json& entry : result["ranking"]) {
     std::string rest;

@@ -2,7 +2,7 @@
 import {max, min} from "d3";
 import {line_chart} from "./charts.js";
 import {palette} from "./colors.js";
-import {goal_factor, goal_name, goal_unit, heading, job, listed, result, shown_stroke, stroke_label, value_at} from "./result.js";
+import {drive_units, goal_factor, goal_name, goal_unit, heading, job, listed, result, shown_stroke, stroke_label, stroke_unit, value_at} from "./result.js";
 import {designs, left_out} from "./scene_data.js";
 import {set} from "./state.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
@@ -70,6 +70,21 @@ function quantity_table() {
     }}))]);
 }
 
+/// Stiffnesses and frequencies at both ends of the stroke, and over those of the first design.
+function ends_table() {
+  const paths = listed.map((entry) => (entry.result?.path ?? []).filter((p) => p.status === "converged"));
+  if (paths.some((p) => p.length === 0)) return null;
+  const last = paths[0].length - 1, modes = paths[0][0].frequencies?.drive_locked ?? [];
+  const stroke = (k) => drive_units ? `point ${k + 1}` : quantity_text(paths[0][k].stroke, stroke_unit);
+  const rows = [...all_quantities().filter((q) => ["drive_stiffness", "support_stiffness"].includes(q.at[0])),
+    ...modes.map((_, i) => ({label: `frequency ${i + 1}, drive locked`, unit: "Hz", at: ["frequencies", "drive_locked", i]}))];
+  return table_of(rows, [{name: "At the ends of the stroke", left: true, text: (q) => q.label},
+    ...(last > 0 ? [0, last] : [0]).flatMap((k) => listed.map((entry, i) => ({name: `${entry.name}, ${stroke(k)}`, text: (q) => {
+      const value = value_at(q, paths[i][k] ?? {}), first = value_at(q, paths[0][k]);
+      return value === null ? "–" : quantity_text(value, q.unit) + (i > 0 && first ? ` (× ${number_text(value / first, 4)})` : "");
+    }})))]);
+}
+
 /// Sizes that are the same at every point.
 function size_table() {
   const rows = [["envelope.x", "box, x"], ["envelope.y", "box, y"], ["envelope.z", "box, z"], ["envelope.cylinder", "cylinder"],
@@ -116,7 +131,7 @@ export function design_sections() {
   if (listed.length === 0) return [];
   const shown = result.ranking ? listed[0] : listed.find((e) => e.design === 0);
   return [...(result.ranking ? [ranking()] : []),
-    ["Designs side by side", [quantity_table(), size_table(),
+    ["Designs side by side", [result.ranking ? null : ends_table(), quantity_table(), size_table(),
       left_out.length ? element("p", {class: "soft"}, `Not drawn in three dimensions here, because the file would grow too large: ${left_out.join(", ")}. Their own reports have them.`) : null,
       element("div", {class: "figures"}, ...all_quantities().map(side_by_side)),
       shown?.result ? element("p", {class: "lead"}, `The picture, the numbers above it and the plots over the stroke are those of ${result.ranking ? "the best design" : "the first design"}, ${shown.name}; so is all that follows.`) : null]]];

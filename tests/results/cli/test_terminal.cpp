@@ -1,4 +1,6 @@
 // What a run says while it goes on, on a terminal and in a file, and run --json.
+#include <fmt/format.h>
+
 #include <chrono>
 #include <regex>
 
@@ -185,4 +187,42 @@ TEST_CASE("run --json tells what is wrong on stdout, with the usual exit code") 
   CHECK(printed("--json", 2)["status"] == "wrong_input");
   const auto lost = printed("leaf.json --json --quiet --set '/stroke/to=\"160 mm\"'", 1);
   CHECK(unlike_text(lost, R"({"status": "no_equilibrium", "usable": false})") == "");
+}
+
+TEST_CASE(
+    "run --rigid shows a design beside itself with a rigid frame, with the ratio of each number") {
+  const test::Workplace folder;
+  const std::string job = FLEXOPT_SOURCE_DIR "/designs/jobs/elastic_stage.json";
+  const test::Outcome both = folder.run("run " + job + " --rigid --out both --quiet");
+  CAPTURE(both.out, both.err);
+  REQUIRE(both.code == 0);  // what the job expects of the elastic one is met
+  const OrderedJson designs = folder.json("both/result.json")["designs"];
+  REQUIRE(designs.size() == 2);
+  CHECK(designs[0]["name"] == "elastic");
+  CHECK(designs[1]["name"] == "rigid");
+  const auto path = [&](std::size_t k) { return designs[k]["result"]["path"]; };
+  // Solids of a guide with a rigid stage against solids of all of it: 53.4 % in the fourth
+  // frequency. Leaves with rigid edges are off by 0.5 % in each of the two.
+  const double mode = path(1)[0]["frequencies"]["drive_locked"][3].get<double>() /
+                      path(0)[0]["frequencies"]["drive_locked"][3].get<double>();
+  CHECK(mode == Approx(1.534).epsilon(0.01));
+  CHECK_THAT(both.out, Contains(fmt::format("({:.3f})", mode)));
+  for (const char* row : {"drive stiffness", "support stiffness ux", "support stiffness rz",
+                          "frequency 6, drive locked", "stroke 0 mm", "stroke 6 mm"})
+    CHECK_THAT(both.out, Contains(row));
+
+  // the rigid one is that of the option
+  const test::Outcome rigid =
+      folder.run("run " + job + " --set /design/elastic_bodies=rigid --out rigid --quiet");
+  CHECK(rigid.code == 0);
+  CHECK(folder.json("rigid/result.json")["path"] == path(1));
+
+  const test::Outcome none =
+      folder.run("run " FLEXOPT_SOURCE_DIR "/designs/jobs/notch_hinge.json --rigid");
+  CHECK(none.code == 2);
+  CHECK_THAT(none.err, Contains("no elastic bodies but hinges"));
+  folder.put("optimise.json", optimise_job());
+  const test::Outcome other = folder.run("run optimise.json --rigid");
+  CHECK(other.code == 2);
+  CHECK_THAT(other.err, Contains("it is for an evaluation"));
 }

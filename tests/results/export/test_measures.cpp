@@ -38,7 +38,7 @@ TEST_CASE("Rates of all places and of all legs' directions are those of rebuilt 
         const auto at = [&](double by) {
           ParameterValues other = values;
           other.at(design.parameters[k].name) += by;
-          return placed_design(family, other, choices);
+          return placed_design(family, other, choices, values);
         };
         if (design.values[k] - step < design.parameters[k].min) continue;  // masses of zero
         const PlacedDesign more = at(step), less = at(-step);
