@@ -21,11 +21,12 @@ class CapacityLimits {
   /// The limit that was decisive in the latest beyond(); its value is left open.
   LoadCapacity reached() const;
 
-  UnloadedStiffness unloaded(System& system, CapacityDirections& design,
-                             const ModelOptions& model) const;
+  UnloadedStiffness unloaded(System& system, CapacityDirections& design, const ModelOptions& model,
+                             bool driven) const;
   /// Derivatives of the load factor of the branch, which stands at the limit that was found last.
+  /// `drive_load_rates`: as moved_states() takes them.
   VectorXd gradient(LoadBranch& branch, CapacityDirections& design, const ModelOptions& model,
-                    const UnloadedStiffness& unloaded) const;
+                    const MatrixXd& drive_load_rates, const UnloadedStiffness& unloaded) const;
 
  private:
   std::array<std::optional<double>, 6> support_stiffness(const System& system) const;
