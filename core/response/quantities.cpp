@@ -52,17 +52,16 @@ std::string stiffness_unit(Direction direction) {
 }
 
 const QuantityRow& row_of_named_quantities() {
-  static const QuantityRow row{
-      .name = "quantities",
-      .layout = Layout::object,
-      .label = "quantities of the job",
-      .needs = {Output::equilibrium},
-      .value = [](const PathPoint& p, int k) -> std::optional<double> {
-        if (k >= std::ssize(p.named_quantities)) return std::nullopt;
-        return p.named_quantities[static_cast<std::size_t>(k)].value;
-      },
-      .gradient = entry<&PointGradients::named_quantities>,
-      .in_report = true};
+  static const QuantityRow row{.name = "quantities",
+                               .layout = Layout::object,
+                               .label = "quantities of the job",
+                               .needs = {Output::equilibrium},
+                               .value = [](const PathPoint& p, int k) -> std::optional<double> {
+                                 if (k >= std::ssize(p.named_quantities)) return std::nullopt;
+                                 return p.named_quantities[static_cast<std::size_t>(k)].value;
+                               },
+                               .gradient = entry<&PointGradients::named_quantities>,
+                               .in_report = true};
   return row;
 }
 

@@ -130,7 +130,8 @@ std::string why_missing(const PathPoint& point, const QuantityRow& row, int comp
 std::string why_missing(const PathPoint& point, std::string_view name);
 
 /// Value and derivatives by name ("drive_load.x" for a drive with a name: the point knows its
-/// drives, and the quantities of its job). Throw std::invalid_argument for a name that the table does not have.
+/// drives, and the quantities of its job). Throw std::invalid_argument for a name that the table
+/// does not have.
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name);

@@ -121,7 +121,8 @@ enum class CapacityLimit {
   stiffness,    ///< a support stiffness fell to the stated share
   none          ///< none of these as far as it was looked
 };
-/// The largest load at O along one direction, beside the loads that act; drives as CapacityRule says.
+/// The largest load at O along one direction, beside the loads that act; drives as CapacityRule
+/// says.
 struct LoadCapacity {
   double value = 0;  ///< [N or N m]; of `none` what is carried at least
   CapacityLimit limit = CapacityLimit::none;
@@ -308,7 +309,8 @@ struct PathPoint {
   /// Forward and backward of each drive, one drive after the other: StrokeCapacityRule. The same at
   /// every point.
   std::vector<std::optional<StrokeCapacity>> stroke_capacity;
-  std::vector<NamedQuantity> named_quantities;  ///< in the order of the job, once it has filled them in
+  std::vector<NamedQuantity>
+      named_quantities;       ///< in the order of the job, once it has filled them in
   bool other_branch = false;  ///< the path has left the branch that it came along
   /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;
