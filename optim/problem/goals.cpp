@@ -337,11 +337,9 @@ void add_defined_quantities(const Job& job, const ParameterValues& parameters,
   const ReadPath path{response, job.request, gradients};
   for (PathPoint& point : response.path)
     for (const auto& [name, formula] : job.quantities) {
-      const bool known = std::ranges::all_of(formula->quantities(), [&](const std::string& term) {
-        return value_of(point, term).has_value();
-      });
+      const auto known = [&](const std::string& term) { return value_of(point, term).has_value(); };
       std::optional<PointValue> one;
-      if (known)
+      if (std::ranges::all_of(formula->quantities(), known))
         if (auto found = values_at(*formula, path, point, numbers)) one = found->front();
       point.named_quantities.push_back({name, one ? std::optional(one->value) : std::nullopt});
       if (gradients)

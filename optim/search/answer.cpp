@@ -179,6 +179,8 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
       full_paths[k].response = own_paths[k];
       for (PathPoint& point : full_paths[k].response.path) point.shapes.clear();
     }
+  for (StrokeResponse& path : own_paths)
+    add_defined_quantities(job, problem.parameters(variables), path);
   const DesignValues full = problem.robust() || problem.worst_assembly()
                                 ? problem.evaluate(variables, false, Accuracy::full)
                                 : problem.read(variables, full_paths, requests);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/response/quantities.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/problem/goals.hpp"
 
 namespace flexopt {
@@ -192,7 +193,7 @@ class PathArrays {
             shaped(reinterpret_cast<const bool*>(block.missing.data()))};
   }
   const std::vector<Quantity>& all_quantities() {
-    if (quantities_.empty()) quantities_ = quantities(DriveList(record_->mechanism));
+    if (quantities_.empty()) quantities_ = quantities(drive_list(record_->job, record_->mechanism));
     return quantities_;
   }
   const Quantity& quantity(const std::string& name) {
