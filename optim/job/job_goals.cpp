@@ -184,18 +184,25 @@ std::vector<NamedFormula> read_defined_quantities(const json& read, const Family
       const std::string name = read[k]["name"], text = read[k]["expression"];
       if (const std::string fault = name_fault(name, context); !fault.empty())
         throw SpecError(at / "name", shown(name), fault);
-      // its own name and those further down are known, to say what is wrong with them
+      // those that are not defined (yet) are known, to say what is wrong with their names
       const std::size_t known = context.names.size();
-      for (std::size_t later = k; later < read.size(); ++later)
-        if (read[later].is_object() && faults.sound(Pointer("/quantities") / later))
-          context.names.push_back({read[later]["name"], ""});
+      std::vector<std::size_t> places;
+      for (std::size_t other = 0; other < read.size(); ++other)
+        if (read[other].is_object() && faults.sound(Pointer("/quantities") / other / "name") &&
+            !context.defines(read[other]["name"])) {
+          context.names.push_back({read[other]["name"], ""});
+          places.push_back(other);
+        }
       const auto formula =
           std::make_shared<const Expression>(context.formula(text, at / "expression"));
-      for (std::size_t i = known; i < context.names.size(); ++i)
-        if (std::ranges::find(formula->names(), context.names[i].name) != formula->names().end())
-          throw SpecError(at / "expression", text,
-                          fmt::format("'{}' is defined {}: a formula may name those further up",
-                                      context.names[i].name, i == known ? "here" : "further down"));
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const std::string& other = context.names[known + i].name;
+        if (std::ranges::find(formula->names(), other) == formula->names().end()) continue;
+        if (places[i] < k) return;  // what is wrong there has been said
+        throw SpecError(at / "expression", text,
+                        fmt::format("'{}' is defined {}: a formula may name those further up",
+                                    other, places[i] == k ? "here" : "further down"));
+      }
       for (const std::string& term : formula->quantities())
         context.quantity(term, cases.all.empty(), at / "expression");
       job.quantities.push_back({name, formula});
