@@ -199,6 +199,7 @@ void JobReader::read_sections() {
   const bool compares = job_.kind == JobKind::compare;
   if (read_.contains("quantities"))
     job_.quantities = read_defined_quantities(read_["quantities"], *family_, job_, cases_, faults_);
+  if (!sound("/quantities")) return;  // which the others may name
   if (mechanism_ && read_.contains("assembly_tolerances") && sound("/assembly_tolerances"))
     job_.assembly_tolerances =
         read_assembly_tolerances(read_["assembly_tolerances"], *mechanism_,
