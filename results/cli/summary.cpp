@@ -6,7 +6,6 @@
 #include <map>
 #include <string_view>
 
-#include "optim/job/job_numbers.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/result_parts.hpp"
 
@@ -370,7 +369,7 @@ std::string summary_of(const RunRecord& record) {
                                  verdict.word, verdict.text);
   if (verdict.text.find(record.message) == std::string::npos)
     text += fmt::format("  {}\n", record.message);
-  const DriveList drives = drive_list(record.job, record.mechanism);
+  const DriveList drives = drives_of(record);
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drives);
   text += tolerance_lines(record, drives);

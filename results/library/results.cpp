@@ -2,7 +2,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "optim/job/job_numbers.hpp"
 #include "optim/problem/goals.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/solvers/parallel.hpp"
@@ -157,7 +156,7 @@ std::string Result::html() const {
 
 std::vector<Path> Evaluation::paths() const {
   const RunRecord& record = *impl_->run.record;
-  const auto quantities = flexopt::quantities(drive_list(record.job, record.mechanism));
+  const auto quantities = flexopt::quantities(drives_of(record));
   std::vector<Path> all;
   for (std::size_t k = 0; k < responses_of(record).size(); ++k)
     all.emplace_back(std::make_shared<const Path::Impl>(Path::Impl{impl_, k, quantities}));

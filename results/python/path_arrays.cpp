@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "core/response/quantities.hpp"
-#include "optim/job/job_numbers.hpp"
 #include "optim/problem/goals.hpp"
 
 namespace flexopt {
@@ -193,7 +192,7 @@ class PathArrays {
             shaped(reinterpret_cast<const bool*>(block.missing.data()))};
   }
   const std::vector<Quantity>& all_quantities() {
-    if (quantities_.empty()) quantities_ = quantities(drive_list(record_->job, record_->mechanism));
+    if (quantities_.empty()) quantities_ = quantities(drives_of(*record_));
     return quantities_;
   }
   const Quantity& quantity(const std::string& name) {
