@@ -36,8 +36,9 @@ std::vector<QuantityRow> capacity_rows() {
        .layout = Layout::object,
        .label = "load capacity",
        .meaning = "largest dead load at O along (or, with -, against) a direction, beside the "
-                  "loads that act, drives held, before the stress limit, a singular tangent or "
-                  "the stated loss of support stiffness; load_capacity_limit says which",
+                  "loads that act, drives held or free as the job's load_capacity says, before "
+                  "the stress limit, a singular tangent or the stated loss of support stiffness; "
+                  "load_capacity_limit says which",
        .needs = {Output::equilibrium, Output::load_capacity},
        .unit = [](Direction, int d) { return load_unit(static_cast<Direction>(d % 6)); },
        .value = largest_load<false>,
@@ -45,7 +46,6 @@ std::vector<QuantityRow> capacity_rows() {
                       int d) { return g.load_capacity[d]; },
        .at_least = largest_load<true>,
        .error = ErrorKind::stress,  // which often ends it
-       .of_supports = true,
        .in_report = true},
       {.name = "stroke_capacity",
        .components = {"forward", "backward"},

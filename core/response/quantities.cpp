@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/mechanism/drive.hpp"
+#include "core/response/quantity_readers.hpp"
 
 namespace flexopt {
 namespace {
@@ -48,6 +49,24 @@ std::string load_unit(Direction direction) { return is_rotation(direction) ? "N 
 
 std::string stiffness_unit(Direction direction) {
   return is_rotation(direction) ? "N m/rad" : "N/m";
+}
+
+const QuantityRow& row_of_named_quantities() {
+  static const QuantityRow row{.name = "quantities",
+                               .layout = Layout::object,
+                               .label = "quantities of the job",
+                               .needs = {Output::equilibrium},
+                               .value = [](const PathPoint& p, int k) -> std::optional<double> {
+                                 if (k >= std::ssize(p.named_quantities)) return std::nullopt;
+                                 return p.named_quantities[static_cast<std::size_t>(k)].value;
+                               },
+                               .gradient = entry<&PointGradients::named_quantities>,
+                               .in_report = true};
+  return row;
+}
+
+std::string Quantity::place() const {
+  return row == &row_of_named_quantities() ? row->name + "." + name : name;
 }
 
 std::optional<double> Quantity::value(const PathPoint& point) const {
@@ -131,13 +150,22 @@ std::vector<Quantity> quantities(const DriveList& drives) {
       list.back().unit = row.unit(drives.first(), k);
     }
   }
+  for (int k = 0; k < std::ssize(drives.named_quantities); ++k) {
+    const auto& [name, unit] = drives.named_quantities[static_cast<std::size_t>(k)];
+    list.push_back({name, unit, name, &row_of_named_quantities(), k});
+  }
   return list;
 }
 
 namespace {
 
-// "drive_load.x", "gain.x.uy": the row, of the drive of that name where the point has it.
-std::optional<Quantity> of_named_drive(const PathPoint& point, std::string_view name) {
+// "drive_load.x", "gain.x.uy": the row, of the drive of that name where the point has it; or a
+// quantity of the job.
+std::optional<Quantity> of_point(const PathPoint& point, std::string_view name) {
+  const auto named_so = std::ranges::find(point.named_quantities, name, &NamedQuantity::name);
+  if (named_so != point.named_quantities.end())
+    return Quantity{std::string(name), "", "", &row_of_named_quantities(),
+                    static_cast<int>(named_so - point.named_quantities.begin())};
   for (const QuantityRow& row : quantity_rows()) {
     if (!row.of_drives || !name.starts_with(row.name + ".")) continue;
     const int each = components_of(row);
@@ -150,19 +178,19 @@ std::optional<Quantity> of_named_drive(const PathPoint& point, std::string_view 
 }  // namespace
 
 std::optional<double> value_of(const PathPoint& point, std::string_view name) {
-  const auto of_drive = of_named_drive(point, name);
-  return of_drive ? of_drive->value(point) : find(name).value(point);
+  const auto own = of_point(point, name);
+  return own ? own->value(point) : find(name).value(point);
 }
 
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name) {
-  const auto of_drive = of_named_drive(point, name);
-  return of_drive ? of_drive->gradient(point, gradients) : find(name).gradient(point, gradients);
+  const auto own = of_point(point, name);
+  return own ? own->gradient(point, gradients) : find(name).gradient(point, gradients);
 }
 
 std::optional<double> at_least(const PathPoint& point, std::string_view name) {
-  const auto of_drive = of_named_drive(point, name);
-  const Quantity& q = of_drive ? *of_drive : find(name);
+  const auto own = of_point(point, name);
+  const Quantity& q = own ? *own : find(name);
   return q.row->at_least ? q.row->at_least(point, q.component) : std::nullopt;
 }
 
@@ -176,8 +204,8 @@ const QuantityRow& row_of(std::string_view name) {
 }  // namespace
 
 std::string why_missing(const PathPoint& point, std::string_view name) {
-  const auto of_drive = of_named_drive(point, name);
-  const Quantity& q = of_drive ? *of_drive : find(name);
+  const auto own = of_point(point, name);
+  const Quantity& q = own ? *own : find(name);
   return why_missing(point, *q.row, q.component);
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/response/estimated_error.hpp"
@@ -29,6 +30,8 @@ struct DriveList {
   };
   std::vector<Item> items;
   std::array<bool, 6> prescribed{};  ///< directions of the end-effector
+  /// Names and SI units of the quantities that a job defines by formulas.
+  std::vector<std::pair<std::string, std::string>> named_quantities;
 
   DriveList() = default;
   /// List of the only drive, of the end-effector along a global axis.
@@ -92,6 +95,8 @@ struct QuantityRow {
 const std::vector<QuantityRow>& quantity_rows();
 /// The rows of load_capacity and stroke_capacity.
 std::vector<QuantityRow> capacity_rows();
+/// The row of the quantities that a job defines: its components are those of the point.
+const QuantityRow& row_of_named_quantities();
 
 /// Whether an evaluation by this request has the numbers of the row: a load that grows is named, a
 /// fillet is given, the materials have what a safety needs.
@@ -105,6 +110,8 @@ struct Quantity {
   const QuantityRow* row = nullptr;
   int component = 0;
 
+  /// Where a point has it in result.json, with dots between the keys.
+  std::string place() const;
   /// Value and derivatives at a point; nothing if the point has no such number: not converged (the
   /// screening frequency needs no convergence), not asked for, or not defined.
   std::optional<double> value(const PathPoint& point) const;
@@ -123,7 +130,8 @@ std::string why_missing(const PathPoint& point, const QuantityRow& row, int comp
 std::string why_missing(const PathPoint& point, std::string_view name);
 
 /// Value and derivatives by name ("drive_load.x" for a drive with a name: the point knows its
-/// drives). Throw std::invalid_argument for a name that the table does not have.
+/// drives, and the quantities of its job). Throw std::invalid_argument for a name that the table
+/// does not have.
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name);

@@ -201,6 +201,7 @@ struct StateSpaceRequest {
 /// … 11 against them.
 struct CapacityRule {
   std::array<bool, 12> directions{};
+  DriveState drive = DriveState::locked;  ///< strokes kept, or loads of the drives kept
   std::optional<double> stress;  ///< limit of all parts [Pa]; nothing: their yield strengths
   /// Least share of the unloaded support stiffness that must remain. Skipped when zero.
   double stiffness_share = 0;
@@ -211,7 +212,7 @@ struct CapacityRule {
   bool any() const { return std::ranges::find(directions, true) != directions.end(); }
 };
 
-/// How far a drive may go, the others at rest.
+/// How far a drive may go, the others at rest, under the constant loads alone.
 struct StrokeCapacityRule {
   int drive = 0;
   double up_to = 0;                      ///< where the search ends, either way [m or rad]
@@ -290,7 +291,7 @@ struct StrokeRequest {
   std::optional<std::size_t> growing_load() const;
   bool wants_capacity() const { return outputs.has(Output::load_capacity) && capacity.any(); }
   bool wants_stroke_capacity() const {
-    return outputs.has(Output::stroke_capacity) && !stroke_capacity.empty() && loads.driven();
+    return outputs.has(Output::stroke_capacity) && !stroke_capacity.empty();
   }
 };
 

@@ -121,7 +121,8 @@ enum class CapacityLimit {
   stiffness,    ///< a support stiffness fell to the stated share
   none          ///< none of these as far as it was looked
 };
-/// The largest load at O along one direction, beside the loads that act, drives held.
+/// The largest load at O along one direction, beside the loads that act; drives as CapacityRule
+/// says.
 struct LoadCapacity {
   double value = 0;  ///< [N or N m]; of `none` what is carried at least
   CapacityLimit limit = CapacityLimit::none;
@@ -231,6 +232,12 @@ inline constexpr double largest_turn(ElasticDegree degree) {
   return degree == ElasticDegree::linear ? 0.02 : 0.1;
 }
 
+/// What a job makes of the quantities of a point by a formula of its own.
+struct NamedQuantity {
+  std::string name;
+  std::optional<double> value;  ///< SI; nothing where the formula or one of its terms has none
+};
+
 /// One equilibrium of the stroke path. 6×6 order [ux uy uz rx ry rz] at the moved O, global axes.
 /// Stroke, drive load and drive stiffness of several drives: those of the first, and lists.
 struct PathPoint {
@@ -302,6 +309,8 @@ struct PathPoint {
   /// Forward and backward of each drive, one drive after the other: StrokeCapacityRule. The same at
   /// every point.
   std::vector<std::optional<StrokeCapacity>> stroke_capacity;
+  std::vector<NamedQuantity>
+      named_quantities;       ///< in the order of the job, once it has filled them in
   bool other_branch = false;  ///< the path has left the branch that it came along
   /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;

@@ -51,6 +51,7 @@ struct PointGradients {
   std::optional<VectorXd> buckling_locked, buckling_free;  ///< of the factors
   std::array<std::optional<VectorXd>, 12> load_capacity;   ///< of those that have a value
   std::vector<std::optional<VectorXd>> stroke_capacity;    ///< likewise
+  std::vector<std::optional<VectorXd>> named_quantities;   ///< as the point's
 };
 
 /// Derivatives of FrequencyDerivatives, along the parameters. Members of a cluster of equal

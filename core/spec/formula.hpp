@@ -21,6 +21,7 @@
 // exponent may stand for a quantity in SI. What it multiplies then fits any dimension, and a
 // formula with such numbers fits any place.
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,10 +32,14 @@
 
 namespace flexopt {
 
+class Formula;
+
 /// A name that formulas may use.
 struct FormulaName {
   std::string name;
   std::string unit;  ///< SI unit of its number; empty: it is a bare number
+  /// What the name stands for, of other names that the formula may use: it counts as written there.
+  std::shared_ptr<const Formula> definition = nullptr;
 };
 
 enum class BareNumbers { are_plain, may_be_si };

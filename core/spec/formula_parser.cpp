@@ -259,18 +259,53 @@ FormulaParser::Part FormulaParser::name() {
     result.measure = Part::Measure::known;
     return result;
   }
-  const auto slot = static_cast<int>(found - names_.begin());
-  std::vector<int>& slots = formula_.slots_;
-  auto used = std::find(slots.begin(), slots.end(), slot);
-  if (used == slots.end()) used = slots.insert(slots.end(), slot);
-  Part result = make({.op = FormulaOp::name, .slot = static_cast<int>(used - slots.begin())},
-                     name.begin, name.end);
+  if (found->definition) return defined(*found->definition, name);
+  Part result = make({.op = FormulaOp::name, .slot = slot_of(*found)}, name.begin, name.end);
   if (found->unit.empty()) {
     result.fraction = true;
   } else {
     result.measure = Part::Measure::known;
     result.dimension = dimension_of(found->unit);
   }
+  return result;
+}
+
+int FormulaParser::slot_of(const FormulaName& name) {
+  const auto slot = static_cast<int>(&name - names_.data());
+  std::vector<int>& slots = formula_.slots_;
+  auto used = std::find(slots.begin(), slots.end(), slot);
+  if (used == slots.end()) used = slots.insert(slots.end(), slot);
+  return static_cast<int>(used - slots.begin());
+}
+
+/// The steps of another formula, as if they were written here.
+FormulaParser::Part FormulaParser::defined(const Formula& formula, const Token& name) {
+  std::vector<Formula::Step>& steps = formula_.steps_;
+  if (steps.size() + formula.steps_.size() > longest_formula)
+    throw refuse(fmt::format("with what its names stand for it has more than {} operations",
+                             longest_formula));
+  const auto first = static_cast<int>(steps.size());
+  for (Formula::Step step : formula.steps_) {
+    step.a += first;
+    step.b += first;
+    step.c += first;
+    if (step.op == FormulaOp::name) {
+      const auto used = std::ranges::find(
+          names_, formula.names_[static_cast<std::size_t>(step.slot)], &FormulaName::name);
+      assert(used != names_.end());
+      step.slot = slot_of(*used);
+    }
+    steps.push_back(step);
+  }
+  has_fraction_ = has_fraction_ || formula.fits_anywhere_;
+  Part result;
+  result.step = static_cast<int>(steps.size()) - 1;
+  result.begin = name.begin;
+  result.end = name.end;
+  result.measure = formula.fits_anywhere_ ? Part::Measure::loose
+                   : formula.dimension_   ? Part::Measure::known
+                                          : Part::Measure::bare;
+  result.dimension = formula.dimension_.value_or(Dimension());
   return result;
 }
 

@@ -109,6 +109,8 @@ class FormulaParser {
   Part operand();
   Part number();
   Part name();
+  Part defined(const Formula& formula, const Token& name);
+  int slot_of(const FormulaName& name);  ///< its place among the formula's own
   Part call();
 
   const Token& token() const { return tokens_[at_]; }

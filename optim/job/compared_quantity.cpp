@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "optim/job/expression.hpp"
 #include "optim/job/job_sections.hpp"
 
 namespace flexopt {
@@ -44,6 +45,7 @@ ComparedQuantity compared(const std::string& name, const Job& job, const DriveLi
   ComparedQuantity quantity;
   quantity.name = name;
   for (const QuantityRow* row : rows_of(name)) {
+    quantity.needs.add(row->needs);
     quantity.motion = row->error == ErrorKind::motion;
     quantity.of_design = row->of_design;
     for (int k = 0; k < count_of(*row, job, drives); ++k) quantity.numbers.push_back({row, k, -1});
@@ -92,13 +94,19 @@ std::vector<ComparedQuantity> compared_quantities(const Job& job) {
         listed.empty() ? is_answered(name, job) : std::ranges::find(listed, name) != listed.end();
     if (wanted) list.push_back(compared(name, job, drives));
   }
+  for (int k = 0; k < std::ssize(job.quantities); ++k) {
+    const auto& [name, formula] = job.quantities[static_cast<std::size_t>(k)];
+    ComparedQuantity& own = list.emplace_back();
+    own.name = name;
+    own.numbers = {{&row_of_named_quantities(), k, -1}};
+    for (const std::string& term : formula->quantities()) own.needs.add(flexopt::needs_of(term));
+  }
   return list;
 }
 
 Outputs needs_of(const std::vector<ComparedQuantity>& quantities) {
   Outputs needs{Output::equilibrium};
-  for (const ComparedQuantity& quantity : quantities)
-    for (const ComparedQuantity::Number& number : quantity.numbers) needs.add(number.row->needs);
+  for (const ComparedQuantity& quantity : quantities) needs.add(quantity.needs);
   return needs;
 }
 

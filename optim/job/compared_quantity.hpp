@@ -20,6 +20,7 @@ struct ComparedQuantity {
   std::vector<Number> numbers;
   std::vector<std::string> parts;  ///< that have figures of their own: directions, drives, …
   std::string part_key;            ///< "by_direction" or "by_component"; empty without parts
+  Outputs needs;                   ///< of an evaluation
   /// One motion: the error is that of the vector, over the largest vector of the path.
   bool motion = false;
   bool of_design = false;  ///< one number of the design, which is compared once
@@ -30,7 +31,7 @@ std::vector<std::string> comparable_quantities();
 
 /// What the job compares: what it lists in "quantities"; else the drive load, motion, stiffness,
 /// stress and frequencies, and what its other sections ask for (buckling, load_capacity, dynamics,
-/// fillet, fatigue and the strengths of its materials).
+/// fillet, fatigue and the strengths of its materials); then the quantities that it defines.
 std::vector<ComparedQuantity> compared_quantities(const Job& job);
 
 /// Outputs that an evaluation needs for these quantities.

@@ -135,11 +135,6 @@ void JobReader::read_mechanism() {
       read_dynamics(read_, *mechanism_, job_.model, faults_, job_.request);
       read_load_capacity(read_, *mechanism_, faults_, job_.request);
       read_stroke_capacity(read_, *mechanism_, faults_, job_.request);
-      if (read_.contains("assembly_tolerances") && faults_.sound("/assembly_tolerances"))
-        job_.assembly_tolerances =
-            read_assembly_tolerances(read_["assembly_tolerances"], *mechanism_,
-                                     job_.kind == JobKind::optimise && names_the_box(read_),
-                                     GoalContext(*family_, job_, cases_, {}, faults_));
     }
     if (!family_->has_end_effector(job_.design.choices)) check_material_point(job_, faults_);
   }
@@ -162,12 +157,16 @@ void JobReader::check_sections() {
   };
   for (const auto& [section, owner] : {std::pair{"optimise", JobKind::optimise},
                                        {"samples", JobKind::compare},
-                                       {"models", JobKind::compare},
-                                       {"quantities", JobKind::compare}})
+                                       {"models", JobKind::compare}})
     if (read_.contains(section) && job_.kind != owner && !looked_at(section))
       job_.notes.push_back(
           fmt::format("The section {} is not used by \"job\": \"{}\".", section, kind));
   const bool compares = job_.kind == JobKind::compare;
+  const auto is_name = [](const json& quantity) { return quantity.is_string(); };
+  if (!compares && read_.contains("quantities") &&
+      std::ranges::any_of(read_["quantities"], is_name))
+    job_.notes.push_back(
+        fmt::format("Names among the quantities are not used by \"job\": \"{}\".", kind));
   for (const auto& [section, rule] :
        {std::pair{"export", "a job \"compare\" looks at models and exports nothing"},
         {"maps", "a job \"compare\" looks at models and draws no maps"},
@@ -198,6 +197,14 @@ void JobReader::check_sections() {
 /// The sections that need the family, whose names and units theirs are.
 void JobReader::read_sections() {
   const bool compares = job_.kind == JobKind::compare;
+  if (read_.contains("quantities"))
+    job_.quantities = read_defined_quantities(read_["quantities"], *family_, job_, cases_, faults_);
+  if (!sound("/quantities")) return;  // which the others may name
+  if (mechanism_ && read_.contains("assembly_tolerances") && sound("/assembly_tolerances"))
+    job_.assembly_tolerances =
+        read_assembly_tolerances(read_["assembly_tolerances"], *mechanism_,
+                                 job_.kind == JobKind::optimise && names_the_box(read_),
+                                 GoalContext(*family_, job_, cases_, {}, faults_));
   if (read_.contains("optimise"))
     job_.optimise = read_optimise(
         read_["optimise"], *family_, job_, cases_,

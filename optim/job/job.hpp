@@ -124,6 +124,14 @@ struct OptimiseSpec {
   double constraint_tolerance = 1e-4;  ///< relative to the bound
 };
 
+class Expression;
+
+/// A quantity that a job defines by a formula of quantities and parameters.
+struct NamedFormula {
+  std::string name;
+  std::shared_ptr<const Expression> formula;  ///< without names of other such formulas
+};
+
 /// Map of quantities over two parameters.
 struct MapSpec {
   std::array<Variable, 2> parameters;  ///< name and range alone
@@ -288,6 +296,7 @@ struct Job {
   StrokeRequest request;  ///< the request, of the first of several load cases
   /// Load cases of a job that has several, in its order.
   std::vector<JobCase> cases;
+  std::vector<NamedFormula> quantities;  ///< that it defines
   ModelOptions model;
   AccuracySpec accuracy;
   /// For a run that chose `model` by estimated errors: the model with looked-up leaves that an

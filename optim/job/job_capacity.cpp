@@ -19,6 +19,7 @@ namespace {
 /// Loads at O that are increased, and to what.
 struct CapacitySpec {
   std::vector<std::string> directions, supports;
+  DriveState drive = DriveState::locked;
   std::optional<double> stress, stiffness_share, largest_force, largest_moment;
 };
 
@@ -42,6 +43,11 @@ const RecordTable<CapacitySpec>& capacity_table() {
           .required("directions", list(choice(both), 1, both.size()), &CapacitySpec::directions,
                     "of the load at O: a force along ux, uy, uz, a moment about rx, ry, "
                     "rz, with - the other way")
+          .optional_choice<DriveState>(
+              "drive", {{"locked", DriveState::locked}, {"free", DriveState::free}},
+              &CapacitySpec::drive,
+              "while the load grows: held at its stroke, or free under the load that it has; "
+              "default: locked, along a load_path free")
           .optional("stress", quantity("Pa", 0, largest_number, true), &CapacitySpec::stress,
                     "limit of the stress of all leaves and elastic bodies; default: the "
                     "yield_strength of each, where "
@@ -95,10 +101,10 @@ RecordTable<StrokeCapacitySpec> stroke_capacity_table(std::optional<Direction> d
 }
 
 /// Why no load along it does anything, or nothing.
-const char* without_effect(std::size_t direction, const Mechanism& mechanism) {
+const char* without_effect(std::size_t direction, const Mechanism& mechanism, DriveState drive) {
   const std::size_t d = direction % 6;
-  if (prescribed_directions(mechanism)[d])
-    return "a drive holds the end-effector in this direction";
+  if (drive == DriveState::locked && prescribed_directions(mechanism)[d])
+    return "a drive holds the end-effector in this direction; \"drive\": \"free\" lets go of it";
   if (mechanism.bodies[static_cast<std::size_t>(mechanism.end_effector)].held[d])
     return "the end-effector cannot move in this direction";
   return nullptr;
@@ -131,15 +137,17 @@ void read_load_capacity(const json& read, const Mechanism& mechanism, FaultList&
   const Pointer at("/load_capacity");
   const CapacitySpec spec = capacity_table().read(read["load_capacity"]);
   CapacityRule& rule = request.capacity;
-  if (!request.loads.driven()) {
-    faults.add(at, shown(read["load_capacity"]["directions"]),
-               "loads are increased with the drives held: give a stroke, not a load_path");
-    return;
-  }
+  const bool driven = request.loads.driven();
+  rule.drive = spec.drive;
+  if (!driven && !read["load_capacity"].contains("drive"))
+    rule.drive = DriveState::free;
+  else if (!driven && rule.drive == DriveState::locked)
+    faults.add(at / "drive", shown(read["load_capacity"]["drive"]),
+               "along a load_path the drives are free");
   for (std::size_t i = 0; i < spec.directions.size(); ++i) {
     const std::size_t direction = index_of(spec.directions[i]);
     const std::string here = (at / "directions" / i).to_string();
-    if (const char* why = without_effect(direction, mechanism))
+    if (const char* why = without_effect(direction, mechanism, rule.drive))
       faults.add(here, shown(spec.directions[i]), why);
     else if (rule.directions[direction])
       faults.add(here, shown(spec.directions[i]), "it is listed before");
@@ -155,7 +163,7 @@ void read_load_capacity(const json& read, const Mechanism& mechanism, FaultList&
   rule.supports = {};
   for (std::size_t i = 0; i < spec.supports.size(); ++i) {
     const std::size_t support = index_of(spec.supports[i]);
-    if (const char* why = without_effect(support, mechanism))
+    if (const char* why = without_effect(support, mechanism, DriveState::locked))
       faults.add(at / "supports" / i, shown(spec.supports[i]), why);
     rule.supports[support] = true;
   }
@@ -185,7 +193,7 @@ StrokeCapacityRule stroke_capacity_rule(const json& read, std::size_t drive,
   if (!spec.supports.empty() && !spec.stiffness_share)
     faults.add(at / "supports", shown(read["supports"]), share_is_missing);
   for (std::size_t i = 0; i < spec.supports.size(); ++i)
-    if (const char* why = without_effect(index_of(spec.supports[i]), mechanism))
+    if (const char* why = without_effect(index_of(spec.supports[i]), mechanism, DriveState::locked))
       faults.add(at / "supports" / i, shown(spec.supports[i]), why);
   return rule;
 }
@@ -197,8 +205,8 @@ void read_stroke_capacity(const json& read, const Mechanism& mechanism, FaultLis
   if (!read.contains("stroke_capacity") || !faults.sound("/stroke_capacity")) return;
   const Pointer at("/stroke_capacity");
   const json& section = read["stroke_capacity"];
-  if (!request.loads.driven() || mechanism.drives.empty()) {
-    faults.add(at, shown(section), "a drive makes the stroke: give a stroke, not a load_path");
+  if (mechanism.drives.empty()) {
+    faults.add(at, shown(section), "a drive makes the stroke, and the mechanism has none");
     return;
   }
   const DriveList drives(mechanism);

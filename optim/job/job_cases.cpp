@@ -19,8 +19,9 @@ namespace {
 
 /// Keys of a job that a case may have instead: what acts on the mechanism, and where it goes.
 const std::vector<std::string>& case_keys() {
-  static const std::vector<std::string> keys{"loads",    "gravity", "temperature", "assembly",
-                                             "buckling", "stroke",  "load_path"};
+  static const std::vector<std::string> keys{"loads",           "gravity",  "temperature",
+                                             "assembly",        "buckling", "load_capacity",
+                                             "stroke_capacity", "stroke",   "load_path"};
   return keys;
 }
 

@@ -295,7 +295,7 @@ std::vector<std::string> read_quantities(const json& read, const Job& job, Fault
   std::vector<std::string> names;
   for (std::size_t i = 0; i < read.size(); ++i) {
     const std::string at = (Pointer("/quantities") / i).to_string();
-    if (!faults.sound(at)) continue;
+    if (!faults.sound(at) || !read[i].is_string()) continue;
     const std::string name = read[i];
     if (std::ranges::find(names, name) != names.end())
       faults.add(at, shown(read[i]), "it is listed before");

@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "core/spec/json_file.hpp"
@@ -41,6 +44,7 @@ GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseName
       design(job.design),
       request(job.request),
       quantities(flexopt::quantities(of_family.drives)),
+      defined(job.quantities),
       values(job.design.parameters),
       cases(all_cases),
       borne(may_bear),
@@ -72,40 +76,49 @@ const Quantity* GoalContext::find_quantity(const std::string& name) const {
   return it == quantities.end() ? nullptr : &*it;
 }
 
-const Quantity& GoalContext::quantity(const std::string& name, const std::string& load_case,
+bool GoalContext::defines(const std::string& name) const {
+  return std::ranges::find(defined, name, &NamedFormula::name) != defined.end();
+}
+
+const Quantity& GoalContext::quantity(const std::string& name, bool counts,
                                       const Pointer& at) const {
   const auto refuse = [&](const std::string& rule) {
     return SpecError(at, '"' + name + '"', rule);
   };
   const Quantity* found = find_quantity(name);
-  if (!found) throw refuse("unknown quantity; " + known_names(name, names_in(quantities)));
+  if (!found) {
+    std::vector<std::string> known = names_in(quantities);
+    for (const NamedFormula& q : defined) known.push_back(q.name);
+    throw refuse("unknown quantity; " + known_names(name, known));
+  }
   if (found->row->needs.need_frequencies() && request.frequencies == 0)
     throw SpecError("/frequencies", "0",
                     fmt::format("\"{}\" at {} needs at least 1", name, at.to_string()));
-  if (found->row->needs.has(Output::buckling) && request.buckling_load.empty() && counts(load_case))
+  if (found->row->needs.has(Output::buckling) && request.buckling_load.empty() && counts)
     throw refuse("it needs \"buckling\": {\"load\": …}, which says which load grows");
-  if (found->row->needs.has(Output::load_capacity) && !is_answered(*found, request))
+  if (found->row->needs.has(Output::load_capacity) && counts && !is_answered(*found, request))
     throw refuse(fmt::format("it needs \"load_capacity\": {{\"directions\": [\"{}\"]}}",
                              found->row->components[static_cast<std::size_t>(found->component)]));
-  if (found->row->needs.has(Output::stroke_capacity) && !is_answered(*found, request))
+  if (found->row->needs.has(Output::stroke_capacity) && counts && !is_answered(*found, request))
     throw refuse("it needs \"stroke_capacity\": {…}, of this drive and way");
   if (const Check has = check_stress(name, request);
       !has && faults.sound("/design") && faults.sound("/fillet") && faults.sound("/fatigue"))
     throw refuse(has.error());
   if (const Check has = check_dynamics(name, request);
-      !has && counts(load_case) && faults.sound("/design") && faults.sound("/dynamics"))
+      !has && counts && faults.sound("/design") && faults.sound("/dynamics"))
     throw refuse(has.error());
   return *found;
 }
 
 Expression GoalContext::formula(const std::string& text, const Pointer& at) const {
-  return {text, names, at.to_string(), formula_names(family.drives)};
+  return {text, names, at.to_string(), formula_names(family.drives, defined)};
 }
 
 void GoalContext::take(const json& goal, const char* key, bool is_formula, const Pointer& at,
                        Constraint& measure) const {
   (is_formula ? measure.expression : measure.quantity) = goal[key];
   if (is_formula) {
+    measure.quantity.clear();
     const Expression of = formula(measure.expression, at / key);
     measure.unit = of.unit();
     measure.terms = of.quantities();
@@ -113,7 +126,7 @@ void GoalContext::take(const json& goal, const char* key, bool is_formula, const
   if (!measure.of_parameters()) {
     measure.load_case = load_case(goal, at);
     for (const std::string& name : measure.quantities())
-      quantity(name, measure.load_case, at / key);
+      quantity(name, counts(measure.load_case), at / key);
     return;
   }
   if (goal.contains("case"))
@@ -129,7 +142,7 @@ const char* GoalContext::take(const json& goal, const Pointer& at, Constraint& m
   if (goal.contains("quantity") == is_formula)
     throw SpecError(at, shown(goal), "give quantity or expression, one of the two");
   const char* const key = is_formula ? "expression" : "quantity";
-  take(goal, key, is_formula, at, measure);
+  take(goal, key, is_formula || defines(goal[key]), at, measure);
   return key;
 }
 
@@ -139,6 +152,63 @@ std::string goal_label(const Constraint& goal) {
   if (goal.of_parameters()) return goal.expression;
   return fmt::format("{} {} over stroke{}", goal.name(), name_of(goal.over_stroke),
                      goal.load_case.empty() ? "" : ", case " + goal.load_case);
+}
+
+namespace {
+
+/// Rule that the name of a quantity of the job breaks; empty if none.
+std::string name_fault(const std::string& name, const GoalContext& context) {
+  constexpr std::array columns{"stroke", "status", "case", "stable"};  // of results
+  const auto may_be_in = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+  };
+  if (!std::ranges::all_of(name, may_be_in) || std::isdigit(static_cast<unsigned char>(name[0])))
+    return "a quantity has a name of letters, digits and _ that begins with no digit";
+  if (context.defines(name)) return "another quantity has this name";
+  if (is_formula_word(name) || context.find_quantity(name) ||
+      std::ranges::find(columns, name) != columns.end() ||
+      std::ranges::find(context.names, name, &FormulaName::name) != context.names.end())
+    return "the name has another meaning";
+  return "";
+}
+
+}  // namespace
+
+std::vector<NamedFormula> read_defined_quantities(const json& read, const Family& family, Job job,
+                                                  const CaseNames& cases, FaultList& faults) {
+  for (std::size_t k = 0; k < read.size(); ++k) {
+    const Pointer at = Pointer("/quantities") / k;
+    if (!read[k].is_object() || !faults.sound(at)) continue;
+    faults.attempt([&] {
+      GoalContext context(family, job, cases, {}, faults);
+      const std::string name = read[k]["name"], text = read[k]["expression"];
+      if (const std::string fault = name_fault(name, context); !fault.empty())
+        throw SpecError(at / "name", shown(name), fault);
+      // those that are not defined (yet) are known, to say what is wrong with their names
+      const std::size_t known = context.names.size();
+      std::vector<std::size_t> places;
+      for (std::size_t other = 0; other < read.size(); ++other)
+        if (read[other].is_object() && faults.sound(Pointer("/quantities") / other / "name") &&
+            !context.defines(read[other]["name"])) {
+          context.names.push_back({read[other]["name"], ""});
+          places.push_back(other);
+        }
+      const auto formula =
+          std::make_shared<const Expression>(context.formula(text, at / "expression"));
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const std::string& other = context.names[known + i].name;
+        if (std::ranges::find(formula->names(), other) == formula->names().end()) continue;
+        if (places[i] < k) return;  // what is wrong there has been said
+        throw SpecError(at / "expression", text,
+                        fmt::format("'{}' is defined {}: a formula may name those further up",
+                                    other, places[i] == k ? "here" : "further down"));
+      }
+      for (const std::string& term : formula->quantities())
+        context.quantity(term, cases.all.empty(), at / "expression");
+      job.quantities.push_back({name, formula});
+    });
+  }
+  return job.quantities;
 }
 
 Constraint read_measure(json& read, const GoalContext& context, const Pointer& at,

@@ -106,17 +106,26 @@ std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters)
   return names;
 }
 
-std::vector<FormulaName> formula_names(const DriveList& drives) {
+std::vector<FormulaName> formula_names(const DriveList& drives,
+                                       const std::vector<NamedFormula>& defined) {
   std::vector<FormulaName> names;
   for (const Quantity& q : quantities(drives)) names.push_back({q.name, q.unit});
+  for (const NamedFormula& q : defined) names.push_back({q.name, q.formula->unit(), q.formula});
   return names;
+}
+
+DriveList drive_list(const Job& job, const Mechanism& mechanism) {
+  DriveList drives(mechanism);
+  for (const NamedFormula& q : job.quantities)
+    drives.named_quantities.emplace_back(q.name, q.formula->unit());
+  return drives;
 }
 
 Expression goal_formula(const Job& job, const std::string& text, const std::string& pointer) {
   const Family& family = resolve(job.design)->family();
   std::vector<Parameter> all = family.parameters;
   all.insert(all.end(), job_numbers().begin(), job_numbers().end());
-  return {text, formula_names(all), pointer, formula_names(family.drives)};
+  return {text, formula_names(all), pointer, formula_names(family.drives, job.quantities)};
 }
 
 ParameterValues complete_numbers(const Job& job, const ParameterValues& parameters) {

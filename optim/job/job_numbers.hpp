@@ -26,9 +26,14 @@ std::vector<std::string> parameter_names(const Family& family);
 /// The family's parameters, then those numbers that differ from design to design.
 std::vector<Parameter> parameters_of(const Job& job);
 
-/// Names and units of parameters, and of the quantities of a mechanism, as formulas want them.
+/// Names and units of parameters, and of the quantities of a mechanism and those that a job
+/// defines, as formulas want them.
 std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters);
-std::vector<FormulaName> formula_names(const DriveList& drives);
+std::vector<FormulaName> formula_names(const DriveList& drives,
+                                       const std::vector<NamedFormula>& defined);
+
+/// The drives of a mechanism of the job, with the quantities that the job defines.
+DriveList drive_list(const Job& job, const Mechanism& mechanism);
 
 /// A formula of a goal of the job: of parameters, numbers of the job, and quantities.
 Expression goal_formula(const Job& job, const std::string& text, const std::string& pointer = "");

@@ -135,8 +135,8 @@ Objective read_objective(json& read, const GoalContext& context) {
   objective.margin = read_margin(read, context.borne.tolerances, at);
   const std::string key = objective.maximise ? "maximise" : "minimise", goal = read[key];
   const bool formula =
-      !context.find_quantity(goal) &&
-      (goal.find_first_of("+-*/^(") != std::string::npos || context.values.contains(goal));
+      !context.find_quantity(goal) && (goal.find_first_of("+-*/^(") != std::string::npos ||
+                                       context.values.contains(goal) || context.defines(goal));
   context.take(read, key.c_str(), formula, at, objective);
   if (!objective.of_parameters()) {
     if (!read.contains("over_stroke"))
@@ -150,11 +150,12 @@ Objective read_objective(json& read, const GoalContext& context) {
 }
 
 Constraint read_constraint(json& read, const GoalContext& context, const Pointer& at) {
-  const bool formula = read.contains("expression"), largest = read.contains("max");
-  if (formula != read.contains("quantity") && !read.contains("min") && !largest)
+  const bool largest = read.contains("max");
+  if (read.contains("expression") != read.contains("quantity") && !read.contains("min") && !largest)
     throw SpecError(at, shown(read), "it has no bound: give min, max or both");
   Constraint constraint =
       read_measure(read, context, at, largest ? OverStroke::max : OverStroke::min);
+  const bool formula = !constraint.expression.empty();
   const auto bound = [&](const char* key) {
     if (!formula)
       return read_quantity(shape::quantity(context.find_quantity(constraint.quantity)->unit),

@@ -63,6 +63,7 @@ struct GoalContext {
   const DesignSpec& design;
   const StrokeRequest& request;
   std::vector<Quantity> quantities;
+  const std::vector<NamedFormula>& defined;  ///< quantities that the job defines
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< names of these, the family's first
   const CaseNames& cases;
@@ -79,9 +80,10 @@ struct GoalContext {
     return load_case.empty() || load_case == cases.own;
   }
   const Quantity* find_quantity(const std::string& name) const;
-  /// The quantity of that name, with what it asks of the rest of the job. Throws SpecError.
-  const Quantity& quantity(const std::string& name, const std::string& load_case,
-                           const JsonPointer& at) const;
+  bool defines(const std::string& name) const;  ///< whether the job defines a quantity so called
+  /// The quantity of that name, with what it asks of the rest of the job, if it counts for this
+  /// load case. Throws SpecError.
+  const Quantity& quantity(const std::string& name, bool counts, const JsonPointer& at) const;
   /// A formula of the values and the quantities. Throws SpecError.
   Expression formula(const std::string& text, const JsonPointer& at) const;
   /// What is measured, from the text under `key`: a quantity, or a formula; and its load case.
@@ -94,6 +96,12 @@ struct GoalContext {
 
 /// "max_stress max over stroke, case up"
 std::string goal_label(const Constraint& goal);
+
+/// The quantities that the section "quantities" defines, of a job that is read but for the sections
+/// that may name them. Those that are wrong stay out.
+std::vector<NamedFormula> read_defined_quantities(const nlohmann::json& read, const Family& family,
+                                                  Job job, const CaseNames& cases,
+                                                  FaultList& faults);
 
 /// A quantity over the stroke, or a formula, without bounds. `usual`: which value over the stroke
 /// is meant where `read` does not say; nothing: it must. Throws SpecError.

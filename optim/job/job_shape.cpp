@@ -82,11 +82,12 @@ Shape design_shape(const Family* family) {
   return record(std::move(fields));
 }
 
-/// Names of quantities where the table of the section leaves any text.
+/// Names of quantities where the table of the section leaves any text. A job may define others.
 Shape with_quantities(Shape section, const Family* family) {
   if (!family) return section;
   for (Field& field : section.fields)
-    if (field.name == "quantity") field.shape = choice(names_in(quantities(family->drives)));
+    if (field.name == "quantity")
+      field.shape = one_of({text(), choice(names_in(quantities(family->drives)))});
   return section;
 }
 
@@ -285,9 +286,16 @@ Shape job_shape(const Family* family) {
       optional("models", list(model_entry_shape(), 1, 20),
                "what is compared with full accuracy, for job compare; keys left out are those of "
                "model; default: the reduced one"),
-      optional("quantities", list(choice(comparable_quantities()), 1, 100),
-               "whose errors are wanted, for job compare; default: drive load, motion, stiffness, "
-               "stress, frequencies, and what other sections of the job ask for"),
+      optional("quantities",
+               list(one_of({choice(comparable_quantities()),
+                            record({required("name", text(50), "what results and goals call it"),
+                                    required("expression", text(),
+                                             "a formula of quantities, parameters and quantities "
+                                             "that are defined further up")})}),
+                    1, 100),
+               "quantities that the job defines; and names of those whose errors are wanted, for "
+               "job compare, by default drive load, motion, stiffness, stress, frequencies, and "
+               "what other sections of the job ask for"),
       with_default("expect", list(expectation_table().shape(), 0, 1000), json::array(),
                    "values the result must have; a job in the repository is a test"),
   };

@@ -330,6 +330,24 @@ Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& respo
   return reading;
 }
 
+void add_defined_quantities(const Job& job, const ParameterValues& parameters,
+                            StrokeResponse& response, StrokeGradients* gradients) {
+  if (job.quantities.empty()) return;
+  ParameterValues numbers = complete_numbers(job, parameters);
+  const ReadPath path{response, job.request, gradients};
+  for (PathPoint& point : response.path)
+    for (const auto& [name, formula] : job.quantities) {
+      const auto known = [&](const std::string& term) { return value_of(point, term).has_value(); };
+      std::optional<PointValue> one;
+      if (std::ranges::all_of(formula->quantities(), known))
+        if (auto found = values_at(*formula, path, point, numbers)) one = found->front();
+      point.named_quantities.push_back({name, one ? std::optional(one->value) : std::nullopt});
+      if (gradients)
+        gradients->path[static_cast<std::size_t>(&point - response.path.data())]
+            .named_quantities.push_back(one ? one->gradient : std::nullopt);
+    }
+}
+
 Extreme extreme(const Goal& goal, const GoalValues& values, std::size_t part) {
   const auto stride = static_cast<std::size_t>(goal.branches);
   std::size_t first = 0;

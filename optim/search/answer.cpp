@@ -92,7 +92,8 @@ std::string violated_words(const std::vector<ConstraintState>& constraints, cons
 }
 
 std::string what_stops(EvaluationBook& book, const Scales& scales, const Chosen& answer,
-                       const std::vector<ConstraintState>& constraints) {
+                       Optimum& optimum) {
+  const std::vector<ConstraintState>& constraints = optimum.constraints;
   const DesignProblem& problem = book.problem();
   const OptimiseSpec& spec = problem.spec();
   const std::optional<Conflict> conflict = conflict_at(book, answer.pose, answer.best);
@@ -103,10 +104,14 @@ std::string what_stops(EvaluationBook& book, const Scales& scales, const Chosen&
   const std::vector<std::size_t> missed = violated(constraints, scales, spec.constraint_tolerance);
   std::string text = "the least violated one has ";
   if (pressing.empty()) return text + words_of(missed, constraints, scales);
+  UnmetTogether& kept = optimum.conflict.emplace(UnmetTogether{pressing, {}});
   std::vector<std::string> edges;
-  for (const Eigen::Index j : conflict->variables)
-    edges.push_back(fmt::format("{} at its {}imum", spec.variables[j].parameter,
-                                answer.best.x[j] > 0.5 ? "max" : "min"));
+  for (const Eigen::Index j : conflict->variables) {
+    kept.variables.emplace_back(spec.variables[j].parameter,
+                                answer.best.x[j] > 0.5 ? "max" : "min");
+    edges.push_back(fmt::format("{} at its {}imum", kept.variables.back().first,
+                                kept.variables.back().second));
+  }
   text += words_of(pressing, constraints, scales);
   if (pressing.size() > 1 || !edges.empty())
     text += fmt::format(", which cannot be met {}{}{}",
@@ -179,6 +184,8 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
       full_paths[k].response = own_paths[k];
       for (PathPoint& point : full_paths[k].response.path) point.shapes.clear();
     }
+  for (StrokeResponse& path : own_paths)
+    add_defined_quantities(job, problem.parameters(variables), path);
   const DesignValues full = problem.robust() || problem.worst_assembly()
                                 ? problem.evaluate(variables, false, Accuracy::full)
                                 : problem.read(variables, full_paths, requests);

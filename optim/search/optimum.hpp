@@ -2,6 +2,7 @@
 // What an optimisation returns. Plain data, named as in result.json.
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/response/response.hpp"
@@ -149,11 +150,20 @@ struct Sensitivity {
   double value = 0;           ///< SI
 };
 
+/// What cannot be met together near the least violated design.
+struct UnmetTogether {
+  std::vector<std::size_t> constraints;  ///< by their places in the job
+  /// Parameters at the end of their ranges that hold them there, with the key of that end.
+  std::vector<std::pair<std::string, std::string>> variables;
+};
+
 enum class OptimumStatus { optimal, local, feasible, infeasible, failed };
 
 struct Optimum {
   OptimumStatus status = OptimumStatus::failed;
   std::string stop_reason;
+  /// Of an infeasible answer, where the first-order conditions of the least violation are known.
+  std::optional<UnmetTogether> conflict;
   /// Residual of the first-order conditions of the answer, in its own scales; of gradient methods.
   std::optional<double> kkt;
   std::string gradients;  ///< "none", "central differences", "exact"

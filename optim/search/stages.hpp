@@ -148,9 +148,10 @@ std::string violated_words(const std::vector<ConstraintState>& constraints, cons
 
 /// What stands against a feasible design at the least violated one, in words with the figures: the
 /// constraints (and bounds of variables) with a multiplier in its first-order conditions, which
-/// cannot be met together near it, where these are known; else those that are violated.
+/// cannot be met together near it, where these are known (then kept as its conflict); else those
+/// that are violated.
 std::string what_stops(EvaluationBook& book, const Scales& scales, const Chosen& answer,
-                       const std::vector<ConstraintState>& constraints);
+                       Optimum& optimum);
 
 /// Sensitivities of the objective and the active constraints, and multipliers of the constraints,
 /// at the answer: from the derivatives of all goals there.

@@ -8,6 +8,7 @@
 
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/evaluation_log.hpp"
+#include "optim/problem/goals.hpp"
 #include "optim/problem/line_log.hpp"
 #include "optim/solvers/parallel.hpp"
 
@@ -156,6 +157,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
       request.outputs = needs_of(quantities);
       append(evaluator(mechanism, choice.model, request), one.name, whole);
     }
+    add_defined_quantities(job, sample.parameters, whole);
     seconds = {whole.seconds_path, seconds_since(begin)};
     return compared_path(design, model, quantities, whole);
   } catch (const SpecError& error) {

@@ -295,22 +295,19 @@ void add_weakest(const QuantityRow& row, const Points& points, std::vector<Strok
   }
 }
 
-void add_number(const QuantityRow& row, const StrokeResponse& response, const Points& points,
-                Direction drive, int component, const std::string& drive_name,
+void add_number(const Quantity& q, const StrokeResponse& response, const Points& points,
                 std::vector<StrokeRow>& table) {
-  StrokeRow& added = table.emplace_back(
-      StrokeRow{.label = row.label + (drive_name.empty() ? "" : " " + drive_name),
-                .quantity = row.name + (drive_name.empty() ? "" : "." + drive_name),
-                .unit = row.unit(drive, row.components.empty() ? 0 : component)});
+  StrokeRow& added =
+      table.emplace_back(StrokeRow{.label = q.label, .quantity = q.name, .unit = q.unit});
   for (const PathPoint& p : response.path)
     if (p.status == PointStatus::converged)
-      added.largest = std::max(added.largest, std::abs(row.value(p, component).value_or(0)));
+      added.largest = std::max(added.largest, std::abs(q.value(p).value_or(0)));
   for (const PathPoint* p : points) {
-    StrokeCell& cell = added.cells.emplace_back(StrokeCell{row.value(*p, component)});
+    StrokeCell& cell = added.cells.emplace_back(StrokeCell{q.value(*p)});
     if (cell.value) continue;
-    if (row.at_least) cell.value = row.at_least(*p, component);
+    if (q.row->at_least) cell.value = q.row->at_least(*p, q.component);
     cell.at_least = cell.value.has_value();
-    if (!cell.value) cell.reason = why_missing(*p, row, component);
+    if (!cell.value) cell.reason = why_missing(*p, *q.row, q.component);
   }
 }
 
@@ -372,7 +369,7 @@ std::string summary_of(const RunRecord& record) {
                                  verdict.word, verdict.text);
   if (verdict.text.find(record.message) == std::string::npos)
     text += fmt::format("  {}\n", record.message);
-  const DriveList drives(record.mechanism);
+  const DriveList drives = drives_of(record);
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drives);
   text += tolerance_lines(record, drives);
@@ -392,20 +389,22 @@ std::vector<StrokeRow> stroke_table(const StrokeResponse& response, const DriveL
   const Points points = shown_points(response);
   if (points.empty()) return table;
   add_strokes(points, drives, request, table);
+  const std::vector<Quantity> all = quantities(drives);
+  const auto add_numbers = [&](const QuantityRow& row) {
+    for (const Quantity& q : all)
+      if (q.row == &row) add_number(q, response, points, table);
+  };
   for (const QuantityRow& row : quantity_rows()) {
     if (!is_shown(row, request)) continue;
     if (row.needs.has(Output::load_capacity)) {
       add_capacities(row, points, request, table);
     } else if (row.in_summary == SummaryLine::weakest) {
       add_weakest(row, points, table);
-    } else if (!row.of_drives) {
-      add_number(row, response, points, drives.first(), 0, "", table);
     } else {
-      for (std::size_t k = 0; k < drives.items.size(); ++k)
-        add_number(row, response, points, drives.items[k].direction, static_cast<int>(k),
-                   drives.named() ? drives.items[k].name : "", table);
+      add_numbers(row);
     }
   }
+  add_numbers(row_of_named_quantities());
   return table;
 }
 

@@ -371,7 +371,7 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
 }
 
 std::string path_csv(const RunRecord& record) {
-  const DriveList drives(record.mechanism);
+  const DriveList drives = drives_of(record);
   if (!record.job.cases.empty())
     return cases_csv(responses_of(record), drives, record.job.cases, record.errors);
   return path_csv(response_of(record), drives, record.job.request,

@@ -274,6 +274,17 @@ Json history_json(const Optimum& optimum) {
   return {{"start", start}, {"number", number}, {"objective", objective}, {"violation", violation}};
 }
 
+/// What the least violated design cannot meet together; null where nothing is known of it.
+Json conflict_json(const Optimum& optimum) {
+  if (!optimum.conflict) return nullptr;
+  Json json = {{"constraints", Json::array()}, {"variables", Json::array()}};
+  for (const std::size_t i : optimum.conflict->constraints)
+    json["constraints"].push_back(optimum.constraints[i].label);
+  for (const auto& [parameter, bound] : optimum.conflict->variables)
+    json["variables"].push_back({{"parameter", parameter}, {"at_bound", bound}});
+  return json;
+}
+
 }  // namespace
 
 OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
@@ -288,6 +299,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   return {
       {"status", name_of(optimum.status)},
       {"stop_reason", optimum.stop_reason},
+      {"conflict", conflict_json(optimum)},
       {"kkt_residual", optional_json(optimum.kkt)},
       {"parameters", optimum.parameters},
       {"objective", known_json(optimum.status != OptimumStatus::failed, optimum.objective)},

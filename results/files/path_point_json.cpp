@@ -288,6 +288,11 @@ Json row_json(const QuantityRow& row, const PathPoint& point) {
   return values;
 }
 
+void add_named_quantities(const PathPoint& point, Json& json) {
+  for (const NamedQuantity& q : point.named_quantities)
+    json["quantities"][q.name] = optional_json(q.value);
+}
+
 void add_quantities(const PathPoint& point, Json& json) {
   for (const QuantityRow& row : quantity_rows()) {
     std::string pointer = "/" + row.name;
@@ -311,6 +316,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                {"message", point.message},
                {"newton_iterations", point.newton_iterations},
                {"sub_steps", point.sub_steps}};
+  add_named_quantities(point, json);
   if (point.status != PointStatus::converged) {
     for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
     for (const char* name : {"compliance", "modes", "max_stress_place", "clearance_place", "stable",

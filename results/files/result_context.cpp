@@ -39,10 +39,11 @@ Json validity_json(const LeafSpring& leaf) {
 /// One unit for all numbers of a key, or one for each component.
 void add_quantity_units(const DriveList& drives, Json& units) {
   std::map<std::string, std::set<std::string>> of_key;
-  for (const Quantity& q : quantities(drives)) of_key[key_of(q.name)].insert(q.unit);
+  for (const Quantity& q : quantities(drives)) of_key[key_of(q.place())].insert(q.unit);
   for (const Quantity& q : quantities(drives)) {
-    const std::string key = key_of(q.name);
-    std::string pointer = "/" + (of_key[key].size() == 1 ? key : q.name);
+    const std::string key = key_of(q.place());
+    const bool one = of_key[key].size() == 1 && q.row != &row_of_named_quantities();
+    std::string pointer = "/" + (one ? key : q.place());
     std::ranges::replace(pointer, '.', '/');
     units[Json::json_pointer(pointer)] = q.unit;
   }
@@ -184,7 +185,7 @@ Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest&
   // by name, as in the job: the order in a design file is not that in a job.json that holds it
   std::map<std::string, std::string> parameters;
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
-  const DriveList drives(mechanism);
+  const DriveList drives = drive_list(job, mechanism);
   Json units = {{"stroke", stroke_unit(drives, request)}};
   if (drives.named() && request.loads.driven()) {
     units["stroke"] = Json::object();
@@ -212,7 +213,8 @@ Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
     if (!q.row->in_report) continue;
     if (!is_answered(q, request)) continue;
     Json at = Json::array();
-    for (const auto part : std::views::split(q.name, '.'))
+    const std::string place = q.place();
+    for (const auto part : std::views::split(place, '.'))
       at.push_back(std::string(part.begin(), part.end()));
     if (q.row->direction) at.push_back("value");
     list.push_back({{"name", q.name}, {"label", q.label}, {"unit", q.unit}, {"at", std::move(at)}});

@@ -258,6 +258,8 @@ std::vector<const StrokeResponse*> responses_of(const RunRecord& record) {
   return all;
 }
 
+DriveList drives_of(const RunRecord& record) { return drive_list(record.job, record.mechanism); }
+
 const StrokeResponse& response_of(const RunRecord& record) {
   return record.optimum ? record.optimum->response : record.response;
 }

@@ -69,6 +69,9 @@ Verdict verdict_of(const RunRecord& record);
 /// Whether what was chosen keeps the tolerance at the design that the run is about.
 bool meets_tolerance(const RunRecord& record);
 
+/// The drives of its mechanism, with the quantities that its job defines.
+DriveList drives_of(const RunRecord& record);
+
 /// The path that the run is about; of several load cases that of the first.
 const StrokeResponse& response_of(const RunRecord& record);
 /// The paths of all load cases, in the order of cases_of(record.job); none where the run has none.

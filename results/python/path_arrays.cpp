@@ -192,7 +192,7 @@ class PathArrays {
             shaped(reinterpret_cast<const bool*>(block.missing.data()))};
   }
   const std::vector<Quantity>& all_quantities() {
-    if (quantities_.empty()) quantities_ = quantities(DriveList(record_->mechanism));
+    if (quantities_.empty()) quantities_ = quantities(drives_of(*record_));
     return quantities_;
   }
   const Quantity& quantity(const std::string& name) {

@@ -10,6 +10,7 @@
 #include "core/response/path/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
 #include "optim/problem/evaluation_log.hpp"
+#include "optim/problem/goals.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/stages.hpp"
 #include "optim/studies/compare.hpp"
@@ -23,9 +24,11 @@ namespace flexopt {
 namespace {
 
 /// Evaluates a design with shapes, for drawing.
-StrokeResponse drawn_response(const Job& job, const Mechanism& mechanism,
-                              const StrokeRequest& request) {
-  return evaluate_stroke(mechanism, job.model, drawn(request));
+StrokeResponse drawn_response(const Job& job, const ParameterValues& parameters,
+                              const Mechanism& mechanism, const StrokeRequest& request) {
+  StrokeResponse response = evaluate_stroke(mechanism, job.model, drawn(request));
+  add_defined_quantities(job, parameters, response);
+  return response;
 }
 
 /// The request, of whose evaluation the listener is told: of every point and load that is done, and
@@ -55,6 +58,8 @@ void differentiate(const std::vector<std::string>& along, RunListener& listener,
     one.request.values = PathValues::differentiable;
     StrokeSensitivity found = stroke_sensitivity(record.job, record.job.design.parameters, along,
                                                  record.job.model, watched(listener, one.request));
+    add_defined_quantities(record.job, record.job.design.parameters, found.response,
+                           found.gradients ? &*found.gradients : nullptr);
     if (!found.gradients && record.no_gradients.empty()) record.no_gradients = found.message;
     if (found.gradients) record.gradients.push_back(std::move(*found.gradients));
     (one.name.empty() ? record.response : record.cases.emplace_back()) = std::move(found.response);
@@ -116,7 +121,7 @@ void draw_beside(RunRecord& record, const std::string& label, const std::string&
   }
   try {
     other.mechanism = make_mechanism(job, parameters);
-    other.response = drawn_response(job, other.mechanism, job.request);
+    other.response = drawn_response(job, parameters, other.mechanism, job.request);
   } catch (const SpecError&) {
     return;
   }
@@ -246,12 +251,13 @@ RunRecord run_evaluation(const Job& job, const RunOptions& options, RunListener&
   listener.say(fmt::format("evaluating {} at {} stroke points{}", job.name, points, cases));
   if (!options.along.empty()) differentiate(options.along, listener, record);
   for (std::size_t k = record.cases.size(); k < job.cases.size(); ++k)
-    record.cases.push_back(drawn_response(record.job, record.mechanism,
+    record.cases.push_back(drawn_response(record.job, job.design.parameters, record.mechanism,
                                           watched(listener, record.job.cases[k].request)));
   if (!job.cases.empty())
     record.response = record.cases.front();
   else if (options.along.empty())
-    record.response = drawn_response(record.job, record.mechanism, watched(listener, job.request));
+    record.response = drawn_response(record.job, job.design.parameters, record.mechanism,
+                                     watched(listener, job.request));
   add_errors(record.job.model, listener, record);
   add_timings(record);
   conclude(record);

@@ -257,7 +257,7 @@ void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::si
                                            equilibrium);  // reduced leaves do not reach so far
   System& loaded = whole ? *whole : system;
   if (request_.growing_load()) outputs_.add_buckling(loaded, equilibrium, k, point, own);
-  if (request_.wants_capacity()) outputs_.add_load_capacity(loaded, k, point, own);
+  if (request_.wants_capacity()) outputs_.add_load_capacity(loaded, equilibrium, k, point, own);
 } catch (const WorkLimitReached& reached) {
   cut_short_ = reached.what();
   outputs_.miss_branching(*cut_short_, point);

@@ -234,14 +234,16 @@ void PointOutputs::add_buckling(System& system, const Equilibrium& equilibrium, 
   }
 }
 
-void PointOutputs::add_load_capacity(System& system, std::size_t index, PathPoint& point,
+void PointOutputs::add_load_capacity(System& system, const Equilibrium& equilibrium,
+                                     std::size_t index, PathPoint& point,
                                      PointGradients* gradients) {
   const double growing = request_->loads.driven() ? 0 : request_->points[index];
   if (gradients && !capacity_) capacity_.emplace(system.mechanism(), differentiable_->design);
   for (std::size_t k = 0; k < request_->capacity.directions.size(); ++k) {
     if (!request_->capacity.directions[k]) continue;
-    LoadCapacityResult found = find_load_capacity(system, static_cast<int>(k), growing, *request_,
-                                                  *model_, gradients ? &*capacity_ : nullptr);
+    LoadCapacityResult found =
+        find_load_capacity(system, static_cast<int>(k), growing, equilibrium.drive_loads, *request_,
+                           *model_, gradients ? &*capacity_ : nullptr);
     point.load_capacity[k] = std::move(found.capacity);
     if (gradients) gradients->load_capacity[k] = std::move(found.gradient);
   }

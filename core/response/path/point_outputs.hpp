@@ -51,8 +51,8 @@ class PointOutputs {
   void add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
                     PathPoint& point, PointGradients* gradients);
   /// Likewise the largest loads that the request asks for.
-  void add_load_capacity(System& system, std::size_t index, PathPoint& point,
-                         PointGradients* gradients);
+  void add_load_capacity(System& system, const Equilibrium& equilibrium, std::size_t index,
+                         PathPoint& point, PointGradients* gradients);
   /// Why those of both that the point does not have yet are missing.
   void miss_branching(const std::string& why, PathPoint& point) const;
 

@@ -65,6 +65,7 @@ std::vector<BoundedNumber> bounded_numbers(const StrokeCapacityRule& rule,
 StrokeRequest trial_request(const Mechanism& mechanism, const StrokeCapacityRule& rule,
                             StrokeRequest request) {
   request.outputs = {Output::equilibrium};
+  request.loads.growing.clear();
   request.branch = BranchChoice::primary;
   request.in_order = false;
   request.named_points.clear();

@@ -350,8 +350,9 @@ std::string BranchTracer::passed_by() const {
 }
 
 std::string BranchTracer::shown(double factor) const {
-  return unit_ == 0 ? fmt::format("a factor of {:.4g}", factor)
-                    : fmt::format("a load of {:.4g}", factor * unit_);
+  const std::string& name = branch_->system().loads().growing.front().name;
+  return unit_ == 0 ? fmt::format("a factor of {:.4g} of {}", factor, name)
+                    : fmt::format("a load of {:.4g} along {}", factor * unit_, name);
 }
 
 // φᵀ(K + (A·e))φ vanishes at a factor that is off by about −φᵀ(A·e)φ / φᵀK_λφ.
@@ -379,24 +380,42 @@ VectorXd BranchTracer::gradient(DesignDirections& design, const MatrixXd& drive_
   VectorXd mode = factor.solver(branch_->locked())(critical_->rate->times(critical_->ahead->mode));
   mode /= mode.norm();
   const DesignRates<double> rates = design_rates(factor, design, *model_).value();
-  MatrixXd residual = rates.residual();
-  if (!branch_->locked())
-    residual.topRows(factor.bodies()) -= branch_->system().drive_forces() * drive_load_rates;
-  // motions along the parameters and along the load from one solve: near a fold
-  // both are as large, and what rounding does to them is the same
+  const MatrixXd moved = moved_states(*branch_, factor, rates.residual(), drive_load_rates);
+  const Eigen::Index count = moved.cols() - 1;
+  critical_->rate->set_direction(moved.col(count), 1);
+  const double along = critical_->rate->forms(mode)(0, 0);
+  return -rates.quadratic(mode, VectorXd::Zero(1), moved.leftCols(count)).row(0).transpose() /
+         along;
+}
+
+// One solve for all: near a fold the motions along the parameters and along the load are as large,
+// and what rounding does to them is the same.
+MatrixXd moved_states(const LoadBranch& branch, const MechanismFactor& factor, MatrixXd residual,
+                      const MatrixXd& drive_load_rates) {
+  if (!branch.locked())
+    residual.topRows(factor.bodies()) -= branch.system().drive_forces() * drive_load_rates;
   const Eigen::Index count = residual.cols();
   MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
   forces.leftCols(count) = -residual;
-  forces.col(count).head(factor.bodies()) = branch_->load();
-  const MatrixXd moved = factor.balance(forces, branch_->locked()).topRows(factor.size());
-  MatrixXd state = moved.leftCols(count);
-  if (!branch_->locked())
+  forces.col(count).head(factor.bodies()) = branch.load();
+  MatrixXd moved = factor.balance(forces, branch.locked()).topRows(factor.size());
+  if (!branch.locked())
     for (int k = 0; k < factor.drives(); ++k)
-      if (const auto& row = branch_->system().drives()[k].condition)
-        state.row(factor.size() - factor.conditions() + *row) = -drive_load_rates.row(k);
-  critical_->rate->set_direction(moved.col(count), 1);
-  const double along = critical_->rate->forms(mode)(0, 0);
-  return -rates.quadratic(mode, VectorXd::Zero(1), state).row(0).transpose() / along;
+      if (const auto& row = branch.system().drives()[k].condition)
+        moved.row(factor.size() - factor.conditions() + *row).head(count) =
+            -drive_load_rates.row(k);
+  return moved;
+}
+
+MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model, DesignDirections& design,
+                          bool driven) {
+  const Answer<MechanismFactor> linear = MechanismFactor::of(branch.system());
+  const MechanismFactor& factor = *linear;
+  const auto count = static_cast<Eigen::Index>(design.list.size());
+  if (branch.locked() || !driven || factor.drives() == 0)
+    return MatrixXd::Zero(factor.drives(), count);
+  const DesignRates<double> rates = design_rates(factor, design, model).value();
+  return factor.balance(-rates.residual(), true).bottomRows(factor.drives());
 }
 
 }  // namespace flexopt

@@ -129,4 +129,15 @@ class BranchTracer {
   std::optional<Look> critical_;
 };
 
+/// States that equilibria of the branch move through: along the parameters of `residual` (rows of
+/// the factor × parameters), the load kept, and, in the last column, along a factor of 1.
+/// `drive_load_rates`: of the loads that free drives keep, drives × parameters.
+MatrixXd moved_states(const LoadBranch& branch, const MechanismFactor& factor, MatrixXd residual,
+                      const MatrixXd& drive_load_rates);
+
+/// Derivatives of the drives' loads where the branch begins, their strokes and the load kept:
+/// drives × parameters. Zero where the branch holds the drives, or nothing is `driven`.
+MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model, DesignDirections& design,
+                          bool driven);
+
 }  // namespace flexopt

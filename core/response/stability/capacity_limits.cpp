@@ -26,17 +26,11 @@ struct Rates {
   MatrixXd state;
 };
 
-// `load`: for a factor of 1, null where there is none.
-Rates rates_of(System& system, CapacityDirections& directions, const ModelOptions& model,
-               const VectorXd* load) {
+Rates rates_of(System& system, CapacityDirections& directions, const ModelOptions& model) {
   Rates rates;
   rates.factor = std::make_unique<MechanismFactor>(MechanismFactor::of(system).value());
-  const MechanismFactor& factor = *rates.factor;
   rates.design = std::make_unique<DesignRates<double>>(
-      design_rates(factor, directions.with_load, model).value());
-  MatrixXd forces = -rates.design->residual();
-  if (load) forces.col(forces.cols() - 1).head(factor.bodies()) += *load;
-  rates.state = factor.balance(forces, true).topRows(factor.size());
+      design_rates(*rates.factor, directions.with_load, model).value());
   return rates;
 }
 
@@ -138,10 +132,12 @@ LoadCapacity CapacityLimits::reached() const {
 }
 
 UnloadedStiffness CapacityLimits::unloaded(System& system, CapacityDirections& design,
-                                           const ModelOptions& model) const {
+                                           const ModelOptions& model, bool driven) const {
   UnloadedStiffness stiffness;
   if (request_->capacity.stiffness_share == 0) return stiffness;
-  const Rates rates = rates_of(system, design, model, nullptr);
+  Rates rates = rates_of(system, design, model);
+  rates.state =
+      rates.factor->balance(-rates.design->residual(), driven).topRows(rates.factor->size());
   for (std::size_t d = 0; d < 6; ++d)
     if (unloaded_[d])
       stiffness[d] =
@@ -151,11 +147,13 @@ UnloadedStiffness CapacityLimits::unloaded(System& system, CapacityDirections& d
 
 std::optional<VectorXd> CapacityLimits::gradient(LoadBranch& branch, CapacityDirections& design,
                                                  const ModelOptions& model,
+                                                 const MatrixXd& drive_load_rates,
                                                  const UnloadedStiffness& unloaded) const {
   if (!stress_ && !support_) return std::nullopt;
-  const VectorXd load = branch.load();
-  const Rates rates = rates_of(branch.system(), design, model, &load);
-  const Eigen::Index count = rates.state.cols() - 1;
+  Rates rates = rates_of(branch.system(), design, model);
+  const Eigen::Index count = rates.design->residual().cols() - 1;
+  rates.state = moved_states(branch, *rates.factor, rates.design->residual().leftCols(count),
+                             drive_load_rates);
   if (stress_) {
     MovingFields fields(*rates.factor, *rates.design, rates.state);
     const VectorXd of = stress_rates(fields, *stress_, *mechanism_, request_->stress.fillet);

@@ -24,12 +24,12 @@ class CapacityLimits {
   /// deforms too far it is none, with the reason.
   LoadCapacity reached() const;
 
-  UnloadedStiffness unloaded(System& system, CapacityDirections& design,
-                             const ModelOptions& model) const;
+  UnloadedStiffness unloaded(System& system, CapacityDirections& design, const ModelOptions& model,
+                             bool driven) const;
   /// Derivatives of the load factor of the branch, which stands at the limit that was found last;
-  /// nothing where a body deforms too far.
+  /// nothing where a body deforms too far. `drive_load_rates`: as moved_states() takes them.
   std::optional<VectorXd> gradient(LoadBranch& branch, CapacityDirections& design,
-                                   const ModelOptions& model,
+                                   const ModelOptions& model, const MatrixXd& drive_load_rates,
                                    const UnloadedStiffness& unloaded) const;
 
  private:

@@ -24,17 +24,6 @@ bool unload_to_stable(LoadBranch& branch) {
   return false;
 }
 
-// Derivatives of the drives' loads, their strokes and the load kept: drives × parameters.
-MatrixXd drive_load_rates(LoadBranch& branch, const ModelOptions& model, DesignDirections& design,
-                          bool driven) {
-  const Answer<MechanismFactor> linear = MechanismFactor::of(branch.system());
-  const MechanismFactor& factor = *linear;
-  const auto count = static_cast<Eigen::Index>(design.list.size());
-  if (!driven || factor.drives() == 0) return MatrixXd::Zero(factor.drives(), count);
-  const DesignRates<double> rates = design_rates(factor, design, model).value();
-  return factor.balance(-rates.residual(), true).bottomRows(factor.drives());
-}
-
 }  // namespace
 
 CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& model,
@@ -42,7 +31,7 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
   CriticalLoadResult result;
   const bool stable = branch.negative_pivots() == 0;
   MatrixXd of_drives;
-  if (design && !branch.locked()) of_drives = drive_load_rates(branch, model, *design, driven);
+  if (design) of_drives = drive_load_rates(branch, model, *design, driven);
   if (!stable && !unload_to_stable(branch)) {
     result.load.reason = "the state is unstable, and stays so without the load";
     return result;

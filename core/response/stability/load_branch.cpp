@@ -34,26 +34,26 @@ LoadCase with_growing(LoadCase loads, std::size_t load, double growing) {
 }  // namespace
 
 LoadBranch::LoadBranch(System& system, LoadCase loads, double factor, DriveState drive,
-                       const NewtonOptions& options)
+                       const VectorXd& drive_loads, const NewtonOptions& options)
     : drive_(drive), strokes_(present_strokes(system)), options_(options) {
   system_ = system.on_full_leaves(std::move(loads));
   apply(factor);
   drive_forces_ = VectorXd::Zero(system.size());
+  if (drive == DriveState::free)
+    for (std::size_t k = 0; k < system.drives().size(); ++k)
+      if (const auto& coordinate = system.drives()[k].coordinate)
+        drive_forces_[*coordinate] = drive_loads[static_cast<Eigen::Index>(k)];
   system_->assemble();
 }
 
 LoadBranch::LoadBranch(System& system, std::size_t load, double growing, DriveState drive,
                        const VectorXd& drive_loads, const NewtonOptions& options)
-    : LoadBranch(system, with_growing(system.loads(), load, growing), 1, drive, options) {
-  if (drive == DriveState::free)
-    for (std::size_t k = 0; k < system.drives().size(); ++k)
-      if (const auto& coordinate = system.drives()[k].coordinate)
-        drive_forces_[*coordinate] = drive_loads[static_cast<Eigen::Index>(k)];
-}
+    : LoadBranch(system, with_growing(system.loads(), load, growing), 1, drive, drive_loads,
+                 options) {}
 
-LoadBranch::LoadBranch(System& system, const DeadLoad& more, double growing,
-                       const NewtonOptions& options)
-    : LoadBranch(system, with_growing(system.loads(), more, growing), 0, DriveState::locked,
+LoadBranch::LoadBranch(System& system, const DeadLoad& more, double growing, DriveState drive,
+                       const VectorXd& drive_loads, const NewtonOptions& options)
+    : LoadBranch(system, with_growing(system.loads(), more, growing), 0, drive, drive_loads,
                  options) {}
 
 BodyLoad LoadBranch::named() const {

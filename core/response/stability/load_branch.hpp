@@ -23,8 +23,9 @@ class LoadBranch {
   LoadBranch(System& system, std::size_t load, double growing, DriveState drive,
              const VectorXd& drive_loads, const NewtonOptions& options);
   /// Branch of a load that comes to all others, which stay; its factor is 0 where the branch
-  /// begins. The strokes are held.
-  LoadBranch(System& system, const DeadLoad& more, double growing, const NewtonOptions& options);
+  /// begins.
+  LoadBranch(System& system, const DeadLoad& more, double growing, DriveState drive,
+             const VectorXd& drive_loads, const NewtonOptions& options);
 
   System& system() { return *system_; }
   const System& system() const { return *system_; }
@@ -51,7 +52,7 @@ class LoadBranch {
 
  private:
   LoadBranch(System& system, LoadCase loads, double factor, DriveState drive,
-             const NewtonOptions& options);
+             const VectorXd& drive_loads, const NewtonOptions& options);
   void apply(double factor);
   Check correct(const BranchDirection& across);
 

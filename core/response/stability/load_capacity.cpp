@@ -20,7 +20,9 @@ constexpr double large_motion = 0.01;
 DeadLoad load_along(int direction, double size) {
   Vector6d load = Vector6d::Zero();
   load[direction % 6] = direction < 6 ? size : -size;
-  return load_at_O(load);
+  DeadLoad along = load_at_O(load);
+  along.name = (direction < 6 ? "" : "-") + std::string(direction_names[direction % 6]);
+  return along;
 }
 
 std::vector<Mechanism> with_load(const Mechanism& mechanism, std::vector<Mechanism> directions) {
@@ -57,8 +59,9 @@ CapacityDirections::CapacityDirections(const Mechanism& mechanism, DesignDirecti
     : design(directions), with_load(mechanism, flexopt::with_load(mechanism, directions.list)) {}
 
 LoadCapacityResult find_load_capacity(System& system, int direction, double growing,
-                                      const StrokeRequest& request, const ModelOptions& model,
-                                      CapacityDirections* design) {
+                                      const VectorXd& drive_loads, const StrokeRequest& request,
+                                      const ModelOptions& model, CapacityDirections* design) {
+  const DriveState drive = request.capacity.drive;
   LoadCapacityResult result;
   LoadCapacity& capacity = result.capacity;
   const auto count = design ? static_cast<Eigen::Index>(design->design.list.size()) : 0;
@@ -67,17 +70,23 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
     capacity = std::move(found);
     return result;
   };
-  LoadBranch unit(system, load_along(direction, 1), growing, request.newton);
+  LoadBranch unit(system, load_along(direction, 1), growing, drive, drive_loads, request.newton);
   if (unit.negative_pivots() > 0)
     return without_load(
         {.limit = CapacityLimit::instability, .reason = "the state without the load is unstable"});
   CapacityLimits limits(unit.system(), request);
   if (limits.beyond(unit.system()) >= 0) return without_load(none_left(limits));
-  std::optional<UnloadedStiffness> unloaded;
-  if (design) unloaded = limits.unloaded(unit.system(), *design, model);
+  const bool driven = request.loads.driven();
+  UnloadedStiffness unloaded;
+  MatrixXd of_drives;
+  if (design) {
+    unloaded = limits.unloaded(unit.system(), *design, model, driven);
+    of_drives = drive_load_rates(unit, model, design->design, driven);
+  }
   const Outlook outlook = outlook_of(unit, model);
   const double size = outlook.size;
-  LoadBranch branch(system, load_along(direction, size), growing, request.newton);
+  LoadBranch branch(system, load_along(direction, size), growing, drive, drive_loads,
+                    request.newton);
   const LoadBranch::State begin = branch.save();
   BranchTracer tracer(
       branch, model, [&](System& at) { return limits.beyond(at); }, size);
@@ -96,7 +105,7 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   if (tracer.at_limit()) {
     limits.beyond(branch.system());
     capacity = limits.reached();
-    if (design) result.gradient = limits.gradient(branch, *design, model, *unloaded);
+    if (design) result.gradient = limits.gradient(branch, *design, model, of_drives, unloaded);
     if (result.gradient) *result.gradient *= size;
   } else if (const Check held = tracer.check_bodies(); !held) {
     capacity.reason = held.error();
@@ -107,7 +116,7 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
     capacity.reason = fmt::format(
         "the tangent becomes singular ({})",
         end.fold ? "the load is the largest of its branch" : "branches of equilibria meet");
-    if (design) result.gradient = size * tracer.gradient(design->design, {});
+    if (design) result.gradient = size * tracer.gradient(design->design, of_drives);
   }
   capacity.value = reached * size;
   if (const BranchTracer::Trial trial = tracer.put_on(begin, reached); !trial.doubt.empty()) {

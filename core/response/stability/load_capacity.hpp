@@ -1,6 +1,6 @@
 #pragma once
-// The largest load at O that a state bears beside those that act, drives held: README.md of
-// core/response, (S30) and (S31).
+// The largest load at O that a state bears beside those that act: README.md of core/response, (S30)
+// and (S31).
 #include <optional>
 #include <vector>
 
@@ -25,9 +25,10 @@ struct LoadCapacityResult {
 
 /// Load capacity along `direction`, an index of LoadCapacity. `system`: assembled at an
 /// equilibrium, its leaves with interior unknowns; it is copied. `growing`: the present factor of
-/// the growing loads. `design`: null where no derivatives are wanted.
+/// the growing loads. `drive_loads`: at that equilibrium, which free drives keep. `design`: null
+/// where no derivatives are wanted.
 LoadCapacityResult find_load_capacity(System& system, int direction, double growing,
-                                      const StrokeRequest& request, const ModelOptions& model,
-                                      CapacityDirections* design);
+                                      const VectorXd& drive_loads, const StrokeRequest& request,
+                                      const ModelOptions& model, CapacityDirections* design);
 
 }  // namespace flexopt

@@ -71,7 +71,7 @@ function quantity_chart(some, title, extra = {}) {
 /// Charts of the quantities that no other chart has, one for each key and unit.
 function other_charts(done) {
   const left = quantities.filter((q) => !done.has(q.at[0]) && !(load_path && q.at[0] === "drive_load") && converged.some((p) => q.value(p) !== null));
-  return [...group(left, (q) => `${q.at[0]} ${q.unit}`).values()].map((some) => {
+  return [...group(left, (q) => `${q.at[0] === "quantities" ? q.name : q.at[0]} ${q.unit}`).values()].map((some) => {
     const values = some.flatMap((q) => converged.map(q.value)).filter((v) => v !== null);
     const stiff = /^N( m)?\/(m|rad)$/.test(some[0].unit) && min(values) > 0;
     const key = some[0].at[0];

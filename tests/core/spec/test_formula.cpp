@@ -436,3 +436,34 @@ TEST_CASE("random texts are formulas or refused, and never crash") {
   CHECK(formulas > 100);
   CHECK(formulas < 5000);
 }
+
+TEST_CASE("a name that stands for a formula counts as if that were written there") {
+  const auto defined = [](const char* name, const Formula& formula,
+                          std::vector<FormulaName> names) {
+    names.push_back({name, "", std::make_shared<const Formula>(formula)});
+    return names;
+  };
+  const Formula area = strict("length*width"), half = strict("gap + 1 mm"),
+                loose("2.5*mass", measures, at, BareNumbers::may_be_si);
+  const std::vector<FormulaName> names =
+      defined("loose", loose, defined("half", half, defined("area", area, measures)));
+  const std::vector<double> v{0.1, 0.02, 0.003, 0.5, 0.2, 1.5, 7800, 2e11, 3};
+  for (const auto& [text, written] :
+       {std::pair{"area", "length*width"},
+        {"E*area^2/mass - sin(half/gap)*E*area^2/mass",
+         "E*(length*width)^2/mass - sin((gap + 1 mm)/gap)*E*(length*width)^2/mass"},
+        {"half < gap ? half : width", "(gap + 1 mm) < gap ? (gap + 1 mm) : width"}}) {
+    const Formula by_name(text, names, at), whole = strict(written);
+    CAPTURE(text);
+    CHECK(*by_name.dimension() == *whole.dimension());
+    CHECK(by_name.names() == whole.names());
+    CHECK(*by_name.value(v) == *whole.value(v));
+    std::vector<double> slopes(by_name.slots().size()), expected(whole.slots().size());
+    REQUIRE(by_name.gradient(v, slopes));
+    REQUIRE(whole.gradient(v, expected));
+    CHECK(slopes == expected);
+  }
+  CHECK_THROWS_WITH(Formula("area + mass", names, at), Contains("an area") && Contains("a mass"));
+  // a number that may be any quantity is so through the name
+  CHECK(Formula("loose*length", names, at, BareNumbers::may_be_si).fits_anywhere());
+}

@@ -1,7 +1,9 @@
 // Goals that are formulas of quantities: their values, exact derivatives, and the worst of them.
 #include "core/math/ridders.hpp"
 #include "core/response/quantities.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/problem/design_problem.hpp"
+#include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/optimise.hpp"
 #include "tests/optim/guide_job.hpp"
 
@@ -129,6 +131,83 @@ TEST_CASE("a formula of quantities is what they make at each point, the worst ov
 TEST_CASE("derivatives of formulas of quantities are those of their values") {
   check_derivatives(guide(), at);
   check_derivatives(own_mechanism(), {0.06, 0.3e-3});
+}
+
+TEST_CASE("a goal that names a quantity of the job is the goal of its formula") {
+  json document = guide();
+  document["quantities"] = json::parse(R"J([
+    {"name": "guiding_ratio", "expression": "support_stiffness.uz/drive_stiffness"},
+    {"name": "notched", "expression": "max_stress*width*thickness^2/length"},
+    {"name": "more", "expression": "notched + 0.1 N"}])J");
+  document["optimise"]["objective"] = {{"maximise", "guiding_ratio"}};
+  json& constraints = document["optimise"]["constraints"];
+  constraints[0] = {{"quantity", "more"}, {"max", "100 N"}};
+  constraints[1]["expression"] = "sqrt(guiding_ratio)*1 1/s";
+  const Job job = parse_job(document);
+  CHECK(job.optimise->objective.unit == "1");
+  CHECK(job.optimise->constraints[0].label == "more max over stroke");
+  CHECK(*parse_job(*job.as_read).as_read == *job.as_read);
+  const DesignValues named = DesignProblem(job).evaluate(at, true),
+                     written = DesignProblem(parse_job(guide())).evaluate(at, true);
+  REQUIRE(named.ok);
+  REQUIRE(written.ok);
+  CHECK(named.goals[0] == written.goals[0]);
+  CHECK(named.goals[1] == written.goals[1]);
+  CHECK(named.gradient.topRows(6) == written.gradient.topRows(6));
+  for (std::size_t i = 0; i < 3; ++i)
+    CHECK(named.goals[2][i] == Approx(std::sqrt(named.goals[0][i])).epsilon(1e-14));
+  check_derivatives(document, at);
+}
+
+TEST_CASE(
+    "quantities of a job stand at each point, with exact derivatives, where they are finite") {
+  json document = guide();
+  document["quantities"] = json::parse(R"J([
+    {"name": "guiding_ratio", "expression": "support_stiffness.uz/drive_stiffness"},
+    {"name": "spring", "expression": "drive_load/displacement.y/length"},
+    {"name": "slender", "expression": "length/thickness"}])J");
+  document["stroke"] = json::parse(R"({"from": 0, "to": "5 mm", "points": 2})");
+  const Job job = parse_job(document);
+  const ParameterValues& parameters = job.design.parameters;
+  const std::vector<std::string> along{"thickness", "width", "length", "end_effector.mass"};
+  StrokeRequest request = job.request;
+  request.newton.tolerance = 1e-12;
+  request.values = PathValues::differentiable;
+  StrokeSensitivity found = stroke_sensitivity(job, parameters, along, job.model, request);
+  REQUIRE(found.gradients);
+  add_defined_quantities(job, parameters, found.response, &*found.gradients);
+  const std::vector<PathPoint>& path = found.response.path;
+  CHECK(value_of(path[1], "guiding_ratio") ==
+        *path[1].support_stiffness[2] / path[1].drive_stiffness);
+  CHECK_FALSE(value_of(path[0], "spring"));  // nothing over nothing
+  CHECK(value_of(path[0], "slender") == parameters.at("length") / parameters.at("thickness"));
+  CHECK_FALSE(found.gradients->path[0].named_quantities[1]);
+  for (const std::string name : {"guiding_ratio", "spring", "slender"}) {
+    const auto exact = gradient_of(path[1], found.gradients->path[1], name);
+    REQUIRE(exact);
+    for (std::size_t j = 0; j < along.size(); ++j) {
+      ParameterValues moved = parameters;
+      const double p = along[j] == "end_effector.mass" ? 0.5 : parameters.at(along[j]);
+      const Derivatives difference = ridders(
+          [&](double x) {
+            moved[along[j]] = x;
+            StrokeSensitivity there = stroke_sensitivity(job, moved, along, job.model, request);
+            // the formula of the width stays behind: it is moved by itself
+            ParameterValues numbers = complete_numbers(job, moved);
+            numbers["width"] = moved.at("width");
+            for (const NamedFormula& q : job.quantities)
+              if (q.name == name)
+                return std::vector{*q.formula->value(there.response.path[1], numbers)};
+            return std::vector<double>();
+          },
+          p, 0.02 * p, 5);
+      CAPTURE(name, along[j], (*exact)[static_cast<Eigen::Index>(j)], difference.value[0]);
+      CHECK((*exact)[static_cast<Eigen::Index>(j)] ==
+            Approx(difference.value[0])
+                .epsilon(1e-6)
+                .margin(1e-8 * std::abs(*value_of(path[1], name)) / p));
+    }
+  }
 }
 
 TEST_CASE("a formula over load cases is the worst of theirs, or of the one that is named") {

@@ -132,4 +132,6 @@ TEST_CASE("constraints that conflict are all named", "[slow]") {
   CHECK_THAT(o.stop_reason, Contains("max_stress") && Contains("at most 2e+07") &&
                                 Contains("support_stiffness.uz") && Contains("at least 2e+06") &&
                                 Contains("cannot be met together"));
+  REQUIRE(o.conflict);
+  CHECK(o.conflict->constraints == std::vector<std::size_t>{0, 1});
 }

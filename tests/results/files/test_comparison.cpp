@@ -97,6 +97,8 @@ TEST_CASE("Every quantity of the table can be compared, and stands in all files"
   document["samples"]["designs"] = json::parse(R"([{}, {"width": 0.02}])");
   document["models"] = json::parse(R"([{"name": "beam", "flexure": "beam"}])");
   document["quantities"] = comparable_quantities();
+  document["quantities"].push_back(
+      {{"name", "ratio"}, {"expression", "support_stiffness.uz/drive_stiffness"}});
   const test::TemporaryFolder folder;
   RunRecord record;
   record.job = parse_job(document);
@@ -119,6 +121,9 @@ TEST_CASE("Every quantity of the table can be compared, and stands in all files"
     CHECK(errors["worst"].get<double>() < 0.5);
     if (!row.of_design) CHECK(errors["worst"].get<double>() > 0);
   }
+  CHECK(model["errors"]["ratio"]["count"] == model["errors"]["drive_stiffness"]["count"]);
+  CHECK(model["errors"]["ratio"]["worst"].get<double>() > 0);
+  CHECK_THAT(table, Contains("error: ratio [1]"));
   CHECK(model["errors"]["load_capacity"]["by_direction"].size() == 2);
   CHECK(model["errors"]["buckling"]["by_component"].size() == 2);
   CHECK_THAT(table,

@@ -3,6 +3,8 @@
 #include <map>
 
 #include "core/response/quantities.hpp"
+#include "optim/problem/goals.hpp"
+#include "results/cli/printed.hpp"
 #include "results/files/result_parts.hpp"
 #include "support/models.hpp"
 #include "tests/results/results_tests.hpp"
@@ -165,4 +167,35 @@ TEST_CASE("points have columns of their displacement and of the part along their
     CHECK(number(columns.at("probes.old.y [m]")[i]) == 0.2);
   }
   CHECK(columns.count("points.gauge [m]") == 0);
+}
+
+TEST_CASE("quantities that a job defines stand in every file and table, with their units") {
+  const Job job = parse_job(json::parse(R"J({
+    "design": {"family": "parallel_guide", "parameters": {"length": "100 mm", "width": "30 mm",
+      "thickness": "0.5 mm", "spacing": "60 mm"}, "material": "stavax"},
+    "quantities": [{"name": "ratio", "expression": "support_stiffness.ux/drive_stiffness"},
+                   {"name": "sag", "expression": "2*displacement.x"},
+                   {"name": "lost", "expression": "1 N/drive_load"}],
+    "model": {"flexure": "beam", "mesh": [4, 2]}, "frequencies": 0,
+    "stroke": {"to": "5 mm", "points": 2}})J"));
+  RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
+  record.response = evaluate_stroke(record.mechanism, job.model, job.request);
+  add_defined_quantities(job, job.design.parameters, record.response);
+  conclude(record);
+  const double ratio = *value_of(record.response.path[1], "ratio");
+  CHECK(ratio ==
+        *record.response.path[1].support_stiffness[0] / record.response.path[1].drive_stiffness);
+  const OrderedJson result = make_result(record);
+  CHECK(result["path"][1]["quantities"]["ratio"] == ratio);
+  CHECK(result["path"][0]["quantities"]["lost"].is_null());
+  CHECK(result["units"]["quantities"] ==
+        OrderedJson::parse(R"({"ratio": "1", "sag": "m", "lost": "1"})"));
+  CHECK(result["quantities"].back() ==
+        OrderedJson::parse(
+            R"({"name": "lost", "label": "lost", "unit": "1", "at": ["quantities", "lost"]})"));
+  const auto columns = columns_of(path_csv(record));
+  CHECK(number(columns.at("ratio [1]")[1]) == ratio);
+  CHECK(columns.at("lost [1]")[0] == "");
+  CHECK(columns.contains("sag [m]"));
+  CHECK_THAT(summary_of(record), Catch::Contains("ratio") && Catch::Contains("sag"));
 }

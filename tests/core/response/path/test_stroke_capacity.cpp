@@ -78,6 +78,19 @@ TEST_CASE("the limit is found again at the stroke of the capacity, on reduced an
   }
 }
 
+TEST_CASE("a stroke capacity beside a load path is that under the constant loads") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request = asking({.up_to = 0.02, .stress = 300e6});
+  request.loads.constant = {{.force = {-20, 0, 0}}};
+  const StrokeCapacity driven = capacity(m, models::free_beams(10), request);
+  request.loads.growing = {{.force = {0, 2, 0}}};
+  request.points = {0, 1};
+  request.outputs.add(Output::equilibrium);
+  const StrokeCapacity beside = capacity(m, models::free_beams(10), request);
+  CHECK(beside.limit == StrokeLimit::stress);
+  CHECK(beside.value == Approx(driven.value).epsilon(1e-12));
+}
+
 TEST_CASE("the first of several limits ends a way, and strength is the usual one") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   const ModelOptions model{.mesh = {6, 2}};

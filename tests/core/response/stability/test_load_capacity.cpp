@@ -205,6 +205,79 @@ TEST_CASE("what the stroke stresses a guide with is not left for loads") {
   }
 }
 
+TEST_CASE("a free drive leaves a guided leaf the rest of its stress, either way") {
+  const double L = 0.1, w = 0.01, t = 4e-4, limit = 6e6;
+  Mechanism m = models::single_leaf(L, w, t);
+  m.bodies[0].held[5] = true;
+  const double most = limit * w * t * t / (3 * L),  // at both ends the moment F L/2
+      stiffness = 12 * models::bending(m.leaves[0]) / (L * L * L), stroke = 0.4 * most / stiffness;
+  StrokeRequest request = asking({uy, against + uy}, {stroke});
+  request.capacity.stress = limit;
+  request.capacity.drive = DriveState::free;
+  for (const auto& [direction, share] : {std::pair{uy, 0.6}, {against + uy, 1.4}}) {
+    const LoadCapacity found = capacity(m, beams(), request, direction);
+    CAPTURE(direction, found.reason);
+    CHECK(found.limit == CapacityLimit::stress);
+    // shear and what bending stretches: of the order of (t/L)² and (s/L)²
+    CHECK(found.value == Approx(share * most).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a pressed guide with a free drive sways as a column does") {
+  const Mechanism m = models::guide(0.1, 0.01, 2e-4);
+  StrokeRequest request = asking({against + ux});
+  request.capacity.drive = DriveState::free;
+  const LoadCapacity found = capacity(m, beams(), request, against + ux);
+  INFO(found.reason);
+  CHECK(found.limit == CapacityLimit::instability);
+  // two columns between ends that do not turn, one of which moves aside
+  CHECK(found.value ==
+        Approx(2 * M_PI * M_PI * models::bending(m.leaves[0]) / (0.1 * 0.1)).epsilon(1e-3));
+  Mechanism without = m;
+  without.drives.clear();
+  CHECK(
+      found.value ==
+      Approx(capacity(without, beams(), asking({against + ux}), against + ux).value).epsilon(1e-7));
+}
+
+TEST_CASE("a free drive keeps its load, which is one more dead load") {
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  StrokeRequest request = asking({uy, uz, against + rx}, {0.004});
+  request.capacity.stress = 400e6;
+  request.capacity.drive = DriveState::free;
+  const PathPoint driven = evaluate_stroke(m, beams(), request).path[0];
+  m.drives.clear();
+  request.points = {0};
+  request.loads.constant = {{.force = {0, driven.drive_load, 0}}};
+  const PathPoint loaded = evaluate_stroke(m, beams(), request).path[0];
+  for (const std::size_t d : {uy, uz, against + rx}) {
+    REQUIRE(driven.load_capacity[d]);
+    REQUIRE(loaded.load_capacity[d]);
+    CAPTURE(d, driven.load_capacity[d]->reason);
+    CHECK(driven.load_capacity[d]->limit == CapacityLimit::stress);
+    CHECK(driven.load_capacity[d]->value == Approx(loaded.load_capacity[d]->value).epsilon(1e-7));
+  }
+}
+
+TEST_CASE("what a load path has brought is missing from the capacity along it") {
+  const Mechanism m = models::single_leaf(0.1, 0.01, 4e-4);
+  const double force = 0.5;
+  StrokeRequest request = asking({uy, against + uy}, {0, 0.5, 1});
+  request.loads.growing = {{.force = {0, force, 0}}};
+  request.capacity.stress = 300e6;
+  request.capacity.drive = DriveState::free;
+  const StrokeResponse response = evaluate_stroke(m, beams(), request);
+  for (const PathPoint& point : response.path) {
+    CAPTURE(point.stroke);
+    REQUIRE(point.load_capacity[uy]);
+    const double brought = force * point.stroke;
+    CHECK(point.load_capacity[uy]->value + brought ==
+          Approx(response.path[0].load_capacity[uy]->value).epsilon(1e-7));
+    CHECK(point.load_capacity[against + uy]->value - brought ==
+          Approx(response.path[0].load_capacity[uy]->value).epsilon(1e-7));
+  }
+}
+
 TEST_CASE("what is mirrored bears the mirrored load") {
   Mechanism m = models::guide(0.1, 0.03, 5e-4);
   m.leaves[0].thickness = 4e-4;  // not symmetric in itself
@@ -276,15 +349,21 @@ TEST_CASE("derivatives of the capacity are exact at every limit", "[slow]") {
     int direction;
     double stroke;
     std::optional<double> fillet = {};
+    DriveState drive = DriveState::locked;
   };
   for (const Limit& limit :
        {Limit{CapacityLimit::stress, uz, 0.006}, Limit{CapacityLimit::stress, rx, 0.003, 3e-4},
         Limit{CapacityLimit::stiffness, uz, 0.004},
         Limit{CapacityLimit::stiffness, against + ux, 0},
-        Limit{CapacityLimit::instability, against + ux, 0.006}}) {
+        Limit{CapacityLimit::instability, against + ux, 0.006},
+        Limit{CapacityLimit::stress, uy, 0.004, {}, DriveState::free},
+        Limit{CapacityLimit::stress, uz, 0.004, {}, DriveState::free},
+        Limit{CapacityLimit::stiffness, uz, 0.004, {}, DriveState::free},
+        Limit{CapacityLimit::instability, against + ux, 0, {}, DriveState::free}}) {
     StrokeRequest request = asking({limit.direction}, {limit.stroke});
     request.values = PathValues::differentiable;
     request.stress.fillet = limit.fillet;
+    request.capacity.drive = limit.drive;
     if (limit.limit == CapacityLimit::stress) request.capacity.stress = 500e6;
     if (limit.limit == CapacityLimit::stiffness) request.capacity.stiffness_share = 0.7;
     const std::vector<MechanismDirection> directions = test::directions_of(family);
