@@ -26,11 +26,15 @@ Quantity named(const QuantityRow& row, int component, const std::string& drive =
   return q;
 }
 
+Quantity named(const QuantityRow& row, const NamedNumber& number) {
+  return {number.quantity(), number.unit, row.label + " " + number.name, &row, number.component};
+}
+
 const Quantity& find(std::string_view name) {
   static const std::map<std::string, Quantity, std::less<>> all = [] {
     std::map<std::string, Quantity, std::less<>> map;
     for (const QuantityRow& row : quantity_rows())
-      for (int k = 0; k < components_of(row); ++k) {
+      for (int k = 0; k < components_of(row) && !row.of_names; ++k) {
         Quantity q = named(row, k);
         map.emplace(q.name, std::move(q));
       }
@@ -63,6 +67,9 @@ std::optional<VectorXd> Quantity::gradient(const PathPoint& point,
 bool is_answered(const QuantityRow& row, const StrokeRequest& request) {
   if (row.needs.has(Output::buckling)) return !request.buckling_load.empty();
   if (row.name == "bandwidth") return request.dynamics && request.loads.driven();
+  if (row.of_names)
+    return std::ranges::any_of(named_numbers(request),
+                               [&](const NamedNumber& number) { return number.row == row.name; });
   if (row.name == "transmissibility") return request.dynamics && request.dynamics->transmissibility;
   if (row.needs.has(Output::load_capacity)) return request.capacity.any();
   if (row.needs.has(Output::stroke_capacity)) return !request.stroke_capacity.empty();
@@ -125,6 +132,11 @@ std::vector<Quantity> quantities(const DriveList& drives) {
         }
       continue;
     }
+    if (row.of_names) {
+      for (const NamedNumber& number : drives.numbers)
+        if (number.row == row.name) list.push_back(named(row, number));
+      continue;
+    }
     for (int k = 0; k < components_of(row); ++k) {
       if (!drives.offers(row, k)) continue;
       list.push_back(named(row, k));
@@ -136,9 +148,12 @@ std::vector<Quantity> quantities(const DriveList& drives) {
 
 namespace {
 
-// "drive_load.x", "gain.x.uy": the row, of the drive of that name where the point has it.
-std::optional<Quantity> of_named_drive(const PathPoint& point, std::string_view name) {
+// "drive_load.x", "gain.x.uy", "gauge.g1": the row, of the name where the point has it.
+std::optional<Quantity> of_named(const PathPoint& point, std::string_view name) {
   for (const QuantityRow& row : quantity_rows()) {
+    if (row.of_names && name.starts_with(row.name + "."))
+      for (const NamedNumber& number : point.numbers)
+        if (number.quantity() == name) return named(row, number);
     if (!row.of_drives || !name.starts_with(row.name + ".")) continue;
     const int each = components_of(row);
     for (int k = 0; k < std::ssize(point.drive_names) * each; ++k)
@@ -150,34 +165,34 @@ std::optional<Quantity> of_named_drive(const PathPoint& point, std::string_view 
 }  // namespace
 
 std::optional<double> value_of(const PathPoint& point, std::string_view name) {
-  const auto of_drive = of_named_drive(point, name);
-  return of_drive ? of_drive->value(point) : find(name).value(point);
+  const auto own = of_named(point, name);
+  return own ? own->value(point) : find(name).value(point);
 }
 
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name) {
-  const auto of_drive = of_named_drive(point, name);
-  return of_drive ? of_drive->gradient(point, gradients) : find(name).gradient(point, gradients);
+  const auto own = of_named(point, name);
+  return own ? own->gradient(point, gradients) : find(name).gradient(point, gradients);
 }
 
 std::optional<double> at_least(const PathPoint& point, std::string_view name) {
-  const auto of_drive = of_named_drive(point, name);
-  const Quantity& q = of_drive ? *of_drive : find(name);
+  const auto own = of_named(point, name);
+  const Quantity& q = own ? *own : find(name);
   return q.row->at_least ? q.row->at_least(point, q.component) : std::nullopt;
 }
 
 namespace {
-// Row of a number, also under the name of any drive.
+// Row of a number, also under the name of any drive, or any that a request gives.
 const QuantityRow& row_of(std::string_view name) {
   for (const QuantityRow& row : quantity_rows())
-    if (row.of_drives && name.starts_with(row.name + ".")) return row;
+    if ((row.of_drives || row.of_names) && name.starts_with(row.name + ".")) return row;
   return *find(name).row;
 }
 }  // namespace
 
 std::string why_missing(const PathPoint& point, std::string_view name) {
-  const auto of_drive = of_named_drive(point, name);
-  const Quantity& q = of_drive ? *of_drive : find(name);
+  const auto own = of_named(point, name);
+  const Quantity& q = own ? *own : find(name);
   return why_missing(point, *q.row, q.component);
 }
 
