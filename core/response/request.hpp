@@ -49,7 +49,7 @@ std::optional<NamedPoint> point_on_leaf(const Mechanism& mechanism, std::string 
 struct StrainGauge {
   std::string name;
   int leaf = 0;
-  double along = 0, across = 0;  ///< place on the leaf, each in [0, 1]
+  double along = 0, across = 0.5;  ///< place on the leaf, each in [0, 1]
   bool on_positive_normal = true;
   double angle = 0;  ///< of the strain that it measures, from along to across [rad]
 };

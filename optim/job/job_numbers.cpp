@@ -112,11 +112,17 @@ std::vector<FormulaName> formula_names(const DriveList& drives) {
   return names;
 }
 
+DriveList drives_of(const Family& family, const StrokeRequest& request) {
+  DriveList list = family.drives;
+  list.numbers = named_numbers(request);
+  return list;
+}
+
 Expression goal_formula(const Job& job, const std::string& text, const std::string& pointer) {
   const Family& family = resolve(job.design)->family();
   std::vector<Parameter> all = family.parameters;
   all.insert(all.end(), job_numbers().begin(), job_numbers().end());
-  return {text, formula_names(all), pointer, formula_names(family.drives)};
+  return {text, formula_names(all), pointer, formula_names(drives_of(family, job.request))};
 }
 
 ParameterValues complete_numbers(const Job& job, const ParameterValues& parameters) {

@@ -30,6 +30,9 @@ std::vector<Parameter> parameters_of(const Job& job);
 std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters);
 std::vector<FormulaName> formula_names(const DriveList& drives);
 
+/// What the table of quantities must know of a job.
+DriveList drives_of(const Family& family, const StrokeRequest& request);
+
 /// A formula of a goal of the job: of parameters, numbers of the job, and quantities.
 Expression goal_formula(const Job& job, const std::string& text, const std::string& pointer = "");
 

@@ -86,7 +86,8 @@ Shape design_shape(const Family* family) {
 Shape with_quantities(Shape section, const Family* family) {
   if (!family) return section;
   for (Field& field : section.fields)
-    if (field.name == "quantity") field.shape = choice(names_in(quantities(family->drives)));
+    if (field.name == "quantity")  // a name that the job gives, or one of the table
+      field.shape = one_of({text(), choice(names_in(quantities(family->drives)))});
   return section;
 }
 

@@ -372,7 +372,7 @@ std::string summary_of(const RunRecord& record) {
                                  verdict.word, verdict.text);
   if (verdict.text.find(record.message) == std::string::npos)
     text += fmt::format("  {}\n", record.message);
-  const DriveList drives(record.mechanism);
+  const DriveList drives(record.mechanism, record.job.request);
   if (record.comparison) return text + comparison_lines(*record.comparison);
   if (record.optimum) text += optimum_lines(record.job, *record.optimum, drives);
   text += tolerance_lines(record, drives);

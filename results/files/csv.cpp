@@ -118,7 +118,7 @@ void add_points(std::vector<Column>& columns, const StrokeRequest& request) {
       add({'.', "xyz"[i]}, "m", [=](const PathPoint& point) { return point.named_points[k][i]; });
     if (named.direction)
       add("", named.turns() ? "rad" : "m",
-          [=](const PathPoint& point) { return motion_along(named, k, point); });
+          [=](const PathPoint& point) { return point.motions_along[k]; });
   }
 }
 
@@ -371,7 +371,7 @@ std::string comparison_csv(const Job& job, const Comparison& comparison, const D
 }
 
 std::string path_csv(const RunRecord& record) {
-  const DriveList drives(record.mechanism);
+  const DriveList drives(record.mechanism, record.job.request);
   if (!record.job.cases.empty())
     return cases_csv(responses_of(record), drives, record.job.cases, record.errors);
   return path_csv(response_of(record), drives, record.job.request,

@@ -36,15 +36,24 @@ Json validity_json(const LeafSpring& leaf) {
             {"plate", optional_json(v.plate)}}}};
 }
 
+/// Keys that lead to a quantity from a point of the path.
+std::vector<std::string> keys_of(const Quantity& q) {
+  if (q.row->of_names) return {q.row->name, q.name.substr(q.row->name.size() + 1)};
+  std::vector<std::string> keys;
+  for (const auto part : std::views::split(q.name, '.'))
+    keys.emplace_back(part.begin(), part.end());
+  return keys;
+}
+
 /// One unit for all numbers of a key, or one for each component.
 void add_quantity_units(const DriveList& drives, Json& units) {
   std::map<std::string, std::set<std::string>> of_key;
   for (const Quantity& q : quantities(drives)) of_key[key_of(q.name)].insert(q.unit);
   for (const Quantity& q : quantities(drives)) {
-    const std::string key = key_of(q.name);
-    std::string pointer = "/" + (of_key[key].size() == 1 ? key : q.name);
-    std::ranges::replace(pointer, '.', '/');
-    units[Json::json_pointer(pointer)] = q.unit;
+    Json::json_pointer at;
+    for (const std::string& key : keys_of(q))
+      if (at.empty() || of_key[key_of(q.name)].size() > 1) at /= key;
+    units[at] = q.unit;
   }
 }
 
@@ -184,7 +193,7 @@ Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest&
   // by name, as in the job: the order in a design file is not that in a job.json that holds it
   std::map<std::string, std::string> parameters;
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
-  const DriveList drives(mechanism);
+  const DriveList drives(mechanism, request);
   Json units = {{"stroke", stroke_unit(drives, request)}};
   if (drives.named() && request.loads.driven()) {
     units["stroke"] = Json::object();
@@ -211,9 +220,7 @@ Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
   for (const Quantity& q : quantities(drives)) {
     if (!q.row->in_report) continue;
     if (!is_answered(q, request)) continue;
-    Json at = Json::array();
-    for (const auto part : std::views::split(q.name, '.'))
-      at.push_back(std::string(part.begin(), part.end()));
+    Json at = keys_of(q);
     if (q.row->direction) at.push_back("value");
     list.push_back({{"name", q.name}, {"label", q.label}, {"unit", q.unit}, {"at", std::move(at)}});
   }
@@ -284,7 +291,7 @@ Json stress_checks_json(const RunRecord& record) {
 Json point_errors_json(const std::vector<EstimatedError>& errors) {
   Json relative = Json::object(), absolute = Json::object();
   for (const QuantityRow& row : quantity_rows())
-    if (row.error == ErrorKind::none)
+    if (row.error == ErrorKind::none && !row.of_names)
       relative[key_of(row.name)] = absolute[key_of(row.name)] = nullptr;
   for (const EstimatedError& error : errors) {
     relative[Json::json_pointer(error.pointer)] = error.scale > 0 ? Json(error.relative()) : Json();

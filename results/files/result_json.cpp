@@ -112,7 +112,7 @@ Json cases_json(const RunRecord& record) {
         {"status", status},
         {"message", message},
         {"units", units_json(record.job, record.mechanism, request)},
-        {"quantities", quantities_json(DriveList(record.mechanism), request)},
+        {"quantities", quantities_json(DriveList(record.mechanism, record.job.request), request)},
         {"path", path_json(*responses[k], record.mechanism, request, errors_of_case(record, k))}};
     if (request.wants_frequency_derivatives())
       add_frequency_derivatives(*responses[k], record.mechanism, json);
@@ -125,7 +125,7 @@ Json cases_json(const RunRecord& record) {
 Json extremes_json(const RunRecord& record) {
   Json extremes = Json::object();
   const auto responses = responses_of(record);
-  for (const Quantity& q : quantities(DriveList(record.mechanism))) {
+  for (const Quantity& q : quantities(DriveList(record.mechanism, record.job.request))) {
     if (!q.row->in_report) continue;
     std::optional<double> least, largest;
     GoalPlace at_least, at_largest;
@@ -240,7 +240,8 @@ OrderedJson make_result(const RunRecord& record) {
       {"verdict", verdict_json(verdict_of(record))},
       {"notes", record.job.notes},
       {"units", units_json(record.job, record.mechanism, record.job.request)},
-      {"quantities", quantities_json(DriveList(record.mechanism), record.job.request)},
+      {"quantities",
+       quantities_json(DriveList(record.mechanism, record.job.request), record.job.request)},
       {"conventions", conventions_json(record)},
       {"material", material_json(record.job.design.material)},
       {"stress_checks", stress_checks_json(record)},

@@ -156,7 +156,7 @@ std::string Result::html() const {
 
 std::vector<Path> Evaluation::paths() const {
   const RunRecord& record = *impl_->run.record;
-  const auto quantities = flexopt::quantities(DriveList(record.mechanism));
+  const auto quantities = flexopt::quantities(DriveList(record.mechanism, record.job.request));
   std::vector<Path> all;
   for (std::size_t k = 0; k < responses_of(record).size(); ++k)
     all.emplace_back(std::make_shared<const Path::Impl>(Path::Impl{impl_, k, quantities}));

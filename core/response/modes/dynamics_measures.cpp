@@ -18,7 +18,7 @@ std::optional<double> end_of_mass_line(const PoleSum& mass, double damping) {
   const double still = mass.at(0).real();
   // a peak lower than this share leaves the line within 1 %
   return first_excess(
-      [&](double f) { return std::abs(mass.at(shift(f, damping))) - sqrt2 * still; },
+      [&](double f) { return std::abs(mass.at(shift_of(f, damping))) - sqrt2 * still; },
       samples(mass, 1e-2 * poles.front(), poles.back(), damping, 0.01 * still));
 }
 
@@ -29,12 +29,12 @@ struct Gain {
   double damping;
 
   Complex at(double f) const {
-    const Complex sigma = shift(f, damping);
+    const Complex sigma = shift_of(f, damping);
     return carried + sigma * relative.at(sigma);
   }
   // Derivative of |T|² with respect to the frequency, up to a positive factor.
   double slope(double f) const {
-    const Complex sigma = shift(f, damping);
+    const Complex sigma = shift_of(f, damping);
     const Complex dT = (relative.at(sigma) + sigma * relative.slope(sigma)) * sigma;
     return (std::conj(at(f)) * dT).real();
   }
@@ -68,7 +68,7 @@ double largest_gain(const Gain& gain, double low, double high) {
 // (H9)
 MeasureRate bandwidth_rate(const MechanismFactor& factor, double frequency, double damping,
                            const HarmonicAnswer& answer, const VectorXd& unit_stroke) {
-  const Complex sigma = shift(frequency, damping);
+  const Complex sigma = shift_of(frequency, damping);
   const PoleSum mass = answer.mass();
   const Complex m = mass.at(sigma), phase = std::conj(m) / std::abs(m);
   const double per_hertz = (phase * mass.slope(sigma) * 2.0 * sigma / frequency).real();
@@ -129,10 +129,10 @@ std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
   for (bool found = false; !found;) {
     if (!reaches(answer, damping, frequencies)) return std::nullopt;
     frequency = largest_gain({carried, answer.along(force), damping}, rule.from, rule.to);
-    found = answer.still() || answer.residual(shift(frequency, damping)) <= harmonic_tolerance;
+    found = answer.still() || answer.residual(shift_of(frequency, damping)) <= harmonic_tolerance;
     frequencies.push_back(frequency);
   }
-  const Complex sigma = shift(frequency, damping);
+  const Complex sigma = shift_of(frequency, damping);
   const VectorXcd relative = sigma * answer.vector(sigma);
   const Complex T = carried + (force.cast<Complex>().transpose() * relative)(0);
   DynamicsMeasure measure{std::abs(T), frequency, {}};

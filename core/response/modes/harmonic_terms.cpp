@@ -9,7 +9,7 @@ namespace flexopt {
 
 using std::numbers::pi;
 
-Complex shift(double frequency, double damping) {
+Complex shift_of(double frequency, double damping) {
   const double omega = 2 * pi * frequency;
   return omega * omega / Complex(1, 2 * damping);
 }
@@ -51,7 +51,7 @@ std::optional<double> found_end(HarmonicAnswer& answer, double damping,
     const bool more = answer.extend();
     if (answer.still()) return std::nullopt;
     const std::optional<double> found = end();
-    if (found && answer.residual(shift(*found, damping)) <= harmonic_tolerance) return found;
+    if (found && answer.residual(shift_of(*found, damping)) <= harmonic_tolerance) return found;
     if (!more) return std::nullopt;
   }
 }
@@ -59,7 +59,7 @@ std::optional<double> found_end(HarmonicAnswer& answer, double damping,
 bool reaches(HarmonicAnswer& answer, double damping, const std::vector<double>& frequencies) {
   const auto good = [&] {
     return answer.still() || std::ranges::all_of(frequencies, [&](double f) {
-             return answer.residual(shift(f, damping)) <= harmonic_tolerance;
+             return answer.residual(shift_of(f, damping)) <= harmonic_tolerance;
            });
   };
   if (answer.still()) answer.extend();

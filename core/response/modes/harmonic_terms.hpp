@@ -37,7 +37,7 @@ inline constexpr double harmonic_tolerance =
 inline constexpr int most_harmonic_columns = 320;  ///< of their Krylov spaces
 
 /// (H4): K (1 + 2iζ) − ω² M = (1 + 2iζ)(K − σ M); σ of a frequency [Hz].
-Complex shift(double frequency, double damping);
+Complex shift_of(double frequency, double damping);
 
 /// Ascending frequencies between two, close enough together to see every peak that the poles of
 /// `of` make: at least `least` high.

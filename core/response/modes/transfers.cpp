@@ -37,10 +37,10 @@ class Transferred {
   std::optional<VectorXcd> motion(const VectorXd& still, double frequency) const {
     HarmonicAnswer of = answer(still);
     if (!reaches(of, damping_, {frequency})) return std::nullopt;
-    return of.vector(shift(frequency, damping_));
+    return of.vector(shift_of(frequency, damping_));
   }
   HarmonicTerms terms(double frequency) const {
-    return {*factor_, frequency > 0 ? std::abs(shift(frequency, damping_)) : 1};
+    return {*factor_, frequency > 0 ? std::abs(shift_of(frequency, damping_)) : 1};
   }
   // Re[c H′] of the response H(σ) = e_tᵀ(K − σM)⁻¹e_f, with the motions that loads at both make.
   void add_response(Complex c, Complex sigma, const PointAnswer& from, const VectorXcd& of_from,
@@ -96,7 +96,7 @@ std::optional<double> end_of_transfer(const PoleSum& response, double damping) {
   if (poles.empty() || !(still > 0)) return std::nullopt;
   return first_excess(
       [&](double f) {
-        const Complex sigma = shift(f, damping);
+        const Complex sigma = shift_of(f, damping);
         const double ratio = std::abs(growth.at(sigma) / response.at(sigma)) / still;
         return std::max(ratio, 1 / ratio) - sqrt2;
       },
@@ -108,14 +108,14 @@ std::optional<double> three_decibels(const std::function<Complex(Complex)>& rati
                                      const PoleSum& response, double damping) {
   const std::vector<double> poles = response.frequencies();
   if (poles.empty()) return std::nullopt;
-  return first_excess([&](double f) { return 1 / sqrt2 - std::abs(ratio(shift(f, damping))); },
+  return first_excess([&](double f) { return 1 / sqrt2 - std::abs(ratio(shift_of(f, damping))); },
                       samples(response, 1e-2 * poles.front(), 1e2 * poles.back(), damping, 0));
 }
 
 // (H10), derivative: of ln|(H − H(0))/(σH)| less its value at rest, over its slope.
 MeasureRate end_rates(const Transferred& of, double frequency, const PoleSum& H,
                       const PointAnswer& from, const PointAnswer& to) {
-  const Complex sigma = shift(frequency, of.damping());
+  const Complex sigma = shift_of(frequency, of.damping());
   const PoleSum growth = growth_of(H);
   const double at_rest = H.at(0).real();
   const double slope =
@@ -175,7 +175,7 @@ TransferMeasure transfer_of_motion(const Transferred& of, const PointAnswer& fro
   });
   if (!rates || !measure.bandwidth) return measure;
   const double f = *measure.bandwidth;
-  const Complex sigma = shift(f, of.damping());
+  const Complex sigma = shift_of(f, of.damping());
   const PoleSum H = answer.along(to.force), H_own = answer.along(from.force);
   const double slope = ((slope_of(H, sigma) - slope_of(H_own, sigma)) * 2.0 * sigma / f).real();
   const auto of_from = of.motion(from.still, f), of_to = of.motion(to.still, f);
@@ -203,7 +203,7 @@ TransferMeasure transfer_of_ground(const MechanismFactor& factor, const Transfer
   });
   if (!rates || !measure.bandwidth) return measure;
   const double f = *measure.bandwidth;
-  const Complex sigma = shift(f, of.damping());
+  const Complex sigma = shift_of(f, of.damping());
   const PoleSum relative = answer.along(to.force);
   const Complex T = 1.0 + sigma * relative.at(sigma),
                 dT = relative.at(sigma) + sigma * relative.slope(sigma);
