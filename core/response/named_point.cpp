@@ -33,9 +33,4 @@ std::optional<NamedPoint> point_on_leaf(const Mechanism& mechanism, std::string 
   return point;
 }
 
-double motion_along(const NamedPoint& named, std::size_t k, const PathPoint& point) {
-  if (named.turns()) return named.direction->tail<3>().dot(point.bodies[*named.body].rotation);
-  return named.direction->head<3>().dot(point.named_points[k]);
-}
-
 }  // namespace flexopt

@@ -27,11 +27,15 @@ Quantity named(const QuantityRow& row, int component, const std::string& drive =
   return q;
 }
 
+Quantity named(const QuantityRow& row, const NamedNumber& number) {
+  return {number.quantity(), number.unit, row.label + " " + number.name, &row, number.component};
+}
+
 const Quantity& find(std::string_view name) {
   static const std::map<std::string, Quantity, std::less<>> all = [] {
     std::map<std::string, Quantity, std::less<>> map;
     for (const QuantityRow& row : quantity_rows())
-      for (int k = 0; k < components_of(row); ++k) {
+      for (int k = 0; k < components_of(row) && !row.of_names; ++k) {
         Quantity q = named(row, k);
         map.emplace(q.name, std::move(q));
       }
@@ -65,10 +69,6 @@ const QuantityRow& row_of_named_quantities() {
   return row;
 }
 
-std::string Quantity::place() const {
-  return row == &row_of_named_quantities() ? row->name + "." + name : name;
-}
-
 std::optional<double> Quantity::value(const PathPoint& point) const {
   if (point.status != PointStatus::converged && row->needs.need_path()) return std::nullopt;
   return row->value(point, component);
@@ -82,6 +82,9 @@ std::optional<VectorXd> Quantity::gradient(const PathPoint& point,
 bool is_answered(const QuantityRow& row, const StrokeRequest& request) {
   if (row.needs.has(Output::buckling)) return !request.buckling_load.empty();
   if (row.name == "bandwidth") return request.dynamics && request.loads.driven();
+  if (row.of_names)
+    return std::ranges::any_of(named_numbers(request),
+                               [&](const NamedNumber& number) { return number.row == row.name; });
   if (row.name == "transmissibility") return request.dynamics && request.dynamics->transmissibility;
   if (row.needs.has(Output::load_capacity)) return request.capacity.any();
   if (row.needs.has(Output::stroke_capacity)) return !request.stroke_capacity.empty();
@@ -144,6 +147,11 @@ std::vector<Quantity> quantities(const DriveList& drives) {
         }
       continue;
     }
+    if (row.of_names) {
+      for (const NamedNumber& number : drives.numbers)
+        if (number.row == row.name) list.push_back(named(row, number));
+      continue;
+    }
     for (int k = 0; k < components_of(row); ++k) {
       if (!drives.offers(row, k)) continue;
       list.push_back(named(row, k));
@@ -159,14 +167,17 @@ std::vector<Quantity> quantities(const DriveList& drives) {
 
 namespace {
 
-// "drive_load.x", "gain.x.uy": the row, of the drive of that name where the point has it; or a
-// quantity of the job.
+// "drive_load.x", "gain.x.uy", "gauge.g1": the row, of the name where the point has it; or a quantity
+// of the job.
 std::optional<Quantity> of_point(const PathPoint& point, std::string_view name) {
   const auto named_so = std::ranges::find(point.named_quantities, name, &NamedQuantity::name);
   if (named_so != point.named_quantities.end())
     return Quantity{std::string(name), "", "", &row_of_named_quantities(),
                     static_cast<int>(named_so - point.named_quantities.begin())};
   for (const QuantityRow& row : quantity_rows()) {
+    if (row.of_names && name.starts_with(row.name + "."))
+      for (const NamedNumber& number : point.numbers)
+        if (number.quantity() == name) return named(row, number);
     if (!row.of_drives || !name.starts_with(row.name + ".")) continue;
     const int each = components_of(row);
     for (int k = 0; k < std::ssize(point.drive_names) * each; ++k)
@@ -195,10 +206,10 @@ std::optional<double> at_least(const PathPoint& point, std::string_view name) {
 }
 
 namespace {
-// Row of a number, also under the name of any drive.
+// Row of a number, also under the name of any drive, or any that a request gives.
 const QuantityRow& row_of(std::string_view name) {
   for (const QuantityRow& row : quantity_rows())
-    if (row.of_drives && name.starts_with(row.name + ".")) return row;
+    if ((row.of_drives || row.of_names) && name.starts_with(row.name + ".")) return row;
   return *find(name).row;
 }
 }  // namespace

@@ -20,7 +20,11 @@ std::string stiffness_unit(Direction direction);  ///< N/m | N m/rad
 
 struct QuantityRow;
 
-/// What the table must know of the drives of a mechanism.
+/// The numbers of a request that have names by it: of points with directions, transfers, gauges and
+/// bridges.
+std::vector<NamedNumber> named_numbers(const StrokeRequest& request);
+
+/// What the table must know of the drives of a mechanism, and what a request names.
 struct DriveList {
   struct Item {
     std::string name;
@@ -32,11 +36,15 @@ struct DriveList {
   std::array<bool, 6> prescribed{};  ///< directions of the end-effector
   /// Names and SI units of the quantities that a job defines by formulas.
   std::vector<std::pair<std::string, std::string>> named_quantities;
+  std::vector<NamedNumber> numbers;  ///< that a request names
 
   DriveList() = default;
   /// List of the only drive, of the end-effector along a global axis.
   DriveList(Direction drive);
   explicit DriveList(const Mechanism& mechanism);
+  DriveList(const Mechanism& mechanism, const StrokeRequest& request) : DriveList(mechanism) {
+    numbers = named_numbers(request);
+  }
 
   /// Whether strokes, loads and stiffnesses stand under the names of the drives.
   bool named() const { return items.size() > 1 || (!items.empty() && !items[0].name.empty()); }
@@ -86,8 +94,9 @@ struct QuantityRow {
   /// "name.drive" or "name.drive.component".
   bool of_drives = false;
   bool DriveList::Item::*of_kind = nullptr;  ///< only of drives of which this holds
-  bool of_design = false;                    ///< one number of the design: the same at every point
-  bool in_csv = true;  ///< as columns of their own; the frequencies have their kinds beside
+  bool of_names = false;   ///< one number for each NamedNumber of the row, "name.NAME"
+  bool of_design = false;  ///< one number of the design: the same at every point
+  bool in_csv = true;      ///< as columns of their own; the frequencies have their kinds beside
   SummaryLine in_summary = SummaryLine::none;
   bool in_report = false;  ///< a row of the report's tables
 };
@@ -97,6 +106,8 @@ const std::vector<QuantityRow>& quantity_rows();
 std::vector<QuantityRow> capacity_rows();
 /// The row of the quantities that a job defines: its components are those of the point.
 const QuantityRow& row_of_named_quantities();
+/// The rows of numbers that a request names; their units are those of the NamedNumber.
+std::vector<QuantityRow> named_rows();
 
 /// Whether an evaluation by this request has the numbers of the row: a load that grows is named, a
 /// fillet is given, the materials have what a safety needs.
@@ -110,8 +121,6 @@ struct Quantity {
   const QuantityRow* row = nullptr;
   int component = 0;
 
-  /// Where a point has it in result.json, with dots between the keys.
-  std::string place() const;
   /// Value and derivatives at a point; nothing if the point has no such number: not converged (the
   /// screening frequency needs no convergence), not asked for, or not defined.
   std::optional<double> value(const PathPoint& point) const;
@@ -129,9 +138,9 @@ std::vector<Quantity> quantities(const DriveList& drives);
 std::string why_missing(const PathPoint& point, const QuantityRow& row, int component);
 std::string why_missing(const PathPoint& point, std::string_view name);
 
-/// Value and derivatives by name ("drive_load.x" for a drive with a name: the point knows its
-/// drives, and the quantities of its job). Throw std::invalid_argument for a name that the table
-/// does not have.
+/// Value and derivatives by name ("drive_load.x" for a drive with a name, "gauge.g1": the point
+/// knows these names, and the quantities of its job). Throw std::invalid_argument for a name that
+/// the table does not have.
 std::optional<double> value_of(const PathPoint& point, std::string_view name);
 std::optional<VectorXd> gradient_of(const PathPoint& point, const PointGradients& gradients,
                                     std::string_view name);

@@ -353,7 +353,7 @@ const std::vector<QuantityRow>& quantity_rows() {
     std::vector<QuantityRow> all;
     for (const auto& topic : {load_and_motion(), gain_rows(), actuator_rows(),
                               frequencies_and_stress(), stress_safety(), softest_translation(),
-                              room_taken(), buckling(), dynamics(), capacity_rows()})
+                              room_taken(), buckling(), dynamics(), named_rows(), capacity_rows()})
       all.insert(all.end(), topic.begin(), topic.end());
     return all;
   }();

@@ -34,10 +34,11 @@ bool StrokeRequest::wants_state_space(std::size_t point) const {
               state_space->points.end());
 }
 
-bool StrokeRequest::wants_leaf_points(std::size_t point) const {
-  const bool linear = (wants_state_space(point) && state_space->sensors) ||
-                      (wants_dynamics() && !dynamics->transfers.empty());
-  return linear && std::ranges::any_of(named_points, [](const NamedPoint& p) { return !p.body; });
+bool StrokeRequest::wants_leaf_points(std::size_t point, bool differentiable) const {
+  const bool wanted = (wants_state_space(point) && state_space->sensors) || wants_transfers() ||
+                      (wants_dynamics() && dynamics->transmissibility) ||
+                      (differentiable && outputs.has(Output::leaf_points));
+  return wanted && std::ranges::any_of(named_points, [](const NamedPoint& p) { return !p.body; });
 }
 
 std::optional<std::size_t> StrokeRequest::growing_load() const {

@@ -45,12 +45,34 @@ struct NamedPoint {
 std::optional<NamedPoint> point_on_leaf(const Mechanism& mechanism, std::string name,
                                         const Vector3d& place);
 
+/// A strain gauge on a surface of a leaf.
+struct StrainGauge {
+  std::string name;
+  int leaf = 0;
+  double along = 0, across = 0.5;  ///< place on the leaf, each in [0, 1]
+  bool on_positive_normal = true;
+  double angle = 0;  ///< of the strain that it measures, from along to across [rad]
+};
+
+/// A Wheatstone bridge: supply voltage → ¼ gauge_factor Σ sign · strain.
+struct StrainBridge {
+  struct Arm {
+    std::size_t gauge = 0;  ///< of StrokeRequest::gauges
+    double sign = 1;
+  };
+  std::string name;
+  std::vector<Arm> arms;
+  double gauge_factor = 1;
+};
+
 /// What an evaluation can answer.
 enum class Output {
   equilibrium,            ///< drive load, motion of O and points, stability
   stiffness,              ///< compliance at O and what follows from it
   gain,                   ///< gain and cross-coupling of the drives
   stress,                 ///< largest von Mises stress
+  gauges,                 ///< strains of gauges, and what bridges make of them
+  leaf_points,            ///< derivatives of the displacement of named points of leaves
   frequencies_free,       ///< natural frequencies and modes, drive free
   frequencies_locked,     ///< natural frequencies and modes, drive held
   parasitic_frequency,    ///< from the list that `ParasiticRule::drive` names
@@ -60,6 +82,7 @@ enum class Output {
   clearance,              ///< smallest distance between parts
   buckling,               ///< critical factors of the load that the request names
   dynamics,               ///< bandwidth and transmissibility, by the rule of the request
+  transfers,              ///< from point to point, by the same rule
   state_space,            ///< the linear model about the equilibrium, as the request wants it
   load_capacity,          ///< largest loads at O, by the rule of the request
   stroke_capacity,        ///< largest strokes, by the rules of the request
@@ -172,14 +195,20 @@ struct TransmissibilityRule {
   Direction direction = Direction::uy;  ///< translation of the ground, and of O
   double from = 0, to = 0;              ///< band in which the largest gain counts [Hz]
   DriveState drive = DriveState::free;
-  /// Named point of a body, with a translation as direction, whose motion counts in place of O's.
+  /// Named point, with a translation as direction, whose motion counts in place of O's.
   std::optional<std::size_t> point;
 };
 
-/// A harmonic load at a named point, and the motion of another, or the same; both have directions.
+/// A harmonic load or motion at a named point, and the motion of another, or the same; both have
+/// directions.
 struct TransferRule {
-  std::size_t from = 0, to = 0;  ///< of StrokeRequest::named_points
+  /// Of StrokeRequest::named_points. Nothing: the ground moves along the direction of `to`, a
+  /// translation.
+  std::optional<std::size_t> from;
+  std::size_t to = 0;
   DriveState drive = DriveState::free;
+  bool of_motion = false;  ///< the motion of `from` is given, not the load there
+  std::string name;        ///< what results call it
 };
 
 /// What is read off the harmonic motion about an equilibrium.
@@ -270,6 +299,8 @@ struct StrokeRequest {
   /// How many places of large stress a differentiable point lists: PathPoint::stress_peaks.
   int stress_peaks = 0;
   std::vector<NamedPoint> named_points;
+  std::vector<StrainGauge> gauges;
+  std::vector<StrainBridge> bridges;
   NewtonOptions newton;
   WorkLimits limits;  ///< of one evaluation of these points
   /// Told of every Newton iteration.
@@ -284,9 +315,16 @@ struct StrokeRequest {
   }
   bool wants_frequency_derivatives() const;
   bool wants_dynamics() const { return dynamics && outputs.has(Output::dynamics); }
+  bool wants_transfers() const {
+    return dynamics && !dynamics->transfers.empty() && outputs.has(Output::transfers);
+  }
+  /// Whether anything is wanted that has the mass of the interiors of the leaves.
+  bool wants_harmonic_answers() const { return wants_dynamics() || wants_transfers(); }
+  bool wants_gauges() const { return !gauges.empty() && outputs.has(Output::gauges); }
   bool wants_state_space(std::size_t point) const;
-  /// Whether named points of leaves are loaded there, or their small motions wanted.
-  bool wants_leaf_points(std::size_t point) const;
+  /// Whether named points of leaves are loaded there, or their small motions wanted, or, of a
+  /// `differentiable` path, the derivatives of their displacements.
+  bool wants_leaf_points(std::size_t point, bool differentiable) const;
   /// The load that grows, among the constant ones, where critical factors are wanted.
   std::optional<std::size_t> growing_load() const;
   bool wants_capacity() const { return outputs.has(Output::load_capacity) && capacity.any(); }

@@ -179,12 +179,28 @@ struct Transmissibility {
   double frequency = 0;  ///< where [Hz]
 };
 
-/// From a load at a named point to the motion of another.
+/// From a load or a motion at a named point to the motion of another.
 struct Transfer {
-  double compliance = 0;  ///< at rest: motion over load [m/N, rad/N, m/(N m), rad/(N m)]
-  /// Where the mass that the load feels leaves that at rest by √2, up or down; nothing where it
-  /// does not, or where the load does not move the point [Hz].
+  /// At rest: motion over load [m/N, rad/N, m/(N m), rad/(N m)], or over motion [1, rad/m, m/rad].
+  double compliance = 0;
+  /// Of a load where the mass that it feels leaves that at rest by √2, up or down; of a motion
+  /// where the ratio first falls to that at rest over √2. Nothing where it does not, or where
+  /// `from` does not move `to` [Hz].
   std::optional<double> bandwidth;
+};
+
+/// What a strain gauge reads.
+struct GaugeReading {
+  double strain = 0;
+  Vector3d stress = Vector3d::Zero();  ///< σ11 along the leaf, σ22, σ12 of the surface [Pa]
+};
+
+/// A number that a request names itself: "gauge.g1".
+struct NamedNumber {
+  std::string row, name;  ///< of the table of quantities; behind the dot
+  std::string unit;       ///< SI
+  int component = 0;      ///< among the numbers of the row
+  std::string quantity() const { return row + "." + name; }
 };
 
 /// What goes into a linear model, or comes out of it.
@@ -244,6 +260,7 @@ struct PathPoint {
   double stroke = 0;                     ///< [m or rad]
   std::vector<double> strokes;           ///< of each drive; a point of a load path has none
   std::vector<std::string> drive_names;  ///< of drives with names
+  std::vector<NamedNumber> numbers;      ///< that have names by the request
   PointStatus status = PointStatus::not_reached;
   std::string message;
   int newton_iterations = 0;  ///< of the last step onto this point
@@ -302,7 +319,7 @@ struct PathPoint {
   /// Bandwidth of each drive, the others held [Hz]; nothing where its mass line does not end.
   std::vector<std::optional<double>> bandwidths;
   std::optional<Transmissibility> transmissibility;
-  std::vector<Transfer> transfers;  ///< as DynamicsRule; not where derivatives are wanted
+  std::vector<Transfer> transfers;  ///< as DynamicsRule
   std::optional<StateSpace> state_space;
   /// Load capacities by direction: CapacityRule.
   std::array<std::optional<LoadCapacity>, 12> load_capacity;
@@ -321,12 +338,13 @@ struct PathPoint {
   std::vector<LeafShape> shapes;
   std::vector<ElasticShape> elastic_shapes;  ///< those of imported matrices have no points
   std::vector<Vector3d> named_points;        ///< displacements, in the order of the request [m]
-  std::vector<BodyMotion> bodies;            ///< of every body of the mechanism
+  /// Motion of each along its direction: displacement, or component of the rotation vector of its
+  /// body [m, rad].
+  std::vector<std::optional<double>> motions_along;
+  std::vector<GaugeReading> gauges;  ///< in the order of the request
+  std::vector<double> bridges;       ///< output over supply voltage
+  std::vector<BodyMotion> bodies;    ///< of every body of the mechanism
 };
-
-/// Motion of named point k of a request along its direction at a converged point of the path:
-/// displacement, or component of the rotation vector of its body [m, rad].
-double motion_along(const NamedPoint& named, std::size_t k, const PathPoint& point);
 
 enum class Status { ok, no_equilibrium, left_branch, limit_reached };
 

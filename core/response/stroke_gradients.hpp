@@ -48,6 +48,8 @@ struct PointGradients {
   std::optional<VectorXd> clearance, leaf_mass;
   std::vector<std::optional<VectorXd>> bandwidths;  ///< of each drive
   std::optional<VectorXd> transmissibility;
+  std::vector<std::optional<VectorXd>> motions_along, transfers, transfer_bandwidths;
+  MatrixXd gauges, bridges;  ///< of the strains and of the outputs × parameters
   std::optional<VectorXd> buckling_locked, buckling_free;  ///< of the factors
   std::array<std::optional<VectorXd>, 12> load_capacity;   ///< of those that have a value
   std::vector<std::optional<VectorXd>> stroke_capacity;    ///< likewise

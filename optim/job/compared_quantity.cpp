@@ -1,9 +1,12 @@
 #include "optim/job/compared_quantity.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 
 #include "optim/job/expression.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
 
 namespace flexopt {
@@ -48,6 +51,15 @@ ComparedQuantity compared(const std::string& name, const Job& job, const DriveLi
     quantity.needs.add(row->needs);
     quantity.motion = row->error == ErrorKind::motion;
     quantity.of_design = row->of_design;
+    if (row->of_names) {
+      for (const NamedNumber& number : drives.numbers)
+        if (number.row == name) {
+          quantity.numbers.push_back({row, number.component, -1});
+          quantity.parts.push_back(number.name);
+        }
+      quantity.part_key = "by_component";
+      continue;
+    }
     for (int k = 0; k < count_of(*row, job, drives); ++k) quantity.numbers.push_back({row, k, -1});
     if (name == both_lists || quantity.motion) continue;
     if (row->of_drives && drives.named())
@@ -86,7 +98,7 @@ std::vector<std::string> comparable_quantities() {
 
 std::vector<ComparedQuantity> compared_quantities(const Job& job) {
   assert(job.compare);
-  const DriveList drives = resolve(job.design)->family().drives;
+  const DriveList drives = drives_of(resolve(job.design)->family(), job.request);
   std::vector<ComparedQuantity> list;
   const std::vector<std::string>& listed = job.compare->quantities;
   for (const std::string& name : comparable_quantities()) {
@@ -124,6 +136,11 @@ Check check_comparison(const std::string& name, const StrokeRequest& request) {
     return Because("it needs \"load_capacity\": {\"directions\": […]}");
   if (needs.has(Output::stroke_capacity) && request.stroke_capacity.empty())
     return Because("it needs \"stroke_capacity\": {…}");
+  if (rows.front()->of_names && !is_answered(*rows.front(), request))
+    return Because(fmt::format("the job names no such numbers: it needs {}",
+                               name == "point"           ? "\"points\" with directions"
+                               : name.starts_with("tra") ? "\"transfers\" of \"dynamics\""
+                                                         : "\"gauges\" and \"bridges\""));
   if (Check answered = check_stress(name, request); !answered) return answered;
   return check_dynamics(name, request);
 }

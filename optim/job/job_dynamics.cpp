@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/mechanism/drive.hpp"
 #include "core/spec/json_file.hpp"
@@ -38,19 +39,26 @@ const RecordTable<TransmissibilityRule>& transmissibility_table() {
                               &TransmissibilityRule::drive,
                               "whether the drives' loads are constant or their strokes")
           .other(shape::optional("point", shape::text(100),
-                                 "name of a point with a translation, on a body, whose motion "
-                                 "counts in place of O's"));
+                                 "name of a point with a translation whose motion counts in "
+                                 "place of O's"));
   return table;
 }
 
 const RecordTable<TransferRule>& transfer_table() {
   static const auto table =
       RecordTable<TransferRule>()
-          .other(shape::required("from", shape::text(100), "point at which the load acts"))
+          .other(shape::required("from", shape::text(100),
+                                 "point at which the load acts, or which is moved; or \"ground\", "
+                                 "which moves along the direction of the other point"))
           .other(shape::required("to", shape::text(100), "point whose motion is wanted"))
           .choice<DriveState>("drive", {{"free", DriveState::free}, {"locked", DriveState::locked}},
                               &TransferRule::drive,
-                              "whether the drives' loads are constant or their strokes");
+                              "whether the drives' loads are constant or their strokes")
+          .choice<bool>("excitation", {{"load", false}, {"motion", true}}, &TransferRule::of_motion,
+                        "what is given at the first point; of the ground a motion")
+          .optional("name", shape::text(100), &TransferRule::name,
+                    "of its quantities; default: FROM.TO, with .motion and .locked where these "
+                    "are asked for");
   return table;
 }
 
@@ -61,8 +69,9 @@ const RecordTable<DynamicsRule>& dynamics_table() {
                         "damping ratio of every mode")
           .other(shape::optional("transmissibility", transmissibility_table().shape(),
                                  "the largest gain from the ground to O over a band"))
-          .other(shape::optional("transfers", shape::list(transfer_table().shape(), 1, 100),
-                                 "compliance and bandwidth from point to point"));
+          .other(shape::optional(
+              "transfers", shape::list(transfer_table().shape(), 1, 100),
+              "compliance, or ratio of motions, and bandwidth from point to point"));
   return table;
 }
 
@@ -141,17 +150,31 @@ void read_points_of_rules(const json& read, const std::vector<NamedPoint>& point
       const std::string name = read["transmissibility"]["point"];
       const NamedPoint& point =
           points[*(rule.transmissibility->point = find_point(points, name, at))];
-      if (!point.body || point.turns())
-        throw SpecError(at, shown(name),
-                        "expected a point of a body with a translation as direction");
+      if (point.turns())
+        throw SpecError(at, shown(name), "expected a point with a translation as direction");
     });
+  std::set<std::string> names;
   if (read.contains("transfers"))
     faults.each(read["transfers"], Pointer("/dynamics/transfers"),
                 [&](const json& item, const Pointer& at) {
                   TransferRule transfer = transfer_table().read(item);
-                  transfer.from = find_point(points, item["from"], at / "from");
                   transfer.to = find_point(points, item["to"], at / "to");
-                  rule.transfers.push_back(transfer);
+                  const bool grounded = item["from"] == "ground";
+                  if (grounded && points[transfer.to].turns())
+                    throw SpecError(at / "to", shown(item["to"]),
+                                    "the ground moves along it: expected a translation");
+                  if (!grounded) transfer.from = find_point(points, item["from"], at / "from");
+                  if (transfer.name.empty())
+                    transfer.name =
+                        fmt::format("{}.{}{}{}", item["from"].get_ref<const std::string&>(),
+                                    item["to"].get_ref<const std::string&>(),
+                                    transfer.of_motion && !grounded ? ".motion" : "",
+                                    transfer.drive == DriveState::locked ? ".locked" : "");
+                  transfer.of_motion = transfer.of_motion || grounded;
+                  if (!names.insert(transfer.name).second)
+                    throw SpecError(at, transfer.name,
+                                    "another transfer has this name: give it another \"name\"");
+                  rule.transfers.push_back(std::move(transfer));
                 });
 }
 

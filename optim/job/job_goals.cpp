@@ -43,7 +43,7 @@ GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseName
     : family(of_family),
       design(job.design),
       request(job.request),
-      quantities(flexopt::quantities(of_family.drives)),
+      quantities(flexopt::quantities(drives_of(of_family, job.request))),
       defined(job.quantities),
       values(job.design.parameters),
       cases(all_cases),
@@ -111,7 +111,7 @@ const Quantity& GoalContext::quantity(const std::string& name, bool counts,
 }
 
 Expression GoalContext::formula(const std::string& text, const Pointer& at) const {
-  return {text, names, at.to_string(), formula_names(family.drives, defined)};
+  return {text, names, at.to_string(), formula_names(drives_of(family, request), defined)};
 }
 
 void GoalContext::take(const json& goal, const char* key, bool is_formula, const Pointer& at,

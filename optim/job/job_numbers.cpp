@@ -114,8 +114,14 @@ std::vector<FormulaName> formula_names(const DriveList& drives,
   return names;
 }
 
+DriveList drives_of(const Family& family, const StrokeRequest& request) {
+  DriveList list = family.drives;
+  list.numbers = named_numbers(request);
+  return list;
+}
+
 DriveList drive_list(const Job& job, const Mechanism& mechanism) {
-  DriveList drives(mechanism);
+  DriveList drives(mechanism, job.request);
   for (const NamedFormula& q : job.quantities)
     drives.named_quantities.emplace_back(q.name, q.formula->unit());
   return drives;
@@ -125,7 +131,8 @@ Expression goal_formula(const Job& job, const std::string& text, const std::stri
   const Family& family = resolve(job.design)->family();
   std::vector<Parameter> all = family.parameters;
   all.insert(all.end(), job_numbers().begin(), job_numbers().end());
-  return {text, formula_names(all), pointer, formula_names(family.drives, job.quantities)};
+  return {text, formula_names(all), pointer,
+          formula_names(drives_of(family, job.request), job.quantities)};
 }
 
 ParameterValues complete_numbers(const Job& job, const ParameterValues& parameters) {

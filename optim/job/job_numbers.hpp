@@ -35,6 +35,9 @@ std::vector<FormulaName> formula_names(const DriveList& drives,
 /// The drives of a mechanism of the job, with the quantities that the job defines.
 DriveList drive_list(const Job& job, const Mechanism& mechanism);
 
+/// What the table of quantities must know of a job.
+DriveList drives_of(const Family& family, const StrokeRequest& request);
+
 /// A formula of a goal of the job: of parameters, numbers of the job, and quantities.
 Expression goal_formula(const Job& job, const std::string& text, const std::string& pointer = "");
 

@@ -5,6 +5,8 @@
 #include <set>
 
 #include "core/spec/json_file.hpp"
+#include "core/spec/names.hpp"
+#include "core/spec/record_table.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
@@ -62,6 +64,82 @@ NamedPoint resolved(const NamedPointSpec& wanted, const Mechanism& mechanism, co
   return point_on_body(wanted, mechanism.end_effector, mechanism, read, at);
 }
 
+const RecordTable<StrainGauge>& gauge_table() {
+  static const auto table =
+      RecordTable<StrainGauge>()
+          .required("name", shape::text(100), &StrainGauge::name, "in the results")
+          .other(shape::required("leaf", shape::text(100), "on which it is"))
+          .required("along", shape::quantity("1", 0, 1), &StrainGauge::along,
+                    "its place, as a part of the leaf's length from its base")
+          .with_default("across", shape::quantity("1", 0, 1), &StrainGauge::across,
+                        "its place, as a part of the leaf's width; 0.5 is the middle")
+          .choice<bool>("surface", {{"positive_normal", true}, {"negative_normal", false}},
+                        &StrainGauge::on_positive_normal, "on which side of the leaf")
+          .with_default("angle", shape::quantity("rad", -10, 10), &StrainGauge::angle,
+                        "of the strain that it measures, from along the leaf to across it");
+  return table;
+}
+
+const RecordTable<StrainBridge>& bridge_table() {
+  static const auto table =
+      RecordTable<StrainBridge>()
+          .required("name", shape::text(100), &StrainBridge::name, "in the results")
+          .other(shape::required("signs", shape::map(shape::integer(-1, 1)),
+                                 "1 or -1 of the gauges in its four arms"))
+          .with_default("gauge_factor", shape::quantity("1", 0, 1e4, true),
+                        &StrainBridge::gauge_factor,
+                        "relative change of resistance over strain; with 1 the output is the mean "
+                        "of the four signed strains");
+  return table;
+}
+
+StrainBridge read_bridge(const json& item, const Pointer& at,
+                         const std::vector<StrainGauge>& gauges) {
+  StrainBridge bridge = bridge_table().read(item);
+  for (const auto& [name, sign] : item["signs"].items()) {
+    const auto found = std::ranges::find(gauges, name, &StrainGauge::name);
+    if (found == gauges.end())
+      throw SpecError(at / "signs" / name, shown(sign),
+                      "no gauge has this name; " + known_names(name, names_in(gauges)));
+    if (sign == 0) throw SpecError(at / "signs" / name, "0", "expected 1 or -1");
+    bridge.arms.push_back({static_cast<std::size_t>(found - gauges.begin()), sign.get<double>()});
+  }
+  if (bridge.arms.empty() || bridge.arms.size() > 4)
+    throw SpecError(at / "signs", fmt::format("{} gauges", bridge.arms.size()),
+                    "a bridge has four arms: expected 1 to 4");
+  return bridge;
+}
+
+// Names of the items of a list, which must be different.
+class DifferentNames {
+ public:
+  explicit DifferentNames(FaultList& faults) : faults_(faults) {}
+  void add(const json& item, const Pointer& at) {
+    if (faults_.sound(at / "name") && !names_.insert(item["name"]).second)
+      faults_.add(at / "name", shown(item["name"]), "names must be different");
+  }
+
+ private:
+  FaultList& faults_;
+  std::set<std::string> names_;
+};
+
+void read_gauges(const json& read, const Mechanism& mechanism, FaultList& faults,
+                 StrokeRequest& request) {
+  DifferentNames gauges(faults), bridges(faults);
+  faults.each(read["gauges"], Pointer("/gauges"), [&](const json& item, const Pointer& at) {
+    gauges.add(item, at);
+    StrainGauge gauge = gauge_table().read(item);
+    gauge.leaf = find_leaf(mechanism, item["leaf"], at / "leaf");
+    request.gauges.push_back(std::move(gauge));
+  });
+  if (!faults.sound("/gauges")) return;
+  faults.each(read["bridges"], Pointer("/bridges"), [&](const json& item, const Pointer& at) {
+    bridges.add(item, at);
+    request.bridges.push_back(read_bridge(item, at, request.gauges));
+  });
+}
+
 }  // namespace
 
 std::vector<Field> point_fields() {
@@ -70,7 +148,11 @@ std::vector<Field> point_fields() {
                               "sensors and actuators: points of bodies and leaves whose motion is "
                               "wanted, inputs and outputs of linear models"),
           shape::with_default("probes", list, json::array(),
-                              "the same list under an earlier name, which its results keep")};
+                              "the same list under an earlier name, which its results keep"),
+          shape::with_default("gauges", shape::list(gauge_table().shape(), 0, 1000), json::array(),
+                              "strain gauges on the surfaces of leaves"),
+          shape::with_default("bridges", shape::list(bridge_table().shape(), 0, 100), json::array(),
+                              "Wheatstone bridges of gauges")};
 }
 
 void read_points(const json& read, const Mechanism* mechanism, FaultList& faults,
@@ -78,14 +160,13 @@ void read_points(const json& read, const Mechanism* mechanism, FaultList& faults
   if (!read["points"].empty() && !read["probes"].empty())
     faults.add("/probes", fmt::format("{} points", read["probes"].size()),
                "it is an earlier name of \"points\", which the job has too: expected one of them");
-  std::set<std::string> names;
+  DifferentNames names(faults);
   for (const auto& [list, kind] : {std::pair{"points", "point"}, {"probes", "probe"}})
     for (std::size_t i = 0; i < read[list].size(); ++i) {
       const json& item = read[list][i];
       const Pointer at = Pointer("/" + std::string(list)) / i;
       if (!item.is_object()) continue;
-      if (faults.sound(at / "name") && !names.insert(item["name"]).second)
-        faults.add(at / "name", shown(item["name"]), "names must be different");
+      names.add(item, at);
       if (!mechanism || !faults.sound(at)) continue;
       faults.attempt([&] {
         const NamedPointSpec wanted = named_point_table().read(item);
@@ -95,6 +176,7 @@ void read_points(const json& read, const Mechanism* mechanism, FaultList& faults
         request.named_points.push_back(std::move(point));
       });
     }
+  if (mechanism) read_gauges(read, *mechanism, faults, request);
 }
 
 }  // namespace flexopt

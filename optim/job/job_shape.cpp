@@ -86,7 +86,7 @@ Shape design_shape(const Family* family) {
 Shape with_quantities(Shape section, const Family* family) {
   if (!family) return section;
   for (Field& field : section.fields)
-    if (field.name == "quantity")
+    if (field.name == "quantity")  // a name that the job gives, or one of the table
       field.shape = one_of({text(), choice(names_in(quantities(family->drives)))});
   return section;
 }

@@ -37,6 +37,8 @@ std::optional<double> value_of_nothing(const PathPoint& point, const std::string
   }
   if (quantity == "bandwidth" || quantity.starts_with("bandwidth."))
     return point.bandwidths.empty() ? std::nullopt : std::optional(endless_bandwidth);
+  if (quantity.starts_with("transfer_bandwidth."))
+    return point.transfers.empty() ? std::nullopt : std::optional(endless_bandwidth);
   if (const auto bound = at_least(point, quantity)) return bound;
   if (!point.buckling) return std::nullopt;
   const CriticalLoad& load =

@@ -118,7 +118,7 @@ GradientChecker::GradientChecker(const Job& job, std::size_t load_case, double t
   if (listed_ > 0) request_.frequencies += 2;
   parameters_ = differentiable_parameters(job);
   through_ = through_formulas(job, job.design.parameters, parameters_);
-  const DriveList drives = resolve(job.design)->family().drives;
+  const DriveList drives = drives_of(resolve(job.design)->family(), request_);
   names_ = quantities(drives);
   turns_ = is_rotation(drives.first());
 }

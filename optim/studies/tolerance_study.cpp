@@ -186,7 +186,7 @@ void Study::linearise(ToleranceReport& report) const {
     found.push_back(stroke_sensitivity(job_, parameters_, names_, model_, request));
     const StrokeSensitivity& of = found.back();
     if (!of.gradients) report.message = of.message.empty() ? of.response.message : of.message;
-    const DriveList drives = resolve(job_.design)->family().drives;
+    const DriveList drives = drives_of(resolve(job_.design)->family(), request);
     for (std::size_t i = 0; i < of.response.path.size(); ++i)
       for (const Quantity& q : quantities(drives)) {
         const std::optional<double> value = q.value(of.response.path[i]);

@@ -232,6 +232,7 @@ int list_quantities(const CommandLine& line) {
   DriveList drives(Direction::uy);
   DriveList::Item& any = drives.items.front();  // without a family all rows are listed
   any.remote = any.voice_coil = any.piezo = true;
+  for (const QuantityRow& row : named_rows()) drives.numbers.push_back({row.name, "NAME", "", 0});
   if (line.family) drives = family_of(*line.family)->drives;
   fmt::print("{}", describe_quantities(drives));
   return exit_usable;

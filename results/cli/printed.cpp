@@ -86,7 +86,7 @@ Json list_json(const Json& list) {
 }
 
 void add_tables(const RunRecord& record, Json& json) {
-  const DriveList drives(record.mechanism);
+  const DriveList drives(record.mechanism, record.job.request);
   if (record.job.cases.empty()) {
     json["table"] = table_json(response_of(record), drives, record.job.request);
     return;

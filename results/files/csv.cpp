@@ -118,7 +118,7 @@ void add_points(std::vector<Column>& columns, const StrokeRequest& request) {
       add({'.', "xyz"[i]}, "m", [=](const PathPoint& point) { return point.named_points[k][i]; });
     if (named.direction)
       add("", named.turns() ? "rad" : "m",
-          [=](const PathPoint& point) { return motion_along(named, k, point); });
+          [=](const PathPoint& point) { return point.motions_along[k]; });
   }
 }
 

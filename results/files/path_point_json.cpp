@@ -261,6 +261,15 @@ Json components_json(const QuantityRow& row, const PathPoint& point, int first) 
   return values;
 }
 
+/// Numbers of a row under the names that the request gives them.
+Json named_json(const QuantityRow& row, const PathPoint& point) {
+  Json values;
+  for (const NamedNumber& number : point.numbers)
+    if (number.row == row.name)
+      values[number.name] = optional_json(row.value(point, number.component));
+  return values;
+}
+
 /// The numbers of a row, as many as the point has.
 Json row_json(const QuantityRow& row, const PathPoint& point) {
   if (row.of_drives && !point.drive_names.empty()) {
@@ -297,7 +306,8 @@ void add_quantities(const PathPoint& point, Json& json) {
   for (const QuantityRow& row : quantity_rows()) {
     std::string pointer = "/" + row.name;
     std::ranges::replace(pointer, '.', '/');
-    json[Json::json_pointer(pointer)] = row_json(row, point);
+    Json values = row.of_names ? named_json(row, point) : row_json(row, point);
+    if (!row.of_names || !values.is_null()) json[Json::json_pointer(pointer)] = std::move(values);
   }
 }
 
@@ -318,7 +328,8 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                {"sub_steps", point.sub_steps}};
   add_named_quantities(point, json);
   if (point.status != PointStatus::converged) {
-    for (const QuantityRow& row : quantity_rows()) json[key_of(row.name)] = nullptr;
+    for (const QuantityRow& row : quantity_rows())
+      if (!row.of_names) json[key_of(row.name)] = nullptr;
     for (const char* name : {"compliance", "modes", "max_stress_place", "clearance_place", "stable",
                              "bifurcation_passed", "negative_pivots", "leaves", "bodies"})
       json[name] = nullptr;
@@ -349,16 +360,18 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
     const NamedPoint& named = request.named_points[k];
     Json& own = json[std::string(named.kind) + "s"][named.name];
     own["displacement"] = vector_json(point.named_points[k]);
-    if (named.direction) own["along"] = motion_along(named, k, point);
+    if (point.motions_along[k]) own["along"] = *point.motions_along[k];
   }
   for (std::size_t k = 0; k < point.transfers.size(); ++k) {
     const TransferRule& rule = request.dynamics->transfers[k];
     const std::optional<double>& bandwidth = point.transfers[k].bandwidth;
-    json["transfers"].push_back({{"from", request.named_points[rule.from].name},
-                                 {"to", request.named_points[rule.to].name},
-                                 {"drive", rule.drive == DriveState::free ? "free" : "locked"},
-                                 {"compliance", point.transfers[k].compliance},
-                                 {"bandwidth", bandwidth ? Json(*bandwidth) : Json()}});
+    json["transfers"].push_back(
+        {{"name", rule.name},
+         {"from", rule.from ? request.named_points[*rule.from].name : "ground"},
+         {"to", request.named_points[rule.to].name},
+         {"drive", rule.drive == DriveState::free ? "free" : "locked"},
+         {rule.of_motion ? "ratio" : "compliance", point.transfers[k].compliance},
+         {"bandwidth", bandwidth ? Json(*bandwidth) : Json()}});
   }
   if (point.transmissibility)
     json["transmissibility_frequency"] = point.transmissibility->frequency;

@@ -36,16 +36,26 @@ Json validity_json(const LeafSpring& leaf) {
             {"plate", optional_json(v.plate)}}}};
 }
 
+/// Keys that lead to a quantity from a point of the path.
+std::vector<std::string> keys_of(const Quantity& q) {
+  if (q.row == &row_of_named_quantities()) return {q.row->name, q.name};
+  if (q.row->of_names) return {q.row->name, q.name.substr(q.row->name.size() + 1)};
+  std::vector<std::string> keys;
+  for (const auto part : std::views::split(q.name, '.'))
+    keys.emplace_back(part.begin(), part.end());
+  return keys;
+}
+
 /// One unit for all numbers of a key, or one for each component.
 void add_quantity_units(const DriveList& drives, Json& units) {
   std::map<std::string, std::set<std::string>> of_key;
-  for (const Quantity& q : quantities(drives)) of_key[key_of(q.place())].insert(q.unit);
+  for (const Quantity& q : quantities(drives)) of_key[keys_of(q).front()].insert(q.unit);
   for (const Quantity& q : quantities(drives)) {
-    const std::string key = key_of(q.place());
-    const bool one = of_key[key].size() == 1 && q.row != &row_of_named_quantities();
-    std::string pointer = "/" + (one ? key : q.place());
-    std::ranges::replace(pointer, '.', '/');
-    units[Json::json_pointer(pointer)] = q.unit;
+    Json::json_pointer at;
+    const bool of_job = q.row == &row_of_named_quantities();
+    for (const std::string& key : keys_of(q))
+      if (at.empty() || of_job || of_key[keys_of(q).front()].size() > 1) at /= key;
+    units[at] = q.unit;
   }
 }
 
@@ -212,10 +222,7 @@ Json quantities_json(const DriveList& drives, const StrokeRequest& request) {
   for (const Quantity& q : quantities(drives)) {
     if (!q.row->in_report) continue;
     if (!is_answered(q, request)) continue;
-    Json at = Json::array();
-    const std::string place = q.place();
-    for (const auto part : std::views::split(place, '.'))
-      at.push_back(std::string(part.begin(), part.end()));
+    Json at = keys_of(q);
     if (q.row->direction) at.push_back("value");
     list.push_back({{"name", q.name}, {"label", q.label}, {"unit", q.unit}, {"at", std::move(at)}});
   }
@@ -286,7 +293,7 @@ Json stress_checks_json(const RunRecord& record) {
 Json point_errors_json(const std::vector<EstimatedError>& errors) {
   Json relative = Json::object(), absolute = Json::object();
   for (const QuantityRow& row : quantity_rows())
-    if (row.error == ErrorKind::none)
+    if (row.error == ErrorKind::none && !row.of_names)
       relative[key_of(row.name)] = absolute[key_of(row.name)] = nullptr;
   for (const EstimatedError& error : errors) {
     relative[Json::json_pointer(error.pointer)] = error.scale > 0 ? Json(error.relative()) : Json();

@@ -223,8 +223,9 @@ void conclude_errors(RunRecord& record) {
   if (const auto decisive = decisive_stress_error(record.errors))
     record.message += fmt::format(
         " {} is within {} where it decides, at {}.", decisive->name, percent(decisive->relative()),
-        quantity_text(decisive->value, quantity_unit(decisive->name, DriveList(record.mechanism)),
-                      3));
+        quantity_text(
+            decisive->value,
+            quantity_unit(decisive->name, DriveList(record.mechanism, record.job.request)), 3));
   for (const StrokeErrors& errors : record.errors)
     if (!errors.message.empty()) {
       record.message += fmt::format(" No errors are known of some points: {}.", errors.message);

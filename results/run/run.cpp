@@ -285,7 +285,7 @@ RunRecord run_optimisation(const Job& asked, const RunOptions& run, RunListener&
   if (!run.folder.empty() && spec.search != SearchKind::global)
     std::filesystem::remove(screening_log(options.log));
   const int total = spec.starts * spec.max_evaluations;
-  const DriveList drives(make_mechanism(job, job.design.parameters));
+  const DriveList drives(make_mechanism(job, job.design.parameters), job.request);
   BestSoFar best(spec, drives);
   options.progress = [&](const EvaluationRecord& evaluation, const Progress& progress) {
     best.add(evaluation);

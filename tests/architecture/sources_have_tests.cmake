@@ -103,6 +103,10 @@ set(tested_by
     core/reduction/superelement/test_superelement_leaf
   core/reduction/superelement/superelement_rule
     core/reduction/superelement/test_superelement_points
+  core/response/named_rows core/response/modes/test_point_forces
+  core/response/gradients/named_point_rates core/response/modes/test_point_forces
+  core/response/modes/harmonic_terms core/response/modes/test_dynamics_measures
+  core/response/modes/transfers core/response/modes/test_point_forces
   core/response/modes/harmonic_answer core/response/modes/test_dynamics_measures
   core/response/modes/rigid_motion core/response/modes/test_dynamics_measures
   core/response/stability/branch_tracer core/response/stability/test_critical_load

@@ -94,8 +94,10 @@ struct Compared {
 inline std::vector<Compared> compared_numbers(const Mechanism& mechanism,
                                               const StrokeSensitivity& exact, double load) {
   std::vector<Compared> all;
-  for (std::size_t i = 0; i < exact.response.path.size(); ++i)
-    for (const Quantity& q : quantities(DriveList(mechanism))) {
+  for (std::size_t i = 0; i < exact.response.path.size(); ++i) {
+    DriveList names(mechanism);
+    names.numbers = exact.response.path[i].numbers;
+    for (const Quantity& q : quantities(names)) {
       // values that are zero but for rounding count as 1e-2 of what the stroke makes of them
       const double floor = q.name.starts_with("displacement") ? 1e-2 * 0.02
                            : q.name.starts_with("rotation")   ? 1e-2 * 0.4
@@ -108,6 +110,7 @@ inline std::vector<Compared> compared_numbers(const Mechanism& mechanism,
                      exact.gradients ? q.gradient(exact.response.path[i], exact.gradients->path[i])
                                      : std::nullopt});
     }
+  }
   const double unit = is_rotation(drive_direction(mechanism)) ? 1 : mechanism.leaves[0].length;
   for (std::size_t k = 0; k < exact.response.frequency_derivatives.size(); ++k) {
     const FrequencyDerivatives& d = exact.response.frequency_derivatives[k];

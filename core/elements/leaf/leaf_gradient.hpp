@@ -86,6 +86,14 @@ class LeafGradient {
   /// column of `rows`. None for series.
   virtual std::unique_ptr<LeafFields> fields(
       const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const = 0;
+  /// Derivatives of the field of the motion y, rows of the leaf whose increments are held in global
+  /// axes and metres, likewise: place_rates() are those of the motion over L, seen from the leaf's
+  /// axes. None unless the leaf is a full plate or beam without fold.
+  virtual std::unique_ptr<LeafFields> motion_fields(
+      const Vector& /*y*/, const Matrix& /*rows*/,
+      const std::vector<LeafVariation<S>>& /*variations*/) const {
+    return nullptr;
+  }
   /// Derivatives of q of every column along every variation, scales apart: columns × variations.
   Matrix rates(const LeafQuadratic<S>& q, const Matrix& Y,
                const std::vector<LeafVariation<S>>& variations) const;

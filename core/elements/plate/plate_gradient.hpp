@@ -44,6 +44,9 @@ class PlateGradient final : public LeafGradient<S> {
   }
   std::unique_ptr<LeafFields> fields(
       const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const override;
+  std::unique_ptr<LeafFields> motion_fields(
+      const Vector& y, const Matrix& rows,
+      const std::vector<LeafVariation<S>>& variations) const override;
 
  private:
   using LeafGradient<S>::rows_;
@@ -89,6 +92,9 @@ class PlateGradient final : public LeafGradient<S> {
   Matrix second_nodes(int edge, const Matrix& Y) const;  ///< N2 of the edge: n × (3 per column)
   void add_edge_quadratic(int edge, const Matrix& Y, const Matrix& n0, const Matrix& n1,
                           LeafQuadratic<S>& q) const;
+  /// Adds what N1 of an edge's nodes changes by while these move by `nodes`.
+  void add_edge_motion_rates(int edge, const Vector& y, const Matrix& rows, const Matrix& nodes,
+                             const std::vector<LeafVariation<S>>& variations, Matrix& rates) const;
   void add_point_force();
   void add_weight();
   void add_point_rates(const std::array<Matrix, 2>& edge_rates,

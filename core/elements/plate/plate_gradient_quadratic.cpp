@@ -2,6 +2,7 @@
 #include <cassert>
 
 #include "core/elements/plate/element_quadratic.hpp"
+#include "core/elements/plate/plate_fields.hpp"
 #include "core/elements/plate/plate_gradient.hpp"
 
 namespace flexopt {
@@ -60,6 +61,63 @@ auto PlateGradient<S>::second_nodes(int e, const Matrix& Y) const -> Matrix {
     }
   }
   return second;
+}
+
+// The nodes move by N1 = line_rates(y); of these the edges' depend on their axes and arms.
+template <class S>
+std::unique_ptr<LeafFields> PlateGradient<S>::motion_fields(
+    const Vector& y, const Matrix& rows, const std::vector<LeafVariation<S>>& variations) const {
+  if constexpr (std::is_same_v<S, double>) {
+    if (mesh_->shape().fold) return nullptr;
+    const std::array<Matrix, 2> edges = edge_nodal_rates(variations);
+    const auto count = static_cast<Eigen::Index>(variations.size());
+    Matrix moved = Matrix::Zero(size(), count);  // increments turn and shrink
+    std::vector<ShapeRate> shapes;
+    for (Eigen::Index p = 0; p < count; ++p) {
+      const LeafVariation<S>& v = variations[static_cast<std::size_t>(p)];
+      shapes.push_back(rate_->along(v.shape));
+      for (const int body : {rows_.body(0), rows_.body(1)}) {
+        const Vector3<S> u = y.template segment<3>(body);
+        moved.col(p).template segment<3>(body) = v.turn * u - v.length * u;
+        moved.col(p).template segment<3>(body + 3) = v.turn * y.template segment<3>(body + 3);
+      }
+    }
+    std::vector<Matrix> nodal, rates;
+    for (int i = 0; i < mesh_->lines(); ++i) {
+      nodal.push_back(line_rates(i, y));
+      rates.push_back(line_rates(i, moved));
+      if (const int e = edge_at(i); e >= 0)
+        add_edge_motion_rates(e, y, rows, line_rates(i, rows) + edges[e], variations, rates.back());
+    }
+    return std::make_unique<PlateFields>(*mesh_, std::move(nodal), std::move(rates),
+                                         std::move(shapes));
+  } else {
+    return nullptr;
+  }
+}
+
+template <class S>
+void PlateGradient<S>::add_edge_motion_rates(int e, const Vector& y, const Matrix& rows,
+                                             const Matrix& nodes,
+                                             const std::vector<LeafVariation<S>>& variations,
+                                             Matrix& rates) const {
+  const int body = rows_.body(e), first = plate_->block_offset(edges_[e].line);
+  const Vector3<S> spin = y.template segment<3>(body + 3);
+  for (int p = 0; p < static_cast<int>(variations.size()); ++p) {
+    const LeafVariation<S>& v = variations[p];
+    const Vector3<S> u = rows.template block<3, 1>(body, p),
+                     w = rows.template block<3, 1>(body + 3, p);
+    for (int s = 0; s < mesh_->functions_per_line(); ++s) {
+      Vector3<S> arm = nodes.template block<1, 3>(s, 3 * p).transpose();
+      if (s % 4 == 0) arm -= u + v.edge[e].position;
+      Vector3<S> r = spin.cross(arm);
+      mesh_->each_slope(s, [&](int axis, int unknown) {
+        r +=
+            y[first + unknown] * (w.cross(edges_[e].axes.col(axis)) + v.edge[e].rotation.col(axis));
+      });
+      rates.template block<1, 3>(s, 3 * p) += r.transpose();
+    }
+  }
 }
 
 // Adds the quadratic terms of an edge: N0 = p + v, N1 = u̇ + ω×v + Σ ȧ d, and N2.
@@ -168,6 +226,8 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu, int shape) c
                                                      const Matrix&, LeafQuadratic<S>&) const; \
   template void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>&,            \
                                                        LeafQuadratic<S>&) const;              \
+  template std::unique_ptr<LeafFields> PlateGradient<S>::motion_fields(                       \
+      const Vector&, const Matrix&, const std::vector<LeafVariation<S>>&) const;              \
   template LeafQuadratic<S> PlateGradient<S>::quadratic(const Matrix&, const Vector&, int) const;
 INSTANTIATE(double)
 INSTANTIATE(Jet)

@@ -6,9 +6,7 @@
 #include "core/response/stress_safety.hpp"
 
 namespace flexopt {
-namespace {
 
-// Derivatives of the place of a leaf's material point, which is now at `place`: 3 × parameters.
 MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, double across,
                           const Vector3d& place, const std::vector<Mechanism>& directions,
                           const LeafFields& fields) {
@@ -25,8 +23,6 @@ MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, doubl
   }
   return rates;
 }
-
-}  // namespace
 
 VectorXd modulus_rates(const std::vector<Mechanism>& directions, int leaf) {
   VectorXd rates(directions.size());

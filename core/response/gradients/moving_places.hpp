@@ -36,6 +36,11 @@ class MovingFields {
   std::map<int, std::unique_ptr<LeafFields>> made_;
 };
 
+/// Derivatives of the place of a leaf's material point, which is now at `place`: 3 × parameters.
+MatrixXd leaf_place_rates(const Mechanism& mechanism, int i, double along, double across,
+                          const Vector3d& place, const std::vector<Mechanism>& directions,
+                          const LeafFields& fields);
+
 /// What Young's modulus of a leaf changes by along the directions.
 VectorXd modulus_rates(const std::vector<Mechanism>& directions, int leaf);
 /// Derivatives of a stress, and of its notch factors where it is at a leaf's fillet.

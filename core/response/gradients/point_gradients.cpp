@@ -9,7 +9,7 @@
 #include "core/math/rotation.hpp"
 #include "core/response/actuators.hpp"
 #include "core/response/gain.hpp"
-#include "core/response/gradients/moving_places.hpp"
+#include "core/response/gradients/named_point_rates.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/response/stress_safety.hpp"
 
@@ -298,47 +298,47 @@ void set_parasitic_frequency(const PathPoint& point, DriveState drive, PointGrad
   if (k < rows.rows()) gradients.parasitic_frequency = VectorXd(rows.row(k));
 }
 
-// Derivatives of the lever of a point on its body: 3 × parameters.
-MatrixXd lever_rates(const NamedPoint& point, const System& system,
-                     const std::vector<Mechanism>& directions, const MatrixXd& state_rates) {
-  const int b = *point.body;
-  const JointBody& now = system.pose(b);
-  MatrixXd rates = -hat(point.lever(now)) * state_rates.middleRows(6 * b + 3, 3);
-  for (Eigen::Index p = 0; point.at && p < rates.cols(); ++p)
-    rates.col(p) -= now.rotation * directions[p].bodies[b].reference;
-  return rates;
-}
-
 // Sets the derivatives of the dynamic measures as sums over their terms.
-void set_dynamics(const System& system, const DynamicsMeasures& dynamics,
+void set_dynamics(const MechanismFactor& factor, const DynamicsMeasures& dynamics,
                   const DesignRates<double>& design, const MatrixXd& state_rates,
                   PointGradients& gradients) {
-  const auto gradient = [&](const DynamicsMeasure& measure) {
-    const auto n = static_cast<Eigen::Index>(measure.terms.size());
+  std::optional<MatrixXd> carried;  // by the ground, made at its first use
+  const auto gradient = [&](const MeasureRate& rate) -> std::optional<VectorXd> {
+    const auto n = static_cast<Eigen::Index>(rate.terms.size());
     MatrixXd Y(state_rates.rows(), n), translations(3, n);
     VectorXd lambda(n), weight(n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const QuadraticTerm& term = measure.terms[k];
+      const QuadraticTerm& term = rate.terms[k];
       Y.col(k) = term.y;
       translations.col(k) = term.ground;
       lambda[k] = term.lambda;
       weight[k] = term.weight;
     }
     std::optional<GroundShare> ground;
-    if (!translations.isZero(0)) ground = {translations, dynamics.carried * translations};
+    if (!translations.isZero(0)) {
+      if (!carried) carried = rigid_motion(factor).motion.leftCols<3>();
+      ground = {translations, *carried * translations};
+    }
     VectorXd sum =
         design.quadratic(Y, lambda, state_rates, ground ? &*ground : nullptr).transpose() * weight;
-    if (measure.lever)
-      sum +=
-          lever_rates(measure.lever->point, system, design.directions(), state_rates).transpose() *
-          measure.lever->weight;
+    for (const ForceTerm& term : rate.forces) {
+      const auto of = force_rates(term.point, term.y, factor, design, state_rates);
+      if (!of) return std::nullopt;
+      sum += *of;
+    }
     return sum;
   };
   for (const std::optional<DynamicsMeasure>& measure : dynamics.bandwidths) {
     gradients.bandwidths.emplace_back();
-    if (measure) gradients.bandwidths.back() = gradient(*measure);
+    if (measure) gradients.bandwidths.back() = gradient(measure->rate);
   }
-  if (dynamics.transmissibility) gradients.transmissibility = gradient(*dynamics.transmissibility);
+  if (const auto& measure = dynamics.transmissibility)
+    gradients.transmissibility = gradient(measure->rate);
+  for (const TransferMeasure& transfer : dynamics.transfers) {
+    gradients.transfers.push_back(gradient(transfer.at_rest));
+    gradients.transfer_bandwidths.emplace_back();
+    if (transfer.bandwidth) gradients.transfer_bandwidths.back() = gradient(transfer.of_bandwidth);
+  }
 }
 
 void set_room_taken(const Solids& solids, const PathPoint& point, const PlaceRates& rates,
@@ -370,7 +370,9 @@ PointGradients point_gradients(const MechanismFactor& factor, const DesignRates<
     set_room_taken(*solids, point, moving_places(factor, *solids, directions, state_rates, fields),
                    gradients);
 
-  if (dynamics) set_dynamics(factor.system(), *dynamics, design, state_rates, gradients);
+  if (dynamics) set_dynamics(factor, *dynamics, design, state_rates, gradients);
+  set_named_points(request, factor, point, state_rates, fields, gradients);
+  if (request.wants_gauges()) set_gauges(request, mechanism, point, fields, gradients);
 
   std::vector<Column> columns;
   std::optional<StiffnessColumns> stiffness;

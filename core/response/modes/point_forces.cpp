@@ -28,8 +28,6 @@ Check add_on_leaf(const MechanismFactor& factor, const NamedPoint& point, LeafRa
   return {};
 }
 
-}  // namespace
-
 // Forces and moments on the reference point of the body.
 MatrixXd point_on_body_forces(const MechanismFactor& factor, const NamedPoint& point) {
   MatrixXd forces = MatrixXd::Zero(factor.size(), point.motions());
@@ -43,6 +41,8 @@ MatrixXd point_on_body_forces(const MechanismFactor& factor, const NamedPoint& p
   factor.clear_held(forces);
   return forces;
 }
+
+}  // namespace
 
 Answer<MatrixXd> point_forces(const MechanismFactor& factor, const std::vector<NamedPoint>& points,
                               LeafRates& rates) {

@@ -14,7 +14,4 @@ namespace flexopt {
 Answer<MatrixXd> point_forces(const MechanismFactor& factor, const std::vector<NamedPoint>& points,
                               LeafRates& rates);
 
-/// A point on a body is read in the same way.
-MatrixXd point_on_body_forces(const MechanismFactor& factor, const NamedPoint& point);
-
 }  // namespace flexopt

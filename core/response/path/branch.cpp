@@ -39,7 +39,7 @@ double seconds_since(Clock::time_point start) {
 // the leaves' own motions, which condensing gives.
 int points_with_dynamics(const ModelOptions& model, const StrokeRequest& request,
                          std::size_t points, bool differentiable) {
-  const bool asked = request.wants_frequencies() || request.wants_dynamics() ||
+  const bool asked = request.wants_frequencies() || request.wants_harmonic_answers() ||
                      (request.state_space && request.outputs.has(Output::state_space));
   const bool of_tables =
       model.mass == LeafMass::consistent &&
@@ -99,7 +99,7 @@ std::unique_ptr<System> evaluate_point(System& system, const ModelOptions& model
                                        Equilibrium& equilibrium, PathPoint& point,
                                        PointGradients* gradients) {
   const PathPoint before = point;
-  Check good = differentiable ? check_interior(system, request, k) : Check();
+  Check good = differentiable ? check_interior(system, request, k, true) : Check();
   if (good) good = outputs.evaluate(system, equilibrium, k, point, gradients);
   if (good) good = check_reduced(system, point);
   if (good) return nullptr;
@@ -284,11 +284,11 @@ void BranchWalk::visit(std::size_t k) {
     lost_ = fmt::format("the way ended before: {}", equilibrium.message);
     return;
   }
-  if (!differentiable_ && (request_.wants_dynamics() || request_.wants_state_space(k))) {
+  if (!differentiable_ && (request_.wants_harmonic_answers() || request_.wants_state_space(k))) {
     // reduced leaves that know no interior leave the dynamics to full ones
     Equilibrium there = equilibrium;
     const auto whole = finish_on_full_leaves(system(), model_, request_, k,
-                                             check_interior(system(), request_, k), there);
+                                             check_interior(system(), request_, k, false), there);
     if (there.converged) outputs_.add_dynamics(whole ? *whole : system(), k, point);
   }
   point.other_branch = other_branch_.has_value();

@@ -46,7 +46,8 @@ std::unique_ptr<System> finish_on_full_leaves(System& system, const ModelOptions
 Check check_full(const System& system);
 
 /// Whether all leaves can give the exact modes and derivatives that a point is asked for.
-Check check_interior(System& system, const StrokeRequest& request, std::size_t point);
+Check check_interior(System& system, const StrokeRequest& request, std::size_t point,
+                     bool differentiable);
 
 /// Whether reduced leaves are believed: beside what they rebuilt, and unless their frequencies and
 /// equilibrium contradict each other (then they are expanded about a state that is none of the full

@@ -266,10 +266,9 @@ const EstimatedError* StrokeErrors::find(std::size_t point, const std::string& n
 StrokeRequest estimate_request(StrokeRequest request) {
   request.outputs.remove({Output::frequency_derivatives, Output::envelope, Output::moving_envelope,
                           Output::clearance, Output::buckling, Output::stroke_capacity,
-                          Output::state_space, Output::shapes});
+                          Output::state_space, Output::transfers, Output::gauges, Output::shapes});
   request.values = PathValues::as_modelled;
   request.buckling_load.clear();
-  if (request.dynamics) request.dynamics->transfers.clear();  // they have no estimates
   return request;
 }
 

@@ -15,6 +15,7 @@
 #include "core/response/path/branch.hpp"
 #include "core/response/path/frequency_derivatives.hpp"
 #include "core/response/path/stroke_capacity.hpp"
+#include "core/response/quantities.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/response/solids.hpp"
 #include "core/response/stress_safety.hpp"
@@ -226,9 +227,11 @@ StrokeProgress progress_of(const StrokeRequest& request, const StrokeResponse& r
 StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
                         const StrokeRequest& request, DifferentiablePath* differentiable) {
   StrokeResponse response;
+  const std::vector<NamedNumber> numbers = named_numbers(request);
   for (std::size_t k = 0; k < request.points.size(); ++k) {
     PathPoint& point = response.path.emplace_back();
     point.stroke = request.points[k];
+    point.numbers = numbers;
     if (mechanism.drives.size() > 1 ||
         (!mechanism.drives.empty() && !mechanism.drives[0].name.empty()))
       for (const Drive& drive : mechanism.drives) point.drive_names.push_back(drive.name);

@@ -54,14 +54,16 @@ Check check_full(const System& system) {
   return system.all_full() ? Check() : Because(std::string());
 }
 
-Check check_interior(System& system, const StrokeRequest& request, std::size_t k) {
+Check check_interior(System& system, const StrokeRequest& request, std::size_t k,
+                     bool differentiable) {
   InteriorUse use;
-  use.mass =
-      request.wants_frequencies() || request.wants_dynamics() || request.wants_state_space(k);
-  use.stress = request.outputs.has(Output::stress);
-  use.sections = use.stress && request.stress.need_history();
+  use.mass = request.wants_frequencies() || request.wants_harmonic_answers() ||
+             request.wants_state_space(k);
+  const bool stress = request.outputs.has(Output::stress);
+  use.stress = stress || request.wants_gauges();
+  use.sections = (stress && request.stress.need_history()) || request.wants_gauges();
   use.places = request.outputs.has_any({Output::moving_envelope, Output::clearance}) ||
-               request.wants_leaf_points(k);
+               request.wants_leaf_points(k, differentiable);
   for (int i = 0; i < system.leaves(); ++i)
     if (const Check has = system.leaf(i).check_interior(use); !has)
       return Because(fmt::format("leaf {}: {}", i, has.error()));

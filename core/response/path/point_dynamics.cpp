@@ -157,17 +157,24 @@ Check PointOutputs::check_modes(const MechanismFactor& factor, const FullModeLis
 }
 
 // False where a named point has no motion; the point then says why.
-bool PointOutputs::add_transfers(const MechanismFactor& factor, PathPoint& point) {
-  if (!request_->wants_dynamics()) return true;
+bool PointOutputs::add_measures(const MechanismFactor& factor, bool terms,
+                                DynamicsMeasures& measures, PathPoint& point) {
+  if (request_->wants_dynamics()) {
+    measures = dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), terms,
+                                 request_->named_points);
+    set_measures(measures, point);
+  }
+  if (!request_->wants_transfers()) return true;
   LeafRates own;
   LeafRates& rates = differentiable_ ? differentiable_->design.rates : own;
-  Answer<std::vector<Transfer>> found =
-      transfers(factor, *request_->dynamics, request_->named_points, rates);
-  if (found)
-    point.transfers = std::move(*found);
-  else
+  auto found = transfers(factor, *request_->dynamics, request_->named_points, terms, rates);
+  if (!found) {
     refuse(point, found.error());
-  return found.has_value();
+    return false;
+  }
+  point.transfers.assign(found->begin(), found->end());
+  measures.transfers = std::move(*found);
+  return true;
 }
 
 bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullModes& free,
@@ -198,11 +205,8 @@ void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& po
   const Answer<MechanismFactor> linear = MechanismFactor::of(system, vibrations(index));
   if (!linear) return refuse(point, linear.error());
   const MechanismFactor& factor = *linear;
-  if (request_->wants_dynamics())
-    set_measures(dynamics_measures(factor, *request_->dynamics, request_->loads.driven(), false,
-                                   request_->named_points),
-                 point);
-  if (!add_transfers(factor, point)) return;
+  DynamicsMeasures measures;
+  if (!add_measures(factor, false, measures, point)) return;
   if (!request_->wants_state_space(index)) return;
   const auto modes =
       full_modes(factor, std::min(request_->state_space->modes, factor.size()), 0, ModeMotions::no);
@@ -222,12 +226,7 @@ Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids
   if (!linear) return refused(linear.error());
   const MechanismFactor& factor = *linear;
   DynamicsMeasures dynamics;
-  if (request_->wants_dynamics()) {
-    dynamics = dynamics_measures(factor, *request_->dynamics, request_->loads.driven(),
-                                 gradients != nullptr, request_->named_points);
-    set_measures(dynamics, point);
-  }
-  if (!gradients && !add_transfers(factor, point)) return {};
+  if (!add_measures(factor, gradients != nullptr, dynamics, point)) return {};
   FullModeLists modes;
   if (model_->mass == LeafMass::consistent) {
     const bool found = add_full_frequencies(factor, index, modes, point);
@@ -242,8 +241,8 @@ Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids
   const auto design = design_rates(factor, differentiable_->design, *model_);
   if (!design) return refused(design.error());
   *gradients = point_gradients(factor, *design, *request_, point, modes, solids,
-                               request_->wants_dynamics() ? &dynamics : nullptr, *stress_places_,
-                               differentiable_->design.strokes);
+                               request_->wants_harmonic_answers() ? &dynamics : nullptr,
+                               *stress_places_, differentiable_->design.strokes);
   return {};
 }
 

@@ -8,9 +8,9 @@
 #include "core/equilibrium/elastic_stress.hpp"
 #include "core/equilibrium/end_effector_compliance.hpp"
 #include "core/math/rotation.hpp"
-#include "core/mechanism/profile.hpp"
 #include "core/response/actuators.hpp"
 #include "core/response/gain.hpp"
+#include "core/response/gauges.hpp"
 #include "core/response/room_taken.hpp"
 #include "core/response/stability/critical_load.hpp"
 #include "core/response/stress_safety.hpp"
@@ -23,13 +23,13 @@ Vector3d displacement_of(System& system, const NamedPoint& point) {
     const JointBody& now = system.pose(*point.body);
     return now.position + point.lever(now) - point.at.value_or(now.reference);
   }
-  const LeafSpring& leaf = system.mechanism().leaves[point.leaf];
-  const ArcPoint<double> middle = leaf.middle(point.along);
-  const double beside =
-      (point.across - 0.5) * leaf.width * profile_at(leaf.width_profile, point.along);
-  const Vector3d place =
-      leaf.origin + leaf.axes * Vector3d(middle.x * leaf.length, beside, middle.z * leaf.length);
-  return system.leaf(point.leaf).material_point(point.along, point.across) - place;
+  return system.leaf(point.leaf).material_point(point.along, point.across) -
+         undeflected_place(system.mechanism().leaves[point.leaf], point.along, point.across);
+}
+
+double motion_along(const NamedPoint& named, const Vector3d& displacement, const PathPoint& point) {
+  return named.turns() ? named.direction->tail<3>().dot(point.bodies[*named.body].rotation)
+                       : named.direction->head<3>().dot(displacement);
 }
 
 void add_motion(System& system, const StrokeRequest& request, PathPoint& point) {
@@ -49,8 +49,11 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
     point.bodies.push_back({at.position - at.reference, rotation_log(at.rotation)});
   }
   point.bodies[mechanism.end_effector].displacement = point.displacement;
-  for (const NamedPoint& named : request.named_points)
-    point.named_points.push_back(displacement_of(system, named));
+  for (const NamedPoint& named : request.named_points) {
+    const Vector3d& moved = point.named_points.emplace_back(displacement_of(system, named));
+    point.motions_along.emplace_back();
+    if (named.direction) point.motions_along.back() = motion_along(named, moved, point);
+  }
 }
 
 void add_stiffness(const System& system, const StrokeRequest& request, PathPoint& point) {
@@ -65,6 +68,19 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   point.negative_pivots =
       request.loads.driven() ? c.negative_pivots : negative_pivots(system, false);
   point.stable = point.negative_pivots == 0;
+}
+
+void add_gauges(System& system, const StrokeRequest& request, PathPoint& point) {
+  VectorXd strains(request.gauges.size());
+  for (std::size_t k = 0; k < request.gauges.size(); ++k) {
+    const StrainGauge& gauge = request.gauges[k];
+    const SectionStress section = system.leaf(gauge.leaf).stress().sections({place_of(gauge)});
+    point.gauges.push_back(
+        read_gauge(gauge, section, system.mechanism().leaves[gauge.leaf].material));
+    strains[static_cast<Eigen::Index>(k)] = point.gauges.back().strain;
+  }
+  const VectorXd outputs = bridge_outputs(request, strains);
+  point.bridges.assign(outputs.begin(), outputs.end());
 }
 
 /// The largest stress of every leaf, then of elastic bodies.
@@ -294,6 +310,7 @@ Check PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, std
   if (request_->wants_frequencies() && (!differentiable_ || model_->mass == LeafMass::constant))
     add_ritz_frequencies(system, point);
   add_stress_and_shapes(system, point);
+  if (request_->wants_gauges()) add_gauges(system, *request_, point);
   std::optional<Solids> solids;
   if (request_->outputs.has(Output::moving_envelope) || !clearance_pairs_.empty())
     solids = solids_of(system);

@@ -66,7 +66,8 @@ class PointOutputs {
   void add_mode_shapes(System& system, PathPoint& point);
   Check check_modes(const MechanismFactor& factor, const FullModeLists& lists, bool found,
                     const DynamicsMeasures& dynamics, const PathPoint& point) const;
-  bool add_transfers(const MechanismFactor& factor, PathPoint& point);
+  bool add_measures(const MechanismFactor& factor, bool terms, DynamicsMeasures& measures,
+                    PathPoint& point);
   bool add_state_space(const MechanismFactor& factor, const FullModes& free, std::size_t index,
                        PathPoint& point);
   /// For how many frequencies a point's factor has modes of elastic bodies.

@@ -1,4 +1,5 @@
 // The keys "dynamics" and "export", and goals of what they give.
+#include "optim/job/job_numbers.hpp"
 #include "optim/problem/goals.hpp"
 #include "tests/optim/guide_job.hpp"
 
@@ -96,4 +97,48 @@ TEST_CASE(
   REQUIRE(same.size() == 3);
   CHECK(same[2].leaf == points[2].leaf);
   CHECK(same[2].kind == std::string("probe"));
+}
+
+TEST_CASE("points, transfers, gauges and bridges are quantities of goals and formulas") {
+  json document = shaken();
+  document["points"] = json::parse(R"([
+    {"name": "motor", "body": "end_effector", "direction": "uy"},
+    {"name": "encoder", "at": ["200 mm", 0, 0], "direction": "rz"}])");
+  document["dynamics"]["transfers"] = json::parse(R"([
+    {"from": "motor", "to": "encoder"}, {"from": "motor", "to": "encoder", "excitation": "motion"},
+    {"from": "ground", "to": "motor", "drive": "locked"}, {"from": "motor", "to": "motor", "name": "own"}])");
+  document["gauges"] = json::parse(R"([
+    {"name": "a", "leaf": "leaf +y", "along": 0.1},
+    {"name": "b", "leaf": "leaf -y", "along": 0.9, "across": 0.2, "surface": "negative_normal", "angle": "90 deg"}])");
+  document["bridges"] = json::parse(R"([{"name": "force", "signs": {"a": 1, "b": -1}}])");
+  document["optimise"] = json::parse(R"({
+    "objective": {"maximise": "bridge.force", "over_stroke": "last"},
+    "constraints": [
+      {"quantity": "point.encoder", "max": "1 mrad", "over_stroke": "max_abs"},
+      {"expression": "transfer.motor.encoder*drive_stiffness/gauge.a", "max": 3, "over_stroke": "max"}]})");
+  const Job job = parse_job(document);
+  REQUIRE(job.request.gauges.size() == 2);
+  CHECK(job.request.gauges[1].leaf == 1);
+  CHECK(job.request.gauges[1].across == 0.2);
+  CHECK_FALSE(job.request.gauges[1].on_positive_normal);
+  CHECK(job.request.gauges[1].angle == Approx(M_PI / 2));
+  REQUIRE(job.request.bridges.size() == 1);
+  CHECK(job.request.bridges[0].arms[1].gauge == 1);
+  CHECK(job.request.bridges[0].arms[1].sign == -1);
+  std::vector<std::string> names;
+  for (const NamedNumber& n : named_numbers(job.request))
+    names.push_back(n.quantity() + " " + n.unit);
+  CHECK(names == std::vector<std::string>{
+                     "point.motor m", "point.encoder rad", "transfer.motor.encoder rad/N",
+                     "transfer_bandwidth.motor.encoder Hz", "transfer.motor.encoder.motion rad/m",
+                     "transfer_bandwidth.motor.encoder.motion Hz", "transfer.ground.motor.locked 1",
+                     "transfer_bandwidth.ground.motor.locked Hz", "transfer.own m/N",
+                     "transfer_bandwidth.own Hz", "gauge.a 1", "gauge.b 1", "bridge.force 1"});
+  const StrokeRequest request = request_of_goals(job, make_goals(job), 0);
+  CHECK(request.wants_gauges());
+  CHECK(request.wants_transfers());
+  CHECK_FALSE(request.wants_dynamics());
+  CHECK_FALSE(request.outputs.has(Output::stress));
+  CHECK(goal_formula(job, "transfer.motor.encoder*drive_stiffness/gauge.a").unit() == "rad/m");
+  CHECK(document_of(job)["bridges"][0]["gauge_factor"] == 1);
 }

@@ -50,15 +50,16 @@ Complex shift(double f, double damping) {
 }
 
 // A guide whose end-effector leans, with a point that its length moves away from.
-const std::vector<Number> numbers{
-    {"length", 0.1}, {"thickness", 0.6e-3}, {"mass", 0.2}, {"centre", 0.01}, {"angle", 0.3}};
+const std::vector<Number> numbers{{"length", 0.1},   {"thickness", 0.6e-3}, {"mass", 0.2},
+                                  {"centre", 0.01},  {"angle", 0.3},        {"width", 0.02},
+                                  {"modulus", 2e11}, {"ratio", 0.3}};
 Mechanism leaning(const Values& p) {
   Mechanism m{.bodies = {models::body({p[0], 0.001, 0.002}, p[2], 2e-4)},
               .drives = {make_drive(Direction::uy)}};
   m.bodies[0].center_of_mass += Vector3d(p[3], 0.5 * p[3], -0.3 * p[3]);
   for (const double side : {1.0, -1.0})
-    m.leaves.push_back(models::leaf({0, 0.03 * side, 0}, {1, -0.3 * side * p[4], 0}, p[0], 0.02,
-                                    p[1], {"steel", 2e11, 0.3, 7800, {}}));
+    m.leaves.push_back(models::leaf({0, 0.03 * side, 0}, {1, -0.3 * side * p[4], 0}, p[0], p[5],
+                                    p[1], {"steel", p[6], p[7], 7800, {}}));
   return m;
 }
 
@@ -198,7 +199,7 @@ TEST_CASE("a transfer ends where its mass leaves the line, and from a drive to i
   for (const std::size_t from : {0, 1, 2})
     for (const std::size_t to : {0, 1, 2}) rule.transfers.push_back({from, to});
   LeafRates rates;
-  const Answer<std::vector<Transfer>> found = transfers(factor, rule, points, rates);
+  const Answer<std::vector<TransferMeasure>> found = transfers(factor, rule, points, false, rates);
   REQUIRE(found);
   const auto own = dynamics_measures(factor, rule, true, false).bandwidths.at(0);
   REQUIRE(own);
@@ -207,7 +208,7 @@ TEST_CASE("a transfer ends where its mass leaves the line, and from a drive to i
   const MatrixXd forces = forces_at(factor, points);
   const MatrixXd C = forces.transpose() * factor.solve(forces);
   for (std::size_t k = 0; k < rule.transfers.size(); ++k) {
-    const auto from = static_cast<Eigen::Index>(rule.transfers[k].from),
+    const auto from = static_cast<Eigen::Index>(*rule.transfers[k].from),
                to = static_cast<Eigen::Index>(rule.transfers[k].to);
     const Transfer& transfer = (*found)[k];
     CHECK(transfer.compliance == Approx(C(to, from)).epsilon(1e-9));
@@ -262,4 +263,111 @@ TEST_CASE("derivatives of the transmissibility to a point agree with differences
   request.dynamics->transmissibility->point = 0;
   request.named_points = {on_body("encoder", 0, sensor, along({0.5, 0.2, 1}))};
   CHECK(check_gradients({leaning, numbers, {0, 1, 2, 3, 4}, 10}, models::beams(6), request) >= 50);
+}
+
+TEST_CASE("a moved point takes another along, and the ground both, up to 3 dB less than at rest") {
+  Mechanism m = stage();
+  m.bodies.push_back(models::intermediate({0, 0.08, 0.01}, 0.05, 1e-5));
+  m.leaves.push_back(models::between(
+      0, 1, models::leaf({0.1, 0.05, 0}, {-1, 0.3, 0}, 0.07, 0.03, 4e-4, m.leaves[0].material)));
+  const BentMechanism at = bent(m, 0.01, models::full(Flexure::plate, {4, 2}));
+  const MechanismFactor& factor = *at.factor;
+  NamedPoint middle = on_leaf("middle", 2, 0.4, 0.3);
+  middle.direction = along({1, 2, 0});
+  const std::vector<NamedPoint> points{on_body("encoder", 0, sensor, unit(Direction::uy)), middle};
+  const double damping = 0.02;
+  DynamicsRule rule{.damping = damping};
+  rule.transfers = {{.from = 0, .to = 1, .of_motion = true},
+                    {.from = 1, .to = 0, .of_motion = true},
+                    {.to = 0},
+                    {.to = 1}};
+  LeafRates rates;
+  const auto found = transfers(factor, rule, points, false, rates);
+  REQUIRE(found);
+  const MatrixXd forces = forces_at(factor, points), inertia = rigid_motion(factor).inertia;
+  for (std::size_t k = 0; k < found->size(); ++k) {
+    const auto to = static_cast<Eigen::Index>(rule.transfers[k].to);
+    const auto ratio = [&](double f) -> Complex {
+      const Complex sigma = shift(f, damping);
+      const auto moved = [&](Eigen::Index of, const VectorXd& by) {
+        return Complex((forces.col(of).cast<Complex>().transpose() *
+                        pencil_answer(factor, false, sigma, by))(0));
+      };
+      if (rule.transfers[k].from)
+        return moved(to, forces.col(1 - to)) / moved(1 - to, forces.col(1 - to));
+      const Vector3d n = points[rule.transfers[k].to].direction->head<3>();
+      return 1.0 + sigma * moved(to, inertia.leftCols<3>() * n);
+    };
+    const Transfer& transfer = (*found)[k];
+    INFO(k);
+    CHECK(transfer.compliance == Approx(ratio(1e-3).real()).epsilon(1e-6));
+    REQUIRE(transfer.bandwidth);
+    const double still = std::abs(transfer.compliance);
+    CHECK(std::abs(ratio(*transfer.bandwidth)) / still == Approx(std::sqrt(0.5)).epsilon(1e-6));
+    for (double f = 0.1 * *transfer.bandwidth; f < 0.99 * *transfer.bandwidth; f *= 1.1)
+      CHECK(std::abs(ratio(f)) / still > std::sqrt(0.5));
+  }
+}
+
+TEST_CASE("one mass on one spring is shaken up to its frequency times the root of 1 + sqrt 2") {
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.bodies[0].held = {true, false, true, true, true, true};
+  for (LeafSpring& leaf : m.leaves) leaf.material.density = 1e-9;
+  const BentMechanism at = bent(m, 0.01, models::beams(6));
+  const double zeta = 0.05,
+               k = 1 / compliance_between(*at.factor, {{.name = "O", .body = 0}})(1, 1),
+               f0 = std::sqrt(k / m.bodies[0].mass) / (2 * M_PI);
+  DynamicsRule rule{.damping = zeta};
+  rule.transfers = {{.to = 0}};
+  LeafRates rates;
+  const auto found =
+      transfers(*at.factor, rule, {on_body("e", 0, sensor, unit(Direction::uy))}, false, rates);
+  REQUIRE(found);
+  CHECK(*found->front().bandwidth ==
+        Approx(f0 * std::sqrt(1 + std::sqrt(2 + 4 * zeta * zeta))).epsilon(1e-6));
+}
+
+TEST_CASE("derivatives of named points, transfers and gauges agree with differences", "[slow]") {
+  NamedPoint middle = on_leaf("middle", 0, 0.4, 0.3), tilted = on_leaf("tilted", 1, 0.7, 1);
+  middle.direction = along({1, 2, 0.5});
+  tilted.direction = along({0.2, 1, -0.4});
+  StrokeRequest request{
+      .points = {0, 0.01},
+      .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.01, 0.02, -0.01}}}},
+      .outputs = {Output::equilibrium, Output::leaf_points, Output::transfers, Output::gauges,
+                  Output::dynamics},
+      .named_points = {on_body("encoder", 0, sensor, along({0.5, 0.2, 1})),
+                       on_body("turn", 0, sensor, unit(Direction::rz)),
+                       middle,
+                       tilted,
+                       {.name = "O", .body = 0, .direction = unit(Direction::uz)}},
+      .gauges = {{"a", 0, 0.1, 0.5, true, 0.3}, {"b", 1, 0, 0.2, false, 0}},
+      .bridges = {{"force", {{0, 1}, {1, -1}}, 2.05}}};
+  // a gauge at the border of the corners that the largest stress leaves out stays where it is
+  request.gauges.push_back({"border", 0, 0.02, 0.1});
+  request.dynamics = {.damping = 0.02, .transmissibility = {{Direction::uz, 20, 2000}}};
+  request.dynamics->transmissibility->point = 2;
+  request.dynamics->transfers = {{.from = 0, .to = 2, .name = "a"},
+                                 {.from = 1, .to = 0, .drive = DriveState::locked, .name = "b"},
+                                 {.from = 2, .to = 3, .name = "c"},
+                                 {.from = 2, .to = 0, .of_motion = true, .name = "d"},
+                                 {.to = 0, .name = "e"},
+                                 {.to = 3, .name = "f"}};
+  SECTION("beams") {
+    CHECK(check_gradients({leaning, numbers, {0, 1, 2, 3, 4, 5, 6, 7}, 10}, models::beams(6),
+                          request) >= 300);
+  }
+  SECTION("plates") {
+    CHECK(check_gradients({leaning, numbers, {0, 1, 2, 4, 5, 6, 7}, 10},
+                          models::full(Flexure::plate, {4, 2}), request) >= 260);
+  }
+  SECTION("curved leaves") {
+    const auto curved = [](const Values& p) {
+      Mechanism m = leaning(p);
+      m.leaves[0].curve = p[4];
+      return m;
+    };
+    CHECK(check_gradients({curved, numbers, {0, 1, 4, 5}, 10}, models::full(Flexure::plate, {4, 2}),
+                          request) >= 140);
+  }
 }

@@ -195,7 +195,12 @@ TEST_CASE("a point lies on the leaf it was put on, and nowhere else") {
         .named_points = {*probe,
                          *point_on_leaf(guide, "base", {0, 0.03, 0}),
                          {.name = "sensor", .body = 0, .at = Vector3d(0.2, 0.01, 0)},
-                         {.name = "O", .body = 0}}};
+                         {.name = "O", .body = 0},
+                         {.name = "tilt", .body = 0, .direction = Vector6d::Unit(5)},
+                         {.name = "side",
+                          .body = 0,
+                          .at = Vector3d(0.2, 0.01, 0),
+                          .direction = Vector6d::Unit(1)}}};
     const StrokeResponse r = evaluate_stroke(guide, {.accuracy = accuracy}, request);
     // the tip edge is part of the end-effector
     const PathPoint& p = r.path[0];
@@ -207,10 +212,9 @@ TEST_CASE("a point lies on the leaf it was put on, and nowhere else") {
     const Matrix3d turn = rotation_exp(p.rotation);
     CHECK((p.named_points[2] - (p.displacement + turn * beyond - beyond)).norm() < 1e-12);
     CHECK(p.named_points[3] == p.displacement);
-    NamedPoint tilted = request.named_points[2];
-    tilted.direction = Vector6d::Unit(5);
-    CHECK(motion_along(tilted, 2, p) == p.rotation[2]);
-    tilted.direction = Vector6d::Unit(1);
-    CHECK(motion_along(tilted, 2, p) == p.named_points[2][1]);
+    CHECK_FALSE(p.motions_along[2]);
+    CHECK(value_of(p, "point.tilt") == p.rotation[2]);
+    CHECK(value_of(p, "point.side") == p.named_points[2][1]);
+    CHECK_THROWS_AS(value_of(p, "point.sensor"), std::invalid_argument);  // without a direction
   }
 }
