@@ -24,7 +24,9 @@ enum class PointStatus {
 };
 
 struct Mode {
-  double frequency = 0;  ///< [Hz]
+  double frequency = 0;  ///< [Hz]; negative of a motion that grows
+  /// Rate at which the oscillation of a pair of modes that flutters grows [1/s]; else 0.
+  double growth_rate = 0;
   ModeKind kind = ModeKind::end_effector;
   /// Share of the modal kinetic energy, each in [0, 1]; drive + end_effector + intermediate_body +
   /// leaf = 1.
@@ -305,8 +307,11 @@ struct PathPoint {
   bool other_branch = false;  ///< the path has left the branch that it came along
   /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;
-  bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
-  int negative_pivots = 0;  ///< inertia of that tangent
+  /// The tangent with the drive held (but for drives free of those that LoadCase::held leaves) has
+  /// no negative eigenvalue; where loads follow their bodies, no motion grows.
+  bool stable = true;
+  std::optional<Mode> flutter;  ///< one of the pair that grows fastest
+  int negative_pivots = 0;      ///< inertia of that tangent
   std::vector<LeafReport> leaves;
   std::vector<ElasticBodyReport> elastic_bodies;
   std::vector<LeafShape> shapes;
@@ -335,8 +340,8 @@ struct StrokeResponse {
   double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };
 
-/// Whether evaluations on such leaves have exact derivatives, or why not.
-Check has_derivatives(const ModelOptions& model);
+/// Whether evaluations on such leaves and under such loads have exact derivatives, or why not.
+Check has_derivatives(const ModelOptions& model, const LoadCase& loads);
 
 /// Follows the stroke from the undeflected state and evaluates every point.
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,

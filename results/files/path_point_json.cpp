@@ -363,6 +363,9 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   if (Json limits = stroke_limits_json(point, mechanism); !limits.is_null())
     json["stroke_capacity_limit"] = std::move(limits);
   json["stable"] = point.stable;
+  if (point.flutter)
+    json["flutter"] = {{"frequency", -point.flutter->frequency},
+                       {"growth_rate", point.flutter->growth_rate}};
   if (request.branch == BranchChoice::stable)
     json["branch"] = point.other_branch ? "other" : "primary";
   json["bifurcation_passed"] = point.bifurcation_passed;

@@ -301,7 +301,9 @@ void BranchWalk::visit(std::size_t k) {
   if (point.message.empty())
     point.message = equilibrium.crossings.empty() ? under_loads_ : equilibrium.crossings;
   // where full leaves have taken over at the point itself no step has seen it
-  if (!equilibrium.crossings.empty() || point.negative_pivots > 0) bifurcation_passed_ = true;
+  if (!equilibrium.crossings.empty() ||
+      (request_.loads.held.none() ? point.negative_pivots : negative_pivots(system(), true)) > 0)
+    bifurcation_passed_ = true;
   point.bifurcation_passed = bifurcation_passed_;
   if ((request_.growing_load() || request_.wants_capacity()) &&
       point.status == PointStatus::converged)

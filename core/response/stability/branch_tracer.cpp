@@ -360,8 +360,12 @@ VectorXd BranchTracer::gradient(DesignDirections& design, const MatrixXd& drive_
   mode /= mode.norm();
   const DesignRates<double> rates = design_rates(factor, design, *model_).value();
   MatrixXd residual = rates.residual();
+  std::vector<int> free;
+  for (int k = 0; k < factor.drives(); ++k)
+    if (!branch_->system().holds(k, false)) free.push_back(k);
   if (!branch_->locked())
-    residual.topRows(factor.bodies()) -= branch_->system().drive_forces() * drive_load_rates;
+    residual.topRows(factor.bodies()) -=
+        branch_->system().drive_forces(false) * drive_load_rates(free, Eigen::all);
   // motions along the parameters and along the load from one solve: near a fold
   // both are as large, and what rounding does to them is the same
   const Eigen::Index count = residual.cols();
@@ -372,7 +376,8 @@ VectorXd BranchTracer::gradient(DesignDirections& design, const MatrixXd& drive_
   MatrixXd state = moved.leftCols(count);
   if (!branch_->locked())
     for (int k = 0; k < factor.drives(); ++k)
-      if (const auto& row = branch_->system().drives()[k].condition)
+      if (const auto& row = branch_->system().drives()[k].condition;
+          row && !branch_->system().holds(k, false))
         state.row(factor.size() - factor.conditions() + *row) = -drive_load_rates.row(k);
   critical_->rate->set_direction(moved.col(count), 1);
   const double along = critical_->rate->forms(mode)(0, 0);
