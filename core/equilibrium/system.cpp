@@ -238,8 +238,8 @@ void System::assemble() {
     }
   }
   // turned too far against each other: no step leads on from here
-  if (!elastic_bodies_.add(poses_, energy_, force_, tangent_)) correction_ = 1e6;
-  springs_.add(poses_, energy_, force_, tangent_);
+  const bool followed = elastic_bodies_.add(poses_, energy_, force_, tangent_);
+  if (!springs_.add(poses_, energy_, force_, tangent_) || !followed) correction_ = 1e6;
   if (constraints_.count() > 0) {
     constraints_.evaluate(poses_);
     force_ += constraints_.forces(multipliers_);

@@ -67,6 +67,13 @@ struct BodyMotion {
   Vector3d rotation = Vector3d::Zero();      ///< rotation vector [rad]
 };
 
+/// A stable equilibrium at the strokes (or loads) of a point: its own, or one on the branches that
+/// meet its own.
+struct StableState {
+  double energy = 0;  ///< of leaves, bodies, springs and dead forces; undeflected 0 [J]
+  BodyMotion motion;  ///< of the end-effector
+};
+
 /// A material point of a leaf with its thickness or of a body's box, by coordinates of its own:
 /// core/response/solids.hpp.
 struct SolidPoint {
@@ -304,7 +311,8 @@ struct PathPoint {
   /// Forward and backward of each drive, one drive after the other: StrokeCapacityRule. The same at
   /// every point.
   std::vector<std::optional<StrokeCapacity>> stroke_capacity;
-  bool other_branch = false;  ///< the path has left the branch that it came along
+  std::vector<StableState> stable_states;  ///< lowest first, where the request wants them
+  bool other_branch = false;               ///< the path has left the branch that it came along
   /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;
   /// The tangent with the drive held (but for drives free of those that LoadCase::held leaves) has

@@ -277,8 +277,11 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
   if (read.contains("buckling") && faults.sound("/buckling") && faults.sound("/loads"))
     faults.attempt([&] { read_buckling(read["buckling"], request); });
   request.branch = read["branch"] == "stable" ? BranchChoice::stable : BranchChoice::primary;
-  if (request.branch == BranchChoice::stable && request.loads.follow())
-    faults.add("/branch", "stable", "loads that follow their bodies have no energy that it lowers");
+  request.stable_states = read["stable_states"];
+  for (const auto& [key, wanted] : {std::pair{"/branch", request.branch == BranchChoice::stable},
+                                    {"/stable_states", request.stable_states}})
+    if (wanted && request.loads.follow())
+      faults.add(key, read[Pointer(key)].dump(), "loads that follow their bodies have no energy");
   if (family && read.contains("held") && faults.sound("/held"))
     faults.each(read["held"], Pointer("/held"), [&](const json& name, const Pointer& at) {
       request.loads.held.set(find_held(name, read, *family, at));

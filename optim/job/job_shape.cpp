@@ -277,6 +277,8 @@ Shape job_shape(const Family* family) {
       with_default("branch", choice({"primary", "stable"}), "primary",
                    "where branches of equilibria meet: the one that the path comes along, or the "
                    "one that is stable"),
+      with_default("stable_states", boolean(), false,
+                   "whether every point lists the stable equilibria that are found, with energies"),
       with_default("model", model_shape(), json::object(), "how the mechanism is modelled"),
       optional("limits", limits_table().shape(),
                "what the evaluation of one design may take, for each load case and model: beyond "

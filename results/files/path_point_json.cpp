@@ -368,6 +368,10 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                        {"growth_rate", point.flutter->growth_rate}};
   if (request.branch == BranchChoice::stable)
     json["branch"] = point.other_branch ? "other" : "primary";
+  for (const StableState& state : point.stable_states)
+    json["stable_states"].push_back({{"energy", state.energy},
+                                     {"displacement", vector_json(state.motion.displacement)},
+                                     {"rotation", vector_json(state.motion.rotation)}});
   json["bifurcation_passed"] = point.bifurcation_passed;
   json["negative_pivots"] = point.negative_pivots;
   json["leaves"] = leaves_json(point, mechanism);
