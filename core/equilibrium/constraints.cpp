@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/math/rotation.hpp"
+
 namespace flexopt {
 
 Constraints::Constraints(const Mechanism& mechanism) : mechanism_(&mechanism) {
@@ -40,7 +42,7 @@ void Constraints::evaluate(const std::vector<JointBody>& poses) {
     const Drive& drive = mechanism_->drives[k];
     const DriveStroke<double> s = drive_stroke<double>(drive, body_or_ground(poses, drive.body),
                                                        body_or_ground(poses, drive.other));
-    value_[row] = s.value;
+    value_[row] = is_rotation(drive.direction) ? unwrapped(s.value, value_[row]) : s.value;
     rows_[row++].gradient = s.gradient;
   }
   for (Row& r : rows_)

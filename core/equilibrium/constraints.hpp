@@ -24,9 +24,11 @@ class Constraints {
   /// What a condition is compared with: the longest leaf [m], or 1 for cosines.
   const VectorXd& units() const { return units_; }
 
-  /// Evaluates Ψ and Ψ_q at these poses. The results below hold afterwards.
+  /// Evaluates Ψ and Ψ_q at these poses. The results below hold afterwards. Strokes of rotations
+  /// are those nearest to the value() before.
   void evaluate(const std::vector<JointBody>& poses);
   const VectorXd& value() const { return value_; }
+  void set_value(const VectorXd& value) { value_ = value; }
   /// One row of Ψ_q: its nonzero entries, for two bodies.
   struct Row {
     std::array<int, 2> body;  ///< index of a body, or ground

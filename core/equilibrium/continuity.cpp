@@ -108,7 +108,8 @@ BranchState branch_state_of_strokes(const System& system, const VectorXd& stroke
     loads[k] = system.drive_load(k);
     if (const auto& row = system.drives()[k].condition) change[k] = -multipliers[*row];
   }
-  state.work = {.rate = loads.dot(strokes), .slope = change.dot(strokes)};
+  if (!system.follows())  // loads that follow their bodies have no potential
+    state.work = {.rate = loads.dot(strokes), .slope = change.dot(strokes)};
   return state;
 }
 
@@ -119,7 +120,7 @@ BranchState branch_state_of_loads(System& system, LoadFactors growth, bool drive
       driven ? std::optional(present_strokes(system)) : std::nullopt;
   const System::Snapshot here = system.save();
   const VectorXd rest = system.load() - system.internal_force();  // what Newton's method has left
-  NewtonEquations equations(system, driven);
+  NewtonEquations equations(system, driven ? DriveHold::all : DriveHold::none);
   equations.assemble(rest, strokes);
   // the tangent here: where loads have changed the leaves are out of balance, and a soft motion
   // takes what they pull for its stiffness

@@ -29,8 +29,8 @@ struct BranchState {
   /// What rounding leaves open of the place and of the slope, lengths over the longest leaf's.
   double blur = 0, noise = 0;
   std::vector<LeafInterior> interiors;  ///< of the leaves, their changes by p
-  /// If p moves strokes: the work of the drives' loads by p, and its derivative by p along the
-  /// branch [J].
+  /// If p moves strokes, and all loads have a potential: the work of the drives' loads by p, and
+  /// its derivative by p along the branch [J].
   struct Work {
     double rate = 0, slope = 0;
   };

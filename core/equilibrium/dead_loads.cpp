@@ -12,8 +12,8 @@ std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
       const int body = load.body.value_or(mechanism.end_effector);
       const Vector3d arm =
           load.place ? Vector3d(*load.place - mechanism.bodies[body].reference) : load.arm;
-      acting.push_back(
-          {body, factor * load.force, factor * load.moment, arm, load.place.has_value()});
+      acting.push_back({body, factor * load.force, factor * load.moment, arm,
+                        load.place.has_value(), std::nullopt, load.follows});
     }
   };
   add(loads.constant, [&](const DeadLoad& load) { return factors.of_step(load.step); });
@@ -34,9 +34,11 @@ std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
 VectorXd forces_of(const std::vector<BodyLoad>& loads, const std::vector<JointBody>& poses) {
   VectorXd forces = VectorXd::Zero(6 * static_cast<Eigen::Index>(poses.size()));
   for (const BodyLoad& load : loads) {
-    const Vector3d arm = poses[load.body].rotation * load.arm;
-    forces.segment<3>(6 * load.body) += load.force;
-    forces.segment<3>(6 * load.body + 3) += load.moment + arm.cross(load.force);
+    const Matrix3d& R = poses[load.body].rotation;
+    const Matrix3d turn = load.follows ? R : Matrix3d::Identity();
+    const Vector3d force = turn * load.force;
+    forces.segment<3>(6 * load.body) += force;
+    forces.segment<3>(6 * load.body + 3) += turn * load.moment + (R * load.arm).cross(force);
   }
   return forces;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Dead loads on the bodies of a mechanism: README.md (Q3).
+// Loads on the bodies of a mechanism: README.md (Q3), (Q14).
 #include <optional>
 #include <vector>
 
@@ -17,9 +17,10 @@ struct BodyLoad {
   /// For the weight of a body: the acceleration that acts on its mass, at its centre of mass
   /// [m/s²].
   std::optional<Vector3d> acceleration = {};
+  bool follows = false;  ///< force and moment, undeflected, turn with the body
 };
 
-/// All acting dead loads of a case, at these factors.
+/// All acting loads of a case, at these factors.
 std::vector<BodyLoad> acting_loads(const LoadCase& loads, LoadFactors factors,
                                    const Mechanism& mechanism);
 

@@ -41,7 +41,7 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
     forces.rightCols(drives.cols()) = drives;
     const MatrixXd answers = motions.answer(forces);
     Matrix6d C = answers.middleRows<6>(ee).leftCols<6>();
-    C = (0.5 * (C + C.transpose())).eval();
+    if (!system.follows()) C = (0.5 * (C + C.transpose())).eval();
     const std::array<bool, 6> still = motions.still(system.mechanism().end_effector);
     for (int d = 0; d < 6; ++d) {
       if (!still[d]) continue;
@@ -53,7 +53,9 @@ EndEffectorCompliance end_effector_compliance(const System& system) {
     if (locked) {
       result.negative_pivots = system.negative_pivots() + motions.negative_pivots();
     } else if (drives.cols() > 0) {
-      const auto of_loads = answers.rightCols(drives.cols());
+      const MatrixXd of_loads = system.loads().held.none()
+                                    ? MatrixXd(answers.rightCols(drives.cols()))
+                                    : FreeMotions(system, DriveHold::none).answer(drives);
       const MatrixXd stiffness = stiffness_of(drives.transpose() * of_loads);
       result.drive_stiffness = stiffness.diagonal();
       result.drive_motion = of_loads.middleRows<6>(ee) * stiffness;

@@ -17,7 +17,7 @@ namespace flexopt {
 class TangentFactor {
  public:
   /// The system must be assembled.
-  TangentFactor(const System& system, bool drives_held);
+  TangentFactor(const System& system, DriveHold held);
 
   /// Answers (bodies, then multipliers) to B (forces on the bodies, then values of the conditions),
   /// of which the rows that hold nothing here, or cannot move, are left out.
@@ -38,15 +38,15 @@ class TangentFactor {
 /// Negative eigenvalues of K on the motions that the conditions, with the drives free or held,
 /// leave: from the signs of the pivots of [K + ΨᵀΨ, Ψᵀ; Ψ, 0], sparse. None where a pivot vanishes.
 /// The system must be one that is solved sparse.
-std::optional<int> negative_pivots_sparse(const System& system, bool drives_held);
+std::optional<int> negative_pivots_sparse(const System& system, DriveHold held);
 
 /// Which of these coordinates do not move in any motion that the conditions allow; each in its own
 /// unit. The system must be one that is solved sparse.
-std::vector<bool> still_coordinates(const System& system, bool drives_held,
+std::vector<bool> still_coordinates(const System& system, DriveHold held,
                                     const std::vector<int>& coordinates);
 
 /// Rank of the conditions, held coordinates and, where they are held, drives.
-int rank_of_conditions(const System& system, bool drives_held);
+int rank_of_conditions(const System& system, DriveHold held);
 
 /// Z of dq = Z ξ with Ψ_q Z = 0: stability, compliance and vibration are those of Zᵀ K Z, where K
 /// contains λ·Ψ_qq. Columns orthonormal in lengths over the longest leaf, coordinates where there
@@ -55,7 +55,7 @@ int rank_of_conditions(const System& system, bool drives_held);
 /// tangent instead.
 class FreeMotions {
  public:
-  FreeMotions(const System& system, bool drives_held);
+  FreeMotions(const System& system, DriveHold held);
 
   const MatrixXd& basis() const { return basis_; }  ///< of a system that is solved dense
   int count() const;
@@ -64,7 +64,8 @@ class FreeMotions {
 
   /// Z (Zᵀ K Z)⁻¹ Zᵀ F: answer of the bodies to forces, leaves condensed.
   MatrixXd answer(const MatrixXd& forces) const;
-  /// Negative eigenvalues of Zᵀ K Z.
+  /// Negative eigenvalues of Zᵀ K Z; where loads follow their bodies, 1 if its determinant is
+  /// negative.
   int negative_pivots() const;
 
  private:
@@ -72,7 +73,7 @@ class FreeMotions {
   int negative_eigenvalues() const;  ///< of Zᵀ K Z, by a basis
 
   const System* system_;
-  bool drives_held_;
+  DriveHold held_;
   MatrixXd basis_;
 };
 

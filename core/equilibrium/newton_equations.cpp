@@ -5,16 +5,17 @@
 
 namespace flexopt {
 
-NewtonEquations::NewtonEquations(const System& system, bool driven, int more)
+NewtonEquations::NewtonEquations(const System& system, DriveHold held, int more)
     : system_(&system),
+      held_(held),
       bodies_(system.size()),
       conditions_(system.constraints().count()),
       scale_(system.units()),
       size_(0),
       matrix_(0) {
-  if (driven)
-    for (std::size_t k = 0; k < system.drives().size(); ++k)
-      if (system.drives()[k].coordinate) owned_.push_back(static_cast<int>(k));
+  for (std::size_t k = 0; k < system.drives().size(); ++k)
+    if (system.drives()[k].coordinate && system.holds(k, held))
+      owned_.push_back(static_cast<int>(k));
   load_unit_.resize(loads());
   reaction_.resize(conditions_);
   size_ = behind() + more;
@@ -53,12 +54,12 @@ void NewtonEquations::assemble(const VectorXd& residual, const std::optional<Vec
   const Constraints& c = system_->constraints();
   reaction_ = energy_ * c.units().cwiseInverse();
   for (int j = 0; j < conditions_; ++j) {
-    const int row = first_condition() + j;
-    add_condition(j, j < c.joints() || strokes.has_value());
-    if (j < c.joints()) {
+    const int row = first_condition() + j, k = j < c.joints() ? -1 : c.drives()[j - c.joints()];
+    const bool held = k < 0 || system_->holds(k, held_);
+    add_condition(j, held);
+    if (k < 0) {
       right_side_[row] = -c.value()[j] / c.units()[j];
-    } else if (strokes) {
-      const int k = c.drives()[j - c.joints()];
+    } else if (held) {
       right_side_[row] = ((*strokes)[k] - c.value()[j]) / c.units()[j];
     } else {
       matrix_.add(row, row, 1);

@@ -18,12 +18,12 @@ namespace flexopt {
 /// no dF, and the dμ of their conditions are 0. Lengths count over L, the length of the system.
 class NewtonEquations {
  public:
-  /// `driven`: strokes are held. `more`: empty rows and columns behind all others.
-  NewtonEquations(const System& system, bool driven, int more = 0);
+  /// `held`: whose strokes are. `more`: empty rows and columns behind all others.
+  NewtonEquations(const System& system, DriveHold held, int more = 0);
 
   /// Assembles the equations at the present state of the system, which must be assembled.
-  /// `residual`: 6 per body [N, N m]. `strokes`: wanted for every drive [m, rad]; none where the
-  /// drives are free.
+  /// `residual`: 6 per body [N, N m]. `strokes`: wanted for every drive [m, rad]; none where no
+  /// drive is held.
   void assemble(const VectorXd& residual, const std::optional<VectorXd>& strokes);
 
   SparseMatrix& matrix() { return matrix_; }
@@ -60,6 +60,7 @@ class NewtonEquations {
   void add_condition(int condition, bool held);
 
   const System* system_;
+  DriveHold held_;
   int bodies_, conditions_;
   std::vector<int> owned_;  ///< drives that are coordinates
   VectorXd scale_, load_unit_, reaction_;

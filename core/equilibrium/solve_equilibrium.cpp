@@ -25,7 +25,7 @@ Check check_conditions(const System& system, bool driven) {
   const int drives = static_cast<int>(system.drives().size());
   const int wanted = static_cast<int>(system.size() - system.held().size()) -
                      system.constraints().joints() - (driven ? drives : 0);
-  const int free = FreeMotions(system, driven).count();
+  const int free = FreeMotions(system, driven ? DriveHold::all : DriveHold::none).count();
   if (free == wanted) return {};
   return Because(fmt::format("{} of the conditions of joints{} repeat others here (a dead point)",
                              free - wanted, driven ? " and stroke" : ""));
@@ -105,7 +105,7 @@ VectorXd loads_of_drives(const System& system, const NewtonEquations& equations,
 Equilibrium solve_equilibrium(System& system, const std::optional<VectorXd>& strokes,
                               const NewtonOptions& options) {
   Equilibrium result;
-  NewtonEquations equations(system, strokes.has_value());
+  NewtonEquations equations(system, strokes ? DriveHold::all : DriveHold::none);
   system.assemble();
   if (equations.conditions() > 0) {
     result.message = why_not(check_conditions(system, strokes.has_value()));

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/equilibrium/constraints.hpp"
+#include "core/math/rotation.hpp"
 
 namespace flexopt {
 
@@ -23,17 +24,25 @@ void Springs::apply(std::size_t k, double share) {
   acting_[k].free_length = share == 1 ? free : built + share * (free - built);
 }
 
-void Springs::add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
+bool Springs::add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
                   BlockMatrix& tangent) const {
+  bool known = true;
   for (const Spring& spring : acting_) {
-    const SpringForces f = spring_forces(spring, body_or_ground(poses, spring.body),
-                                         body_or_ground(poses, spring.other));
+    const JointBody body = body_or_ground(poses, spring.body),
+                    other = body_or_ground(poses, spring.other);
+    if (spring.matrix)
+      known =
+          known &&
+          rotation_log(body.rotation * other.rotation.transpose(), body.turn - other.turn).norm() <
+              std::numbers::pi;
+    const SpringForces f = spring_forces(spring, body, other);
     energy += f.energy;
     for (int a = 0; a < 2; ++a)
       if (const int b = a == 0 ? spring.body : spring.other; b >= 0)
         force.segment<6>(6 * b) += f.force.segment<6>(6 * a);
     add_between(f.tangent, spring.body, spring.other, tangent);
   }
+  return known;
 }
 
 VectorXd preload_forces(const Mechanism& mechanism) {

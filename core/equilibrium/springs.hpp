@@ -18,8 +18,9 @@ class Springs {
   /// Lets so much of the difference between free and built lengths of a spring act, 0 … 1.
   void apply(std::size_t spring, double share);
 
-  /// Adds energy, forces on the bodies and tangent at these poses.
-  void add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
+  /// Adds energy, forces on the bodies and tangent at these poses. False where a bushing is turned
+  /// by more than half a turn, beyond which it has none.
+  bool add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
            BlockMatrix& tangent) const;
 
  private:

@@ -10,6 +10,7 @@
 
 #include "core/equilibrium/continuity.hpp"
 #include "core/equilibrium/free_motions.hpp"
+#include "core/math/rotation.hpp"
 
 namespace flexopt {
 
@@ -18,16 +19,19 @@ VectorXd present_strokes(const System& system) {
   VectorXd strokes(m.drives.size());
   for (std::size_t k = 0; k < m.drives.size(); ++k) {
     const Drive& drive = m.drives[k];
-    strokes[static_cast<Eigen::Index>(k)] =
-        drive_stroke(drive, body_or_ground(system.poses(), drive.body),
-                     body_or_ground(system.poses(), drive.other))
-            .value;
+    double& stroke = strokes[static_cast<Eigen::Index>(k)];
+    stroke = drive_stroke(drive, body_or_ground(system.poses(), drive.body),
+                          body_or_ground(system.poses(), drive.other))
+                 .value;
+    if (is_rotation(drive.direction))
+      stroke = unwrapped(stroke, system.constraints().value()[*system.drives()[k].condition]);
   }
   return strokes;
 }
 
-int negative_pivots(const System& system, bool drives_held) {
-  return system.negative_pivots() + FreeMotions(system, drives_held).negative_pivots();
+int negative_pivots(const System& system, DriveHold held) {
+  const int all = system.negative_pivots() + FreeMotions(system, held).negative_pivots();
+  return system.follows() ? all % 2 : all;
 }
 
 std::string stretch_message(double strain) {
@@ -68,7 +72,7 @@ constexpr int named_crossings = 3;
 // A way of parameter 0 to 1.
 struct Way {
   const char* what;
-  bool drive_held;
+  DriveHold drive_held;
   bool moves;      ///< else a shorter step is the same one
   bool assembles;  ///< errors of assembly grow on it
   std::function<Equilibrium(double)> solve;
@@ -290,7 +294,7 @@ Equilibrium step_load(System& system, LoadFactors to, const NewtonOptions& optio
                                 from.growing + p * growth.growing, to.step};
   };
   const Way along{.what = "load",
-                  .drive_held = driven,
+                  .drive_held = driven ? DriveHold::all : DriveHold::none,
                   .moves = !(from == to),
                   .assembles = growth.constant != 0 && system.loads().assembles_in(to.step),
                   .solve =

@@ -7,12 +7,14 @@
 
 namespace flexopt {
 
-/// The strokes of all drives at the present state [m, rad]: drive_stroke() of core/mechanism.
+/// The strokes of all drives at the present state [m, rad]: drive_stroke() of core/mechanism, with
+/// whole turns as they were counted from the undeflected state on.
 VectorXd present_strokes(const System& system);
 
 /// Negative eigenvalues of the whole tangent with the drives held or not, leaf interiors included
-/// (inertia adds up over static condensation: Haynsworth). The system must be assembled.
-int negative_pivots(const System& system, bool drives_held);
+/// (inertia adds up over static condensation: Haynsworth). Where loads follow their bodies, 1 if
+/// the determinant is negative. The system must be assembled.
+int negative_pivots(const System& system, DriveHold held);
 
 struct Equilibrium {
   bool converged = false;

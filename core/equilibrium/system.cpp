@@ -42,23 +42,35 @@ bool System::all_full() const {
   return std::ranges::all_of(leaves_, [](const auto& leaf) { return leaf->is_full(); });
 }
 
-std::vector<int> System::driven_coordinates() const {
+std::vector<int> System::driven_coordinates(DriveHold by) const {
   std::vector<int> driven;
-  for (const DriveRow& drive : drives_)
-    if (drive.coordinate) driven.push_back(*drive.coordinate);
+  for (std::size_t k = 0; k < drives_.size(); ++k)
+    if (drives_[k].coordinate && holds(k, by)) driven.push_back(*drives_[k].coordinate);
   return driven;
 }
 
-MatrixXd System::drive_forces() const {
+std::vector<int> System::holding_conditions(DriveHold by) const {
+  std::vector<int> rows;
+  for (int j = 0; j < constraints_.count(); ++j) {
+    const int of_drive = j - constraints_.joints();
+    if (of_drive < 0 || holds(constraints_.drives()[of_drive], by)) rows.push_back(j);
+  }
+  return rows;
+}
+
+MatrixXd System::drive_forces(DriveHold held) const {
   MatrixXd forces = MatrixXd::Zero(size(), drives_.size());
-  for (std::size_t k = 0; k < drives_.size(); ++k)
-    if (drives_[k].coordinate) {
-      forces(*drives_[k].coordinate, k) = 1;
-    } else {
+  Eigen::Index free = 0;
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    if (holds(k, held)) continue;
+    if (drives_[k].coordinate)
+      forces(*drives_[k].coordinate, free) = 1;
+    else
       constraints_.rows()[*drives_[k].condition].each(
-          [&](int c, double value) { forces(c, k) += value; });
-    }
-  return forces;
+          [&](int c, double value) { forces(c, free) += value; });
+    ++free;
+  }
+  return forces.leftCols(free);
 }
 
 bool System::is_forced(int i) const {
@@ -126,6 +138,7 @@ void System::apply(LoadFactors factors) {
 double System::load_energy() const {
   double energy = 0;
   for (const BodyLoad& load : acting_) {
+    if (load.follows) continue;
     const JointBody& pose = poses_[load.body];
     energy -= load.force.dot(pose.position - pose.reference + pose.rotation * load.arm - load.arm);
   }
@@ -134,16 +147,31 @@ double System::load_energy() const {
 
 BlockMatrix System::residual_tangent() const {
   BlockMatrix K = tangent_;
+  if (follows_) {
+    K.release(held_, false);
+    return K;
+  }
+  add_turning(K);
+  K.release(held_, false);
+  return K;
+}
+
+// What (Q1) and (Q14) add to the symmetric tangent.
+void System::add_turning(BlockMatrix& K) const {
   // the moment that has a potential: of the leaves, the elastic bodies, the springs, the joints and
   // the dead forces on their arms
   VectorXd turning = force_;
   for (const BodyLoad& load : acting_)
-    turning.segment<3>(6 * load.body + 3) -=
-        (poses_[load.body].rotation * load.arm).cross(load.force);
+    if (load.follows) {
+      const VectorXd following = forces_of({load}, poses_).segment<6>(6 * load.body);
+      K.block(load.body, load.body).topRightCorner<3, 3>() += hat(following.head<3>());
+      K.block(load.body, load.body).bottomRightCorner<3, 3>() += hat(following.tail<3>());
+    } else {
+      turning.segment<3>(6 * load.body + 3) -=
+          (poses_[load.body].rotation * load.arm).cross(load.force);
+    }
   for (int b = 0; b < K.bodies(); ++b)
     K.block(b, b).bottomRightCorner<3, 3>() -= 0.5 * hat(turning.segment<3>(6 * b + 3));
-  K.release(held_, false);
-  return K;
 }
 
 Vector3d System::place(int i, int end) const {
@@ -210,17 +238,20 @@ void System::assemble() {
     }
   }
   // turned too far against each other: no step leads on from here
-  if (!elastic_bodies_.add(poses_, energy_, force_, tangent_)) correction_ = 1e6;
-  springs_.add(poses_, energy_, force_, tangent_);
+  const bool followed = elastic_bodies_.add(poses_, energy_, force_, tangent_);
+  if (!springs_.add(poses_, energy_, force_, tangent_) || !followed) correction_ = 1e6;
   if (constraints_.count() > 0) {
     constraints_.evaluate(poses_);
     force_ += constraints_.forces(multipliers_);
     constraints_.add_curvature(poses_, multipliers_, tangent_);
   }
   load_ = forces_of(acting_, poses_);
+  follows_ = std::ranges::any_of(acting_, &BodyLoad::follows);
   for (const BodyLoad& load : acting_)
-    tangent_.block(load.body, load.body).bottomRightCorner<3, 3>() +=
-        arm_stiffness(load.force, Vector3d(poses_[load.body].rotation * load.arm));
+    if (!load.follows)
+      tangent_.block(load.body, load.body).bottomRightCorner<3, 3>() +=
+          arm_stiffness(load.force, Vector3d(poses_[load.body].rotation * load.arm));
+  if (follows_) add_turning(tangent_);
   for (const int k : held_) force_[k] = load_[k] = 0;
   tangent_.release(held_, true);
 }
@@ -241,6 +272,7 @@ void System::move(const VectorXd& dq) {
     poses_[b].position += dq.segment<3>(6 * b);
     poses_[b].rotation =
         orthonormalised(rotation_exp(dq.segment<3>(6 * b + 3)) * poses_[b].rotation);
+    poses_[b].turn = rotation_log(poses_[b].rotation, poses_[b].turn);
   }
   for (int i = 0; i < leaves(); ++i) {
     if (const auto& point = mechanism_->leaves[i].point)
@@ -252,7 +284,7 @@ void System::move(const VectorXd& dq) {
 }
 
 System::Snapshot System::save() const {
-  Snapshot snapshot{poses_, {}, multipliers_, factors_};
+  Snapshot snapshot{poses_, {}, multipliers_, constraints_.value(), factors_};
   for (const auto& leaf : leaves_) snapshot.leaves.push_back(leaf->save());
   return snapshot;
 }
@@ -261,6 +293,7 @@ void System::restore(const Snapshot& snapshot) {
   assembled_ = false;
   poses_ = snapshot.poses;
   multipliers_ = snapshot.multipliers;
+  constraints_.set_value(snapshot.conditions);
   if (snapshot.factors != factors_) set_factors(snapshot.factors);
   for (int i = 0; i < leaves(); ++i) leaves_[i]->restore(*snapshot.leaves[i]);
 }

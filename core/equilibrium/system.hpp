@@ -22,6 +22,14 @@ class SparseAnalyses;
 /// How the equations of a mechanism are solved: dense where they are few.
 enum class Algebra { by_size, dense, sparse };
 
+/// Which drives keep their strokes: all; those that the load case holds, as where results say
+/// "drives free"; or none.
+struct DriveHold {
+  enum Of { none, named, all } of;
+  DriveHold(bool all_held) : of(all_held ? all : named) {}
+  DriveHold(Of which) : of(which) {}
+};
+
 class System {
  public:
   /// One leaf element for each leaf of the mechanism, whose elastic bodies have passed
@@ -77,10 +85,13 @@ class System {
   const VectorXd& internal_force() const { return force_; }
   /// Force and moment of the dead loads per body, about its moved reference point.
   const VectorXd& load() const { return load_; }
+  /// Whether loads that act follow their bodies; after assemble().
+  bool follows() const { return follows_; }
   /// Potential energy of the dead forces [J], zero in the undeflected state. Dead moments have no
   /// potential and add nothing.
   double load_energy() const;
-  /// Second derivative of energy and load energy along exp(hat δ) R; symmetric.
+  /// Second derivative of energy and load energy along exp(hat δ) R; symmetric. Where loads follow
+  /// their bodies, the residual_tangent(), which is not.
   const BlockMatrix& tangent() const { return tangent_; }
   /// Derivative of internal_force − load by (displacement, spin) of the bodies, joints' multipliers
   /// held: spins do not commute, README.md (Q1). Rows of held coordinates are those of the
@@ -104,10 +115,15 @@ class System {
   };
   /// How each drive of the mechanism enters the equations.
   const std::vector<DriveRow>& drives() const { return drives_; }
-  /// Coordinates of bodies that drives hold.
-  std::vector<int> driven_coordinates() const;
-  /// Forces of unit drive loads, one column for each drive; after assemble().
-  MatrixXd drive_forces() const;
+  bool holds(std::size_t drive, DriveHold by) const {
+    return by.of == DriveHold::all || (by.of == DriveHold::named && loads_.held[drive]);
+  }
+  /// Coordinates of bodies that these drives hold.
+  std::vector<int> driven_coordinates(DriveHold by) const;
+  /// Rows of constraints() that hold: the joints', and those of these drives.
+  std::vector<int> holding_conditions(DriveHold by) const;
+  /// Forces of unit drive loads, one column for each drive that is not held; after assemble().
+  MatrixXd drive_forces(DriveHold held = DriveHold::none) const;
   /// Load that a drive exerts on its body [N or N m]; after assemble().
   double drive_load(std::size_t drive) const {
     const DriveRow& row = drives_[drive];
@@ -125,7 +141,7 @@ class System {
   struct Snapshot {
     std::vector<JointBody> poses;
     std::vector<std::unique_ptr<LeafState>> leaves;
-    VectorXd multipliers;
+    VectorXd multipliers, conditions;
     LoadFactors factors;
   };
   Snapshot save() const;
@@ -166,6 +182,7 @@ class System {
   Vector3d place(int leaf, int end) const;  ///< of the edge's middle, undeflected
   bool is_forced(int leaf) const;           ///< at this factor of the constant loads or another
   void set_factors(LoadFactors factors);
+  void add_turning(BlockMatrix& K) const;
   LeafLoad acting_inside(const LoadCase& loads) const;  ///< at the present factors
 
   const Mechanism* mechanism_;
@@ -187,6 +204,7 @@ class System {
   std::shared_ptr<SparseAnalyses> analyses_;
   double energy_ = 0, correction_ = 0, strain_ = 0;
   int negative_pivots_ = 0, replacements_ = 0;
+  bool follows_ = false;
   bool assembled_ = false;  ///< the results are those of the present state
   struct Home {
     Snapshot state;

@@ -24,11 +24,11 @@ VectorXd scale_of(const System& system) {
 }
 
 // Rows that become rows of the identity, in addition to the held coordinates.
-std::vector<int> released_rows(const System& system, bool drives_held) {
-  if (drives_held) return system.driven_coordinates();
-  std::vector<int> rows;
-  for (const System::DriveRow& drive : system.drives())
-    if (drive.condition) rows.push_back(system.size() + *drive.condition);
+std::vector<int> released_rows(const System& system, DriveHold held) {
+  std::vector<int> rows = system.driven_coordinates(held);
+  for (std::size_t k = 0; k < system.drives().size(); ++k)
+    if (const auto& row = system.drives()[k].condition; row && !system.holds(k, held))
+      rows.push_back(system.size() + *row);
   return rows;
 }
 
@@ -46,34 +46,34 @@ void add_conditions(const System& system, const VectorXd& scale, SparseMatrix& A
 
 // Entries (coordinate, value) of each condition that holds, on both of its bodies, in scaled units.
 using ScaledRow = std::vector<std::pair<int, double>>;
-std::vector<ScaledRow> scaled_rows(const System& system, bool drives_held) {
+std::vector<ScaledRow> scaled_rows(const System& system, DriveHold held) {
   const Constraints& c = system.constraints();
   VectorXd unit = system.units();
-  if (drives_held)
-    for (const int k : system.driven_coordinates()) unit[k] = 0;
-  std::vector<ScaledRow> all(static_cast<std::size_t>(drives_held ? c.count() : c.joints()));
-  for (std::size_t k = 0; k < all.size(); ++k)
-    c.rows()[k].each([&](int at, double value) {
-      all[k].emplace_back(at, value * unit[at] / c.units()[static_cast<Eigen::Index>(k)]);
-    });
+  for (const int k : system.driven_coordinates(held)) unit[k] = 0;
+  std::vector<ScaledRow> all;
+  for (const int k : system.holding_conditions(held)) {
+    ScaledRow& row = all.emplace_back();
+    c.rows()[k].each(
+        [&](int at, double value) { row.emplace_back(at, value * unit[at] / c.units()[k]); });
+  }
   return all;
 }
 
 // Coordinates of bodies that cannot move.
-std::vector<int> fixed_coordinates(const System& system, bool drives_held) {
+std::vector<int> fixed_coordinates(const System& system, DriveHold held) {
   std::vector<int> fixed = system.held();
-  if (drives_held) std::ranges::copy(system.driven_coordinates(), std::back_inserter(fixed));
+  std::ranges::copy(system.driven_coordinates(held), std::back_inserter(fixed));
   return fixed;
 }
 
 }  // namespace
 
-TangentFactor::TangentFactor(const System& system, bool drives_held)
+TangentFactor::TangentFactor(const System& system, DriveHold held)
     : bodies_(system.size()), scale_(scale_of(system)) {
   SparseMatrix A(static_cast<int>(scale_.size()));
   A.add(system.tangent(), scale_, scale_);
   add_conditions(system, scale_, A);
-  const std::vector<int> released = released_rows(system, drives_held);
+  const std::vector<int> released = released_rows(system, held);
   A.release(released);
   solver_ = LinearSolver(A, system.analyses());
   still_ = system.held();
@@ -94,15 +94,15 @@ MatrixXd TangentFactor::answer(const MatrixXd& forces) const {
 // Number of negative pivots by a sparse factorisation. With the conditions' squares added to K the
 // bodies can be eliminated first: what hangs on joints alone has a pivot then. Every condition
 // follows the later of its bodies, and has a negative pivot.
-std::optional<int> negative_pivots_sparse(const System& system, bool drives_held) {
+std::optional<int> negative_pivots_sparse(const System& system, DriveHold held) {
   const Constraints& c = system.constraints();
   const VectorXd scale = scale_of(system);
   const int n = system.size();
   SparseMatrix A(static_cast<int>(scale.size()));
   A.add(system.tangent(), scale, scale);
   add_conditions(system, scale, A);
-  A.release(released_rows(system, drives_held));
-  const std::vector<ScaledRow> rows = scaled_rows(system, drives_held);
+  A.release(released_rows(system, held));
+  const std::vector<ScaledRow> rows = scaled_rows(system, held);
   for (const ScaledRow& row : rows)
     for (const auto& [i, value] : row)
       for (const auto& [j, other] : row) A.add(i, j, value * other);
@@ -133,11 +133,11 @@ std::optional<int> negative_pivots_sparse(const System& system, bool drives_held
 }
 
 // e − Ψᵀ(ΨΨᵀ)⁻¹Ψ e from [1, Ψᵀ; Ψ, 0]: nothing is left of a coordinate that cannot move.
-std::vector<bool> still_coordinates(const System& system, bool drives_held,
+std::vector<bool> still_coordinates(const System& system, DriveHold held,
                                     const std::vector<int>& coordinates) {
-  const std::vector<ScaledRow> rows = scaled_rows(system, drives_held);
+  const std::vector<ScaledRow> rows = scaled_rows(system, held);
   const int n = system.size(), m = static_cast<int>(rows.size());
-  const std::vector<int> fixed = fixed_coordinates(system, drives_held);
+  const std::vector<int> fixed = fixed_coordinates(system, held);
   std::vector<bool> still;
   for (const int k : coordinates) still.push_back(std::ranges::find(fixed, k) != fixed.end());
   if (m == 0) return still;
@@ -158,14 +158,14 @@ std::vector<bool> still_coordinates(const System& system, bool drives_held,
   return still;
 }
 
-int rank_of_conditions(const System& system, bool drives_held) {
+int rank_of_conditions(const System& system, DriveHold held) {
   std::vector<SparseEntry> entries;
   int row = 0;
-  for (const ScaledRow& scaled : scaled_rows(system, drives_held)) {
+  for (const ScaledRow& scaled : scaled_rows(system, held)) {
     for (const auto& [i, value] : scaled) entries.push_back({row, i, value});
     ++row;
   }
-  const int fixed = static_cast<int>(fixed_coordinates(system, drives_held).size());
+  const int fixed = static_cast<int>(fixed_coordinates(system, held).size());
   return row == 0 ? fixed : fixed + rank_of(row, system.size(), entries, 1e-9);
 }
 

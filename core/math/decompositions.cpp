@@ -35,11 +35,19 @@ VectorXd symmetric_eigenvalues(const Eigen::Ref<const MatrixXd>& A) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
+GeneralEigen general_eigen(const MatrixXd& A) {
+  if (A.size() == 0) return {};
+  const Eigen::EigenSolver<MatrixXd> eigen(A);
+  return {eigen.eigenvalues(), eigen.eigenvectors()};
+}
+
 void Lu::compute(const Eigen::Ref<const MatrixXd>& A) { lu_.compute(A); }
 
 MatrixXd Lu::solve(const Eigen::Ref<const MatrixXd>& B) const { return lu_.solve(B); }
 
 MatrixXd Lu::inverse() const { return lu_.inverse(); }
+
+double Lu::determinant() const { return lu_.determinant(); }
 
 Cholesky::Cholesky(const Eigen::Ref<const MatrixXd>& A) : L_(A) {
   const Eigen::LLT<Eigen::Ref<MatrixXd>> llt(L_);

@@ -24,6 +24,13 @@ class SymmetricEigen {
   MatrixXd vectors_;
 };
 
+/// A v = λ v of any square matrix: values and vectors, those of pairs conjugate.
+struct GeneralEigen {
+  Eigen::VectorXcd values;
+  Eigen::MatrixXcd vectors;
+};
+GeneralEigen general_eigen(const MatrixXd& A);
+
 /// Eigenvalues in ascending order.
 VectorXd symmetric_eigenvalues(const Eigen::Ref<const MatrixXd>& A);
 
@@ -36,6 +43,7 @@ class Lu {
 
   MatrixXd solve(const Eigen::Ref<const MatrixXd>& B) const;
   MatrixXd inverse() const;
+  double determinant() const;
 
  private:
   Eigen::PartialPivLU<MatrixXd> lu_;

@@ -24,6 +24,14 @@ Vector3d rotation_log(const Matrix3d& R) {
   return aa.angle() * aa.axis();
 }
 
+Vector3d rotation_log(const Matrix3d& R, const Vector3d& near) {
+  const Vector3d v = rotation_log(R);
+  const double angle = v.norm();
+  if (angle + near.norm() < std::numbers::pi) return v;
+  const Vector3d axis = angle < 1e-8 ? near.normalized() : Vector3d(v / angle);
+  return v + (unwrapped(angle, near.dot(axis)) - angle) * axis;
+}
+
 Matrix3d rotation_left_tangent(const Vector3d& v) {
   const double a = v.norm(), q = a * a;
   const Matrix3d K = hat(v);

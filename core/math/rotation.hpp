@@ -2,6 +2,7 @@
 // Rotations: the exponential map of SO(3), its inverse and its tangents.
 #include <cmath>
 #include <concepts>
+#include <numbers>
 
 #include "core/math/types.hpp"
 
@@ -21,6 +22,13 @@ Matrix3d rotation_exp(const Vector3d& v);
 
 /// Rotation vector of R, |v| < π. Axial vector and atan2: accurate near 0 and up to π.
 Vector3d rotation_log(const Matrix3d& R);
+
+/// Of all rotation vectors of R, whole turns apart, the nearest to another one.
+Vector3d rotation_log(const Matrix3d& R, const Vector3d& near);
+/// Of all angles that are whole turns apart, the nearest to another one [rad].
+inline double unwrapped(double angle, double near) {
+  return near + std::remainder(angle - near, 2 * std::numbers::pi);
+}
 
 /// Rotation vector of R in numbers of any kind that know arithmetic and roots, |v| below 3 rad: the
 /// quaternion (w, v) after three halvings of the rotation, 16 atan(t)/t v/w with t = |v|/w.

@@ -19,6 +19,9 @@ struct JointBodyOf {
   Vector3<S> position = Vector3<S>::Zero();
   Matrix3<S> rotation = Matrix3<S>::Identity();
   Vector3d reference = Vector3d::Zero();
+  /// Rotation vector of `rotation` that has grown from the undeflected state: beyond π after more
+  /// than half a turn [rad].
+  Vector3d turn = Vector3d::Zero();
 };
 using JointBody = JointBodyOf<double>;
 /// A body, or the ground, in the undeflected state.

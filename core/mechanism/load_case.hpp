@@ -1,6 +1,7 @@
 #pragma once
 // The loads of the case that is solved. Plain data.
 #include <algorithm>
+#include <bitset>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,10 +10,11 @@
 
 namespace flexopt {
 
-/// A force and a moment that keep size and direction while their body moves.
+/// A force and a moment that keep their size, and their direction or, where they follow their body,
+/// that in its axes.
 struct DeadLoad {
-  Vector3d force = Vector3d::Zero();   ///< [N], global axes
-  Vector3d moment = Vector3d::Zero();  ///< [N m], global axes
+  Vector3d force = Vector3d::Zero();   ///< [N], global axes, of the undeflected state
+  Vector3d moment = Vector3d::Zero();  ///< [N m], likewise
   std::optional<int> body;             ///< on which it acts; nothing: the end-effector
   /// Vector from the body's reference point to where the force acts, undeflected, global axes [m].
   /// It turns with the body, and stays the same where a design parameter moves the reference point.
@@ -22,6 +24,7 @@ struct DeadLoad {
   std::optional<Vector3d> place = {};
   std::string name = {};  ///< may be empty
   int step = 0;           ///< of the mounting in which it comes; not of growing loads
+  bool follows = false;   ///< force and moment turn with the body: they have no potential
 };
 
 /// A force and a moment at O: [Fx Fy Fz Mx My Mz] in N and N m.
@@ -85,8 +88,16 @@ struct LoadCase {
   std::vector<MountingStep> mounting = {};
   int gravity_step = 0, temperature_step = 0;  ///< in which gravity and all warmth come
   std::vector<int> spring_steps = {};          ///< in which each preload comes; empty: in the first
+  /// Drives whose strokes are kept also where all others carry constant loads: by what results call
+  /// "drives free", and stability.
+  std::bitset<6> held = {};
 
   bool driven() const { return growing.empty(); }
+  /// Whether any load follows its body.
+  bool follow() const {
+    return std::ranges::any_of(constant, &DeadLoad::follows) ||
+           std::ranges::any_of(growing, &DeadLoad::follows);
+  }
   /// Whether anything comes before the stroke.
   bool acts_before_stroke() const {
     return !constant.empty() || !assembly.empty() || !temperature.empty() ||

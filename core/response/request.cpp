@@ -24,7 +24,8 @@ int StrokeRequest::frequencies_of(DriveState drive) const {
 }
 
 bool StrokeRequest::wants_frequency_derivatives() const {
-  return frequencies > 0 && outputs.has(Output::frequency_derivatives) && loads.driven();
+  return frequencies > 0 && outputs.has(Output::frequency_derivatives) && loads.driven() &&
+         loads.held.none() && !loads.follow();
 }
 
 bool StrokeRequest::wants_state_space(std::size_t point) const {

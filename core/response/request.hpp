@@ -296,6 +296,7 @@ struct StrokeRequest {
   CapacityRule capacity;
   std::vector<StrokeCapacityRule> stroke_capacity;  ///< at most one for each drive
   BranchChoice branch = BranchChoice::primary;
+  bool stable_states = false;  ///< whether points list those that are found: StableState
   /// How many places of large stress a differentiable point lists: PathPoint::stress_peaks.
   int stress_peaks = 0;
   std::vector<NamedPoint> named_points;

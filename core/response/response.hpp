@@ -24,7 +24,9 @@ enum class PointStatus {
 };
 
 struct Mode {
-  double frequency = 0;  ///< [Hz]
+  double frequency = 0;  ///< [Hz]; negative of a motion that grows
+  /// Rate at which the oscillation of a pair of modes that flutters grows [1/s]; else 0.
+  double growth_rate = 0;
   ModeKind kind = ModeKind::end_effector;
   /// Share of the modal kinetic energy, each in [0, 1]; drive + end_effector + intermediate_body +
   /// leaf = 1.
@@ -63,6 +65,13 @@ struct FrequencyWay {
 struct BodyMotion {
   Vector3d displacement = Vector3d::Zero();  ///< of its reference point [m]
   Vector3d rotation = Vector3d::Zero();      ///< rotation vector [rad]
+};
+
+/// A stable equilibrium at the strokes (or loads) of a point: its own, or one on the branches that
+/// meet its own.
+struct StableState {
+  double energy = 0;  ///< of leaves, bodies, springs and dead forces; undeflected 0 [J]
+  BodyMotion motion;  ///< of the end-effector
 };
 
 /// A material point of a leaf with its thickness or of a body's box, by coordinates of its own:
@@ -326,13 +335,17 @@ struct PathPoint {
   /// Forward and backward of each drive, one drive after the other: StrokeCapacityRule. The same at
   /// every point.
   std::vector<std::optional<StrokeCapacity>> stroke_capacity;
-  std::vector<NamedQuantity>
-      named_quantities;       ///< in the order of the job, once it has filled them in
-  bool other_branch = false;  ///< the path has left the branch that it came along
+  /// In the order of the job, once it has filled them in.
+  std::vector<NamedQuantity> named_quantities;
+  std::vector<StableState> stable_states;  ///< lowest first, where the request wants them
+  bool other_branch = false;               ///< the path has left the branch that it came along
   /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;
-  bool stable = true;       ///< the tangent with the drive held has no negative eigenvalue
-  int negative_pivots = 0;  ///< inertia of that tangent
+  /// The tangent with the drive held (but for drives free of those that LoadCase::held leaves) has
+  /// no negative eigenvalue; where loads follow their bodies, no motion grows.
+  bool stable = true;
+  std::optional<Mode> flutter;  ///< one of the pair that grows fastest
+  int negative_pivots = 0;      ///< inertia of that tangent
   std::vector<LeafReport> leaves;
   std::vector<ElasticBodyReport> elastic_bodies;
   std::vector<LeafShape> shapes;
@@ -362,8 +375,8 @@ struct StrokeResponse {
   double seconds_coefficients = 0, seconds_path = 0, seconds_derivatives = 0;
 };
 
-/// Whether evaluations on such leaves have exact derivatives, or why not.
-Check has_derivatives(const ModelOptions& model);
+/// Whether evaluations on such leaves and under such loads have exact derivatives, or why not.
+Check has_derivatives(const ModelOptions& model, const LoadCase& loads);
 
 /// Follows the stroke from the undeflected state and evaluates every point.
 StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& model,

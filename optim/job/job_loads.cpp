@@ -21,7 +21,7 @@ namespace {
 
 void read_load_path(const json& read, StrokeRequest& request) {
   const LoadSpec path = load_path_table().read(read);
-  request.loads.growing = {{.force = path.force, .moment = path.moment}};
+  request.loads.growing = {{.force = path.force, .moment = path.moment, .follows = path.follows}};
   if (path.force.isZero() && path.moment.isZero())
     throw SpecError("/load_path/force", shown(read["force"]),
                     "a load path has a force or a moment");
@@ -204,6 +204,22 @@ void read_buckling(const json& read, StrokeRequest& request) {
                     "this load has neither force nor moment: no factor makes it larger");
 }
 
+// Which of the drives a job holds. Throws SpecError.
+std::size_t find_held(const json& name, const json& read, const Family& family, const Pointer& at) {
+  if (!read.contains("stroke"))
+    throw SpecError(at, shown(name), "the drives have no strokes to be held at: give a stroke");
+  if (read.contains("state_space"))
+    throw SpecError(at, shown(name), "in a state-space model all drives are free");
+  std::vector<std::string> names;
+  for (const DriveList::Item& drive : family.drives.items)
+    if (!drive.name.empty()) names.push_back(drive.name);
+  const auto found = std::ranges::find(names, name.get<std::string>());
+  if (found == names.end())
+    throw SpecError(at, shown(name),
+                    "no drive has this name; " + known_names(name.get<std::string>(), names));
+  return static_cast<std::size_t>(found - names.begin());
+}
+
 }  // namespace
 
 int find_leaf(const Mechanism& mechanism, const std::string& name, const Pointer& at,
@@ -252,12 +268,24 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
     faults.attempt([&] { read_load_path(read["load_path"], request); });
   faults.each(read["loads"], Pointer("/loads"), [&](const json& item, const Pointer&) {
     const LoadSpec load = load_table().read(item);
-    request.loads.constant.push_back(
-        {.force = load.force, .moment = load.moment, .place = load.at, .name = load.name});
+    request.loads.constant.push_back({.force = load.force,
+                                      .moment = load.moment,
+                                      .place = load.at,
+                                      .name = load.name,
+                                      .follows = load.follows});
   });
   if (read.contains("buckling") && faults.sound("/buckling") && faults.sound("/loads"))
     faults.attempt([&] { read_buckling(read["buckling"], request); });
   request.branch = read["branch"] == "stable" ? BranchChoice::stable : BranchChoice::primary;
+  request.stable_states = read["stable_states"];
+  for (const auto& [key, wanted] : {std::pair{"/branch", request.branch == BranchChoice::stable},
+                                    {"/stable_states", request.stable_states}})
+    if (wanted && request.loads.follow())
+      faults.add(key, read[Pointer(key)].dump(), "loads that follow their bodies have no energy");
+  if (family && read.contains("held") && faults.sound("/held"))
+    faults.each(read["held"], Pointer("/held"), [&](const json& name, const Pointer& at) {
+      request.loads.held.set(find_held(name, read, *family, at));
+    });
   request.parasitic.drive =
       read["parasitic"]["drive"] == "locked" ? DriveState::locked : DriveState::free;
   for (const json& kind : read["parasitic"]["skip"])

@@ -208,7 +208,8 @@ Algorithm read_algorithm(json& read, Job& job) {
     algorithm.name.clear();
     return algorithm;
   }
-  if (const Check exact = has_derivatives(job.model); !exact && !read.contains("name")) {
+  if (const Check exact = has_derivatives(job.model, job.request.loads);
+      !exact && !read.contains("name")) {
     algorithm.name = "LN_COBYLA";
     job.notes.push_back("LN_COBYLA searches, which needs no gradients: " + exact.error() + ".");
   }

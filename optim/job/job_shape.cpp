@@ -251,10 +251,10 @@ Shape job_shape(const Family* family) {
       optional("stroke", stroke_shape(family ? &drives : nullptr),
                "where the drive goes; or give load_path"),
       optional("load_path", load_path_table().shape(),
-               "a dead load at O that grows from zero, beside loads; nothing is driven, and stroke "
+               "a load at O that grows from zero, beside loads; nothing is driven, and stroke "
                "in the results is the load factor"),
       with_default("loads", list(load_table().shape(), 0, 100), json::array(),
-                   "dead loads on bodies in global axes, applied before the stroke"),
+                   "loads on bodies in global axes, applied before the stroke"),
       optional("gravity", vector3("m/s^2", 1e6),
                "acceleration that acts on bodies and leaves, global axes, before the stroke"),
       optional("temperature", temperature_shape(),
@@ -272,9 +272,14 @@ Shape job_shape(const Family* family) {
                "at every point the factor of a load at which the mechanism becomes unstable"),
       load_capacity_field(),
       stroke_capacity_field(family ? &drives : nullptr),
+      optional("held", list(text(100), 1, 6),
+               "drives that keep their strokes in all that is said of free drives, and for "
+               "stability: the others carry constant loads"),
       with_default("branch", choice({"primary", "stable"}), "primary",
                    "where branches of equilibria meet: the one that the path comes along, or the "
                    "one that is stable"),
+      with_default("stable_states", boolean(), false,
+                   "whether every point lists the stable equilibria that are found, with energies"),
       with_default("model", model_shape(), json::object(), "how the mechanism is modelled"),
       optional("limits", limits_table().shape(),
                "what the evaluation of one design may take, for each load case and model: beyond "

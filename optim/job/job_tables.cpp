@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 namespace flexopt {
 
@@ -83,9 +82,8 @@ const RecordTable<EndEffector>& end_effector_table() {
 }
 
 Shape stroke_place(Direction direction) {
-  constexpr double farthest = 100;  // [m]
-  if (is_rotation(direction))
-    return quantity("rad", -std::numbers::pi, std::numbers::pi, true, true);
+  constexpr double farthest = 100, most_radians = 100;  // [m], [rad]
+  if (is_rotation(direction)) return quantity("rad", -most_radians, most_radians);
   return quantity("m", -farthest, farthest);
 }
 
@@ -101,26 +99,36 @@ RecordTable<StrokeSpec> stroke_table(std::optional<Direction> drive) {
       .with_default("in_order", boolean(), &StrokeSpec::in_order, in_order_meaning);
 }
 
+Field follows_field() {
+  return shape::optional("follows", choice({"body"}),
+                         "what force and moment turn with; default nothing: they keep their "
+                         "direction");
+}
+
+void read_follows(const json&, LoadSpec& load) { load.follows = true; }
+
 const RecordTable<LoadSpec>& load_table() {
   static const auto table =
       RecordTable<LoadSpec>()
+          .row(follows_field(), read_follows)
           .optional("name", text(100), &LoadSpec::name, "for the job's other sections")
           .optional("body", text(100), &LoadSpec::body,
                     "on which it acts; default the end-effector")
           .optional("at", vector3("m", 1e3), &LoadSpec::at,
                     "place on that body, undeflected, global axes; default its reference point")
           .with_default("force", vector3("N", largest_number), &LoadSpec::force,
-                        "dead force; keeps its direction")
-          .with_default("moment", vector3("N m", largest_number), &LoadSpec::moment, "dead moment");
+                        "at the undeflected place; keeps its direction, or that in its body")
+          .with_default("moment", vector3("N m", largest_number), &LoadSpec::moment, "likewise");
   return table;
 }
 
 const RecordTable<LoadSpec>& load_path_table() {
   static const auto table = RecordTable<LoadSpec>()
+                                .row(follows_field(), read_follows)
                                 .with_default("force", vector3("N", largest_number),
-                                              &LoadSpec::force, "dead force at O at its end")
+                                              &LoadSpec::force, "force at O at its end")
                                 .with_default("moment", vector3("N m", largest_number),
-                                              &LoadSpec::moment, "dead moment at O at its end")
+                                              &LoadSpec::moment, "moment at O at its end")
                                 .with_default("points", integer(2, 10001), &LoadSpec::points,
                                               "how many, zero and the whole load included");
   return table;

@@ -26,11 +26,12 @@ inline constexpr const char* in_order_meaning =
     "whether the way leads from point to point as they are listed; else, the default, it leads "
     "from rest straight to each";
 
-/// A dead load, or the growing one of a load path, which has `points` and acts at O.
+/// A load on a body, or the growing one of a load path, which has `points` and acts at O.
 struct LoadSpec {
   std::string name, body;      ///< name and body of a dead load; empty: none, the end-effector
   std::optional<Vector3d> at;  ///< place of a dead load, undeflected, global [m]
   Vector3d force = Vector3d::Zero(), moment = Vector3d::Zero();  ///< [N], [N m]
+  bool follows = false;                                          ///< they turn with the body
   int points = 11;
 };
 

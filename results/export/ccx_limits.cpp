@@ -192,6 +192,7 @@ class Near {
 
   /// For the end-effector, the rotation under small loads is known.
   void check(const DeadLoad& load, Refusals& refusals) const {
+    if (load.follows) refusals.add("load " + load.name, "it turns with its body");
     const int body = load.body.value_or(mechanism_->end_effector);
     const std::vector<int> groups = rigid_groups(*mechanism_);
     const int group = group_of(groups, body);

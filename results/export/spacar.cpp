@@ -71,6 +71,7 @@ void check_carried_by_spacar(const Exported& exported) {
     refuse("assembly", "clamped edges are where they are drawn");
   if (!loads.temperature.empty() || !loads.body_expansion.empty())
     refuse("temperature", "SPACAR Light has no thermal expansion");
+  if (loads.follow()) refuse("a load that follows its body", "its loads keep their directions");
   for (const DeadLoad& load : loads.constant)
     for (const Drive& drive : m.drives) {
       if (load.body.value_or(m.end_effector) != drive.body) continue;

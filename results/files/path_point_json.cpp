@@ -382,8 +382,15 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   if (Json limits = stroke_limits_json(point, mechanism); !limits.is_null())
     json["stroke_capacity_limit"] = std::move(limits);
   json["stable"] = point.stable;
+  if (point.flutter)
+    json["flutter"] = {{"frequency", -point.flutter->frequency},
+                       {"growth_rate", point.flutter->growth_rate}};
   if (request.branch == BranchChoice::stable)
     json["branch"] = point.other_branch ? "other" : "primary";
+  for (const StableState& state : point.stable_states)
+    json["stable_states"].push_back({{"energy", state.energy},
+                                     {"displacement", vector_json(state.motion.displacement)},
+                                     {"rotation", vector_json(state.motion.rotation)}});
   json["bifurcation_passed"] = point.bifurcation_passed;
   json["negative_pivots"] = point.negative_pivots;
   json["leaves"] = leaves_json(point, mechanism);

@@ -113,7 +113,9 @@ std::vector<Mode> classified_modes(const MechanismFactor& factor, bool drive_loc
                                    const MatrixXd& M_phi, ModeMotions motions) {
   std::vector<Mode> modes =
       classified_modes(factor.system().mechanism(), lambda, phi, M_phi,
-                       drive_locked ? MatrixXd(factor.size(), 0) : factor.drive_answers(),
+                       drive_locked                          ? MatrixXd(factor.size(), 0)
+                       : factor.system().loads().held.none() ? factor.drive_answers()
+                                                             : factor.free_drives().shapes,
                        factor.masses(), [&](const MatrixXd& B) { return factor.condensed(B); });
   if (motions == ModeMotions::no || modes.empty()) return modes;
   const MatrixXd motion = factor.motion(phi);

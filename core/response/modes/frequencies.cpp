@@ -2,7 +2,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 #include <utility>
 
 #include "core/equilibrium/free_motions.hpp"
@@ -40,6 +42,61 @@ std::optional<EigenPairs> solve_by_krylov(const System& system, const MechanismP
       lowest_pairs(pencil.size, count, std::min(system.leaves() + 4, count + 4), solve, mass);
   if (!found.converged) return std::nullopt;
   return EigenPairs{found.values, found.vectors};
+}
+
+// The lowest pairs of an unsymmetric tangent (Q14), of the real eigenvalues as of others. Those of
+// a pair of complex ones are the real and the imaginary part of its motion, both with −(Re ω)²; it
+// grows by `growth`. Nothing for a system that is solved sparse.
+std::optional<EigenPairs> unsymmetric_pairs(const System& system, const MechanismPencil& pencil,
+                                            bool drive_locked, int count, VectorXd& growth) {
+  constexpr double real = 1e-7, massless = 1e-13;
+  if (system.analyses()) return std::nullopt;
+  const MatrixXd Z = FreeMotions(system, drive_locked).basis();
+  const Eigen::Index free = Z.cols(), inside = pencil.size - pencil.bodies, n = free + inside;
+  MatrixXd T = MatrixXd::Zero(pencil.size, n), K = MatrixXd::Zero(n, n);
+  T.topLeftCorner(pencil.bodies, free) = Z;
+  T.bottomRightCorner(inside, inside).setIdentity();
+  K.topLeftCorner(free, free) = Z.transpose() * (pencil.K_bodies * Z);
+  for (const MechanismPencil::Leaf& leaf : pencil.leaves) {
+    const Eigen::Index at = free + leaf.first() - pencil.bodies;
+    K.block(at, at, leaf.modes, leaf.modes) = leaf.stiffness;
+  }
+  const VectorXd scale = K.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatrixXd S = T * scale.asDiagonal(), M = S.transpose() * pencil.mass_times(S);
+  const GeneralEigen found =
+      general_eigen(Lu(scale.asDiagonal() * K * scale.asDiagonal()).solve(M));
+  struct Pair {
+    double value, growth;
+    VectorXd vector;
+  };
+  std::vector<Pair> all;
+  const double largest = n > 0 ? found.values.cwiseAbs().maxCoeff() : 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const std::complex<double> inverse = found.values[k], omega = std::sqrt(1.0 / inverse);
+    if (std::abs(inverse) <= massless * largest) continue;
+    const auto add = [&](double value, double rate, const VectorXd& v) {
+      const double mass = v.dot(M * v);
+      all.push_back({value, rate, S * v / std::sqrt(mass)});
+    };
+    if (std::abs(inverse.imag()) <= real * std::abs(inverse)) {
+      add(1 / inverse.real(), 0, found.vectors.col(k).real());
+    } else {
+      const VectorXd part = inverse.imag() > 0 ? VectorXd(found.vectors.col(k).real())
+                                               : VectorXd(found.vectors.col(k).imag());
+      add(-omega.real() * omega.real(), std::abs(omega.imag()), part);
+    }
+  }
+  std::ranges::stable_sort(all, {}, &Pair::value);
+  all.resize(std::min(all.size(), static_cast<std::size_t>(count)));
+  EigenPairs pairs{VectorXd(all.size()), MatrixXd(pencil.size, all.size())};
+  growth.resize(all.size());
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    pairs.values[at] = all[k].value;
+    pairs.vectors.col(at) = all[k].vector;
+    growth[at] = all[k].growth;
+  }
+  return pairs;
 }
 
 // Motion of the corners at the surface of each elastic body, for drawing. Interfaces that have
@@ -91,7 +148,7 @@ std::vector<Mode> classify(const MechanismPencil& pencil, const System& system,
 }
 
 MatrixXd drive_shapes_of(const MechanismPencil& pencil, const System& system) {
-  const MatrixXd forces = system.drive_forces();
+  const MatrixXd forces = system.drive_forces(false);
   MatrixXd shapes = MatrixXd::Zero(pencil.size, forces.cols());
   if (forces.cols() > 0)
     shapes.topRows(pencil.bodies) = TangentFactor(system, false).answer(forces);
@@ -158,9 +215,16 @@ std::optional<Frequencies> natural_frequencies(System& system, const FrequencyOp
   const auto unknowns = [&](const MechanismPencil& pencil) {  // drives held
     return pencil.size - pencil.bodies + of_bodies;
   };
+  std::array<VectorXd, 2> growth;
   // drive free, where that is wanted, and held
   const auto pairs =
       [&](const MechanismPencil& pencil) -> std::optional<std::array<EigenPairs, 2>> {
+    if (system.follows()) {
+      const auto free = unsymmetric_pairs(system, pencil, false, options.count, growth[0]),
+                 held = unsymmetric_pairs(system, pencil, true, options.count, growth[1]);
+      if (!free || !held) return std::nullopt;
+      return std::array{*free, *held};
+    }
     if (system.analyses() || pencil.size >= krylov_from) {
       const int count = std::min(options.count, unknowns(pencil));
       const std::optional<EigenPairs> held = solve_by_krylov(system, pencil, true, count),
@@ -191,6 +255,10 @@ std::optional<Frequencies> natural_frequencies(System& system, const FrequencyOp
     if (options.free)
       result.free = classify(pencil, system, free, drive_shapes_of(pencil, system), options);
     result.locked = classify(pencil, system, locked, MatrixXd(pencil.size, 0), options);
+    for (const auto& [list, rates] :
+         {std::pair{&result.free, &growth[0]}, {&result.locked, &growth[1]}})
+      for (Eigen::Index k = 0; k < rates->size() && k < std::ssize(*list); ++k)
+        (*list)[k].growth_rate = (*rates)[k];
     result.check = pencil.check;
     return result;
   }

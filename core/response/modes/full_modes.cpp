@@ -185,11 +185,12 @@ std::optional<MatrixXd> root_of_mass(const MechanismFactor& factor) {
 FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, int free, int locked,
                             ModeMotions motions) {
   constexpr double nothing = 1e-13;  // of the largest: motions that are held
-  const MatrixXd X = factor.solve_locked(R), shapes = factor.drive_shapes(),
-                 along = R.transpose() * shapes, held = R.transpose() * X;
+  const auto [shapes, compliance] = factor.free_drives();
+  const MatrixXd X = factor.solve_locked(R), along = R.transpose() * shapes,
+                 held = R.transpose() * X;
   const auto list = [&](bool drive_locked, int count) {
     MatrixXd C = held;
-    if (!drive_locked) C += along * factor.drive_compliance() * along.transpose();
+    if (!drive_locked) C += along * compliance * along.transpose();
     LargestPairs pairs = lowest_of(0.5 * (C + C.transpose()), count + guards);
     const std::vector<int> order = by_magnitude(pairs.values);
     pairs = {pairs.values(order).eval(), pairs.vectors(Eigen::all, order).eval()};
@@ -201,7 +202,7 @@ FullModeLists modes_of_root(const MechanismFactor& factor, const MatrixXd& R, in
         pairs.vectors.leftCols(found) * pairs.values.head(found).cwiseInverse().asDiagonal();
     MatrixXd Y = X * Z;
     if (!drive_locked) {
-      Y += shapes * (factor.drive_compliance() * (along.transpose() * Z));
+      Y += shapes * (compliance * (along.transpose() * Z));
       for (const int row : factor.drive_rows()) Y.row(row).setZero();
     }
     return rayleigh_ritz(factor, drive_locked, count, Y, factor.mass(Y), R * Z, motions);
@@ -250,18 +251,19 @@ FullModeLists iterated_modes(const MechanismFactor& factor, const BlockKrylov& k
 std::optional<FullModeLists> modes_of_krylov(const MechanismFactor& factor, int free, int locked,
                                              ModeMotions motions) {
   const LinearMap solve = factor.solver(true), mass = factor.masses();
-  DriveShapes drive{factor.drive_shapes(), {}, factor.drive_compliance()};
+  auto [shapes, compliance] = factor.free_drives();
+  DriveShapes drive{std::move(shapes), {}, std::move(compliance)};
   drive.mass = factor.mass(drive.shapes);
 
   // equal leaves have equal modes: of those no more than are asked for
   const int width = std::min(std::max(4, static_cast<int>(factor.leaves().size())),
                              std::max(free, locked) + 2 * guards),
             most = std::min(factor.size(), 6 * (std::max(free, locked) + guards) + 20 * width + 40);
-  MatrixXd start(factor.size(), width + factor.drives());
+  MatrixXd start(factor.size(), width + drive.mass.cols());
   start.leftCols(width) = mass(start_columns(factor.size(), width));
-  start.rightCols(factor.drives()) = drive.mass;
+  start.rightCols(drive.mass.cols()) = drive.mass;
   start = solve(start);
-  const MatrixXd inertial = start.rightCols(factor.drives());
+  const MatrixXd inertial = start.rightCols(drive.mass.cols());
   BlockKrylov krylov(start, most, solve, mass);
   const int negative_free = free > 0 ? negative_pivots(factor.system(), false) : 0,
             negative_locked = locked > 0 ? negative_pivots(factor.system(), true) : 0;
@@ -296,14 +298,14 @@ MatrixXd multipliers_of(const MechanismFactor& factor, const MechanismPencil& pe
                         bool drive_locked, const EigenPairs& pairs) {
   const Constraints& c = factor.system().constraints();
   MatrixXd multipliers = MatrixXd::Zero(c.count(), pairs.vectors.cols());
-  const int bearing = drive_locked ? c.count() : c.joints();
-  if (bearing == 0) return multipliers;
+  const std::vector<int> bearing = factor.system().holding_conditions(drive_locked);
+  if (bearing.empty()) return multipliers;
   const VectorXd& unit = factor.system().units();
   const MatrixXd left =
       pencil.mass_times(pairs.vectors).topRows(pencil.bodies) * pairs.values.asDiagonal() -
       pencil.K_bodies * MatrixXd(pairs.vectors.topRows(pencil.bodies));
-  multipliers.topRows(bearing) = least_squares(
-      unit.asDiagonal() * c.gradient().topRows(bearing).transpose(), unit.asDiagonal() * left);
+  multipliers(bearing, Eigen::all) = least_squares(
+      unit.asDiagonal() * c.gradient()(bearing, Eigen::all).transpose(), unit.asDiagonal() * left);
   return multipliers;
 }
 

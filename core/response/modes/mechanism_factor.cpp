@@ -9,6 +9,7 @@
 namespace flexopt {
 
 Answer<MechanismFactor> MechanismFactor::of(System& system, int frequencies) {
+  if (system.follows()) return Because("loads follow their bodies: the tangent is not symmetric");
   std::vector<std::shared_ptr<const LeafLinear>> leaves;
   for (int i = 0; i < system.leaves(); ++i) {
     auto leaf = system.leaf(i).linearise();
@@ -41,7 +42,10 @@ MechanismFactor::MechanismFactor(System& system,
   body_mass_ = system.body_mass();
   MatrixXd forces = MatrixXd::Zero(size_, drives());
   forces.topRows(bodies_) = system.drive_forces();
-  drive_answers_ = solve(forces);
+  drive_answers_ =
+      system.loads().held.none()
+          ? solve(forces)
+          : expanded(forces, TangentFactor(system, DriveHold::none).solve(condensed(forces)));
   drive_compliance_ = system.drive_forces().transpose() * drive_answers_.topRows(bodies_);
 }
 
@@ -55,10 +59,21 @@ MatrixXd MechanismFactor::drive_shapes() const {
   return shapes;
 }
 
+MechanismFactor::FreeDrives MechanismFactor::free_drives() const {
+  FreeDrives all{drive_shapes(), drive_compliance_};
+  if (system_->loads().held.none() || drives() == 0) return all;
+  std::vector<int> free;
+  for (int k = 0; k < drives(); ++k)
+    if (!system_->holds(k, false)) free.push_back(k);
+  const MatrixXd stiffness = Lu(drive_compliance_).inverse()(free, free);
+  return {all.shapes(Eigen::all, free), free.empty() ? stiffness : Lu(stiffness).inverse()};
+}
+
 std::vector<int> MechanismFactor::drive_rows() const {
   std::vector<int> rows;
-  for (const System::DriveRow& drive : system_->drives())
-    if (drive.condition) rows.push_back(size_ - conditions() + *drive.condition);
+  for (int k = 0; k < drives(); ++k)
+    if (const auto& row = system_->drives()[k].condition; row && !system_->holds(k, false))
+      rows.push_back(size_ - conditions() + *row);
   return rows;
 }
 
@@ -234,6 +249,7 @@ MatrixXd MechanismFactor::motion(const MatrixXd& Y) const {
 // K̂ − ½ hat(m), for spins do not commute, bordered by the joints, the drive loads and the strokes.
 MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixXd>& strokes) const {
   const int bodies = bodies_, n = bodies_ + conditions();
+  const auto holds = [&](int k) { return system_->holds(k, strokes.has_value()); };
   std::vector<int> owned;  // drives of a coordinate
   for (int k = 0; k < drives(); ++k)
     if (system_->drives()[k].coordinate) owned.push_back(k);
@@ -247,28 +263,28 @@ MatrixXd MechanismFactor::balance(const MatrixXd& B, const std::optional<MatrixX
   for (int j = 0; j < loads; ++j) {
     const int k = owned[j], d = *system_->drives()[k].coordinate;
     scale[n + j] = 1 / scale[d];  // the drive load in units of the drive's stiffness
-    if (strokes) {
+    if (holds(k)) {
       A.add(d, n + j, scale[d] * -1 * scale[n + j]);
       A.add(n + j, d, scale[n + j] * scale[d]);
-      rhs.row(n + j) += strokes->row(k);
+      if (strokes) rhs.row(n + j) += strokes->row(k);
     } else {
       A.add(n + j, n + j, 1);
     }
   }
-  const std::vector<Constraints::Row>& rows = system_->constraints().rows();
+  const Constraints& constraints = system_->constraints();
   for (int k = 0; k < conditions(); ++k) {
-    const int row = bodies + k;
-    rows[k].each([&](int c, double value) {
+    const int row = bodies + k, of_drive = k - constraints.joints();
+    const bool bears = of_drive < 0 || holds(constraints.drives()[of_drive]);
+    constraints.rows()[k].each([&](int c, double value) {
       A.add(c, row, scale[c] * value * scale[row]);
-      if (strokes || k < system_->constraints().joints())
-        A.add(row, c, scale[row] * value * scale[c]);
+      if (bears) A.add(row, c, scale[row] * value * scale[c]);
     });
   }
   for (int k = 0; k < drives(); ++k)
     if (const auto& condition = system_->drives()[k].condition) {
       const int row = bodies + *condition;
-      if (strokes) {
-        rhs.row(row) += strokes->row(k);
+      if (holds(k)) {
+        if (strokes) rhs.row(row) += strokes->row(k);
       } else {  // no load
         A.add(row, row, 1);
         rhs.row(row).setZero();

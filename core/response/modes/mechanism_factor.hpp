@@ -33,7 +33,7 @@ class MechanismFactor {
   int drives() const { return static_cast<int>(system_->drives().size()); }
   const System& system() const { return *system_; }
 
-  MatrixXd solve(const MatrixXd& B) const;         ///< drives free
+  MatrixXd solve(const MatrixXd& B) const;         ///< drives free, but for those that stay held
   MatrixXd solve_locked(const MatrixXd& B) const;  ///< drives held
   MatrixXd solve_held(const MatrixXd& B) const;    ///< all bodies held
   MatrixXd mass(const MatrixXd& B) const;
@@ -49,9 +49,9 @@ class MechanismFactor {
   MatrixXd static_motion(const MatrixXd& q) const;
 
   /// State and drive loads (last rows) that balance forces B while the strokes (rows) grow by
-  /// `strokes` (column by column), or where nothing is driven.
+  /// `strokes` (column by column), or while drives are free, but for those that stay held.
   MatrixXd balance(const MatrixXd& B, const std::optional<MatrixXd>& strokes) const;
-  /// Balances while the strokes stay (`driven`), or where nothing is driven.
+  /// Balances while the strokes stay (`driven`), or while drives are free.
   MatrixXd balance(const MatrixXd& B, bool driven) const {
     return balance(
         B, driven ? std::optional<MatrixXd>(MatrixXd::Zero(drives(), B.cols())) : std::nullopt);
@@ -89,14 +89,19 @@ class MechanismFactor {
   MatrixXd condensed(const MatrixXd& B) const;
   /// What natural_frequencies() calls Mode::motion.
   MatrixXd motion(const MatrixXd& Y) const;
-  /// K⁻¹ E of the forces E of unit drive loads, a column for each drive.
+  /// K⁻¹ E of the forces E of unit drive loads, a column for each drive, all of them free.
   const MatrixXd& drive_answers() const { return drive_answers_; }
   /// Eᵀ K⁻¹ E: strokes by drive loads, all drives free.
   const MatrixXd& drive_compliance() const { return drive_compliance_; }
   /// Motions of unit strokes, one drive each, the others held, and of conditions the multipliers
   /// that this takes.
   MatrixXd drive_shapes() const;
-  /// Rows of drives that are conditions.
+  /// C and D of (S13), of those drives that are free where others stay held.
+  struct FreeDrives {
+    MatrixXd shapes, compliance;
+  };
+  FreeDrives free_drives() const;
+  /// Rows of drives that are conditions and free.
   std::vector<int> drive_rows() const;
 
   /// Rows of a leaf in Y.

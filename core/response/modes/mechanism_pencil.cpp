@@ -194,8 +194,9 @@ struct Motions {
 
 Motions motions_of(const System& system) {
   Motions motions{FreeMotions(system, false).basis(), {}};
-  if (system.drives().empty()) return motions;
-  const MatrixXd strokes = motions.basis.transpose() * system.drive_forces(),
+  const MatrixXd forces = system.drive_forces(false);
+  if (forces.cols() == 0) return motions;
+  const MatrixXd strokes = motions.basis.transpose() * forces,
                  still = null_space_of_transpose(strokes, 1e-9);
   MatrixXd turned(strokes.rows(), strokes.rows());
   turned.leftCols(still.cols()) = still;

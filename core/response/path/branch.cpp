@@ -256,6 +256,8 @@ void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::si
   const auto whole = finish_on_full_leaves(system, model_, request_, k, check_full(system),
                                            equilibrium);  // reduced leaves do not reach so far
   System& loaded = whole ? *whole : system;
+  if (request_.stable_states)
+    point.stable_states = stable_states(loaded, other_branch_, model_, request_, k);
   if (request_.growing_load()) outputs_.add_buckling(loaded, equilibrium, k, point, own);
   if (request_.wants_capacity()) outputs_.add_load_capacity(loaded, equilibrium, k, point, own);
 } catch (const WorkLimitReached& reached) {
@@ -301,9 +303,11 @@ void BranchWalk::visit(std::size_t k) {
   if (point.message.empty())
     point.message = equilibrium.crossings.empty() ? under_loads_ : equilibrium.crossings;
   // where full leaves have taken over at the point itself no step has seen it
-  if (!equilibrium.crossings.empty() || point.negative_pivots > 0) bifurcation_passed_ = true;
+  if (!equilibrium.crossings.empty() ||
+      (request_.loads.held.none() ? point.negative_pivots : negative_pivots(system(), true)) > 0)
+    bifurcation_passed_ = true;
   point.bifurcation_passed = bifurcation_passed_;
-  if ((request_.growing_load() || request_.wants_capacity()) &&
+  if ((request_.growing_load() || request_.wants_capacity() || request_.stable_states) &&
       point.status == PointStatus::converged)
     add_branching(full ? *full : system(), equilibrium, k, point, own);
 }

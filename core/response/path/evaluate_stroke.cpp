@@ -199,6 +199,10 @@ void summarise(StrokeResponse& response) {
   if (unstable > 0)
     response.message +=
         fmt::format("; {} of them {} unstable", unstable, unstable == 1 ? "is" : "are");
+  const auto flutters =
+      std::ranges::find_if(response.path, [](const PathPoint& p) { return p.flutter.has_value(); });
+  if (flutters != response.path.end())
+    response.message += fmt::format("; at {:.6g} {}", flutters->stroke, flutters->message);
   const auto passed = std::ranges::find(response.path, true, &PathPoint::bifurcation_passed);
   if (passed != response.path.end() && unstable == 0 && !passed->other_branch)
     response.message += "; " + passed->message;
@@ -290,7 +294,9 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
 
 }  // namespace
 
-Check has_derivatives(const ModelOptions& model) {
+Check has_derivatives(const ModelOptions& model, const LoadCase& loads) {
+  if (loads.follow())
+    return Because("loads that follow their bodies have no potential, and no exact derivatives");
   if (model.accuracy == Accuracy::full || model.method == Reduction::mixed_potential) return {};
   return Because("this method of reduction has no exact derivatives");
 }
@@ -299,7 +305,7 @@ StrokeResponse evaluate_stroke(const Mechanism& mechanism, const ModelOptions& m
                                const StrokeRequest& request) {
   DifferentiablePath shared;
   const bool differentiable =
-      request.values == PathValues::differentiable && has_derivatives(model);
+      request.values == PathValues::differentiable && has_derivatives(model, request.loads);
   return evaluate(warmed(mechanism, request.loads), model, request,
                   differentiable ? &shared : nullptr);
 }
@@ -323,7 +329,7 @@ StrokeSensitivity evaluate_stroke_gradients(const Mechanism& mechanism,
   for (const MechanismDirection& d : directions)
     for (std::size_t k = 0; k < own.drives.size(); ++k)
       own.drives[k].axes_change |= !d.rate.drives[k].axes.isZero(0);
-  if (Check has = has_derivatives(model); !has) {
+  if (Check has = has_derivatives(model, request.loads); !has) {
     result.response = evaluate_stroke(own, model, request);
     result.message = std::move(has.error());
     return result;

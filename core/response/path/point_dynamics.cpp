@@ -54,20 +54,34 @@ void add_modes(const StrokeRequest& request, const std::vector<Mode>& free,
   if (lowest != modes.end()) point.parasitic_frequency = lowest->frequency;
 }
 
+// Whether a motion grows where loads follow their bodies: with the drives held as for stability.
+void add_growth(const StrokeRequest& request, const Frequencies& found, PathPoint& point) {
+  const bool locked = request.loads.driven() && request.loads.held.none();
+  for (const Mode& mode : locked ? found.locked : found.free) {
+    point.stable = point.stable && mode.frequency >= 0;
+    if (mode.growth_rate > (point.flutter ? point.flutter->growth_rate : 0)) point.flutter = mode;
+  }
+  if (point.flutter)
+    point.message = fmt::format("flutter at {:.4g} Hz grows by {:.4g} 1/s",
+                                -point.flutter->frequency, point.flutter->growth_rate);
+}
+
 }  // namespace
 
 // Frequencies of the condensed mechanism.
 void PointOutputs::add_ritz_frequencies(System& system, PathPoint& point) {
-  const auto found =
-      natural_frequencies(system, {.count = request_->frequencies,
-                                   .free = request_->frequencies_of(DriveState::free) > 0,
-                                   .leaf_modes = model_->leaf_modes,
-                                   .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
-                                   .motions = wants_mode_motions(*request_),
-                                   .shapes = request_->outputs.has(Output::shapes)});
+  const bool follows = system.follows();  // growing motions are looked for whatever is asked for
+  const auto found = natural_frequencies(
+      system, {.count = std::max(request_->frequencies, follows ? 1 : 0),
+               .free = follows || request_->frequencies_of(DriveState::free) > 0,
+               .leaf_modes = model_->leaf_modes,
+               .constant_mass = constant_mass_ ? &*constant_mass_ : nullptr,
+               .motions = wants_mode_motions(*request_),
+               .shapes = request_->outputs.has(Output::shapes)});
   if (!found) return miss_frequencies(system.size(), point);
   add_modes(*request_, found->free, found->locked, point);
   add_reports(system, point);
+  if (follows) add_growth(*request_, *found, point);
 }
 
 // Frequencies of the whole mechanism, to rounding. False where they are not found.

@@ -37,7 +37,7 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
   const JointBody& pose = system.pose(mechanism.end_effector);
   const RigidBody& body = mechanism.bodies[mechanism.end_effector];
   point.displacement = pose.position - body.reference;
-  point.rotation = rotation_log(pose.rotation);
+  point.rotation = pose.turn;
   for (int i = 0; i < system.leaves(); ++i) {
     const auto& follows = mechanism.leaves[i].point;
     if (follows && follows->body == mechanism.end_effector && follows->spread_over_tip)
@@ -46,7 +46,7 @@ void add_motion(System& system, const StrokeRequest& request, PathPoint& point) 
   }
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
     const JointBody& at = system.pose(static_cast<int>(b));
-    point.bodies.push_back({at.position - at.reference, rotation_log(at.rotation)});
+    point.bodies.push_back({at.position - at.reference, at.turn});
   }
   point.bodies[mechanism.end_effector].displacement = point.displacement;
   for (const NamedPoint& named : request.named_points) {
@@ -66,7 +66,9 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   set_gain(system.mechanism(), c.drive_motion, point);
   if (has_actuators(system.mechanism())) set_actuators(system.mechanism(), c.drive_motion, point);
   point.negative_pivots =
-      request.loads.driven() ? c.negative_pivots : negative_pivots(system, false);
+      request.loads.driven() && request.loads.held.none() && !system.follows()
+          ? c.negative_pivots
+          : negative_pivots(system, request.loads.driven() && request.loads.held.none());
   point.stable = point.negative_pivots == 0;
 }
 
@@ -307,7 +309,8 @@ Check PointOutputs::evaluate(System& system, const Equilibrium& equilibrium, std
   add_motion(system, *request_, point);
   add_stiffness(system, *request_, point);
   add_reports(system, point);
-  if (request_->wants_frequencies() && (!differentiable_ || model_->mass == LeafMass::constant))
+  if (system.follows() ||
+      (request_->wants_frequencies() && (!differentiable_ || model_->mass == LeafMass::constant)))
     add_ritz_frequencies(system, point);
   add_stress_and_shapes(system, point);
   if (request_->wants_gauges()) add_gauges(system, *request_, point);

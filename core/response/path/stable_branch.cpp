@@ -1,6 +1,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -123,12 +124,49 @@ Answer<StableBranch> around(System& unstable, const Push& push, double stiffness
 
 }  // namespace
 
+namespace {
+
+// Nothing where no push leads away.
+std::optional<Push> push_of(const System& unstable, bool driven) {
+  std::optional<Push> push = push_of_bodies(unstable, driven);
+  return push ? push : push_of_leaves(unstable);
+}
+
+StableState state_of(const System& system) {
+  const JointBody& pose = system.pose(system.mechanism().end_effector);
+  return {system.energy() + system.load_energy(), {pose.position - pose.reference, pose.turn}};
+}
+
+}  // namespace
+
+std::vector<StableState> stable_states(System& system, const std::optional<Push>& push,
+                                       const ModelOptions& model, const StrokeRequest& request,
+                                       std::size_t point) {
+  std::vector<StableState> states;
+  std::vector<Push> pushes;
+  const auto add_opposite = [&](const Push& one) {
+    pushes.push_back({-one.motion, -one.acceleration});
+  };
+  if (negative_pivots(system, request.loads.driven()) == 0) {
+    states.push_back(state_of(system));
+    if (push) add_opposite(*push);
+  } else if (const auto own =
+                 system.analyses() ? std::nullopt : push_of(system, request.loads.driven())) {
+    pushes.push_back(*own);
+    add_opposite(*own);
+  }
+  for (const Push& one : pushes)
+    if (const auto found = lead_to_stable_branch(system, one, model, request, point))
+      states.push_back(state_of(*found->system));
+  std::ranges::stable_sort(states, {}, &StableState::energy);
+  return states;
+}
+
 Answer<StableBranch> find_stable_branch(System& unstable, const ModelOptions& model,
                                         const StrokeRequest& request, std::size_t point) {
   if (unstable.analyses())
     return Because("a mechanism of so many bodies is not led to its stable branch");
-  std::optional<Push> push = push_of_bodies(unstable, request.loads.driven());
-  if (!push) push = push_of_leaves(unstable);
+  const std::optional<Push> push = push_of(unstable, request.loads.driven());
   if (push) return lead_to_stable_branch(unstable, *push, model, request, point);
   return Because("what is unstable lies inside leaves without mass and moves no body");
 }

@@ -392,8 +392,13 @@ VectorXd BranchTracer::gradient(DesignDirections& design, const MatrixXd& drive_
 // and what rounding does to them is the same.
 MatrixXd moved_states(const LoadBranch& branch, const MechanismFactor& factor, MatrixXd residual,
                       const MatrixXd& drive_load_rates) {
+  const System& system = branch.system();
+  std::vector<int> free;
+  for (int k = 0; k < factor.drives(); ++k)
+    if (!system.holds(k, false)) free.push_back(k);
   if (!branch.locked())
-    residual.topRows(factor.bodies()) -= branch.system().drive_forces() * drive_load_rates;
+    residual.topRows(factor.bodies()) -=
+        system.drive_forces(false) * drive_load_rates(free, Eigen::all);
   const Eigen::Index count = residual.cols();
   MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
   forces.leftCols(count) = -residual;
@@ -401,7 +406,7 @@ MatrixXd moved_states(const LoadBranch& branch, const MechanismFactor& factor, M
   MatrixXd moved = factor.balance(forces, branch.locked()).topRows(factor.size());
   if (!branch.locked())
     for (int k = 0; k < factor.drives(); ++k)
-      if (const auto& row = branch.system().drives()[k].condition)
+      if (const auto& row = system.drives()[k].condition; row && !system.holds(k, false))
         moved.row(factor.size() - factor.conditions() + *row).head(count) =
             -drive_load_rates.row(k);
   return moved;

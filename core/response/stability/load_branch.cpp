@@ -41,7 +41,8 @@ LoadBranch::LoadBranch(System& system, LoadCase loads, double factor, DriveState
   drive_forces_ = VectorXd::Zero(system.size());
   if (drive == DriveState::free)
     for (std::size_t k = 0; k < system.drives().size(); ++k)
-      if (const auto& coordinate = system.drives()[k].coordinate)
+      if (const auto& coordinate = system.drives()[k].coordinate;
+          coordinate && !system.holds(k, false))
         drive_forces_[*coordinate] = drive_loads[static_cast<Eigen::Index>(k)];
   system_->assemble();
 }
@@ -99,16 +100,15 @@ Check LoadBranch::advance_to(double factor) {
 Check LoadBranch::correct(const BranchDirection& across) {
   System& system = *system_;
   const int n = system.size();
-  NewtonEquations equations(system, locked(), 1);
+  NewtonEquations equations(system, locked(), 1);  // drives free: but for those that stay held
   const int last = equations.behind();
-  const std::optional<VectorXd> strokes = locked() ? std::optional(strokes_) : std::nullopt;
   const VectorXd& scale = equations.scale();
   double previous = 0;
   for (int it = 0;; ++it) {
     count_iteration();
     VectorXd residual = system.load() + drive_forces_ - system.internal_force();
     for (const int k : system.held()) residual[k] = 0;
-    equations.assemble(residual, strokes);
+    equations.assemble(residual, strokes_);
     SparseMatrix& A = equations.matrix();
     // the factor in units that make its column as large as the others
     const VectorXd P = scale.cwiseProduct(load());

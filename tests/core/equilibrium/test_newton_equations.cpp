@@ -17,7 +17,7 @@ Mechanism hinged_guide() {
 }
 
 VectorXd right_side(const System& system, const std::optional<VectorXd>& strokes) {
-  NewtonEquations equations(system, strokes.has_value());
+  NewtonEquations equations(system, strokes ? DriveHold::all : DriveHold::none);
   equations.assemble(system.load() - system.internal_force(), strokes);
   return equations.right_side();
 }
@@ -32,7 +32,7 @@ TEST_CASE("Newton's matrix is the derivative of its right side") {
   REQUIRE(solve_equilibrium(system, 0.008, {}).converged);
   const std::optional<VectorXd> strokes =
       driven ? std::optional<VectorXd>(VectorXd::Constant(1, 0.01)) : std::nullopt;
-  NewtonEquations equations(system, driven);
+  NewtonEquations equations(system, driven ? DriveHold::all : DriveHold::none);
   equations.assemble(system.load() - system.internal_force(), strokes);
   CHECK(equations.loads() == (driven ? 1 : 0));
   CHECK(equations.conditions() == 5);

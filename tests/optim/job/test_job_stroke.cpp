@@ -1,6 +1,7 @@
 // Strokes of drives with names, as a job writes them.
+#include "designs/describe.hpp"
 #include "optim/job/job_sections.hpp"
-#include "tests/optim/optim_tests.hpp"
+#include "tests/optim/job/patched_job.hpp"
 
 namespace {
 
@@ -101,4 +102,32 @@ TEST_CASE("quantities of drives with names have their names") {
     if (q.row->name == "gain") gains.push_back(q.name);
   CHECK(gains == std::vector<std::string>{"gain.x.ux", "gain.x.uy", "gain.x.uz", "gain.x.rx",
                                           "gain.x.ry", "gain.x.rz"});
+}
+
+TEST_CASE("drives that stay held are those that a job names") {
+  json document = base_job("evaluate");
+  document["design"]["family"] = "xy_stage";
+  document["design"]["parameters"] = usual_values(find_family("xy_stage", "/design/family"));
+  document["stroke"] = {{"at", {{{"x", 0}, {"y", 0}}}}};
+  document["held"] = {"y"};
+  CHECK(parse_job(document).request.loads.held.to_ulong() == 2);
+  document["held"] = {"z"};
+  CHECK_THROWS_WITH(parse_job(document), Contains("/held/0") && Contains("no drive has this name"));
+  document["held"] = {"y"};
+  document.erase("stroke");
+  document["load_path"] = {{"force", {0, 1, 0}}};
+  CHECK_THROWS_WITH(parse_job(document), Contains("give a stroke"));
+}
+
+TEST_CASE("loads follow bodies where a job says so") {
+  json document = patched(R"({"loads": [{"force": [0, 0, "-5 N"], "follows": "body"}, {}]})");
+  const Job job = parse_job(document);
+  CHECK(job.request.loads.constant[0].follows);
+  CHECK_FALSE(job.request.loads.constant[1].follows);
+  CHECK(parse_job(*job.as_read).request.loads.constant[0].follows);
+  document["branch"] = "stable";
+  CHECK_THROWS_WITH(parse_job(document), Contains("/branch") && Contains("no energy"));
+  document["branch"] = "primary";
+  document["loads"][0]["follows"] = "leaf";
+  CHECK_THROWS_WITH(parse_job(document), Contains("/loads/0/follows"));
 }

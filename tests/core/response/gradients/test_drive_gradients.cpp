@@ -131,3 +131,95 @@ TEST_CASE("exact derivatives of a relative drive agree with differences on reduc
   check_gradients({of(Kind::relative), numbers, {2, 8}, 10.0}, beams(Accuracy::reduced),
                   loaded(0.012));
 }
+
+TEST_CASE("exact derivatives with some drives held agree with differences", "[slow]") {
+  StrokeRequest request = loaded(0.008);
+  request.strokes = {VectorXd::Zero(3), Vector3d(0.008, 0.005, 3e-3)};
+  request.outputs.remove({Output::frequency_derivatives, Output::frequencies_locked});
+  for (const unsigned held : {0b001u, 0b010u, 0b101u}) {  // a coordinate, a condition, both
+    INFO("held " << held);
+    request.loads.held = held;
+    CHECK(check_gradients({of(Kind::several), numbers, {2, 7, 8}, 10.0}, beams(), request) > 60);
+  }
+}
+
+TEST_CASE("with one of two drives held all is as with that drive alone") {
+  // the other drive is then the force that it bears, which acts on as a dead load
+  const Values p = values_of(numbers);
+  const bool exactly = GENERATE(false, true);
+  const bool first = GENERATE(false, true);  // whether the held drive stands first
+  const int on = GENERATE(0, 1);             // body of the held drive
+  INFO("exactly " << exactly << ", first " << first << ", held on body " << on);
+  const Drive held{"x", on, ground, Direction::uy}, other{"y", 1 - on, ground, Direction::uy};
+  Mechanism both = series(Kind::stage, p), alone = both;
+  both.drives = first ? std::vector{held, other} : std::vector{other, held};
+  alone.drives = {held};
+  StrokeRequest request = loaded(0);
+  request.newton.tolerance = 1e-12;
+  request.outputs.remove(Output::frequency_derivatives);
+  if (exactly) request.values = PathValues::differentiable;
+  request.loads.held.set(first ? 0 : 1);
+  const double x = on == 0 ? 0.009 : 0.004, y = on == 0 ? 0.004 : 0.009;
+  request.points = {first ? x : y};
+  request.strokes = {first ? Eigen::Vector2d(x, y) : Eigen::Vector2d(y, x)};
+  const PathPoint a = evaluated(both, beams(), request).path[0];
+  StrokeRequest single = request;
+  single.loads.held = {};
+  single.strokes.clear();
+  single.points = {x};
+  single.loads.constant.push_back(
+      {.force = {0, a.drive_loads[first ? 1 : 0], 0}, .body = other.body});
+  const PathPoint b = evaluated(alone, beams(), single).path[0];
+  CHECK(a.drive_loads[first ? 0 : 1] == Approx(b.drive_load).epsilon(1e-7));
+  CHECK(frequency_error(a.frequencies_free, b.frequencies_locked) < 1e-7);
+  CHECK(a.frequencies_locked[0] > 1.05 * a.frequencies_free[0]);
+  CHECK((a.compliance_free - b.compliance_locked).norm() < 1e-7 * b.compliance_locked.norm());
+  CHECK(a.stable);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(a.modes_free[k].kind != ModeKind::leaf);
+  // what does not know of free drives is as before
+  request.loads.held = {};
+  const PathPoint c = evaluated(both, beams(), request).path[0];
+  CHECK(frequency_error(a.frequencies_locked, c.frequencies_locked) < 1e-9);
+  for (const std::size_t k : {0, 1})
+    CHECK(a.drive_stiffnesses[k] == Approx(c.drive_stiffnesses[k]).epsilon(1e-9));
+}
+
+TEST_CASE("a held drive is the limit of a stiff spring in its place") {
+  const Values p = values_of(numbers);
+  Mechanism held = series(Kind::stage, p), sprung = held;
+  held.drives = {{"x", 1, ground, Direction::uy}, {"y", 0, ground, Direction::uy}};
+  sprung.drives = {held.drives[1]};
+  Matrix6d k = Matrix6d::Zero();
+  k(1, 1) = 1e12;
+  sprung.springs = {{.body = 1, .other = ground, .place = held.bodies[1].reference, .matrix = k}};
+  StrokeRequest request{.points = {0}, .frequencies = 4};
+  const PathPoint limit = evaluated(sprung, beams(), request).path[0];
+  request.strokes = {VectorXd::Zero(2)};
+  request.loads.held.set(0);
+  const PathPoint found = evaluated(held, beams(), request).path[0];
+  CHECK(frequency_error(found.frequencies_free, limit.frequencies_free) < 1e-5);
+  CHECK((found.compliance_free - limit.compliance_free).norm() <
+        1e-5 * limit.compliance_free.norm());
+}
+
+TEST_CASE("stability is that with the held drives alone held") {
+  // pressed until it gives way along y: stable where y is held, whatever else is free
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.drives = {{"y", 0, ground, Direction::uy}, {"z", 0, ground, Direction::uz}};
+  StrokeRequest request{.points = {0},
+                        .strokes = {VectorXd::Zero(2)},
+                        .loads = {.constant = {{.force = {-1500, 0, 0}}}},
+                        .frequencies = 2};
+  for (const bool swapped : {false, true}) {
+    if (swapped) std::swap(m.drives[0], m.drives[1]);
+    for (const unsigned held : {0u, 1u, 2u, 3u}) {
+      INFO("swapped " << swapped << ", held " << held);
+      request.loads.held = held;
+      const PathPoint point = evaluated(m, beams(), request).path[0];
+      const bool holds_y = held == 0 || (held & (swapped ? 2u : 1u)) != 0;  // 0: all drives
+      CHECK(point.stable == holds_y);
+      CHECK_FALSE(point.bifurcation_passed);
+      if (held != 0) CHECK((point.frequencies_free[0] > 0) == holds_y);
+    }
+  }
+}
