@@ -28,6 +28,7 @@ CHAPTERS = [
                 "docs/loads.md", "docs/stress.md", "docs/dynamics.md", "docs/tolerances.md",
                 "docs/maps.md", "docs/accuracy.md", "docs/export.md", "docs/python.md",
                 "docs/library.md", "docs/cluster.md", "docs/install.md", "docs/six_hinges.md",
+                "docs/monolithic_guide.md",
                 "docs/limits.md", "docs/robustness.md"]),
     ("Reference", ["reference/jobs.md", "reference/designs.md", "reference/quantities.md",
                    "reference/commands.md", "docs/glossary.md", "docs/versions.md"]),

@@ -48,10 +48,12 @@ Json job_around_defaults(const Case& of, Uniform&& u, bool as_they_are) {
       named[drive.name] = at = share * (is_rotation(drive.direction) ? 0.1 : 0.01 * length);
     points.push_back(family.drives.items.size() > 1 ? named : Json(at));
   }
+  Json design{{"family", of.family}, {"parameters", p}, {"material", "stavax"}};
+  design.update(of.options);
   return {{"flexopt", 1},
           {"name", of.family},
           {"job", "evaluate"},
-          {"design", {{"family", of.family}, {"parameters", p}, {"material", "stavax"}}},
+          {"design", design},
           {"stroke", {{"at", points}}},
           {"model", {{"flexure", of.flexure}, {"accuracy", "full"}}},
           {"end_effector", {{"mass", 0.1}, {"inertia", {2e-5, 3e-5, 4e-5}}}},
@@ -127,7 +129,8 @@ int main(int argc, char** argv) {
         std::ranges::any_of(cases, [&](const Case& of) { return of.family == family.name; });
     if (known || family.name == "clamped_plate") continue;  // a plate without rigid end-effector
     const bool wires = family.is_of_wires(default_choices(family));
-    cases.push_back({family.name, wires ? "beam" : "plate", Json::object(), true});
+    const Json options = family.name == "notch_hinge" ? Json{{"model", "beam"}} : Json::object();
+    cases.push_back({family.name, wires ? "beam" : "plate", options, true});
   }
   const PageTable page("gradient_checks");
   fmt::print(
