@@ -301,6 +301,8 @@ Answer<SolidPlan> plan_contour_mesh(const PlateShapeT<double>& nominal,
                                     const std::vector<PatchT<double>>& patches,
                                     const MeshDensity& density) {
   const ContoursT<double> contours = contours_of(nominal);
+  if (const Check check = check_contours(contours, nominal.windows.size()); !check)
+    return Because(check.error());
   Point2<double> low = contours.curves[0].from, high = low;
   for (const auto& curve : contours.curves) {
     low = low.cwiseMin(curve.from);

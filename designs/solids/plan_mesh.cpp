@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "designs/solids/contour_curves.hpp"
 #include "designs/solids/mesh_plan.hpp"
 
 namespace flexopt {
@@ -33,9 +32,6 @@ Answer<SolidPlan> plan_mesh(const SolidShapeT<double>& nominal,
                             const std::vector<PatchT<double>>& patches,
                             const MeshDensity& density) {
   const auto* plate = std::get_if<PlateShapeT<double>>(&nominal);
-  if (plate)
-    if (const Check check = check_contours(contours_of(*plate), plate->windows.size()); !check)
-      return Because(check.error());
   Answer<SolidPlan> plan = plate && !is_rectilinear(*plate)
                                ? plan_contour_mesh(*plate, patches, density)
                                : plan_tensor_mesh(nominal, patches, density);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -339,13 +340,9 @@ void look_at_elastic_bodies(Looked& at, const DesignPlan& plan) {
 /// How far a place is from the cuboid around the nodes of an interface [m].
 double off_patch(const ElasticBody& body, const ElasticInterface& interface,
                  const Vector3d& place) {
-  const Vector3d own = body.axes.transpose() * (place - body.place);
-  Vector3d low = Vector3d::Constant(1e300), high = -low;
-  for (const int node : interface.patch) {
-    low = low.cwiseMin(body.nodes[static_cast<std::size_t>(node)]);
-    high = high.cwiseMax(body.nodes[static_cast<std::size_t>(node)]);
-  }
-  return (own - own.cwiseMax(low).cwiseMin(high)).norm();
+  Eigen::AlignedBox3d room;
+  for (const int node : interface.patch) room.extend(body.nodes[static_cast<std::size_t>(node)]);
+  return room.exteriorDistance(body.axes.transpose() * (place - body.place));
 }
 
 /// Meshes of files, which alone have no coarse twins: their size, and where leaves meet them.
@@ -379,16 +376,13 @@ void look_at_meshes(Looked& at) {
   }
 }
 
-void look_at_elastic_bodies(Looked& at) {
-  look_at_elastic_bodies(at, *at.family().plan);
-  look_at_meshes(at);
-}
+void look_at_elastic_bodies(Looked& at) { look_at_elastic_bodies(at, *at.family().plan); }
 
 /// The rules, in the order in which their warnings are told.
 constexpr void (*warning_rules[])(Looked&) = {
     look_at_units,        look_at_poissons_ratio, look_at_names,          look_at_drives,
     look_at_thick_leaves, look_at_strips,         look_at_twisted_leaves, look_at_inertia,
-    look_at_mass,         look_at_elastic_bodies};
+    look_at_mass,         look_at_elastic_bodies, look_at_meshes};
 
 std::string text_of(const Warning& w) {
   return fmt::format("{}{}{}: {}.", w.pointer, w.value.empty() ? "" : " = " + w.value,

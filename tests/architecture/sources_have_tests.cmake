@@ -51,6 +51,7 @@ set(tested_by
   designs/materials designs/test_families
   core/elements/solid/held_body core/test_elastic_mechanism
   core/equilibrium/elastic_bodies core/test_elastic_mechanism
+  core/equilibrium/elastic_degree core/test_elastic_mechanism
   core/equilibrium/elastic_stress core/test_elastic_stress
   core/response/gradients/elastic_gradients core/test_elastic_mechanism
   core/mechanism/elastic_body core/test_elastic_mechanism
@@ -76,6 +77,7 @@ set(tested_by
   core/math/eigenvalue_branches core/response/test_principal_stiffness
   core/mechanism/body_inertia designs/test_design_files
   core/mechanism/dependent_joints core/mechanism/test_joint
+  core/mechanism/leaf_in_solid designs/test_elastic_designs
   core/mechanism/load_case core/equilibrium/test_dead_loads
   core/math/sparse_matrix core/math/test_sparse_solver
   core/math/nearest_rotation core/math/test_rotation

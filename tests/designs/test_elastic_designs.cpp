@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/mechanism/each_number.hpp"
+#include "core/response/path/error_estimate.hpp"
 #include "designs/describe.hpp"
 #include "designs/parametric_design.hpp"
 #include "support/families.hpp"
@@ -393,6 +394,15 @@ TEST_CASE("faults of what holds an elastic body are told at their places") {
              Contains("/leaves/0/tip/at = 0.0001 m from the nearest face"));
   CHECK_THAT(told(guide, "/leaves/0/tip/at/1", "-12 mm"), Contains("/leaves/0/tip/at"));
   CHECK_THAT(told(guide, "/leaves/0/across", {0, 1, 1}), Contains("end_effector.lower.tip"));
+  json through = guide;  // it ends behind the stage
+  through["bodies"].push_back({{"name", "behind"}, {"at", {"length + 20 mm", "20 mm", 0}}});
+  json strip = guide["leaves"][0];
+  strip["name"] = "strip";
+  strip["base"]["at"][1] = "20 mm";
+  strip["tip"] = {{"body", "behind"}, {"at", {"length + 20 mm", "20 mm", 0}}};
+  through["leaves"].push_back(strip);
+  CHECK_THAT(told(through, "/name", "through"), Contains("strip runs through end_effector"));
+  CHECK(told(through, "/leaves/2/may_cross", true) == "accepted");
   CHECK_THAT(told(guide, "/leaves/0/width", "21 mm"), Contains("/leaves/0/tip"));
   CHECK_THAT(told(guide, "/leaves/1/tip/at/1", "0.2 mm"), Contains("overlap"));
   CHECK_THAT(told(guide, "/leaves/0/base/clamp", {{"length", 0.01}, {"side", "y+"}}),
@@ -425,4 +435,50 @@ TEST_CASE("faults of what holds an elastic body are told at their places") {
              Contains("/bodies/0/elastic/notch/") && Contains("half_length, depth and fillet"));
   CHECK_THAT(told(lever, "/springs/0/body", "hinge"),
              Contains("/springs/0/body") && Contains("parts of other bodies"));
+}
+
+TEST_CASE("estimated errors of elastic bodies bound the true ones", "[slow]") {
+  const json stage = elastic_guide()["bodies"][0]["elastic"]["plate"];
+  const auto outlined = [&](const json& outline, const json& windows) {
+    json plate = stage;
+    plate["outline"] = outline;
+    plate["windows"] = windows;
+    return plate;
+  };
+  const json shapes[] = {stage, outlined({{0, -0.01}, {0.06, 0.09}}, {{{0.01, 0}, {0.05, 0.08}}}),
+                         outlined({{0, -0.01},
+                                   {"h", -0.01},
+                                   {"h", 0.09},
+                                   {0, 0.09},
+                                   {0, 0.064},
+                                   {0.004, 0.064},
+                                   {0.004, 0.06},
+                                   {0, 0.06}},
+                                  json::array())};
+  for (const json& plate : shapes) {
+    json document = elastic_guide();
+    json& elastic = document["bodies"][0]["elastic"];
+    elastic["plate"] = plate;
+    elastic.erase("elements");
+    if (plate["windows"].is_array() && !plate["windows"].empty())
+      elastic["interfaces"][0]["at"][0] = document["bodies"][0]["at"][0] = "length + 60 mm";
+    const Mechanism own = made(document);
+    elastic["elements"] = {{"size", "5 mm"}, {"root", "0.1 mm"}};
+    const ModelOptions beams{.flexure = Flexure::beam};
+    const StrokeRequest request{.points = {0}};
+    const StrokeResponse r = evaluate_stroke(own, beams, request),
+                         fine = evaluate_stroke(made(document), beams, request);
+    REQUIRE(r.path[0].status == PointStatus::converged);
+    const StrokeErrors errors = estimate_errors(own, beams, request, r);
+    for (std::size_t d = 0; d < 6; ++d) {
+      if (!r.path[0].support_stiffness[d]) continue;
+      const std::string name = "support_stiffness." + std::string(direction_names[d]);
+      CAPTURE(plate.dump(), name);
+      const double k = *r.path[0].support_stiffness[d],
+                   off = std::abs(k - *fine.path[0].support_stiffness[d]),
+                   told = errors.find(0, name)->solids;
+      CHECK(told > off);
+      if (off > 1e-3 * k) CHECK(told < 4 * off);
+    }
+  }
 }

@@ -173,6 +173,8 @@ TEST_CASE("joints that repeat others are named, with how many conditions too man
               {"tie", JointType::rigid, 0, 1, {0.11, 0, 0}}};
   CHECK(why_not(check_rules(m)) ==
         "the joints hold the end-effector in the direction of the drive");
+  m.joints[0].type = JointType::rigid;
+  CHECK_THAT(why_not(check_rules(m)), Contains("is one rigid body with the ground, by tie, slide"));
 }
 
 TEST_CASE("rigid joints make one body of several") {

@@ -135,6 +135,48 @@ TEST_CASE(
   CHECK(notes(R"({"end_effector": {"mass": 0, "inertia": null}})").empty());
 }
 
+TEST_CASE("a mesh of another material, unit or place than its design is told with figures") {
+  json body = json::parse(R"({"name": "end_effector", "at": ["70 mm", "1.5 mm", 0],
+      "elastic": {"payload": "RIGHT",
+                  "material": {"youngs_modulus": 70e9, "poissons_ratio": 0.33, "density": 2700},
+                  "mesh": {"units": "mm"},
+                  "interfaces": [{"name": "RIGHT"}, {"name": "LEFT"}]}})");
+  body["elastic"]["mesh"]["file"] = FLEXOPT_SOURCE_DIR "/tests/designs/data/box.inp";
+  const auto noted = [&](const json& body, const char* end, const char* length) {
+    json patch = {{"bodies", {body}},
+                  {"leaves",
+                   {{{"name", "leaf"},
+                     {"base", {{"body", "ground"}, {"at", {end, 0, 0}}}},
+                     {"tip", {{"body", "end_effector.LEFT"}, {"at", {length, 0, 0}}}},
+                     {"across", {0, 0, 1}},
+                     {"width", 2e-3},
+                     {"thickness", 2e-4}}}}};
+    return note_on_own(patch.dump().c_str());
+  };
+  CHECK(noted(body, "20 mm", "60 mm") == "");
+  CHECK_THAT(noted(body, "20 mm", "56 mm"),
+             Contains("/leaves/0/tip") && Contains("4 mm off the nodes of LEFT"));
+  json other = body;
+  other["elastic"]["material"]["youngs_modulus"] = 210e9;
+  CHECK_THAT(noted(other, "20 mm", "60 mm"),
+             Contains("youngs_modulus = 210 GPa") && Contains("the file of the mesh has 70 GPa"));
+  other = body;
+  other["elastic"]["mesh"]["units"] = "um";
+  other["elastic"]["material"] = {
+      {"youngs_modulus", 70e15}, {"poissons_ratio", 0.33}, {"density", 2700e12}};
+  CHECK_THAT(noted(other, "20 mm", "60 mm"), Contains("/elastic/mesh/units"));
+}
+
+TEST_CASE("a box that weighs in addition to an elastic body is told") {
+  const std::string text = note_on_own(R"({
+      "bodies": [{"name": "end_effector", "at": [0.08, 0, 0], "density": "2700 kg/m^3",
+        "box": ["7 mm", "30 mm", "20 mm"], "center_of_mass": ["3.5 mm", 0, 0],
+        "elastic": {"box": ["7 mm", "30 mm", "20 mm"], "center": ["3.5 mm", 0, 0],
+                    "elements": {"size": "10 mm"},
+                    "interfaces": [{"name": "O", "face": "x+"}]}}]})");
+  CHECK_THAT(text, Contains("/bodies/0/density") && Contains("in addition"));
+}
+
 TEST_CASE("warnings of listed designs have pointers into the list") {
   json document = base_job("designs");
   document["material"] = {
