@@ -6,6 +6,8 @@
 #include <array>
 #include <tuple>
 
+#include "optim/job/job_numbers.hpp"
+
 namespace flexopt {
 
 namespace {

@@ -20,8 +20,8 @@ json document() {
     "end_effector": {"mass": 0.5, "inertia": [4e-4, 4e-4, 4e-4], "center_of_mass": [0.02, 0.005, 0]},
     "loads": [{"name": "payload", "force": [-5, 0, 0]}],
     "buckling": {"load": "payload", "largest_factor": 1e4},
-    "load_capacity": {"directions":
-      ["ux", "uz", "rx", "ry", "rz", "-ux", "-uz", "-rx", "-ry", "-rz"]},
+    "load_capacity": {"drive": "free", "directions":
+      ["ux", "uy", "uz", "rx", "ry", "rz", "-ux", "-uy", "-uz", "-rx", "-ry", "-rz"]},
     "stroke_capacity": {"up_to": 0.02, "stress": 1e8},
     "dynamics": {"transmissibility": {"direction": "uz", "from": 10, "to": 400}},
     "fillet": 3e-4, "frequencies": 12,
