@@ -110,32 +110,26 @@ StrainBridge read_bridge(const json& item, const Pointer& at,
   return bridge;
 }
 
-// Names of the items of a list, which must be different.
-class DifferentNames {
- public:
-  explicit DifferentNames(FaultList& faults) : faults_(faults) {}
-  void add(const json& item, const Pointer& at) {
-    if (faults_.sound(at / "name") && !names_.insert(item["name"]).second)
-      faults_.add(at / "name", shown(item["name"]), "names must be different");
-  }
+using Names = std::set<std::string>;
 
- private:
-  FaultList& faults_;
-  std::set<std::string> names_;
-};
+// Adds the name of an item of a list to those before it, which are different ones.
+void add_name(const json& item, const Pointer& at, FaultList& faults, Names& names) {
+  if (faults.sound(at / "name") && !names.insert(item["name"]).second)
+    faults.add(at / "name", shown(item["name"]), "names must be different");
+}
 
 void read_gauges(const json& read, const Mechanism& mechanism, FaultList& faults,
                  StrokeRequest& request) {
-  DifferentNames gauges(faults), bridges(faults);
+  Names gauges, bridges;
   faults.each(read["gauges"], Pointer("/gauges"), [&](const json& item, const Pointer& at) {
-    gauges.add(item, at);
+    add_name(item, at, faults, gauges);
     StrainGauge gauge = gauge_table().read(item);
     gauge.leaf = find_leaf(mechanism, item["leaf"], at / "leaf");
     request.gauges.push_back(std::move(gauge));
   });
   if (!faults.sound("/gauges")) return;
   faults.each(read["bridges"], Pointer("/bridges"), [&](const json& item, const Pointer& at) {
-    bridges.add(item, at);
+    add_name(item, at, faults, bridges);
     request.bridges.push_back(read_bridge(item, at, request.gauges));
   });
 }
@@ -160,13 +154,13 @@ void read_points(const json& read, const Mechanism* mechanism, FaultList& faults
   if (!read["points"].empty() && !read["probes"].empty())
     faults.add("/probes", fmt::format("{} points", read["probes"].size()),
                "it is an earlier name of \"points\", which the job has too: expected one of them");
-  DifferentNames names(faults);
+  Names names;
   for (const auto& [list, kind] : {std::pair{"points", "point"}, {"probes", "probe"}})
     for (std::size_t i = 0; i < read[list].size(); ++i) {
       const json& item = read[list][i];
       const Pointer at = Pointer("/" + std::string(list)) / i;
       if (!item.is_object()) continue;
-      names.add(item, at);
+      add_name(item, at, faults, names);
       if (!mechanism || !faults.sound(at)) continue;
       faults.attempt([&] {
         const NamedPointSpec wanted = named_point_table().read(item);

@@ -126,6 +126,7 @@ std::string cost_of(const QuantityRow& row) {
       {Output::stiffness, "stiffness"},
       {Output::gain, "stiffness"},
       {Output::stress, "stress"},
+      {Output::gauges, "stress"},
       {Output::frequencies_free, "frequencies"},
       {Output::frequencies_locked, "frequencies"},
       {Output::parasitic_frequency, "frequencies"},
@@ -136,7 +137,8 @@ std::string cost_of(const QuantityRow& row) {
       {Output::buckling, "buckling, full leaves"},
       {Output::load_capacity, "growing loads, full leaves"},
       {Output::stroke_capacity, "ways of their own"},
-      {Output::dynamics, "harmonic motion, full leaves"}};
+      {Output::dynamics, "harmonic motion, full leaves"},
+      {Output::transfers, "harmonic motion, full leaves"}};
   for (const auto& [output, word] : words)
     if (row.needs.has(output)) return word;
   return row.needs.has(Output::equilibrium) ? "equilibrium" : "the design";

@@ -214,7 +214,6 @@ std::vector<PathPoint> Exported::equilibria(const std::vector<VectorXd>& at, con
   asked.outputs.add(outputs);
   if (!outputs.need_frequencies()) asked.frequencies = 0;
   asked.buckling_load.clear();
-  asked.named_points.clear();
   StrokeResponse found = evaluate_stroke(mechanism, by, asked);
   for (std::size_t k = 0; k < found.path.size(); ++k)
     if (found.path[k].status != PointStatus::converged)

@@ -262,7 +262,7 @@ Json components_json(const QuantityRow& row, const PathPoint& point, int first) 
 }
 
 /// Numbers of a row under the names that the request gives them.
-Json named_json(const QuantityRow& row, const PathPoint& point) {
+Json numbers_by_name_json(const QuantityRow& row, const PathPoint& point) {
   Json values;
   for (const NamedNumber& number : point.numbers)
     if (number.row == row.name)
@@ -306,7 +306,7 @@ void add_quantities(const PathPoint& point, Json& json) {
   for (const QuantityRow& row : quantity_rows()) {
     std::string pointer = "/" + row.name;
     std::ranges::replace(pointer, '.', '/');
-    Json values = row.of_names ? named_json(row, point) : row_json(row, point);
+    Json values = row.of_names ? numbers_by_name_json(row, point) : row_json(row, point);
     if (!row.of_names || !values.is_null()) json[Json::json_pointer(pointer)] = std::move(values);
   }
 }

@@ -9,7 +9,6 @@
 namespace flexopt {
 namespace {
 
-using Motions = HarmonicTerms::Parts;
 using std::numbers::sqrt2;
 
 constexpr double uncoupled = 1e-10;  // share of a compliance between points that is rounding
@@ -20,43 +19,80 @@ struct PointAnswer {
   VectorXd force, still;
 };
 
-// Two points of a mechanism with all that their responses are made of.
+// What a bandwidth is read off: a function of σ, 1 at rest.
+struct Line {
+  PoleSum response;  ///< whose poles are its peaks
+  std::function<Complex(Complex)> value, log_slope;
+  bool either_way;  ///< whether it ends above √2 as well as below 1/√2
+};
+
+// (H(σ) − H(0))/σ
+PoleSum growth_of(const PoleSum& response) {
+  PoleSum growth = response;
+  growth.weight = response.weight.cwiseProduct(response.theta);
+  return growth;
+}
+
+// Relative change of a response with σ.
+Complex slope_of(const PoleSum& response, Complex sigma) {
+  return response.slope(sigma) / response.at(sigma);
+}
+
+std::optional<double> end_of(const Line& line, double damping) {
+  const std::vector<double> poles = line.response.frequencies();
+  if (poles.empty()) return std::nullopt;
+  const double last = line.either_way ? poles.back() : 1e2 * poles.back();
+  return first_excess(
+      [&](double f) {
+        const double ratio = std::abs(line.value(shift_of(f, damping)));
+        return (line.either_way ? std::max(ratio, 1 / ratio) : 1 / ratio) - sqrt2;
+      },
+      samples(line.response, 1e-2 * poles.front(), last, damping, 0));
+}
+
+// One transfer: its responses H(σ) = e_tᵀ(K − σM)⁻¹e_f, and what they change by.
 class Transferred {
  public:
-  Transferred(const MechanismFactor& factor, bool locked, double damping)
-      : factor_(&factor), solve_(factor.solver(locked)), damping_(damping) {}
+  Transferred(const MechanismFactor& factor, const TransferRule& rule, double damping, bool rates)
+      : factor_(&factor),
+        solve_(factor.solver(rule.drive == DriveState::locked)),
+        damping_(damping),
+        rates_(rates) {}
 
-  void set(PointAnswer& of, const NamedPoint& point, const VectorXd& force) const {
-    of = {&point, force, solve_(force).col(0)};
+  PointAnswer answer_of(const NamedPoint& point, const VectorXd& force) const {
+    return {&point, force, solve_(force).col(0)};
   }
+  TransferMeasure of_load(const PointAnswer& from, const PointAnswer& to) const;
+  TransferMeasure of_motion(const PointAnswer& from, const PointAnswer& to) const;
+  TransferMeasure of_ground(const PointAnswer& to) const;
+
+ private:
+  // Adds what the logarithm of the line changes by at σ, `weight` times, with the motion of the
+  // answer and, by a unit load there, of `to`.
+  using AddRates = std::function<void(double weight, Complex sigma, const VectorXcd& moved,
+                                      const VectorXcd& of_to, HarmonicTerms& terms)>;
+  void set_bandwidth(const VectorXd& still, const PointAnswer& to,
+                     const std::function<Line(const HarmonicAnswer&)>& line_of,
+                     const AddRates& add_rates, TransferMeasure& measure) const;
   HarmonicAnswer answer(const VectorXd& still) const {
     return {still, std::min(factor_->size(), most_harmonic_columns), solve_, factor_->masses()};
   }
-  // The motion (K − σM)⁻¹ f at a frequency, of the answer's own accuracy; nothing where it is not
-  // found.
-  std::optional<VectorXcd> motion(const VectorXd& still, double frequency) const {
-    HarmonicAnswer of = answer(still);
-    if (!reaches(of, damping_, {frequency})) return std::nullopt;
-    return of.vector(shift_of(frequency, damping_));
-  }
-  HarmonicTerms terms(double frequency) const {
-    return {*factor_, frequency > 0 ? std::abs(shift_of(frequency, damping_)) : 1};
-  }
-  // Re[c H′] of the response H(σ) = e_tᵀ(K − σM)⁻¹e_f, with the motions that loads at both make.
-  void add_response(Complex c, Complex sigma, const PointAnswer& from, const VectorXcd& of_from,
-                    const PointAnswer& to, const VectorXcd& of_to, HarmonicTerms& terms) const {
-    const VectorXcd weighted = c * of_to, loaded = c * of_from;
+  // Adds Re[c H′], with the motions by loads at both points.
+  static void add_response(Complex c, Complex sigma, const PointAnswer& from,
+                           const VectorXcd& of_from, const PointAnswer& to, const VectorXcd& of_to,
+                           HarmonicTerms& terms) {
+    const VectorXcd weighted = c * of_to;
     terms.real_part(-1, sigma, HarmonicTerms::parts(weighted), HarmonicTerms::parts(of_from));
-    terms.force(*to.point, loaded.real());
+    terms.force(*to.point, (c * of_from).real());
     terms.force(*from.point, weighted.real());
   }
-  void add_compliance(double c, const PointAnswer& from, const PointAnswer& to,
-                      HarmonicTerms& terms) const {
+  static void add_compliance(double c, const PointAnswer& from, const PointAnswer& to,
+                             HarmonicTerms& terms) {
     terms.pencil(-c, 0, {to.still}, {from.still});
     terms.force(*to.point, c * from.still);
     terms.force(*from.point, c * to.still);
   }
-  // c times the derivative of dH/dσ at rest.
+  // Adds c times the derivative of dH/dσ at rest.
   void add_growth(double c, const PointAnswer& from, const PointAnswer& to,
                   HarmonicTerms& terms) const {
     const VectorXd z_from = solve_(factor_->mass(from.still)).col(0),
@@ -67,156 +103,113 @@ class Transferred {
     terms.force(*to.point, c * z_from);
     terms.force(*from.point, c * z_to);
   }
-  double damping() const { return damping_; }
 
- private:
   const MechanismFactor* factor_;
   LinearMap solve_;
   double damping_;
+  bool rates_;
 };
 
-// (H(σ) − H(0))/σ
-PoleSum growth_of(const PoleSum& response) {
-  PoleSum growth = response;
-  growth.weight = response.weight.cwiseProduct(response.theta);
-  return growth;
+// The bandwidth moves by the change of the logarithm over its slope along the frequency.
+void Transferred::set_bandwidth(const VectorXd& still, const PointAnswer& to,
+                                const std::function<Line(const HarmonicAnswer&)>& line_of,
+                                const AddRates& add_rates, TransferMeasure& measure) const {
+  HarmonicAnswer moved = answer(still);
+  measure.bandwidth = found_end(moved, damping_, [&] { return end_of(line_of(moved), damping_); });
+  if (!rates_ || !measure.bandwidth) return;
+  const double f = *measure.bandwidth;
+  HarmonicAnswer of_to = answer(to.still);
+  if (!reaches(of_to, damping_, {f})) return;
+  const Complex sigma = shift_of(f, damping_);
+  const double slope = (line_of(moved).log_slope(sigma) * 2.0 * sigma / f).real();
+  HarmonicTerms terms(*factor_, std::abs(sigma));
+  add_rates(-1 / slope, sigma, moved.vector(sigma), of_to.vector(sigma), terms);
+  measure.of_bandwidth = terms.take();
 }
 
-// Relative change of a response with the frequency.
-Complex slope_of(const PoleSum& response, Complex sigma) {
-  return response.slope(sigma) / response.at(sigma);
-}
-
-// End of the mass line of a response H between points (H10).
-std::optional<double> end_of_transfer(const PoleSum& response, double damping) {
-  const std::vector<double> poles = response.frequencies();
-  const double compliance = response.at(0).real();
-  const PoleSum growth = growth_of(response);
-  const double still = std::abs(growth.at(0).real() / compliance);
-  if (poles.empty() || !(still > 0)) return std::nullopt;
-  return first_excess(
-      [&](double f) {
-        const Complex sigma = shift_of(f, damping);
-        const double ratio = std::abs(growth.at(sigma) / response.at(sigma)) / still;
-        return std::max(ratio, 1 / ratio) - sqrt2;
-      },
-      samples(response, 1e-2 * poles.front(), poles.back(), damping, 0));
-}
-
-// Where a ratio of motions, 1 at rest, first is 1/√2.
-std::optional<double> three_decibels(const std::function<Complex(Complex)>& ratio,
-                                     const PoleSum& response, double damping) {
-  const std::vector<double> poles = response.frequencies();
-  if (poles.empty()) return std::nullopt;
-  return first_excess([&](double f) { return 1 / sqrt2 - std::abs(ratio(shift_of(f, damping))); },
-                      samples(response, 1e-2 * poles.front(), 1e2 * poles.back(), damping, 0));
-}
-
-// (H10), derivative: of ln|(H − H(0))/(σH)| less its value at rest, over its slope.
-MeasureRate end_rates(const Transferred& of, double frequency, const PoleSum& H,
-                      const PointAnswer& from, const PointAnswer& to) {
-  const Complex sigma = shift_of(frequency, of.damping());
-  const PoleSum growth = growth_of(H);
-  const double at_rest = H.at(0).real();
-  const double slope =
-      ((slope_of(growth, sigma) - slope_of(H, sigma)) * 2.0 * sigma / frequency).real();
-  const auto of_from = of.motion(from.still, frequency), of_to = of.motion(to.still, frequency);
-  if (!of_from || !of_to) return {};
-  const Complex moved = 1.0 / (sigma * growth.at(sigma));
-  HarmonicTerms terms = of.terms(frequency);
-  of.add_response(-(moved - 1.0 / H.at(sigma)) / slope, sigma, from, *of_from, to, *of_to, terms);
-  of.add_compliance((moved.real() - 1 / at_rest) / slope, from, to, terms);
-  of.add_growth(1 / growth.at(0).real() / slope, from, to, terms);
-  return terms.take();
-}
-
-TransferMeasure transfer_of_load(const Transferred& of, const PointAnswer& from,
-                                 const PointAnswer& to, bool rates) {
+// (H10)
+TransferMeasure Transferred::of_load(const PointAnswer& from, const PointAnswer& to) const {
+  const double C = to.force.dot(from.still), own = from.force.dot(from.still),
+               other = to.force.dot(to.still);
   TransferMeasure measure;
-  measure.compliance = to.force.dot(from.still);
-  if (rates) {
-    HarmonicTerms terms = of.terms(0);
-    of.add_compliance(1, from, to, terms);
+  measure.compliance = C;
+  if (rates_) {
+    HarmonicTerms terms(*factor_, 1);
+    add_compliance(1, from, to, terms);
     measure.at_rest = terms.take();
   }
-  const double own = from.force.dot(from.still), other = to.force.dot(to.still);
-  if (std::abs(measure.compliance) <= uncoupled * std::sqrt(std::abs(own * other))) return measure;
-  HarmonicAnswer answer = of.answer(from.still);
-  measure.bandwidth = found_end(
-      answer, of.damping(), [&] { return end_of_transfer(answer.along(to.force), of.damping()); });
-  if (rates && measure.bandwidth)
-    measure.of_bandwidth = end_rates(of, *measure.bandwidth, answer.along(to.force), from, to);
+  const double G = to.force.dot(solve_(factor_->mass(from.still)).col(0));  // dH/dσ at rest
+  if (std::abs(C) <= uncoupled * std::sqrt(std::abs(own * other)) || G == 0) return measure;
+  const auto line_of = [&](const HarmonicAnswer& answer) -> Line {
+    const PoleSum H = answer.along(to.force), growth = growth_of(H);
+    return {H, [=](Complex s) { return growth.at(s) / H.at(s) * (C / G); },
+            [=](Complex s) { return slope_of(growth, s) - slope_of(H, s); }, true};
+  };
+  const auto add_rates = [&](double weight, Complex sigma, const VectorXcd& of_from,
+                             const VectorXcd& of_to, HarmonicTerms& terms) {
+    const Complex H = to.force.cast<Complex>().dot(of_from), moved = 1.0 / (H - C);
+    add_response(weight * (moved - 1.0 / H), sigma, from, of_from, to, of_to, terms);
+    add_compliance(weight * (1 / C - moved.real()), from, to, terms);
+    add_growth(-weight / G, from, to, terms);
+  };
+  set_bandwidth(from.still, to, line_of, add_rates, measure);
   return measure;
 }
 
-// (H11): T = H_tf/H_ff.
-TransferMeasure transfer_of_motion(const Transferred& of, const PointAnswer& from,
-                                   const PointAnswer& to, bool rates) {
-  TransferMeasure measure;
-  const double own = from.force.dot(from.still), coupled = to.force.dot(from.still),
+// (H11)
+TransferMeasure Transferred::of_motion(const PointAnswer& from, const PointAnswer& to) const {
+  const double C = to.force.dot(from.still), own = from.force.dot(from.still),
                other = to.force.dot(to.still);
-  measure.compliance = coupled / own;
+  TransferMeasure measure;
+  measure.compliance = C / own;
   const auto add_ratio = [&](double weight, HarmonicTerms& terms) {
-    of.add_compliance(weight / own, from, to, terms);
-    of.add_compliance(-weight * coupled / (own * own), from, from, terms);
+    add_compliance(weight / own, from, to, terms);
+    add_compliance(-weight * C / (own * own), from, from, terms);
   };
-  if (rates) {
-    HarmonicTerms terms = of.terms(0);
+  if (rates_) {
+    HarmonicTerms terms(*factor_, 1);
     add_ratio(1, terms);
     measure.at_rest = terms.take();
   }
-  if (std::abs(coupled) <= uncoupled * std::sqrt(std::abs(own * other))) return measure;
-  HarmonicAnswer answer = of.answer(from.still);
-  measure.bandwidth = found_end(answer, of.damping(), [&] {
+  if (std::abs(C) <= uncoupled * std::sqrt(std::abs(own * other))) return measure;
+  const auto line_of = [&](const HarmonicAnswer& answer) -> Line {
     const PoleSum H = answer.along(to.force), H_own = answer.along(from.force);
-    return three_decibels(
-        [&](Complex sigma) { return H.at(sigma) / H_own.at(sigma) * (own / coupled); }, H,
-        of.damping());
-  });
-  if (!rates || !measure.bandwidth) return measure;
-  const double f = *measure.bandwidth;
-  const Complex sigma = shift_of(f, of.damping());
-  const PoleSum H = answer.along(to.force), H_own = answer.along(from.force);
-  const double slope = ((slope_of(H, sigma) - slope_of(H_own, sigma)) * 2.0 * sigma / f).real();
-  const auto of_from = of.motion(from.still, f), of_to = of.motion(to.still, f);
-  if (!of_from || !of_to) return measure;
-  HarmonicTerms terms = of.terms(f);
-  of.add_response(-1.0 / H.at(sigma) / slope, sigma, from, *of_from, to, *of_to, terms);
-  of.add_response(1.0 / H_own.at(sigma) / slope, sigma, from, *of_from, from, *of_from, terms);
-  add_ratio(own / coupled / slope, terms);
-  measure.of_bandwidth = terms.take();
+    return {H, [=](Complex s) { return H.at(s) / H_own.at(s) * (own / C); },
+            [=](Complex s) { return slope_of(H, s) - slope_of(H_own, s); }, false};
+  };
+  const auto add_rates = [&](double weight, Complex sigma, const VectorXcd& of_from,
+                             const VectorXcd& of_to, HarmonicTerms& terms) {
+    const Complex H = to.force.cast<Complex>().dot(of_from),
+                  H_own = from.force.cast<Complex>().dot(of_from);
+    add_response(weight / H, sigma, from, of_from, to, of_to, terms);
+    add_response(-weight / H_own, sigma, from, of_from, from, of_from, terms);
+    add_ratio(-weight * own / C, terms);
+  };
+  set_bandwidth(from.still, to, line_of, add_rates, measure);
   return measure;
 }
 
-// (H8), (H12): the ground moves along the direction n of the point.
-TransferMeasure transfer_of_ground(const MechanismFactor& factor, const Transferred& of,
-                                   const LinearMap& solve, const PointAnswer& to, bool rates) {
+// (H12): the ground moves along the direction n of the point.
+TransferMeasure Transferred::of_ground(const PointAnswer& to) const {
   const Vector3d n = to.point->direction->head<3>();
-  const VectorXd still = solve(rigid_motion(factor).inertia.leftCols<3>() * n).col(0);
   TransferMeasure measure;
   measure.compliance = 1;
-  HarmonicAnswer answer = of.answer(still);
-  measure.bandwidth = found_end(answer, of.damping(), [&] {
-    const PoleSum relative = answer.along(to.force);
-    return three_decibels([&](Complex sigma) { return 1.0 + sigma * relative.at(sigma); }, relative,
-                          of.damping());
-  });
-  if (!rates || !measure.bandwidth) return measure;
-  const double f = *measure.bandwidth;
-  const Complex sigma = shift_of(f, of.damping());
-  const PoleSum relative = answer.along(to.force);
-  const Complex T = 1.0 + sigma * relative.at(sigma),
-                dT = relative.at(sigma) + sigma * relative.slope(sigma);
-  const double slope = (dT / T * 2.0 * sigma / f).real();
-  const auto of_to = of.motion(to.still, f);
-  if (!of_to) return measure;
-  const VectorXcd y = sigma * answer.vector(sigma), weighted = -1.0 / (slope * T) * *of_to;
-  Motions absolute = HarmonicTerms::parts(y);
-  absolute[0].ground = n;
-  HarmonicTerms terms = of.terms(f);
-  terms.real_part(-1, sigma, HarmonicTerms::parts(weighted), absolute);
-  terms.force(*to.point, (-1.0 / (slope * T) * y).real());
-  measure.of_bandwidth = terms.take();
+  const auto line_of = [&](const HarmonicAnswer& answer) -> Line {
+    const PoleSum y = answer.along(to.force);
+    const auto T = [=](Complex s) { return 1.0 + s * y.at(s); };
+    return {y, T, [=](Complex s) { return (y.at(s) + s * y.slope(s)) / T(s); }, false};
+  };
+  const auto add_rates = [&](double weight, Complex sigma, const VectorXcd& moved,
+                             const VectorXcd& of_to, HarmonicTerms& terms) {
+    const VectorXcd relative = sigma * moved;
+    const Complex c = weight / (1.0 + to.force.cast<Complex>().dot(relative));
+    HarmonicTerms::Parts absolute = HarmonicTerms::parts(relative);
+    absolute[0].ground = n;
+    terms.real_part(-1, sigma, HarmonicTerms::parts(c * of_to), absolute);
+    terms.force(*to.point, (c * relative).real());
+  };
+  const VectorXd shaken = rigid_motion(*factor_).inertia.leftCols<3>() * n;
+  set_bandwidth(solve_(shaken).col(0), to, line_of, add_rates, measure);
   return measure;
 }
 
@@ -231,14 +224,12 @@ Answer<std::vector<TransferMeasure>> transfers(const MechanismFactor& factor,
     const std::size_t first = wanted.from.value_or(wanted.to);
     const Answer<MatrixXd> forces = point_forces(factor, {points[first], points[wanted.to]}, rates);
     if (!forces) return Because(forces.error());
-    const bool locked = wanted.drive == DriveState::locked;
-    const Transferred of(factor, locked, rule.damping);
-    PointAnswer from, to;
-    of.set(from, points[first], forces->col(0));
-    of.set(to, points[wanted.to], forces->col(1));
-    found.push_back(!wanted.from ? transfer_of_ground(factor, of, factor.solver(locked), to, terms)
-                    : wanted.of_motion ? transfer_of_motion(of, from, to, terms)
-                                       : transfer_of_load(of, from, to, terms));
+    const Transferred of(factor, wanted, rule.damping, terms);
+    const PointAnswer from = of.answer_of(points[first], forces->col(0)),
+                      to = of.answer_of(points[wanted.to], forces->col(1));
+    found.push_back(!wanted.from       ? of.of_ground(to)
+                    : wanted.of_motion ? of.of_motion(from, to)
+                                       : of.of_load(from, to));
   }
   return found;
 }

@@ -23,7 +23,13 @@ json document() {
     "load_capacity": {"drive": "free", "directions":
       ["ux", "uy", "uz", "rx", "ry", "rz", "-ux", "-uy", "-uz", "-rx", "-ry", "-rz"]},
     "stroke_capacity": {"up_to": 0.02, "stress": 1e8},
-    "dynamics": {"transmissibility": {"direction": "uz", "from": 10, "to": 400}},
+    "points": [{"name": "encoder", "body": "end_effector", "at": [0.2, 0.01, 0], "direction": "uy"},
+      {"name": "middle of a leaf", "at": [0.05, 0.03, 0], "direction": [1, 2, 0]}],
+    "dynamics": {"transmissibility": {"direction": "uz", "from": 10, "to": 400},
+      "transfers": [{"from": "encoder", "to": "middle of a leaf"}, {"from": "ground", "to": "encoder"},
+        {"from": "encoder", "to": "middle of a leaf", "excitation": "motion"}]},
+    "gauges": [{"name": "a", "leaf": "leaf +y", "along": 0.1}],
+    "bridges": [{"name": "force", "signs": {"a": 1}, "gauge_factor": 2}],
     "fillet": 3e-4, "frequencies": 12,
     "stroke": {"from": 0, "to": 2e-3, "points": 2},
     "model": {"flexure": "beam", "mesh": [6, 2]}
@@ -32,7 +38,7 @@ json document() {
 
 std::vector<Quantity> all_quantities() {
   const Job job = parse_job(document());
-  return quantities(DriveList(make_mechanism(job, job.design.parameters)));
+  return quantities(DriveList(make_mechanism(job, job.design.parameters), job.request));
 }
 
 /// The document with an optimisation whose constraints are all these quantities.
@@ -51,6 +57,8 @@ json with_goals(const std::vector<Quantity>& wanted) {
 
 /// "load_capacity.-ux" → "/load_capacity/-ux"
 json::json_pointer pointer_of(const Quantity& q) {
+  if (q.row->of_names)
+    return json::json_pointer() / q.row->name / q.name.substr(q.row->name.size() + 1);
   std::string text = "/" + q.name;
   std::ranges::replace(text, '.', '/');
   if (q.row->layout == Layout::list && !q.row->components.empty())
@@ -64,7 +72,7 @@ json::json_pointer pointer_of(const Quantity& q) {
 TEST_CASE("every row of the table is listed with unit, meaning and what it costs") {
   const Job job = parse_job(document());
   const std::string list =
-      describe_quantities(DriveList(make_mechanism(job, job.design.parameters)));
+      describe_quantities(DriveList(make_mechanism(job, job.design.parameters), job.request));
   const auto is_of_kind = [](const QuantityRow& row) { return row.of_kind != nullptr; };
   const auto missing = std::ranges::count_if(quantity_rows(), is_of_kind);
   CHECK(missing == 3);  // the drive is one of the end-effector, without actuator
@@ -122,12 +130,13 @@ TEST_CASE("every quantity stands in result.json and in path.csv") {
   conclude(record);
   const json result = make_result(record);
   const std::string table =
-      path_csv(record.response, DriveList(record.mechanism), record.job.request);
+      path_csv(record.response, DriveList(record.mechanism, request), record.job.request);
   const std::string header = "," + table.substr(0, table.find('\n')) + ",";
   const PathPoint& point = record.response.path[1];
   for (const Quantity& q : all_quantities()) {
     CAPTURE(q.name);
-    CHECK_THAT(header, Contains("," + q.name + " [" + q.unit + "],"));
+    const std::string column = q.row->name == "point" ? "points" + q.name.substr(5) : q.name;
+    CHECK_THAT(header, Contains("," + column + " [" + q.unit + "],"));
     const json::json_pointer pointer = pointer_of(q);
     CAPTURE(pointer.to_string());
     const std::optional<double> value = q.value(point);

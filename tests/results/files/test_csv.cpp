@@ -157,7 +157,10 @@ TEST_CASE("points have columns of their displacement and of the part along their
   request.named_points = {{.name = "gauge"},
                           {.name = "tilt", .body = 0, .direction = Vector6d::Unit(5)},
                           {.name = "old", .body = 0, .kind = "probe"}};
-  for (PathPoint& p : record.response.path) p.named_points.assign(3, {0.1, 0.2, p.stroke});
+  for (PathPoint& p : record.response.path) {
+    p.named_points.assign(3, {0.1, 0.2, p.stroke});
+    p.motions_along = {std::nullopt, p.bodies[0].rotation[2], std::nullopt};
+  }
   const auto columns =
       columns_of(path_csv(record.response, drive_direction(record.mechanism), request));
   for (std::size_t i = 0; i < record.response.path.size(); ++i) {
