@@ -311,6 +311,21 @@ void add_quantities(const PathPoint& point, Json& json) {
   }
 }
 
+void add_stability(const PathPoint& point, const StrokeRequest& request, Json& json) {
+  json["stable"] = point.stable;
+  if (point.flutter)
+    json["flutter"] = {{"frequency", -point.flutter->frequency},
+                       {"growth_rate", point.flutter->growth_rate}};
+  if (request.branch == BranchChoice::stable)
+    json["branch"] = point.other_branch ? "other" : "primary";
+  for (const StableState& state : point.stable_states)
+    json["stable_states"].push_back({{"energy", state.energy},
+                                     {"displacement", vector_json(state.motion.displacement)},
+                                     {"rotation", vector_json(state.motion.rotation)}});
+  json["bifurcation_passed"] = point.bifurcation_passed;
+  json["negative_pivots"] = point.negative_pivots;
+}
+
 }  // namespace
 
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
@@ -381,18 +396,7 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
     json["load_capacity_limit"] = std::move(limits);
   if (Json limits = stroke_limits_json(point, mechanism); !limits.is_null())
     json["stroke_capacity_limit"] = std::move(limits);
-  json["stable"] = point.stable;
-  if (point.flutter)
-    json["flutter"] = {{"frequency", -point.flutter->frequency},
-                       {"growth_rate", point.flutter->growth_rate}};
-  if (request.branch == BranchChoice::stable)
-    json["branch"] = point.other_branch ? "other" : "primary";
-  for (const StableState& state : point.stable_states)
-    json["stable_states"].push_back({{"energy", state.energy},
-                                     {"displacement", vector_json(state.motion.displacement)},
-                                     {"rotation", vector_json(state.motion.rotation)}});
-  json["bifurcation_passed"] = point.bifurcation_passed;
-  json["negative_pivots"] = point.negative_pivots;
+  add_stability(point, request, json);
   json["leaves"] = leaves_json(point, mechanism);
   if (!mechanism.elastic_bodies.empty())
     json["elastic_bodies"] = elastic_bodies_json(point, mechanism);

@@ -58,6 +58,7 @@ std::optional<EigenPairs> unsymmetric_pairs(const System& system, const Mechanis
   T.bottomRightCorner(inside, inside).setIdentity();
   K.topLeftCorner(free, free) = Z.transpose() * (pencil.K_bodies * Z);
   for (const MechanismPencil::Leaf& leaf : pencil.leaves) {
+    if (leaf.modes == 0) continue;
     const Eigen::Index at = free + leaf.first() - pencil.bodies;
     K.block(at, at, leaf.modes, leaf.modes) = leaf.stiffness;
   }

@@ -253,6 +253,8 @@ Equilibrium BranchWalk::reach(std::size_t k) {
 // is known of it.
 void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::size_t k,
                                PathPoint& point, PointGradients* own) try {
+  if (request_.loads.follow())
+    return outputs_.miss_branching("loads that follow their bodies have no potential", point);
   const auto whole = finish_on_full_leaves(system, model_, request_, k, check_full(system),
                                            equilibrium);  // reduced leaves do not reach so far
   System& loaded = whole ? *whole : system;

@@ -106,7 +106,7 @@ TEST_CASE("the tangent of loads that follow is the derivative of the residual") 
   REQUIRE(rotation_log(system->pose(0).rotation).norm() > 0.3);
   const MatrixXd K = system->residual_tangent().dense();
   CHECK(K == system->tangent().dense());
-  CHECK((K - K.transpose()).norm() > 1e-4 * K.norm());
+  CHECK((K - K.transpose()).norm() > 1);  // twice the force and more
   const System::Snapshot here = system->save();
   const VectorXd scale = system->units();
   for (int d = 0; d < 6; ++d) {
@@ -133,7 +133,7 @@ TEST_CASE("compliance under loads that follow is the motion by more load") {
   const DeadLoad first = following({-1, 0.4, 0.3}, {2e-3, 1e-3, -4e-3});
   const auto system = loaded(m, first);
   const Matrix6d C = end_effector_compliance(*system).drive_free;
-  CHECK((C - C.transpose()).norm() > 1e-3 * C.norm());
+  CHECK((C - C.transpose()).norm() > 1e-4 * C.norm());
   for (const int d : {1, 2, 5}) {
     const auto moved = [&](double size) {
       System more(m, make_full_leaves(m, models::free_beams(8)),
@@ -178,7 +178,7 @@ TEST_CASE("strokes are walked round a loop on which a load that follows does wor
   }
   const StrokeResponse r = test::evaluated(m, models::free_beams(8), request);
   for (const PathPoint& point : r.path) {
-    CHECK(point.sub_steps <= 2);
+    CHECK(point.sub_steps <= 16);
     CHECK_FALSE(point.bifurcation_passed);
   }
   CHECK(r.path[4].drive_loads[0] == Approx(r.path[0].drive_loads[0]).epsilon(1e-8));
