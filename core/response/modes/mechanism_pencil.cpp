@@ -185,15 +185,15 @@ MatrixXd LeafModes::expanded(const MechanismPencil& to, const MatrixXd& of_bodie
 
 namespace {
 
-// Motions of the bodies that joints and held directions leave free; `held`: the columns that are
+// UnheldMotions of the bodies that joints and held directions leave free; `held`: the columns that are
 // left out where the drives are held.
-struct Motions {
+struct UnheldMotions {
   MatrixXd basis;
   std::vector<int> held;
 };
 
-Motions motions_of(const System& system) {
-  Motions motions{FreeMotions(system, false).basis(), {}};
+UnheldMotions motions_of(const System& system) {
+  UnheldMotions motions{FreeMotions(system, false).basis(), {}};
   const MatrixXd forces = system.drive_forces(false);
   if (forces.cols() == 0) return motions;
   const MatrixXd strokes = motions.basis.transpose() * forces,
@@ -215,7 +215,7 @@ std::optional<std::array<EigenPairs, 2>> free_and_held_pairs(const System& syste
                                                              const MechanismPencil& pencil,
                                                              const LeafModes& modes,
                                                              PairCounts counts) {
-  const Motions motions = motions_of(system);
+  const UnheldMotions motions = motions_of(system);
   const auto found = lowest_pairs(modes.pencil.along(motions.basis), motions.held, counts);
   if (!found) return std::nullopt;
   const auto all = [&](const EigenPairs& pairs) -> EigenPairs {
