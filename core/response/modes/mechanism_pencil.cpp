@@ -185,7 +185,7 @@ MatrixXd LeafModes::expanded(const MechanismPencil& to, const MatrixXd& of_bodie
 
 namespace {
 
-// UnheldMotions of the bodies that joints and held directions leave free; `held`: the columns that are
+// Motions of the bodies that joints and held directions leave free; `held`: the columns that are
 // left out where the drives are held.
 struct UnheldMotions {
   MatrixXd basis;
