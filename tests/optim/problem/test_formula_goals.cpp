@@ -142,7 +142,7 @@ TEST_CASE("a goal that names a quantity of the job is the goal of its formula") 
   document["optimise"]["objective"] = {{"maximise", "guiding_ratio"}};
   json& constraints = document["optimise"]["constraints"];
   constraints[0] = {{"quantity", "more"}, {"max", "100 N"}};
-  constraints[1]["expression"] = "sqrt(guiding_ratio)*1 1/s";
+  constraints[1]["expression"] = "sqrt(guiding_ratio)*1 [1/s]";
   const Job job = parse_job(document);
   CHECK(job.optimise->objective.unit == "1");
   CHECK(job.optimise->constraints[0].label == "more max over stroke");
