@@ -17,37 +17,21 @@ constexpr double largest_share(ElasticDegree degree) {
   return degree == ElasticDegree::linear ? 0.3 : 3;
 }
 
-// The largest |vᵀ (A·e) v| / vᵀ K v of the principal motions v of K, in which turns count by a
-// length that makes them as stiff as displacements. Stretch, bending and twist are apart in these,
-// so that a prestress counts, and not how a bent body couples them, which is of second order.
-double softening(const MatrixXd& K, const MatrixXd& change) {
-  VectorXd unit = VectorXd::Ones(K.rows());
-  double turns = 0, displacements = 0;
-  for (Eigen::Index k = 0; k < K.rows(); ++k) (k % 6 < 3 ? displacements : turns) += K(k, k);
-  for (Eigen::Index k = 0; k < K.rows(); ++k)
-    if (k % 6 >= 3) unit[k] = std::sqrt(displacements / turns);
-  const SymmetricEigen principal(unit.asDiagonal() * K * unit.asDiagonal());
-  const MatrixXd v = unit.asDiagonal() * principal.eigenvectors();
-  const VectorXd by = v.cwiseProduct(change * v).colwise().sum().transpose();
-  return by.cwiseQuotient(principal.eigenvalues()).cwiseAbs().maxCoeff();
-}
-
 }  // namespace
 
 std::optional<double> geometric_share(const ElasticBodies& bodies, int k) {
   const ElasticModel& model = bodies.model(k);
   const VectorXd& local = bodies.held(k).floating.local;
-  const MatrixXd change = cubic_along(bodies.body(k), bodies.solid(k), local);
-  if (change.size() == 0) return std::nullopt;
   const MatrixXd basis = elastic_basis(model.interfaces());
   const VectorXd e = basis.transpose() * local;
   const MatrixXd K = basis.transpose() * model.stiffness * basis;
   const double first = e.dot(K * e);
   if (first <= 0) return std::nullopt;
+  const MatrixXd change = cubic_along(bodies.body(k), bodies.solid(k), local);
+  if (change.size() == 0) return std::nullopt;
   if (!model.quartic.empty()) return SymmetricEigen(change, K).eigenvalues().cwiseAbs().maxCoeff();
   const VectorXd second = 0.5 * (change * e);
-  return std::max(std::sqrt(second.dot(K.llt().solve(second)) / first),
-                  std::sqrt(softening(K, change)));
+  return std::sqrt(second.dot(K.llt().solve(second)) / first);
 }
 
 double share_over_limit(const ElasticBody& body, double share) {

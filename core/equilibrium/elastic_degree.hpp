@@ -9,8 +9,7 @@ namespace flexopt {
 
 /// Geometric share of body `k` in the state of the last evaluation. Degree 4: the largest relative
 /// change of a stiffness by the deformation. Degree 2: forces of second order ½ A[e, e], which it
-/// leaves out, over those of first order, in the norm of the energy; or, where it is larger, the
-/// root of what the prestress changes the stiffness of a principal motion of the body by.
+/// leaves out, over those of first order, in the norm of the energy.
 /// Nothing of imported matrices, and at rest.
 std::optional<double> geometric_share(const ElasticBodies& bodies, int k);
 

@@ -129,7 +129,8 @@ std::vector<Plane> distinct_planes(const std::vector<double>& places,
 
 /// Sizes wanted beside the planes of patches: `small` at its sides and below it, where a rigid
 /// patch ends in a singular stress, or half of a patch that is small itself. A side at the edge of
-/// the body needs none. Infinite for planes of the shape.
+/// the body needs none; below a patch that has no other, a fifth of its smaller side will do.
+/// Infinite for planes of the shape.
 std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& planes, double root,
                                                     double small, double tolerance) {
   std::array<std::vector<double>, 3> wanted;
@@ -141,17 +142,25 @@ std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& plane
       const double* sides = &planes.at[d][planes.of_shape[d] + 2 * p];
       width[d] = sides[1] > sides[0] + tolerance ? sides[1] - sides[0] : INFINITY;
     }
+    bool has_rim = false;
     for (int d = 0; d < 3; ++d) {
       const auto first = planes.at[d].begin(), last = first + planes.of_shape[d];
       const auto [low, high] = std::minmax_element(first, last);
       for (int side = 0; side < 2; ++side) {
         const int key = planes.of_shape[d] + 2 * p + side;
         const double outside = std::min(planes.at[d][key] - *low, *high - planes.at[d][key]);
-        if (width[d] < INFINITY && outside < tolerance) continue;
-        const double own = width[d] < INFINITY ? width[d] : width.minCoeff();
-        wanted[d][key] = root > 0 ? root : std::min(own / 2, small);
+        if (width[d] == INFINITY || outside < tolerance) continue;
+        has_rim = true;
+        wanted[d][key] = root > 0 ? root : std::min(width[d] / 2, small);
       }
     }
+    const double least = width.minCoeff(), fine = std::min(least / 2, small);
+    for (int d = 0; d < 3; ++d)
+      if (width[d] == INFINITY)
+        for (const int side : {0, 1})
+          wanted[d][planes.of_shape[d] + 2 * p + side] = root > 0  ? root
+                                                         : has_rim ? fine
+                                                                   : std::max(least / 5, fine);
   }
   return wanted;
 }

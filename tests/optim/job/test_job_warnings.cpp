@@ -143,14 +143,10 @@ TEST_CASE("a mesh of another material, unit or place than its design is told wit
                   "interfaces": [{"name": "RIGHT"}, {"name": "LEFT"}]}})");
   body["elastic"]["mesh"]["file"] = FLEXOPT_SOURCE_DIR "/tests/designs/data/box.inp";
   const auto noted = [&](const json& body, const char* end, const char* length) {
-    json patch = {{"bodies", {body}},
-                  {"leaves",
-                   {{{"name", "leaf"},
-                     {"base", {{"body", "ground"}, {"at", {end, 0, 0}}}},
-                     {"tip", {{"body", "end_effector.LEFT"}, {"at", {length, 0, 0}}}},
-                     {"across", {0, 0, 1}},
-                     {"width", 2e-3},
-                     {"thickness", 2e-4}}}}};
+    json leaf = {{"name", "leaf"}, {"across", {0, 0, 1}}, {"width", 3e-3}, {"thickness", 2e-4}};
+    leaf["base"] = {{"body", "ground"}, {"at", {end, 0, 0}}};
+    leaf["tip"] = {{"body", "end_effector.LEFT"}, {"at", {length, 0, 0}}};
+    const json patch = {{"bodies", json::array({body})}, {"leaves", json::array({leaf})}};
     return note_on_own(patch.dump().c_str());
   };
   CHECK(noted(body, "20 mm", "60 mm") == "");
