@@ -89,8 +89,13 @@ TEST_CASE("Every quantity of the table can be compared, and stands in all files"
   document["buckling"] = {{"load", "payload"}, {"largest_factor", 1e4}};
   document["load_capacity"] = {{"directions", {"-ux", "uz"}}};
   document["stroke_capacity"] = {{"up_to", 8e-3}, {"stress", "100 MPa"}};
+  document["points"] = json::parse(
+      R"([{"name": "a", "body": "end_effector", "at": [0.2, 0.01, 0], "direction": "uy"}])");
   document["dynamics"] =
-      json::parse(R"({"transmissibility": {"direction": "uz", "from": 10, "to": 400}})");
+      json::parse(R"({"transmissibility": {"direction": "uz", "from": 10, "to": 400},
+                      "transfers": [{"from": "a", "to": "a"}]})");
+  document["gauges"] = json::parse(R"([{"name": "b", "leaf": "leaf +y", "along": 0.1}])");
+  document["bridges"] = json::parse(R"([{"name": "c", "signs": {"b": 1}}])");
   document["fillet"] = 3e-4;
   document["stroke"] = {{"to", 4e-3}, {"points", 3}};
   document["end_effector"]["center_of_mass"] = {0.02, 0.005, 0};  // the drive's mass line ends

@@ -2,6 +2,7 @@
 #include <Eigen/Dense>
 
 #include "core/math/rotation.hpp"
+#include "core/response/quantities.hpp"
 #include "support/slopes.hpp"
 #include "support/strokes.hpp"
 
