@@ -226,6 +226,9 @@ auto PlateGradient<S>::quadratic(const Matrix& Y, const Vector& mu, int shape) c
                                                      const Matrix&, LeafQuadratic<S>&) const; \
   template void PlateGradient<S>::add_weight_quadratic(const std::vector<Matrix>&,            \
                                                        LeafQuadratic<S>&) const;              \
+  template void PlateGradient<S>::add_edge_motion_rates(                                      \
+      int, const Vector&, const Matrix&, const Matrix&, const std::vector<LeafVariation<S>>&, \
+      Matrix&) const;                                                                         \
   template std::unique_ptr<LeafFields> PlateGradient<S>::motion_fields(                       \
       const Vector&, const Matrix&, const std::vector<LeafVariation<S>>&) const;              \
   template LeafQuadratic<S> PlateGradient<S>::quadratic(const Matrix&, const Vector&, int) const;
