@@ -91,11 +91,11 @@ PathPoint point_at(double stroke, const Mechanism& mechanism) {
   set_gain(mechanism, p.compliance_free.col(5) * drive, p);
   const double f1 = 214 / std::sqrt(1 + 8 * q), leaf_mode = 290 - 60 * q;
   const double driven = std::sqrt(drive / 1e-3) / (2 * std::numbers::pi);
-  p.modes_locked = {{f1, ModeKind::end_effector, 0, 0.98, 0, 0.02},
-                    {leaf_mode, ModeKind::leaf, 0, 0.01, 0, 0.99},
-                    {leaf_mode + 12, ModeKind::leaf, 0, 0.01, 0, 0.99}};
+  p.modes_locked = {{f1, 0, ModeKind::end_effector, 0, 0.98, 0, 0.02},
+                    {leaf_mode, 0, ModeKind::leaf, 0, 0.01, 0, 0.99},
+                    {leaf_mode + 12, 0, ModeKind::leaf, 0, 0.01, 0, 0.99}};
   p.modes_free = p.modes_locked;
-  p.modes_free.insert(p.modes_free.begin(), {driven, ModeKind::drive, 0.99, 0, 0, 0.01});
+  p.modes_free.insert(p.modes_free.begin(), {driven, 0, ModeKind::drive, 0.99, 0, 0, 0.01});
   for (const Mode& mode : p.modes_free) p.frequencies_free.push_back(mode.frequency);
   for (const Mode& mode : p.modes_locked) p.frequencies_locked.push_back(mode.frequency);
   p.parasitic_frequency = f1;

@@ -36,13 +36,14 @@ TEST_CASE("the parasitic frequency brings its next modes, without those that do 
   StrokeResponse response;
   PathPoint p;
   p.status = PointStatus::converged;
-  p.modes_locked = {{50, ModeKind::leaf}, {60}, {60}, {65, ModeKind::leaf}, {80}, {90}};
+  p.modes_locked = {{.frequency = 50, .kind = ModeKind::leaf}, {60}, {60},
+                    {.frequency = 65, .kind = ModeKind::leaf}, {80}, {90}};
   p.parasitic_frequency = 60;
   response.path = {p};
   CHECK(read_goal(g, response, job.request).value().values == GoalValues{60, 60, 80});
   response.path[0].modes_locked.resize(2);
   CHECK(read_goal(g, response, job.request).value().values == GoalValues{60, 60, 60});
-  response.path[0].modes_free = {{20, ModeKind::drive}, {60}, {99}, {120}};
+  response.path[0].modes_free = {{.frequency = 20, .kind = ModeKind::drive}, {60}, {99}, {120}};
   job.request.parasitic.drive = DriveState::free;
   CHECK(read_goal(g, response, job.request).value().values == GoalValues{60, 99, 120});
 }

@@ -237,6 +237,7 @@ TEST_CASE("the two states of a buckled guide are listed with equal energies") {
     request.stable_states = true;
     const StrokeResponse r = evaluate_stroke(m, beams(16), request);
     REQUIRE(r.path[0].stable_states.size() == 1);
+    CAPTURE(r.path[1].message, r.path[1].stable, r.path[1].other_branch);
     REQUIRE(r.path[1].stable_states.size() == 2);
     const StableState &a = r.path[1].stable_states[0], &b = r.path[1].stable_states[1];
     CHECK(a.energy == Approx(b.energy).epsilon(1e-8));
