@@ -92,7 +92,7 @@ struct DefiniteFactor::Mumps {
     data.comm_fortran = -987654;  // this process alone
     run(-1);
     for (int silent = 1; silent <= 4; ++silent) control(silent) = silent < 4 ? -1 : 0;
-    control(order_choice) = 7;  // its own choice: METIS or Scotch
+    control(order_choice) = 4;  // PORD: always the same, where Scotch begins at random
     control(threads) = 1;
     control(columns_at_once) = 24;
   }

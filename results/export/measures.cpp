@@ -329,7 +329,7 @@ MeasuredDesign measured_design(const PlacedDesign& design) {
     const std::size_t v = cheapest_view(found, views, k);
     if (v < found.size())
       all.views[place[v]].measures.push_back(found[v][k].measure);
-    else if (design.parameters[k].unit == "m" && design.moves(k) &&
+    else if (design.parameters[k].unit == "m" && design.moves(k) && !design.is_absent(k) &&
              !measure_on_leaf(design, k, all))
       all.without.push_back(k);
     else if (design.parameters[k].unit == "rad")

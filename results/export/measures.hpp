@@ -46,9 +46,13 @@ struct PlacedDesign {
 
   /// Whether any point moves along the parameter.
   bool moves(std::size_t parameter) const;
+  /// Whether a parameter is zero, its least value: what it measures is not there.
+  bool is_absent(std::size_t parameter) const {
+    return values[parameter] == 0 && parameters[parameter].min == 0;
+  }
   /// The one parameter that a distance or an angle is: of its unit and its value, grows by one with
-  /// it, stays as all others change that are not zero, which means that what they measure is not
-  /// there. rate(k): along parameter k. Nothing for other distances.
+  /// it, stays as all others change that are not absent. rate(k): along parameter k. Nothing for
+  /// other distances.
   template <class Rate>
   std::optional<std::size_t> parameter_of(double value, const std::string& unit,
                                           const Rate& rate) const;
@@ -62,7 +66,7 @@ std::optional<std::size_t> PlacedDesign::parameter_of(double value, const std::s
   std::optional<std::size_t> found;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const double r = rate(k);
-    if (std::abs(r) < equal_rates || (values[k] == 0 && parameters[k].min == 0)) continue;
+    if (std::abs(r) < equal_rates || is_absent(k)) continue;
     const double sign = values[k] < 0 ? -1 : 1;
     if (found || parameters[k].unit != unit || std::abs(r - sign) > equal_rates)
       return std::nullopt;

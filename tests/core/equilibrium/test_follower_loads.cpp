@@ -101,9 +101,10 @@ TEST_CASE("at rest loads that follow differ from dead ones by their load stiffne
 }
 
 TEST_CASE("the tangent of loads that follow is the derivative of the residual") {
+  const Mechanism m = column();
   const auto system =
-      loaded(column(), following({-1, 0.4, 0.3}, {2e-3, 1e-3, -4e-3}, {0.004, 0.003, -0.002}));
-  REQUIRE(rotation_log(system->pose(0).rotation).norm() > 0.3);
+      loaded(m, following({-1, 0.4, 0.3}, {2e-3, 1e-3, -4e-3}, {0.004, 0.003, -0.002}));
+  REQUIRE(rotation_log(system->pose(0).rotation).norm() > 0.1);
   const MatrixXd K = system->residual_tangent().dense();
   CHECK(K == system->tangent().dense());
   CHECK((K - K.transpose()).norm() > 1);  // twice the force and more

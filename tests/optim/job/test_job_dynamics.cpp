@@ -112,6 +112,7 @@ TEST_CASE("points, transfers, gauges and bridges are quantities of goals and for
     {"name": "b", "leaf": "leaf -y", "along": 0.9, "across": 0.2, "surface": "negative_normal", "angle": "90 deg"}])");
   document["bridges"] = json::parse(R"([{"name": "force", "signs": {"a": 1, "b": -1}}])");
   document["optimise"] = json::parse(R"({
+    "variables": [{"parameter": "thickness", "min": "0.2 mm", "max": "1 mm"}],
     "objective": {"maximise": "bridge.force", "over_stroke": "last"},
     "constraints": [
       {"quantity": "point.encoder", "max": "1 mrad", "over_stroke": "max_abs"},
@@ -139,6 +140,6 @@ TEST_CASE("points, transfers, gauges and bridges are quantities of goals and for
   CHECK(request.wants_transfers());
   CHECK_FALSE(request.wants_dynamics());
   CHECK_FALSE(request.outputs.has(Output::stress));
-  CHECK(goal_formula(job, "transfer.motor.encoder*drive_stiffness/gauge.a").unit() == "rad/m");
+  CHECK(goal_formula(job, "transfer.motor.encoder*drive_stiffness/gauge.a").unit() == "m^-1 rad");
   CHECK(document_of(job)["bridges"][0]["gauge_factor"] == 1);
 }

@@ -48,7 +48,7 @@ void check_dimensions(const Family& family, const ParameterValues& values,
   const PlacedDesign placed = placed_design(family, values, default_choices(family));
   for (std::size_t k = 0; k < placed.parameters.size(); ++k)
     if ((placed.parameters[k].unit == "m" || placed.parameters[k].unit == "rad") &&
-        placed.moves(k)) {
+        placed.moves(k) && !placed.is_absent(k)) {
       INFO(placed.parameters[k].name);
       CHECK(drawn.contains(placed.parameters[k].name));
     }
