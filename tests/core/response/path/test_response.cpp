@@ -77,6 +77,7 @@ TEST_CASE("a reinforced check: every quantity of a converged point has a value a
                         .dynamics = DynamicsRule{
                             1e-3, TransmissibilityRule{Direction::ux, 10, 100, DriveState::free}}};
   request.capacity.directions.fill(true);
+  request.capacity.drive = DriveState::free;  // along the drive, too
   request.stroke_capacity = {{.up_to = 5e-3, .drive_load = 1}};
   request.stress = {
       .fillet = 3e-4, .yield = true, .fatigue = true, .fatigue_rule = {-1}, .life = true};
