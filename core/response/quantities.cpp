@@ -167,8 +167,8 @@ std::vector<Quantity> quantities(const DriveList& drives) {
 
 namespace {
 
-// "drive_load.x", "gain.x.uy", "gauge.g1": the row, of the name where the point has it; or a quantity
-// of the job.
+// "drive_load.x", "gain.x.uy", "gauge.g1": the row, of the name where the point has it; or a
+// quantity of the job.
 std::optional<Quantity> of_point(const PathPoint& point, std::string_view name) {
   const auto named_so = std::ranges::find(point.named_quantities, name, &NamedQuantity::name);
   if (named_so != point.named_quantities.end())

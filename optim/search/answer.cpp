@@ -109,8 +109,8 @@ std::string what_stops(EvaluationBook& book, const Scales& scales, const Chosen&
   for (const Eigen::Index j : conflict->variables) {
     kept.variables.emplace_back(spec.variables[j].parameter,
                                 answer.best.x[j] > 0.5 ? "max" : "min");
-    edges.push_back(fmt::format("{} at its {}imum", kept.variables.back().first,
-                                kept.variables.back().second));
+    edges.push_back(
+        fmt::format("{} at its {}imum", kept.variables.back().first, kept.variables.back().second));
   }
   text += words_of(pressing, constraints, scales);
   if (pressing.size() > 1 || !edges.empty())

@@ -227,8 +227,7 @@ std::optional<Chosen> Optimisation::best_end() {
         starts_.size() == 1 ? "" : "s",
         optimum_.screening ? fmt::format(" of {} screened designs", optimum_.screening->designs)
                            : "",
-        what_stops(*best_start().book, campaign_.scales, answer, optimum_),
-        end.summary.message);
+        what_stops(*best_start().book, campaign_.scales, answer, optimum_), end.summary.message);
   return answer;
 }
 

@@ -460,7 +460,7 @@ TEST_CASE("estimated errors of elastic bodies bound the true ones", "[slow]") {
     json& elastic = document["bodies"][0]["elastic"];
     elastic["plate"] = plate;
     elastic.erase("elements");
-    if (plate["windows"].is_array() && !plate["windows"].empty())
+    if (plate.contains("windows") && !plate["windows"].empty())
       elastic["interfaces"][0]["at"][0] = document["bodies"][0]["at"][0] = "length + 60 mm";
     const Mechanism own = made(document);
     elastic["elements"] = {{"size", "5 mm"}, {"root", "0.1 mm"}};
