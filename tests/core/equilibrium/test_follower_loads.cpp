@@ -120,7 +120,7 @@ TEST_CASE("the tangent of loads that follow is the derivative of the residual") 
       }
       return VectorXd(system->internal_force() - system->load());
     };
-    const double h = 1e-5;
+    const double h = 1e-6;
     const VectorXd slope = (residual(h) - residual(-h)) / (2 * h);
     INFO("coordinate " << d);
     CHECK((slope - scale[d] * K.col(d)).norm() < 1e-5 * (scale[d] * K.col(d)).norm());

