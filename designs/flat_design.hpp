@@ -46,7 +46,7 @@ struct FlatDrive : Sourced<DriveT<S>> {
 template <class S>
 struct FlatHeld {
   JointType type = JointType::held_displacement;
-  Vector3<S> axis = Vector3<S>::UnitZ();  ///< unit; not of a rigid or spherical joint
+  Vector3<S> axis;  ///< unit
 };
 
 template <class S>

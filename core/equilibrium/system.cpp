@@ -147,11 +147,7 @@ double System::load_energy() const {
 
 BlockMatrix System::residual_tangent() const {
   BlockMatrix K = tangent_;
-  if (follows_) {
-    K.release(held_, false);
-    return K;
-  }
-  add_turning(K);
+  if (!follows_) add_turning(K);  // else it is there already
   K.release(held_, false);
   return K;
 }

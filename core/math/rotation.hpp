@@ -23,9 +23,9 @@ Matrix3d rotation_exp(const Vector3d& v);
 /// Rotation vector of R, |v| < π. Axial vector and atan2: accurate near 0 and up to π.
 Vector3d rotation_log(const Matrix3d& R);
 
-/// Of all rotation vectors of R, whole turns apart, the nearest to another one.
+/// The rotation vector of R, of all that are whole turns apart, that is nearest to another one.
 Vector3d rotation_log(const Matrix3d& R, const Vector3d& near);
-/// Of all angles that are whole turns apart, the nearest to another one [rad].
+/// The angle, of all that are whole turns apart, that is nearest to another one [rad].
 inline double unwrapped(double angle, double near) {
   return near + std::remainder(angle - near, 2 * std::numbers::pi);
 }

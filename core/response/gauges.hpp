@@ -6,8 +6,8 @@
 
 namespace flexopt {
 
-/// Where the stresses of a gauge's section are read: beside places that move with the design, the
-/// borders of the corners that the largest stress leaves out.
+/// The place where the stresses of a gauge's section are read: beside places that move with the
+/// design, the borders of the corners that the largest stress leaves out.
 StressPlace place_of(const StrainGauge& gauge);
 
 /// What a gauge reads where the section has this stress.

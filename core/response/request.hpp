@@ -202,7 +202,7 @@ struct TransmissibilityRule {
 /// A harmonic load or motion at a named point, and the motion of another, or the same; both have
 /// directions.
 struct TransferRule {
-  /// Of StrokeRequest::named_points. Nothing: the ground moves along the direction of `to`, a
+  /// Point of StrokeRequest::named_points. Nothing: the ground moves along the direction of `to`, a
   /// translation.
   std::optional<std::size_t> from;
   std::size_t to = 0;

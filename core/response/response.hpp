@@ -192,9 +192,9 @@ struct Transmissibility {
 struct Transfer {
   /// At rest: motion over load [m/N, rad/N, m/(N m), rad/(N m)], or over motion [1, rad/m, m/rad].
   double compliance = 0;
-  /// Of a load where the mass that it feels leaves that at rest by √2, up or down; of a motion
-  /// where the ratio first falls to that at rest over √2. Nothing where it does not, or where
-  /// `from` does not move `to` [Hz].
+  /// Frequency [Hz]: of a load where the mass that it feels leaves that at rest by √2, up or down;
+  /// of a motion where the ratio first falls to that at rest over √2. Nothing where it does not, or
+  /// where `from` does not move `to`.
   std::optional<double> bandwidth;
 };
 

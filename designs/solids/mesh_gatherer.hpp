@@ -18,7 +18,7 @@ class MeshGatherer {
   /// Labels in the order of SolidCell.
   void add_cell(const NumberedLines& lines, SolidCell cell, const std::vector<int>& labels);
   void add_to_set(const std::string& name, const std::vector<int>& labels);
-  /// Of the material, in units of the file.
+  /// Sets constants of the material, given in units of the file.
   void set_elastic(double modulus, double ratio) {
     mesh_.youngs_modulus = modulus / (unit_ * unit_);
     mesh_.poissons_ratio = ratio;

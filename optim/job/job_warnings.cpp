@@ -309,7 +309,8 @@ void look_at_mass(Looked& at) {
            {}});
 }
 
-/// What is written of elastic bodies.
+/// Warns of what a design says of its elastic bodies: mass that counts twice, other constants than
+/// in the file of the mesh.
 void look_at_elastic_bodies(Looked& at, const DesignPlan& plan) {
   for (const BodyItem& body : plan.bodies) {
     if (!body.elastic) continue;

@@ -162,7 +162,8 @@ enum class OptimumStatus { optimal, local, feasible, infeasible, failed };
 struct Optimum {
   OptimumStatus status = OptimumStatus::failed;
   std::string stop_reason;
-  /// Of an infeasible answer, where the first-order conditions of the least violation are known.
+  /// What stands against an infeasible answer; nothing where the first-order conditions of the
+  /// least violation are not known.
   std::optional<UnmetTogether> conflict;
   /// Residual of the first-order conditions of the answer, in its own scales; of gradient methods.
   std::optional<double> kkt;

@@ -1,6 +1,7 @@
 #include "core/elements/solid/fixed_interface_modes.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "core/elements/solid/kept_by_content.hpp"
@@ -32,6 +33,7 @@ NominalModes modes_of(const ElasticBody& body, int count) {
       static_cast<int>(3 * body.nodes.size()), count, width,
       [&](const MatrixXd& B) { return whole->held_answer(B); },
       [&](const MatrixXd& B) { return mass_product(body, B); });
+  assert(found.converged);  // the stiffness is definite, and the space has room for all that count
   return {size * found.vectors, found.values};
 }
 

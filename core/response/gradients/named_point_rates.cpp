@@ -39,7 +39,7 @@ VectorXd motion_along_rates(const NamedPoint& point, const Vector3d& displacemen
   }
   const int b = *point.body;
   if (point.turns())
-    return along(rotation_left_tangent_inverse(rotation_log(factor.system().pose(b).rotation)) *
+    return along(rotation_left_tangent_inverse(factor.system().pose(b).turn) *
                      state_rates.middleRows(6 * b + 3, 3),
                  point.direction->tail<3>());
   MatrixXd rates = state_rates.middleRows(6 * b, 3) +

@@ -1,6 +1,6 @@
 #pragma once
 // What named points and strain gauges tell, and what forces on points change by, along design
-// parameters. Equations (S42) and (S43) of core/response/README.md.
+// parameters. Equation (S45) of core/response/README.md.
 #include <optional>
 
 #include "core/response/gradients/moving_places.hpp"

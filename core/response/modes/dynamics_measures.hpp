@@ -32,8 +32,8 @@ DynamicsMeasures dynamics_measures(const MechanismFactor& factor, const Dynamics
                                    bool driven, bool terms,
                                    const std::vector<NamedPoint>& points = {});
 
-/// Equations (H10) to (H12). `terms`: whether
-/// derivatives are wanted. None where a leaf with a point does not know how its inside moves.
+/// Equations (H10) to (H12). `terms`: whether derivatives are wanted. None where a leaf with a
+/// point does not know how its inside moves.
 Answer<std::vector<TransferMeasure>> transfers(const MechanismFactor& factor,
                                                const DynamicsRule& rule,
                                                const std::vector<NamedPoint>& points, bool terms,

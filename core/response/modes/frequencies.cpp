@@ -116,12 +116,12 @@ void add_elastic_motion(const System& system, const MechanismPencil& pencil, int
           pencil.leaves[static_cast<std::size_t>(system.leaves() + k)];
       q = phi.segment(inside.first(), inside.modes);
     }
-    const MatrixXd shapes = q.size() > 0 ? elastic.modes(k, frequencies)->shapes : MatrixXd();
+    const auto modes = q.size() > 0 ? elastic.modes(k, frequencies) : nullptr;
     VectorXd& motion = mode.elastic_motion.emplace_back(3 * surface.corners.size());
     for (std::size_t c = 0; c < surface.corners.size(); ++c) {
       const int row = 3 * surface.nodes[surface.corners[c]];
       Vector3d u = solid.fields.middleRows<3>(row) * d;
-      if (q.size() > 0) u += shapes.middleRows<3>(row) * q;
+      if (modes) u += modes->shapes.middleRows<3>(row) * q;
       motion.segment<3>(3 * static_cast<Eigen::Index>(c)) = elastic.held(k).floating.frame.axes * u;
     }
   }
@@ -149,7 +149,7 @@ std::vector<Mode> classify(const MechanismPencil& pencil, const System& system,
 }
 
 MatrixXd drive_shapes_of(const MechanismPencil& pencil, const System& system) {
-  const MatrixXd forces = system.drive_forces(false);
+  const MatrixXd forces = system.drive_forces(DriveHold::named);
   MatrixXd shapes = MatrixXd::Zero(pencil.size, forces.cols());
   if (forces.cols() > 0)
     shapes.topRows(pencil.bodies) = TangentFactor(system, false).answer(forces);

@@ -32,9 +32,10 @@ struct MeasureRate {
   std::vector<ForceTerm> forces;
 };
 
-inline constexpr double harmonic_tolerance =
-    1e-10;                                         ///< of answers; what is read off has its square
-inline constexpr int most_harmonic_columns = 320;  ///< of their Krylov spaces
+/// Residual of answers; what is read off them has its square.
+inline constexpr double harmonic_tolerance = 1e-10;
+/// Columns of their Krylov spaces.
+inline constexpr int most_harmonic_columns = 320;
 
 /// (H4): K (1 + 2iζ) − ω² M = (1 + 2iζ)(K − σ M); σ of a frequency [Hz].
 Complex shift_of(double frequency, double damping);

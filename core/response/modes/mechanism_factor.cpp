@@ -64,7 +64,7 @@ MechanismFactor::FreeDrives MechanismFactor::free_drives() const {
   if (system_->loads().held.none() || drives() == 0) return all;
   std::vector<int> free;
   for (int k = 0; k < drives(); ++k)
-    if (!system_->holds(k, false)) free.push_back(k);
+    if (!system_->holds(k, DriveHold::named)) free.push_back(k);
   const MatrixXd stiffness = Lu(drive_compliance_).inverse()(free, free);
   return {all.shapes(Eigen::all, free), free.empty() ? stiffness : Lu(stiffness).inverse()};
 }
@@ -72,7 +72,8 @@ MechanismFactor::FreeDrives MechanismFactor::free_drives() const {
 std::vector<int> MechanismFactor::drive_rows() const {
   std::vector<int> rows;
   for (int k = 0; k < drives(); ++k)
-    if (const auto& row = system_->drives()[k].condition; row && !system_->holds(k, false))
+    if (const auto& row = system_->drives()[k].condition;
+        row && !system_->holds(k, DriveHold::named))
       rows.push_back(size_ - conditions() + *row);
   return rows;
 }

@@ -80,7 +80,7 @@ class MechanismFactor {
 
     int count() const { return static_cast<int>(modes->count()); }
   };
-  /// Of every elastic body; none for 0 frequencies.
+  /// The insides of all elastic bodies; there are none for 0 frequencies.
   const std::vector<ElasticInside>& elastic() const { return elastic_; }
   /// For how many frequencies elastic bodies have modes.
   int frequencies() const { return frequencies_; }

@@ -194,7 +194,7 @@ struct UnheldMotions {
 
 UnheldMotions motions_of(const System& system) {
   UnheldMotions motions{FreeMotions(system, false).basis(), {}};
-  const MatrixXd forces = system.drive_forces(false);
+  const MatrixXd forces = system.drive_forces(DriveHold::named);
   if (forces.cols() == 0) return motions;
   const MatrixXd strokes = motions.basis.transpose() * forces,
                  still = null_space_of_transpose(strokes, 1e-9);

@@ -210,7 +210,7 @@ int PointOutputs::vibrations(std::size_t index) const {
   int count = request_->wants_frequencies() || request_->wants_frequency_derivatives()
                   ? request_->frequencies
                   : 0;
-  if (request_->wants_dynamics()) count = std::max(count, of_dynamics);
+  if (request_->wants_harmonic_answers()) count = std::max(count, of_dynamics);
   if (request_->wants_state_space(index)) count = std::max(count, request_->state_space->modes);
   return count;
 }

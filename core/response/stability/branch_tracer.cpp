@@ -395,10 +395,10 @@ MatrixXd moved_states(const LoadBranch& branch, const MechanismFactor& factor, M
   const System& system = branch.system();
   std::vector<int> free;
   for (int k = 0; k < factor.drives(); ++k)
-    if (!system.holds(k, false)) free.push_back(k);
+    if (!system.holds(k, DriveHold::named)) free.push_back(k);
   if (!branch.locked())
     residual.topRows(factor.bodies()) -=
-        system.drive_forces(false) * drive_load_rates(free, Eigen::all);
+        system.drive_forces(DriveHold::named) * drive_load_rates(free, Eigen::all);
   const Eigen::Index count = residual.cols();
   MatrixXd forces = MatrixXd::Zero(factor.size(), count + 1);
   forces.leftCols(count) = -residual;
@@ -406,7 +406,7 @@ MatrixXd moved_states(const LoadBranch& branch, const MechanismFactor& factor, M
   MatrixXd moved = factor.balance(forces, branch.locked()).topRows(factor.size());
   if (!branch.locked())
     for (int k = 0; k < factor.drives(); ++k)
-      if (const auto& row = system.drives()[k].condition; row && !system.holds(k, false))
+      if (const auto& row = system.drives()[k].condition; row && !system.holds(k, DriveHold::named))
         moved.row(factor.size() - factor.conditions() + *row).head(count) =
             -drive_load_rates.row(k);
   return moved;

@@ -42,7 +42,7 @@ LoadBranch::LoadBranch(System& system, LoadCase loads, double factor, DriveState
   if (drive == DriveState::free)
     for (std::size_t k = 0; k < system.drives().size(); ++k)
       if (const auto& coordinate = system.drives()[k].coordinate;
-          coordinate && !system.holds(k, false))
+          coordinate && !system.holds(k, DriveHold::named))
         drive_forces_[*coordinate] = drive_loads[static_cast<Eigen::Index>(k)];
   system_->assemble();
 }
