@@ -68,6 +68,9 @@ TEST_CASE("the derivative of a rotation beyond half a turn is that of difference
   };
   StrokeRequest request{.points = {1}, .newton = exactly};
   request.outputs = {Output::equilibrium};
+  NamedPoint tip{.name = "tip", .body = 0};
+  tip.direction = Vector6d::Unit(5);
+  request.named_points = {tip};
   const double M = models::bending(strip(1e-4).leaves[0]) / 0.2;
   request.loads.growing = {{.force = {0, 0, 0.02 * M / 0.2}, .moment = {0, 0, 4.4 * M}}};
   MechanismDirection thicker{"thickness", zero_rate(strip(1e-4))};
@@ -86,6 +89,9 @@ TEST_CASE("the derivative of a rotation beyond half a turn is that of difference
   for (int k = 0; k < 3; ++k)
     CHECK(s.gradients->path[0].rotation(k, 0) ==
           Approx(d.value[k]).epsilon(1e-6).margin(1e-7 * std::abs(d.value[2])));
+  REQUIRE(s.gradients->path[0].motions_along.at(0));
+  CHECK((*s.gradients->path[0].motions_along[0])[0] ==
+        Approx(s.gradients->path[0].rotation(2, 0)).epsilon(1e-12));
 }
 
 TEST_CASE("there is no equilibrium where a bushing would be turned beyond half a turn") {
