@@ -267,7 +267,7 @@ std::string listed_summary(const OrderedJson& result) {
   };
   if (result.contains("designs")) {
     for (const Json& entry : result["designs"]) line("", entry, "");
-    if (result["status"] == "ok") text += compared_lines(result);
+    if (result["status"] == "ok" && result.contains("path")) text += compared_lines(result);
   }
   if (!result.contains("ranking")) return text;
   for (const Json& entry : result["ranking"]) {
