@@ -144,7 +144,10 @@ std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
   absolute[0].ground[d] = 1;
   HarmonicTerms of(factor, std::abs(sigma));
   of.real_part(-1, sigma, HarmonicTerms::parts(weighted), absolute);
-  if (point) of.force(*point, (std::conj(T) / std::abs(T) * relative).real());
+  if (point)
+    of.force(
+        *point,
+        (std::conj(T) / std::abs(T) * (relative + rigid.motion.col(d).cast<Complex>())).real());
   measure.rate = of.take();
   return measure;
 }

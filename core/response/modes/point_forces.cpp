@@ -16,7 +16,9 @@ Check add_on_leaf(const MechanismFactor& factor, const NamedPoint& point, LeafRa
   const auto gradient = leaf.linear->gradient(rates, leaf.rows);
   if (!gradient) return Because(gradient.error());
   LeafVariation<double> none;  // a leaf as it is: only its state moves
-  none.shape = VectorXd::Zero(ShapeParameter::sizes);
+  none.shape = VectorXd::Zero(
+      ShapeParameter::sizes +
+      rates.profiles().coordinates(factor.system().mechanism().leaves[point.leaf], {}).size());
   const int unknowns = leaf.rows.size();
   const auto fields = (*gradient)->fields(
       MatrixXd::Identity(unknowns, unknowns),

@@ -199,6 +199,8 @@ TransferMeasure Transferred::of_ground(const PointAnswer& to) const {
     const auto T = [=](Complex s) { return 1.0 + s * y.at(s); };
     return {y, T, [=](Complex s) { return (y.at(s) + s * y.slope(s)) / T(s); }, false};
   };
+  const RigidMotion rigid = rigid_motion(*factor_);
+  const VectorXd carried = rigid.motion.leftCols<3>() * n;
   const auto add_rates = [&](double weight, Complex sigma, const VectorXcd& moved,
                              const VectorXcd& of_to, HarmonicTerms& terms) {
     const VectorXcd relative = sigma * moved;
@@ -206,9 +208,9 @@ TransferMeasure Transferred::of_ground(const PointAnswer& to) const {
     HarmonicTerms::Parts absolute = HarmonicTerms::parts(relative);
     absolute[0].ground = n;
     terms.real_part(-1, sigma, HarmonicTerms::parts(c * of_to), absolute);
-    terms.force(*to.point, (c * relative).real());
+    terms.force(*to.point, (c * (relative + carried.cast<Complex>())).real());
   };
-  const VectorXd shaken = rigid_motion(*factor_).inertia.leftCols<3>() * n;
+  const VectorXd shaken = rigid.inertia.leftCols<3>() * n;
   set_bandwidth(solve_(shaken).col(0), to, line_of, add_rates, measure);
   return measure;
 }
