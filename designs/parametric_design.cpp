@@ -1,6 +1,9 @@
 #include "designs/parametric_design.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "core/mechanism/each_number.hpp"
@@ -11,6 +14,14 @@ namespace {
 
 std::string parameter_pointer(const std::string& parameter) {
   return "/design/parameters/" + parameter + "/expression";
+}
+
+/// The number of a leaf that an EdgeSize gives.
+double& place_of(const EdgeSize& size, Mechanism& mechanism) {
+  LeafSpring& leaf = mechanism.leaves[static_cast<std::size_t>(size.leaf)];
+  const auto end = static_cast<std::size_t>(size.end);
+  return size.axis < 3 ? leaf.assembly_move[end][size.axis]
+                       : leaf.assembly_turn[end][size.axis - 3];
 }
 
 }  // namespace
@@ -80,15 +91,47 @@ std::optional<MatrixXd> ParametricDesign::derivatives(std::span<const double> sl
   return derivatives;
 }
 
+ParametricDesign ParametricDesign::with_edges(std::vector<EdgeSize> edges) const {
+  ParametricDesign design = *this;
+  design.edges_ = std::move(edges);
+  return design;
+}
+
 Mechanism ParametricDesign::build(const ParameterValues& parameters, const Material& material,
                                   const EndEffector& payload) const {
-  return family_->make(parameters, choices_, material, payload, nominal_);
+  Mechanism mechanism = family_->make(parameters, choices_, material, payload, nominal_);
+  if (edges_.empty()) return mechanism;
+  const std::vector<double> numbers = slots(parameters);
+  for (const EdgeSize& size : edges_) {
+    const std::optional<double> value = size.formula.value(numbers);
+    if (!value || std::abs(*value) > largest_edge_size)
+      throw SpecError(size.formula.pointer(), size.formula.text(),
+                      value ? fmt::format("at these parameters it is {:g}; expected at most {:g}",
+                                          *value, largest_edge_size)
+                            : "it has no finite value at these parameters");
+    place_of(size, mechanism) = *value;
+  }
+  return mechanism;
 }
 
 std::vector<MechanismDirection> ParametricDesign::directions(
     const ParameterValues& parameters, const Material& material, const EndEffector& payload,
     const std::vector<std::string>& names) const {
-  return family_->directions(parameters, choices_, material, payload, names, nominal_);
+  std::vector<MechanismDirection> along =
+      family_->directions(parameters, choices_, material, payload, names, nominal_);
+  if (edges_.empty()) return along;
+  const std::vector<double> numbers = slots(parameters);
+  for (const EdgeSize& size : edges_) {
+    const std::vector<int>& own = size.formula.slots();
+    std::vector<double> slopes(own.size());
+    if (!size.formula.gradient(numbers, slopes))
+      throw SpecError(size.formula.pointer(), size.formula.text(),
+                      "its slope is not finite at these parameters");
+    for (MechanismDirection& direction : along)
+      if (const auto found = std::ranges::find(own, slot(direction.parameter)); found != own.end())
+        place_of(size, direction.rate) = slopes[static_cast<std::size_t>(found - own.begin())];
+  }
+  return along;
 }
 
 std::vector<std::string> ParametricDesign::independent_names() const {

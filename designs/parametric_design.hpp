@@ -19,6 +19,16 @@ struct DependentParameter {
   Formula formula;  ///< over the slots
 };
 
+/// Larger moves [m] and turns [rad] of an edge, axis by axis, are taken for typing errors.
+inline constexpr double largest_edge_size = 1;
+
+/// How far a clamped edge sits other than designed along one axis, where parameters say so.
+struct EdgeSize {
+  int leaf = 0, end = 0;  ///< 0 base, 1 tip
+  int axis = 0;           ///< of a move [m], then of a rotation vector [rad], global axes
+  Formula formula;        ///< over the slots
+};
+
 /// Plain data and const functions: safe to share among threads.
 class ParametricDesign {
  public:
@@ -38,6 +48,9 @@ class ParametricDesign {
   const FamilyChoices& choices() const { return choices_; }
   bool has_end_effector() const { return family_->has_end_effector(choices_); }
   const std::vector<DependentParameter>& dependents() const { return dependents_; }
+  /// The design whose edges sit as these formulas say (LeafSpring::assembly_move, assembly_turn).
+  ParametricDesign with_edges(std::vector<EdgeSize> edges) const;
+  const std::vector<EdgeSize>& edges() const { return edges_; }
   bool is_dependent(int slot) const;
 
   /// Place of the parameter in the family's list, −1 for other names.
@@ -69,6 +82,7 @@ class ParametricDesign {
   FamilyChoices choices_;
   ParameterValues nominal_;
   std::vector<DependentParameter> dependents_;
+  std::vector<EdgeSize> edges_;
 };
 
 }  // namespace flexopt

@@ -98,8 +98,8 @@ void System::set_factors(LoadFactors factors) {
   }
   for (const AssemblyError& error : loads_.assembly) {
     EdgeFit& fit = fits_[error.leaf][error.end];
-    fit.move += factors_.of_step(error.step) * error.move;
-    fit.spin += factors_.of_step(error.step) * error.turn;
+    fit.move += factors_.of_step(error.step) * error.move_in(*mechanism_);
+    fit.spin += factors_.of_step(error.step) * error.turn_in(*mechanism_);
     fit.turn = rotation_exp(fit.spin);
   }
   assembled_ = false;

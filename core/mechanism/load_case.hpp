@@ -40,6 +40,15 @@ struct AssemblyError {
   Vector3d move = Vector3d::Zero();  ///< of the edge's middle, undeflected, global axes [m]
   Vector3d turn = Vector3d::Zero();  ///< rotation vector about that middle, global axes [rad]
   int step = 0;                      ///< of the mounting in which it comes
+  /// Whether LeafSpring::assembly_move and assembly_turn of the mechanism add to move and turn.
+  bool of_design = false;
+
+  Vector3d move_in(const Mechanism& mechanism) const {
+    return of_design ? Vector3d(move + mechanism.leaves[leaf].assembly_move[end]) : move;
+  }
+  Vector3d turn_in(const Mechanism& mechanism) const {
+    return of_design ? Vector3d(turn + mechanism.leaves[leaf].assembly_turn[end]) : turn;
+  }
 };
 
 /// A step of the mounting: what holds the drives while its loads come. Which loads these are is

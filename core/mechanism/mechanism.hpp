@@ -100,9 +100,9 @@ struct LeafSpringT {
   /// Stress-free sizes over nominal sizes of the bodies that hold the base and the tip, which may
   /// be warm too.
   std::array<double, 2> clamp_growth{1, 1};
-  /// For a derivative along assembly errors (AssemblyError) of the base and the tip: the change of
-  /// their displacement [m] and rotation [rad]. Assembly errors are no parameters of a design, in
-  /// which both are zero.
+  /// Displacement [m] and rotation vector [rad] by which the base and the tip sit in their bodies
+  /// other than designed, where they depend on parameters of the design; loads say when they come
+  /// (AssemblyError::of_design). In a derivative also the change along any other error of assembly.
   std::array<Vector3d, 2> assembly_move{Vector3d::Zero(), Vector3d::Zero()},
       assembly_turn{Vector3d::Zero(), Vector3d::Zero()};
 

@@ -68,6 +68,7 @@ class JobReader {
 
  private:
   void read_mechanism();
+  void read_assembly();
   void check_sections();
   void read_sections();
   bool sound(const char* pointer) const { return faults_.sound(pointer); }
@@ -131,6 +132,7 @@ void JobReader::read_mechanism() {
     if (mechanism_) {
       find_loaded_bodies(read_["loads"], *mechanism_, faults_, job_.request.loads.constant);
       read_surroundings(read_, *mechanism_, job_.model, faults_, job_.request.loads, job_.notes);
+      read_assembly();
       read_stress_rules(read_, *mechanism_, faults_, job_.request);
       read_dynamics(read_, *mechanism_, job_.model, faults_, job_.request);
       read_load_capacity(read_, *mechanism_, faults_, job_.request);
@@ -145,6 +147,16 @@ void JobReader::read_mechanism() {
     job_.notes.push_back("Free warping is a matter of beams; the plate's ends are clamped.");
   if (mechanism_ && sound("/model"))
     faults_.attempt([&] { check_superelements(*mechanism_, job_.model, read_["model"]); });
+}
+
+/// Edges that sit other than designed; where formulas say how far, the design gets these.
+void JobReader::read_assembly() {
+  std::vector<EdgeSize> sizes =
+      read_mounting(read_["assembly"], *family_, *mechanism_, faults_, job_.request.loads);
+  if (sizes.empty()) return;
+  job_.design.resolved = std::make_shared<const ParametricDesign>(
+      job_.design.resolved->with_edges(std::move(sizes)));
+  faults_.attempt([&] { mechanism_ = make_mechanism(job_, job_.design.parameters); });
 }
 
 /// What does not go with the kind of the job.

@@ -8,6 +8,7 @@
 #include "core/spec/json_file.hpp"
 #include "core/spec/names.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/job/job_sections.hpp"
 #include "optim/job/job_tables.hpp"
 
@@ -92,8 +93,20 @@ const RecordTable<MountingSpec>& mounting_table() {
   return table;
 }
 
-void read_edges(const json& read, const Pointer& list, int step, const Mechanism& mechanism,
-                FaultList& faults, LoadCase& loads) {
+/// The formula of a size of an edge. Throws SpecError.
+EdgeSize edge_size(const AssemblyError& edge, int axis, const std::string& text,
+                   const Family& family, const Pointer& edge_at) {
+  const Pointer at = edge_at / (axis < 3 ? "move" : "turn") / (axis % 3) / "expression";
+  const std::vector<FormulaName> names = formula_names(family.parameters);
+  Formula formula(text, names, at.to_string(), BareNumbers::may_be_si);
+  if (formula.slots().empty()) throw SpecError(at, text, uses_no_name(names));
+  formula.check_unit(axis < 3 ? "m" : "rad");
+  return {edge.leaf, edge.end, axis, std::move(formula)};
+}
+
+void read_edges(const json& read, const Pointer& list, int step, const Family& family,
+                const Mechanism& mechanism, FaultList& faults, LoadCase& loads,
+                std::vector<EdgeSize>& sizes) {
   std::set<std::pair<int, int>> edges;
   faults.each(read, list, [&](const json& item, const Pointer& at) {
     const AssemblySpec error = assembly_table().read(item);
@@ -102,7 +115,14 @@ void read_edges(const json& read, const Pointer& list, int step, const Mechanism
       throw wrong(item, at, "end", "the tip of this leaf is free: no body holds it");
     if (!edges.insert({leaf, error.end}).second)
       throw wrong(item, at, "end", "one error for each edge: this one has another");
-    loads.assembly.push_back({leaf, error.end, error.move, error.turn, step});
+    if (!error.formulas.empty() && std::ranges::any_of(sizes, [&](const EdgeSize& size) {
+          return size.leaf == leaf && size.end == error.end;
+        }))
+      throw SpecError(at, shown(item), "an earlier step has formulas for this edge: one step may");
+    loads.assembly.push_back(
+        {leaf, error.end, error.move, error.turn, step, !error.formulas.empty()});
+    for (const auto& [axis, text] : error.formulas)
+      sizes.push_back(edge_size(loads.assembly.back(), axis, text, family, at));
   });
 }
 
@@ -178,8 +198,12 @@ class StepsOf {
 Shape edge_shape() {
   std::vector<Field> fields = assembly_table().fields();
   for (Field& field : fields) {
-    if (field.name == "move") field.meaning = "largest to either side, of the edge's middle";
-    if (field.name == "turn") field.meaning = "largest to either side, about each axis";
+    if (field.name == "move")
+      field.shape = vector3("m", largest_edge_size),
+      field.meaning = "largest to either side, of the edge's middle";
+    if (field.name == "turn")
+      field.shape = vector3("rad", largest_edge_size),
+      field.meaning = "largest to either side, about each axis";
   }
   return shape::record(std::move(fields));
 }
@@ -208,16 +232,19 @@ Shape mounting_shape() {
                             "of the mounting, before the stroke, one after the other")})});
 }
 
-void read_mounting(const json& read, const Mechanism& mechanism, FaultList& faults,
-                   LoadCase& loads) {
-  if (read.is_array()) read_edges(read, Pointer("/assembly"), 0, mechanism, faults, loads);
-  if (!read.contains("steps")) return;
+std::vector<EdgeSize> read_mounting(const json& read, const Family& family,
+                                    const Mechanism& mechanism, FaultList& faults,
+                                    LoadCase& loads) {
+  std::vector<EdgeSize> sizes;
+  if (read.is_array())
+    read_edges(read, Pointer("/assembly"), 0, family, mechanism, faults, loads, sizes);
+  if (!read.contains("steps")) return sizes;
   StepsOf dead("load", names_in(loads.constant)), springs("spring", names_in(mechanism.springs)),
       around("kind", {"gravity", "temperature"});
   int k = 0;
   faults.each(read["steps"], Pointer("/assembly/steps"), [&](const json& item, const Pointer& at) {
     const MountingSpec spec = mounting_table().read(item);
-    read_edges(item["edges"], at / "edges", k, mechanism, faults, loads);
+    read_edges(item["edges"], at / "edges", k, family, mechanism, faults, loads, sizes);
     loads.mounting.push_back(read_drives(item, spec, mechanism, loads, at));
     for (std::size_t i = 0; faults.sound("/loads") && i < spec.loads.size(); ++i)
       dead.put_on(spec.loads[i], k, at / "loads" / i);
@@ -242,6 +269,7 @@ void read_mounting(const json& read, const Mechanism& mechanism, FaultList& faul
   loads.temperature_step =
       step_of(around, 1, !loads.temperature.empty() || !loads.body_expansion.empty());
   if (rest) loads.mounting.push_back({.name = "the rest"});
+  return sizes;
 }
 
 bool read_worst_assembly(json& goal, const GoalContext& context, const Constraint& read,

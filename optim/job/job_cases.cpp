@@ -4,6 +4,7 @@
 #include <cctype>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <tuple>
 #include <utility>
 
 #include "core/spec/json_file.hpp"
@@ -151,6 +152,25 @@ json document_as_read(const std::vector<WrittenCase>& cases, const std::vector<J
   return all;
 }
 
+/// Load cases are of one design, and so are the sizes of its edges that are formulas.
+void share_edges(const std::vector<Job>& jobs, const std::vector<WrittenCase>& cases,
+                 FaultList& faults, DesignSpec& design) {
+  const auto edges = [](const DesignSpec& of) {
+    std::vector<std::tuple<int, int, int, std::string>> all;
+    for (const EdgeSize& size : of.resolved->edges())
+      all.emplace_back(size.leaf, size.end, size.axis, size.formula.text());
+    return all;
+  };
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    const DesignSpec& own = jobs[k].design;
+    if (own.resolved->edges().empty()) continue;
+    if (design.resolved->edges().empty()) design.resolved = own.resolved;
+    if (edges(own) != edges(design))
+      faults.add(cases[k].at / "assembly", shown(cases[k].own["assembly"]),
+                 "load cases are of one design: they share the formulas of their edges");
+  }
+}
+
 }  // namespace
 
 Field cases_field(const std::vector<Field>& of_job) {
@@ -206,6 +226,7 @@ Job read_cases(const json& document, const std::vector<std::string>& order, Faul
     for (const std::string& note : jobs[k].notes)
       if (std::ranges::find(job.notes, note) == job.notes.end()) job.notes.push_back(note);
   }
+  share_edges(jobs, cases, faults, job.design);
   const auto driven = [](const JobCase& one) { return one.request.loads.driven(); };
   if (const auto& box = job.assembly_tolerances;
       box && box->drive_load_change && std::ranges::none_of(job.cases, driven))

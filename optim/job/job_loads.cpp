@@ -343,7 +343,6 @@ void read_surroundings(const json& read, const Mechanism& mechanism, const Model
     for (int i = 0; i < 3; ++i) loads.gravity[i] = read["gravity"][static_cast<std::size_t>(i)];
   if (read.contains("temperature"))
     read_temperature(read["temperature"], mechanism, faults, loads, notes);
-  read_mounting(read["assembly"], mechanism, faults, loads);
   if (model.accuracy == Accuracy::full || !faults.sound("/temperature")) return;
   const Mechanism warm = warmed(mechanism, loads);
   std::vector<std::string> full;

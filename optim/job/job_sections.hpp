@@ -12,7 +12,7 @@
 #include "core/spec/fault_list.hpp"
 #include "core/spec/field_table.hpp"
 #include "core/spec/spec_error.hpp"
-#include "designs/family.hpp"
+#include "designs/parametric_design.hpp"
 #include "optim/job/expression.hpp"
 #include "optim/job/job.hpp"
 
@@ -216,8 +216,8 @@ std::vector<Field> point_fields();
 void read_points(const nlohmann::json& read, const Mechanism* mechanism, FaultList& faults,
                  StrokeRequest& request, std::vector<std::string>& notes);
 
-/// Gravity, temperature and assembly, once the leaves are known. `notes`: which leaves
-/// are full models because of them.
+/// Gravity and temperature, once the leaves are known. `notes`: which leaves are full models
+/// because of them.
 void read_surroundings(const nlohmann::json& read, const Mechanism& mechanism,
                        const ModelOptions& model, FaultList& faults, LoadCase& loads,
                        std::vector<std::string>& notes);
@@ -226,9 +226,11 @@ void read_surroundings(const nlohmann::json& read, const Mechanism& mechanism,
 Shape mounting_shape();
 
 /// Takes in moved and turned edges, and the steps in which these and the other loads, which have
-/// been read, come; what no step names comes in one more behind them.
-void read_mounting(const nlohmann::json& read, const Mechanism& mechanism, FaultList& faults,
-                   LoadCase& loads);
+/// been read, come; what no step names comes in one more behind them. Returns the sizes of edges
+/// that are formulas of the family's parameters.
+std::vector<EdgeSize> read_mounting(const nlohmann::json& read, const Family& family,
+                                    const Mechanism& mechanism, FaultList& faults,
+                                    LoadCase& loads);
 
 // Where the drives of a design go: the stroke of one, and the strokes of drives with names.
 

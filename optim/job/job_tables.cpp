@@ -134,16 +134,42 @@ const RecordTable<LoadSpec>& load_path_table() {
   return table;
 }
 
+namespace {
+
+/// Three sizes of an edge, each a number or a formula of parameters.
+Shape edge_sizes(const std::string& unit) {
+  return list(shape::one_of({quantity(unit, -largest_edge_size, largest_edge_size),
+                             shape::record({shape::required("expression", text(),
+                                                            "a formula of parameters")})}),
+              3, 3);
+}
+
+void read_sizes(const json& read, int first_axis, Vector3d& sizes, AssemblySpec& error) {
+  for (int i = 0; i < 3; ++i) {
+    const json& size = read[static_cast<std::size_t>(i)];
+    if (size.is_object())
+      error.formulas[first_axis + i] = size["expression"];
+    else
+      sizes[i] = size;
+  }
+}
+
+}  // namespace
+
 const RecordTable<AssemblySpec>& assembly_table() {
+  const json zero{0, 0, 0};
   static const auto table =
       RecordTable<AssemblySpec>()
           .required("leaf", text(100), &AssemblySpec::leaf, "whose edge it is")
           .row(shape::required("end", choice({"base", "tip"}), "which of its edges"),
                [](const json& read, AssemblySpec& error) { error.end = read == "tip" ? 1 : 0; })
-          .with_default("move", vector3("m", 1), &AssemblySpec::move,
-                        "of the edge's middle relative to the body that holds it, global axes")
-          .with_default("turn", vector3("rad", 1), &AssemblySpec::turn,
-                        "rotation vector of the edge about its middle, global axes");
+          .row(shape::with_default(
+                   "move", edge_sizes("m"), zero,
+                   "of the edge's middle relative to the body that holds it, global axes"),
+               [](const json& read, AssemblySpec& e) { read_sizes(read, 0, e.move, e); })
+          .row(shape::with_default("turn", edge_sizes("rad"), zero,
+                                   "rotation vector of the edge about its middle, global axes"),
+               [](const json& read, AssemblySpec& e) { read_sizes(read, 3, e.turn, e); });
   return table;
 }
 

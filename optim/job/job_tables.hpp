@@ -1,5 +1,6 @@
 #pragma once
 // The sections of a job that go to plain structs, each declared once: key, shape, meaning, member.
+#include <map>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,9 @@ struct AssemblySpec {
   std::string leaf;
   int end = 0;                                                ///< 0 base, 1 tip
   Vector3d move = Vector3d::Zero(), turn = Vector3d::Zero();  ///< [m], [rad]
+  /// Formulas of parameters in their places, whose numbers are zero here: axis of the move, then of
+  /// the turn.
+  std::map<int, std::string> formulas = {};
 };
 
 struct NamedPointSpec {

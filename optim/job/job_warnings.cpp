@@ -142,10 +142,21 @@ void look_at_poissons_ratio(Looked& at) {
            {}});
 }
 
+/// Whether a size of an edge in the job is a formula of the parameter at this pointer.
+bool moves_edges(const Looked& at, const std::string& pointer) {
+  const ParametricDesign& design = *at.job.design.resolved;
+  return std::ranges::any_of(design.edges(), [&](const EdgeSize& size) {
+    return std::ranges::any_of(size.formula.slots(), [&](int slot) {
+      return pointer == "/parameters/" + at.family().parameters[static_cast<std::size_t>(slot)].name;
+    });
+  });
+}
+
 void look_at_names(Looked& at, const DesignPlan& plan) {
   if (plan.source.kind != DesignSource::Kind::library)
     for (const std::string& name : plan.unused)
-      at.warn({place_in(plan.source, name), "", "no formula of the design uses it", {}});
+      if (&plan != at.family().plan.get() || !moves_edges(at, name))
+        at.warn({place_in(plan.source, name), "", "no formula of the design uses it", {}});
   for (const PartItem& part : plan.parts) look_at_names(at, *part.design);
 }
 

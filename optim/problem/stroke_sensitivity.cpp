@@ -52,9 +52,18 @@ StrokeSensitivity stroke_sensitivity(const Job& job, const ParameterValues& para
                                      const ModelOptions& model, const StrokeRequest& request) {
   const auto design = resolve(job.design);
   const auto [material, end_effector] = numbers_set(job, parameters);
-  return evaluate_stroke_gradients(design->build(parameters, material, end_effector),
-                                   design->directions(parameters, material, end_effector, names),
-                                   model, request);
+  std::vector<MechanismDirection> along =
+      design->directions(parameters, material, end_effector, names);
+  // load cases may leave out the edges whose sizes are formulas
+  if (std::ranges::none_of(request.loads.assembly, &AssemblyError::of_design))
+    for (const EdgeSize& size : design->edges())
+      for (MechanismDirection& direction : along) {
+        LeafSpring& rate = direction.rate.leaves[static_cast<std::size_t>(size.leaf)];
+        rate.assembly_move.fill(Vector3d::Zero());
+        rate.assembly_turn.fill(Vector3d::Zero());
+      }
+  return evaluate_stroke_gradients(design->build(parameters, material, end_effector), along, model,
+                                   request);
 }
 
 }  // namespace flexopt

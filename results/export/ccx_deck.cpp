@@ -261,10 +261,11 @@ class Writer {
       deck_.line("*TEMPERATURE\nWARM{}, {:.12g}", i + 1, all.temperature[i]);
     for (std::size_t k = 0; k < all.assembly.size(); ++k) {
       const CcxRigid& edge = model_->rigids[model_->placed_edges[k]];
+      const Vector3d move = all.assembly[k].move_in(model_->mechanism),
+                     turn = all.assembly[k].turn_in(model_->mechanism);
       for (int c = 0; c < 3; ++c)
         deck_.line("*BOUNDARY\n{}, {}, {}, {:.12g}\n{}, {}, {}, {:.12g}", edge.reference, c + 1,
-                   c + 1, all.assembly[k].move[c], edge.rotation, c + 1, c + 1,
-                   all.assembly[k].turn[c]);
+                   c + 1, move[c], edge.rotation, c + 1, c + 1, turn[c]);
     }
     end_step();
   }

@@ -1,12 +1,24 @@
 #include "core/elements/solid/floating_body.hpp"
 
+#include <concepts>
+#include <type_traits>
+
 namespace flexopt {
 namespace {
+
+// A number with its rate. That of a plain number is a jet, whose code is needed all the same.
+template <class S>
+using Rated = std::conditional_t<std::same_as<S, double>, Jet, Rate<S>>;
+
+Jet with_rate(double x, double dx) { return {x, dx, 0}; }
+Rate<Jet> with_rate(const Jet& x, const Jet& dx) { return {x, dx}; }
+double rate(const Jet& x) { return x.c[1]; }
+Jet rate(const Rate<Jet>& x) { return x.rate; }
 
 // A model whose numbers have rates.
 template <class S>
 struct RatedModel {
-  using T = Rate<S>;
+  using T = Rated<S>;
 
   std::vector<Vector3<T>> origins;
   Eigen::MatrixX<T> stiffness, moments;
@@ -18,19 +30,19 @@ struct RatedModel {
   RatedModel(const ElasticModel& at, const ElasticModel& rate)
       : stiffness(rated(at.stiffness, rate.stiffness)),
         moments(rated(at.moments, rate.moments)),
-        total_mass(at.total_mass, rate.total_mass),
+        total_mass(with_rate(S(at.total_mass), S(rate.total_mass))),
         mass_moment(rated(at.mass_moment, rate.mass_moment)),
         basis(at.basis) {
     for (std::size_t a = 0; a < at.origins.size(); ++a)
       origins.push_back(rated(at.origins[a], rate.origins[a]));
     for (std::size_t k = 0; !at.quartic.empty() && k < at.cubic.size(); ++k)
-      cubic.emplace_back(at.cubic[k], rate.cubic[k]);
+      cubic.push_back(with_rate(S(at.cubic[k]), S(rate.cubic[k])));
     for (std::size_t k = 0; k < at.quartic.size(); ++k)
-      quartic.emplace_back(at.quartic[k], rate.quartic[k]);
+      quartic.push_back(with_rate(S(at.quartic[k]), S(rate.quartic[k])));
   }
 
   static Eigen::MatrixX<T> rated(const MatrixXd& x, const MatrixXd& dx) {
-    return x.binaryExpr(dx, [](double a, double b) { return T(a, b); });
+    return x.binaryExpr(dx, [](double a, double b) { return with_rate(S(a), S(b)); });
   }
 };
 
@@ -140,25 +152,26 @@ FloatingAnswersOf<S> floating_rates(const ElasticModel& model, const ElasticMode
                                     std::span<const FramePoseOf<S>> interfaces,
                                     std::span<const FramePoseOf<S>> pose_rates,
                                     const BodyActionOf<S>& action) {
-  using T = Rate<S>;
-  const auto with_rate = [](const S& x, const S& dx) { return T(x, dx); };
-  const auto rate = [](const T& x) { return x.rate; };
+  using T = Rated<S>;
+  const auto join = [](const S& x, const S& dx) { return with_rate(x, dx); };
+  const auto rate_of = [](const T& x) { return rate(x); };
   std::vector<FramePoseOf<T>> moving(interfaces.size());
   for (std::size_t a = 0; a < interfaces.size(); ++a) {
-    moving[a].position = interfaces[a].position.binaryExpr(pose_rates[a].position, with_rate);
-    moving[a].axes = interfaces[a].axes.binaryExpr(pose_rates[a].axes, with_rate);
+    moving[a].position = interfaces[a].position.binaryExpr(pose_rates[a].position, join);
+    moving[a].axes = interfaces[a].axes.binaryExpr(pose_rates[a].axes, join);
   }
-  const BodyActionOf<T> constant{action.gravity.unaryExpr([](const S& x) { return T(x, S(0.0)); }),
-                                 T(action.growth, S(0.0))};
+  const BodyActionOf<T> constant{
+      action.gravity.unaryExpr([](const S& x) { return with_rate(x, S(0.0)); }),
+      with_rate(action.growth, S(0.0))};
   FloatingAnswersOf<T> all;
   answer<T>(RatedModel<S>(model, model_rate), moving, constant, all);
   FloatingAnswersOf<S> rates{.framed = all.framed};
   if (!all.framed) return rates;
-  rates.frame = {all.frame.position.unaryExpr(rate), all.frame.axes.unaryExpr(rate)};
-  rates.local = all.local.unaryExpr(rate);
-  rates.energy = all.energy.rate;
-  rates.force = all.force.unaryExpr(rate);
-  rates.tangent = all.tangent.unaryExpr(rate);
+  rates.frame = {all.frame.position.unaryExpr(rate_of), all.frame.axes.unaryExpr(rate_of)};
+  rates.local = all.local.unaryExpr(rate_of);
+  rates.energy = rate(all.energy);
+  rates.force = all.force.unaryExpr(rate_of);
+  rates.tangent = all.tangent.unaryExpr(rate_of);
   return rates;
 }
 

@@ -156,7 +156,7 @@ std::vector<Vector12d> forced_increments(const Mechanism& mechanism, const LoadC
   }
   for (const AssemblyError& error : loads.assembly)
     increments[error.leaf].segment<6>(6 * error.end) +=
-        share * (Vector6d() << error.move, error.turn).finished();
+        share * (Vector6d() << error.move_in(mechanism), error.turn_in(mechanism)).finished();
   return increments;
 }
 
