@@ -154,8 +154,8 @@ void JobReader::read_assembly() {
   std::vector<EdgeSize> sizes =
       read_mounting(read_["assembly"], *family_, *mechanism_, faults_, job_.request.loads);
   if (sizes.empty()) return;
-  job_.design.resolved = std::make_shared<const ParametricDesign>(
-      job_.design.resolved->with_edges(std::move(sizes)));
+  job_.design.resolved =
+      std::make_shared<const ParametricDesign>(job_.design.resolved->with_edges(std::move(sizes)));
   faults_.attempt([&] { mechanism_ = make_mechanism(job_, job_.design.parameters); });
 }
 

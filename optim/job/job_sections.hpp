@@ -229,8 +229,7 @@ Shape mounting_shape();
 /// been read, come; what no step names comes in one more behind them. Returns the sizes of edges
 /// that are formulas of the family's parameters.
 std::vector<EdgeSize> read_mounting(const nlohmann::json& read, const Family& family,
-                                    const Mechanism& mechanism, FaultList& faults,
-                                    LoadCase& loads);
+                                    const Mechanism& mechanism, FaultList& faults, LoadCase& loads);
 
 // Where the drives of a design go: the stroke of one, and the strokes of drives with names.
 

@@ -138,10 +138,11 @@ namespace {
 
 /// Three sizes of an edge, each a number or a formula of parameters.
 Shape edge_sizes(const std::string& unit) {
-  return list(shape::one_of({quantity(unit, -largest_edge_size, largest_edge_size),
-                             shape::record({shape::required("expression", text(),
-                                                            "a formula of parameters")})}),
-              3, 3);
+  return list(
+      shape::one_of(
+          {quantity(unit, -largest_edge_size, largest_edge_size),
+           shape::record({shape::required("expression", text(), "a formula of parameters")})}),
+      3, 3);
 }
 
 void read_sizes(const json& read, int first_axis, Vector3d& sizes, AssemblySpec& error) {

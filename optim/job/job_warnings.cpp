@@ -147,7 +147,8 @@ bool moves_edges(const Looked& at, const std::string& pointer) {
   const ParametricDesign& design = *at.job.design.resolved;
   return std::ranges::any_of(design.edges(), [&](const EdgeSize& size) {
     return std::ranges::any_of(size.formula.slots(), [&](int slot) {
-      return pointer == "/parameters/" + at.family().parameters[static_cast<std::size_t>(slot)].name;
+      return pointer ==
+             "/parameters/" + at.family().parameters[static_cast<std::size_t>(slot)].name;
     });
   });
 }

@@ -56,7 +56,9 @@ Job squeezed(const std::string& assembly, double squeeze = 1e-6, const std::stri
 
 const char* const squeezed_edges = R"([
   {"leaf": "left", "end": "base", "move": [{"expression": "squeeze"}, 0, "1 um"],
-   "turn": [0, {"expression": "twist*squeeze/(1 um)"}, "1 mrad"]},
+   "turn": [0, {"expression": "twist*squeeze/(1 um)"
+}, "1 mrad"]
+},
   {"leaf": "right", "end": "tip", "move": ["2 um", {"expression": "l/100 + squeeze"}, 0],
    "turn": [0, 0, {"expression": "twist"}]}])";
 
@@ -66,9 +68,11 @@ TEST_CASE("edges that sit as formulas of parameters say are those of numbers, de
   const bool in_steps = GENERATE(false, true);
   const std::string edges = squeezed_edges;
   const Job job = squeezed(
-      in_steps ? R"({"steps": [{"edges": [{"leaf": "left", "end": "base", "turn": ["3 mrad", 0, 0]}]},
-                               {"edges": )" + edges + "}]}"
-               : edges);
+      in_steps
+          ? R"({"steps": [{"edges": [{"leaf": "left", "end": "base", "turn": ["3 mrad", 0, 0]}]},
+                               {"edges": )" +
+                edges + "}]}"
+          : edges);
   const std::vector<std::string> names{"squeeze", "twist", "l"};
   const auto at = [&](const ParameterValues& parameters) {
     return evaluate_stroke(make_mechanism(job, parameters), job.model, job.request);
@@ -111,24 +115,24 @@ TEST_CASE("load cases share the formulas of edges, and one without these edges h
   };
   CHECK(std::abs(slope(0)) > 1);
   CHECK(slope(1) == 0);
-  CHECK_THROWS_WITH(
-      squeezed(squeezed_edges, 1e-6,
-               R"({"squeezed": {}, "other": {"assembly": [
+  CHECK_THROWS_WITH(squeezed(squeezed_edges, 1e-6,
+                             R"({"squeezed": {}, "other": {"assembly": [
                  {"leaf": "left", "end": "base", "move": [{"expression": "2*squeeze"}, 0, 0]}]}})"),
-      ContainsSubstring("they share the formulas of their edges"));
+                    Contains("they share the formulas of their edges"));
 }
 
-TEST_CASE("a size of an edge that is no length, too long, or in two steps, is told with its place") {
+TEST_CASE(
+    "a size of an edge that is no length, too long, or in two steps, is told with its place") {
   const auto edge = [](const std::string& size) {
-    return R"([{"leaf": "left", "end": "base", "move": [{"expression": ")" + size + R"("}, 0, 0]}])";
+    return R"([{"leaf": "left", "end": "base", "move": [{"expression": ")" + size +
+           R"("}, 0, 0]}])";
   };
-  CHECK_THROWS_WITH(squeezed(edge("twist*twist")),
-                    ContainsSubstring("/assembly/0/move/0/expression"));
-  CHECK_THROWS_WITH(squeezed(edge("5 mm")), ContainsSubstring("/assembly/0/move/0/expression"));
-  CHECK_THROWS_WITH(squeezed(edge("1e4*l")), ContainsSubstring("expected at most 1"));
+  CHECK_THROWS_WITH(squeezed(edge("twist*twist")), Contains("/assembly/0/move/0/expression"));
+  CHECK_THROWS_WITH(squeezed(edge("5 mm")), Contains("/assembly/0/move/0/expression"));
+  CHECK_THROWS_WITH(squeezed(edge("1e4*l")), Contains("expected at most 1"));
   CHECK_THROWS_WITH(squeezed(R"({"steps": [{"edges": )" + edge("squeeze") + R"(}, {"edges": )" +
                              edge("squeeze") + "}]}"),
-                    ContainsSubstring("one step may"));
+                    Contains("one step may"));
 }
 
 TEST_CASE("a dependent parameter and unknown names are nothing to differentiate by") {
