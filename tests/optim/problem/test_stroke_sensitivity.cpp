@@ -56,9 +56,7 @@ Job squeezed(const std::string& assembly, double squeeze = 1e-6, const std::stri
 
 const char* const squeezed_edges = R"([
   {"leaf": "left", "end": "base", "move": [{"expression": "squeeze"}, 0, "1 um"],
-   "turn": [0, {"expression": "twist*squeeze/(1 um)"
-}, "1 mrad"]
-},
+   "turn": [0, {"expression": "1e6*twist*squeeze/1 m"}, "1 mrad"]},
   {"leaf": "right", "end": "tip", "move": ["2 um", {"expression": "l/100 + squeeze"}, 0],
    "turn": [0, 0, {"expression": "twist"}]}])";
 
