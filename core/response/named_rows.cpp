@@ -45,6 +45,10 @@ std::vector<QuantityRow> rows_of_points() {
            .needs = {Output::equilibrium, Output::transfers},
            .value = of_transfer<true>,
            .gradient = entry<&PointGradients::transfer_bandwidths>,
+           .at_least = [](const PathPoint& p, int k) -> std::optional<double> {
+             if (k >= std::ssize(p.transfers)) return std::nullopt;
+             return p.transfers[k].no_bandwidth.at_least;
+           },
            .of_names = true,
            .in_report = true}};
 }

@@ -116,6 +116,12 @@ std::string why_missing(const PathPoint& point, const QuantityRow& row, int comp
     const auto& capacity = point.stroke_capacity[component];
     return capacity ? capacity->reason : "";
   }
+  if (row.name == "bandwidth")
+    return component < std::ssize(point.no_bandwidth) ? point.no_bandwidth[component].reason : "";
+  if (row.name == "transfer_bandwidth")
+    return component < std::ssize(point.transfers) ? point.transfers[component].no_bandwidth.reason
+                                                   : "";
+  if (row.name == "transmissibility") return point.no_transmissibility;
   if (!row.needs.has(Output::stress)) return "";
   return row.name.starts_with("fatigue") && point.fillet_fault.empty() ? point.fatigue_fault
                                                                        : point.fillet_fault;

@@ -331,6 +331,10 @@ std::vector<QuantityRow> dynamics() {
        .unit = hertz,
        .value = entry<&PathPoint::bandwidths>,
        .gradient = entry<&PointGradients::bandwidths>,
+       .at_least = [](const PathPoint& p, int k) -> std::optional<double> {
+         if (k >= std::ssize(p.no_bandwidth)) return std::nullopt;
+         return p.no_bandwidth[k].at_least;
+       },
        .error = ErrorKind::frequency,
        .of_drives = true,
        .in_report = true},

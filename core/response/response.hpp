@@ -188,14 +188,21 @@ struct Transmissibility {
   double frequency = 0;  ///< where [Hz]
 };
 
+/// Why there is no bandwidth.
+struct NoBandwidth {
+  std::string reason;  ///< empty: the line that it would be read off does not end
+  /// Up to where the line was followed without an end, where it is not known beyond [Hz].
+  std::optional<double> at_least;
+};
+
 /// From a load or a motion at a named point to the motion of another.
 struct Transfer {
   /// At rest: motion over load [m/N, rad/N, m/(N m), rad/(N m)], or over motion [1, rad/m, m/rad].
   double compliance = 0;
   /// Frequency [Hz]: of a load where the mass that it feels leaves that at rest by √2, up or down;
-  /// of a motion where the ratio first falls to that at rest over √2. Nothing where it does not, or
-  /// where `from` does not move `to`.
+  /// of a motion where the ratio first falls to that at rest over √2.
   std::optional<double> bandwidth;
+  NoBandwidth no_bandwidth;  ///< where it is missing
 };
 
 /// What a strain gauge reads.
@@ -252,10 +259,6 @@ struct ElasticShape {
   std::vector<double> von_mises;                 ///< [Pa]
   std::vector<std::array<int, 3>> triangles;     ///< counterclockwise seen from outside
 };
-/// Turns beyond which a model of this degree is no longer believed [rad].
-inline constexpr double largest_turn(ElasticDegree degree) {
-  return degree == ElasticDegree::linear ? 0.02 : 0.1;
-}
 
 /// What a job makes of the quantities of a point by a formula of its own.
 struct NamedQuantity {
@@ -325,9 +328,11 @@ struct PathPoint {
   std::optional<Extents> extents;   ///< of this point
   std::optional<Clearance> clearance;
   std::optional<Buckling> buckling;  ///< by the load that the request names
-  /// Bandwidth of each drive, the others held [Hz]; nothing where its mass line does not end.
+  /// Bandwidth of each drive, the others held [Hz]: where its mass line ends.
   std::vector<std::optional<double>> bandwidths;
+  std::vector<NoBandwidth> no_bandwidth;  ///< of each drive, where it is missing
   std::optional<Transmissibility> transmissibility;
+  std::string no_transmissibility;  ///< why it is missing
   std::vector<Transfer> transfers;  ///< as DynamicsRule
   std::optional<StateSpace> state_space;
   /// Load capacities by direction: CapacityRule.

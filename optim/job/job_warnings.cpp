@@ -121,14 +121,19 @@ void look_at_units(Looked& at) {
   const Material& own = at.job.design.material;
   look(own, [](const std::string& key) { return "/design/material/" + key; }, {});
   const DesignPlan& plan = *at.family().plan;
+  const auto look_at_own = [&](const Material& material, const auto& items, const std::string& name,
+                               const std::string& place) {
+    if (material.youngs_modulus != own.youngs_modulus || material.density != own.density ||
+        material.yield_strength != own.yield_strength)
+      look(material,
+           [&](const std::string& key) { return place_of_item(plan, items, name, place + key); },
+           {name});
+  };
   for (const LeafSpring& leaf : at.mechanism.leaves)
-    if (leaf.material.youngs_modulus != own.youngs_modulus ||
-        leaf.material.density != own.density || leaf.material.yield_strength != own.yield_strength)
-      look(leaf.material,
-           [&](const std::string& key) {
-             return place_of_item(plan, plan.leaves, leaf.name, "/material/" + key);
-           },
-           {leaf.name});
+    look_at_own(leaf.material, plan.leaves, leaf.name, "/material/");
+  for (const ElasticBody& body : at.mechanism.elastic_bodies)
+    if (!body.imported)  // its matrices have no material
+      look_at_own(body.material, plan.bodies, body.name, "/elastic/material/");
 }
 
 void look_at_poissons_ratio(Looked& at) {

@@ -24,7 +24,7 @@ constexpr double endless_bandwidth = 1e6;  // [Hz]: more than any bound asks for
 // What a quantity counts as where there is nothing that it could be: no mode that the drive feels
 // beside its own, no pair that can touch, no load, but for a reversed one, at which the tangent is
 // singular (as far as it was followed, where that is known); no stress to speak of; no limit of a
-// load as far as it was followed, which counts as that.
+// load, or end of a line, as far as it was followed, which counts as that.
 std::optional<double> value_of_nothing(const PathPoint& point, const std::string& quantity) {
   if (quantity == "clearance")
     return point.clearance ? std::nullopt : std::optional(clearance_without_pairs);
@@ -35,11 +35,13 @@ std::optional<double> value_of_nothing(const PathPoint& point, const std::string
       return std::nullopt;
     return quantity == "fatigue_life" ? longest_life : no_critical_factor;
   }
-  if (quantity == "bandwidth" || quantity.starts_with("bandwidth."))
-    return point.bandwidths.empty() ? std::nullopt : std::optional(endless_bandwidth);
-  if (quantity.starts_with("transfer_bandwidth."))
-    return point.transfers.empty() ? std::nullopt : std::optional(endless_bandwidth);
   if (const auto bound = at_least(point, quantity)) return bound;
+  const bool of_drive = quantity == "bandwidth" || quantity.starts_with("bandwidth.");
+  if (of_drive || quantity.starts_with("transfer_bandwidth.")) {
+    const bool endless = of_drive ? !point.bandwidths.empty() : !point.transfers.empty();
+    return endless && why_missing(point, quantity).empty() ? std::optional(endless_bandwidth)
+                                                           : std::nullopt;
+  }
   if (!point.buckling) return std::nullopt;
   const CriticalLoad& load =
       quantity == "buckling.drive_free" ? point.buckling->drive_free : point.buckling->drive_locked;
@@ -176,24 +178,31 @@ std::optional<VectorXd> chained(const Expression& formula, const ParameterValues
   return sum;
 }
 
-/// Whether a value is zero but for rounding, beside the others of the path.
-bool is_rounding(double value, const std::string& quantity, const StrokeResponse& response) {
-  double largest = 0;
-  for (const PathPoint& point : response.path)
-    largest = std::max(largest, std::abs(value_of(point, quantity).value_or(0)));
-  return std::abs(value) < 1e-12 * largest;
+/// Below these the values of a formula's quantities are rounding, beside others of the path.
+std::vector<double> rounding_of_terms(const Expression& formula, const StrokeResponse& response) {
+  std::vector<double> rounding;
+  for (const std::string& quantity : formula.quantities()) {
+    double largest = 0;
+    for (const PathPoint& point : response.path)
+      largest = std::max(largest, std::abs(value_of(point, quantity).value_or(0)));
+    rounding.push_back(1e-12 * largest);
+  }
+  return rounding;
 }
 
 /// What counts of a formula at a point. `numbers`: the parameters, which get the quantities there;
 /// one that is rounding counts as zero, so that nothing is divided by it.
-Answer<std::vector<PointValue>, Why> values_at(const Expression& formula, const ReadPath& path,
-                                               const PathPoint& point, ParameterValues& numbers) {
+Answer<std::vector<PointValue>, Why> values_at(const Expression& formula,
+                                               const std::vector<double>& rounding,
+                                               const ReadPath& path, const PathPoint& point,
+                                               ParameterValues& numbers) {
   std::map<std::string, PointValue> terms;
-  for (const std::string& quantity : formula.quantities()) {
+  for (std::size_t k = 0; k < rounding.size(); ++k) {
+    const std::string& quantity = formula.quantities()[k];
     auto found = values_at(quantity, 1, path, point);
     if (!found) return BecauseOf(found.error());
     const double value = found->front().value;
-    numbers[quantity] = is_rounding(value, quantity, path.response) ? 0 : value;
+    numbers[quantity] = std::abs(value) < rounding[k] ? 0 : value;
     terms[quantity] = std::move(found->front());
   }
   const std::optional<double> value = formula.value(numbers);
@@ -311,10 +320,12 @@ Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& respo
   const ReadPath path{response, request, differentiated ? gradients : nullptr};
   if (differentiated) reading.parameters = gradients->parameters;
   ParameterValues numbers = goal.expression ? parameters : ParameterValues();
+  std::vector<double> rounding;
+  if (goal.expression) rounding = rounding_of_terms(*goal.expression, response);
   for (const PathPoint& point : response.path) {
     if (auto counts = check_point(point, response, request); !counts)
       return BecauseOf(counts.error());
-    const auto found = goal.expression ? values_at(*goal.expression, path, point, numbers)
+    const auto found = goal.expression ? values_at(*goal.expression, rounding, path, point, numbers)
                                        : values_at(goal.quantity, goal.branches, path, point);
     if (!found) return BecauseOf(found.error());
     for (std::size_t k = 0; k < static_cast<std::size_t>(goal.branches); ++k) {
@@ -337,17 +348,19 @@ void add_defined_quantities(const Job& job, const ParameterValues& parameters,
   if (job.quantities.empty()) return;
   ParameterValues numbers = complete_numbers(job, parameters);
   const ReadPath path{response, job.request, gradients};
-  for (PathPoint& point : response.path)
-    for (const auto& [name, formula] : job.quantities) {
+  for (const auto& [name, formula] : job.quantities) {
+    const std::vector<double> rounding = rounding_of_terms(*formula, response);
+    for (PathPoint& point : response.path) {
       const auto known = [&](const std::string& term) { return value_of(point, term).has_value(); };
       std::optional<PointValue> one;
       if (std::ranges::all_of(formula->quantities(), known))
-        if (auto found = values_at(*formula, path, point, numbers)) one = found->front();
+        if (auto found = values_at(*formula, rounding, path, point, numbers)) one = found->front();
       point.named_quantities.push_back({name, one ? std::optional(one->value) : std::nullopt});
       if (gradients)
         gradients->path[static_cast<std::size_t>(&point - response.path.data())]
             .named_quantities.push_back(one ? one->gradient : std::nullopt);
     }
+  }
 }
 
 Extreme extreme(const Goal& goal, const GoalValues& values, std::size_t part) {

@@ -326,6 +326,12 @@ void add_stability(const PathPoint& point, const StrokeRequest& request, Json& j
   json["negative_pivots"] = point.negative_pivots;
 }
 
+Json no_bandwidth_json(const NoBandwidth& none) {
+  Json json = {{"reason", none.reason}};
+  if (none.at_least) json["at_least"] = *none.at_least;
+  return json;
+}
+
 }  // namespace
 
 OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
@@ -380,14 +386,22 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
   for (std::size_t k = 0; k < point.transfers.size(); ++k) {
     const TransferRule& rule = request.dynamics->transfers[k];
     const std::optional<double>& bandwidth = point.transfers[k].bandwidth;
-    json["transfers"].push_back(
-        {{"name", rule.name},
-         {"from", rule.from ? request.named_points[*rule.from].name : "ground"},
-         {"to", request.named_points[rule.to].name},
-         {"drive", rule.drive == DriveState::free ? "free" : "locked"},
-         {rule.of_motion ? "ratio" : "compliance", point.transfers[k].compliance},
-         {"bandwidth", bandwidth ? Json(*bandwidth) : Json()}});
+    Json own = {{"name", rule.name},
+                {"from", rule.from ? request.named_points[*rule.from].name : "ground"},
+                {"to", request.named_points[rule.to].name},
+                {"drive", rule.drive == DriveState::free ? "free" : "locked"},
+                {rule.of_motion ? "ratio" : "compliance", point.transfers[k].compliance},
+                {"bandwidth", bandwidth ? Json(*bandwidth) : Json()}};
+    if (const NoBandwidth& none = point.transfers[k].no_bandwidth; !none.reason.empty())
+      own["no_bandwidth"] = no_bandwidth_json(none);
+    json["transfers"].push_back(std::move(own));
   }
+  for (std::size_t k = 0; k < point.no_bandwidth.size(); ++k)
+    if (const NoBandwidth& none = point.no_bandwidth[k]; !none.reason.empty())
+      (point.drive_names.empty() ? json["no_bandwidth"]
+                                 : json["no_bandwidth"][point.drive_names[k]]) =
+          no_bandwidth_json(none);
+  if (!point.no_transmissibility.empty()) json["no_transmissibility"] = point.no_transmissibility;
   if (point.transmissibility)
     json["transmissibility_frequency"] = point.transmissibility->frequency;
   if (point.state_space) json["state_space"] = state_space_json(*point.state_space);

@@ -55,7 +55,7 @@ std::string full_leaves_text(const std::vector<PathPoint>& path) {
       leaves.size() == 1 ? "1 leaf is" : fmt::format("{} leaves are", leaves.size()));
 }
 
-/// Elastic bodies that are bent further than their degree holds, each where it is turned most.
+/// Elastic bodies whose models leave out what begins to count, each where it is bent most.
 std::string elastic_text(const std::vector<PathPoint>& path, const Mechanism& mechanism) {
   std::string text;
   for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k) {
@@ -66,11 +66,12 @@ std::string elastic_text(const std::vector<PathPoint>& path, const Mechanism& me
         turn = std::max(turn, point.elastic_bodies[k].turn);
         share = std::max(share, point.elastic_bodies[k].geometric_share.value_or(0));
       }
-    if (turn > largest_turn(body.degree))
+    if (constexpr double largest_turn = 0.02;  // [rad], where no share is known
+        body.imported && turn > largest_turn)
       text += fmt::format(
-          " An interface of {} turns by {:.3g} rad in the body: a body of degree {} holds up to "
-          "{:g} rad.",
-          body.name, turn, static_cast<int>(body.degree), largest_turn(body.degree));
+          " An interface of {} turns by {:.3g} rad in the body: imported matrices are believed up "
+          "to {:g} rad.",
+          body.name, turn, largest_turn);
     if (constexpr double negligible = 0.1;
         body.degree == ElasticDegree::linear && share > negligible)
       text += fmt::format(
@@ -161,6 +162,13 @@ void conclude_optimisation(RunRecord& record) {
     record.message +=
         " At full accuracy it has no equilibrium: " + optimum.verified->outcome().message;
   }
+  const auto responses = responses_of(record);
+  for (std::size_t k = 0; k < responses.size(); ++k)
+    if (const std::string text = elastic_text(responses[k]->path, record.mechanism); !text.empty())
+      record.message += (record.message.ends_with('.') ? "" : ".") +
+                        (record.job.cases.empty()
+                             ? text
+                             : fmt::format(" Load case {}:{}", record.job.cases[k].name, text));
 }
 
 void conclude_comparison(RunRecord& record) {

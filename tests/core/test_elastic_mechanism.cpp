@@ -6,7 +6,9 @@
 
 #include "core/mechanism/loose_direction.hpp"
 #include "core/mechanism/mobility.hpp"
+#include "core/response/modes/harmonic_terms.hpp"
 #include "core/response/path/error_estimate.hpp"
+#include "core/response/quantities.hpp"
 #include "support/gradient_checks.hpp"
 #include "support/solid_box.hpp"
 
@@ -134,6 +136,37 @@ TEST_CASE("a bar vibrates as the same bar of two parts does") {
   REQUIRE(one.transmissibility);
   CHECK(one.transmissibility->value == Approx(many.transmissibility->value).epsilon(0.01));
   CHECK(one.transmissibility->frequency == Approx(many.transmissibility->frequency).epsilon(0.01));
+}
+
+TEST_CASE("a band has the modes of elastic bodies that it needs, or a reason that names the body") {
+  const Mechanism bar = cantilever();
+  const double limit = mode_limit(ElasticBodies(bar), 6).frequency;  // of a band alone
+  StrokeRequest request{.points = {0}};
+  request.dynamics =
+      DynamicsRule{.damping = 0.01,
+                   .transmissibility = TransmissibilityRule{
+                       .direction = Direction::uy, .from = 1.05 * limit, .to = 1.6 * limit}};
+  const PathPoint own = evaluated(bar, {}, request).path[0];
+  REQUIRE(own.transmissibility);
+  CHECK(own.no_transmissibility.empty());
+  request.frequencies = 60;
+  const PathPoint many = evaluated(bar, {}, request).path[0];
+  REQUIRE(many.transmissibility);
+  CHECK(own.transmissibility->value == Approx(many.transmissibility->value).epsilon(0.1));
+
+  request.frequencies = 0;
+  request.dynamics->transmissibility->to = 1e9;  // the mesh has no such modes
+  const PathPoint beyond = evaluated(bar, {}, request).path[0];
+  CHECK_FALSE(beyond.transmissibility);
+  CHECK_THAT(beyond.no_transmissibility, Catch::Contains("box 0"));
+  CHECK(why_missing(beyond, "transmissibility") == beyond.no_transmissibility);
+
+  // one mode alone takes m to √(1 + 4ζ²)/2ζ of its share, less than √2 here: no line ends
+  request.dynamics = DynamicsRule{.damping = 0.6};
+  const PathPoint endless = evaluated(bar, {}, request).path[0];
+  CHECK_FALSE(endless.bandwidths.at(0));
+  CHECK_THAT(endless.no_bandwidth.at(0).reason, Catch::Contains("box 0"));
+  CHECK(at_least(endless, "bandwidth").value() == Approx(limit).epsilon(1e-9));
 }
 
 TEST_CASE("a clamped bar sags under its weight as a beam does") {

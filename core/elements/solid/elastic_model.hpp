@@ -64,11 +64,12 @@ std::shared_ptr<const CondensedSolid> condensed(const ElasticBody& body);
 /// Rate of its model along a change of the body; `direction`: of every number its rate. Kept too.
 std::shared_ptr<const ElasticModel> model_rate(const ElasticBody& body,
                                                const ElasticBody& direction);
-/// Rates of the fields Φ and Θ: for the derivative of stress.
+/// Rates of the fields Φ and Θ: for the derivative of stress. Kept together with that.
 struct FieldRates {
   MatrixXd fields, second_fields;
 };
-FieldRates field_rates(const ElasticBody& body, const ElasticBody& direction);
+std::shared_ptr<const FieldRates> field_rates(const ElasticBody& body,
+                                              const ElasticBody& direction);
 
 /// Whether the mesh can be condensed: cells that are not inverted (det J > 0 at all points, and
 /// their aspect), patches with three nodes off a line at least that do not share nodes, N ≥ 2, one

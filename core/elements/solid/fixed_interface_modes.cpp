@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "core/elements/solid/kept_by_content.hpp"
 #include "core/elements/solid/solid_condensation.hpp"
@@ -37,9 +38,9 @@ NominalModes modes_of(const ElasticBody& body, int count) {
   return {size * found.vectors, found.values};
 }
 
-template <class Value>
-std::size_t bytes_of(const Value& value) {
-  return sizeof(double) * static_cast<std::size_t>(value.shapes.size());
+std::size_t mode_bytes(const FixedInterfaceModes& of) {
+  return sizeof(double) * static_cast<std::size_t>(of.shapes.size() + of.stiffness.size() +
+                                                   of.mass.size() + of.coupling.size());
 }
 
 // What the modes of a body depend on.
@@ -57,7 +58,9 @@ std::shared_ptr<const NominalModes> nominal_modes(const ElasticBody& body, int c
   return kept.get(
       key_of(nominal, count).take(),
       [&] { return std::make_shared<const NominalModes>(modes_of(nominal, count)); },
-      bytes_of<NominalModes>);
+      [](const NominalModes& modes) {
+        return sizeof(double) * static_cast<std::size_t>(modes.shapes.size());
+      });
 }
 
 FixedInterfaceModes imported_modes(const ImportedMatrices& matrices) {
@@ -96,15 +99,13 @@ FixedInterfaceModes rates_from(const ElasticBody& body, const ElasticBody& direc
                  stiffness = stiffness_product_rate(body, direction, Xi),
                  inertia = mass_product(body, Xi),
                  inertia_rates = mass_product_rate(body, direction, Xi);
+  const MatrixXd shapes = whole->held_answer(force_rates - stiffness);
   FixedInterfaceModes rates;
-  rates.shapes = whole->held_answer(force_rates - stiffness);
-  rates.stiffness =
-      symmetric_part(Xi.transpose() * stiffness + 2 * rates.shapes.transpose() * forces);
-  rates.mass =
-      symmetric_part(Xi.transpose() * inertia_rates + 2 * rates.shapes.transpose() * inertia);
-  rates.coupling = field_rates(body, direction).fields.transpose() * inertia +
+  rates.stiffness = symmetric_part(Xi.transpose() * stiffness + 2 * shapes.transpose() * forces);
+  rates.mass = symmetric_part(Xi.transpose() * inertia_rates + 2 * shapes.transpose() * inertia);
+  rates.coupling = field_rates(body, direction)->fields.transpose() * inertia +
                    whole->solid.fields.transpose() * inertia_rates +
-                   whole->mass_fields.transpose() * rates.shapes;
+                   whole->mass_fields.transpose() * shapes;
   return rates;
 }
 
@@ -112,6 +113,11 @@ FixedInterfaceModes rates_from(const ElasticBody& body, const ElasticBody& direc
 
 MatrixXd FixedInterfaceModes::root_of_mass() const {
   return count() == 0 ? mass : MatrixXd(Cholesky(mass).lower().transpose());
+}
+
+double FixedInterfaceModes::highest() const {
+  const double omega2 = SymmetricEigen(stiffness, mass).eigenvalues().maxCoeff();
+  return std::sqrt(omega2) / (2 * std::numbers::pi);
 }
 
 std::shared_ptr<const FixedInterfaceModes> fixed_interface_modes(const ElasticBody& body,
@@ -125,7 +131,7 @@ std::shared_ptr<const FixedInterfaceModes> fixed_interface_modes(const ElasticBo
         return std::make_shared<const FixedInterfaceModes>(
             modes_from(body, *nominal_modes(body, count)));
       },
-      bytes_of<FixedInterfaceModes>);
+      mode_bytes);
 }
 
 std::shared_ptr<const FixedInterfaceModes> fixed_interface_mode_rates(const ElasticBody& body,
@@ -142,7 +148,7 @@ std::shared_ptr<const FixedInterfaceModes> fixed_interface_mode_rates(const Elas
         return std::make_shared<const FixedInterfaceModes>(
             rates_from(body, direction, *nominal_modes(body, count), *modes));
       },
-      bytes_of<FixedInterfaceModes>);
+      mode_bytes);
 }
 
 }  // namespace flexopt

@@ -78,8 +78,10 @@ std::shared_ptr<const ElasticModel> model_rate(const ElasticBody& body,
   return {rates, &rates->model};
 }
 
-FieldRates field_rates(const ElasticBody& body, const ElasticBody& direction) {
-  return kept_rates(body, direction)->fields;
+std::shared_ptr<const FieldRates> field_rates(const ElasticBody& body,
+                                              const ElasticBody& direction) {
+  const std::shared_ptr<const SolidRates> rates = kept_rates(body, direction);
+  return {rates, &rates->fields};
 }
 
 }  // namespace flexopt

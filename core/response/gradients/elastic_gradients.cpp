@@ -127,7 +127,7 @@ ElasticStressRates elastic_stress_rates(const MechanismFactor& factor, int body,
             .floating.local;
     const std::vector<RatedTensor> tensors = node_stresses(
         moved.body(), direction, u,
-        solid_displacement_rates(solid, field_rates(moved.body(), direction), d, d_rate), nodes);
+        solid_displacement_rates(solid, *field_rates(moved.body(), direction), d, d_rate), nodes);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       const auto row = 6 * static_cast<Eigen::Index>(k);
       answer.value.segment<6>(row) = tensors[k].value;

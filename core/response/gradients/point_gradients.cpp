@@ -302,12 +302,13 @@ void set_dynamics(const MechanismFactor& factor, const DynamicsMeasures& dynamic
                   const DesignRates<double>& design, const MatrixXd& state_rates,
                   PointGradients& gradients) {
   std::optional<MatrixXd> carried;  // by the ground, made at its first use
-  const auto gradient = [&](const MeasureRate& rate) -> std::optional<VectorXd> {
-    const auto n = static_cast<Eigen::Index>(rate.terms.size());
+  const auto gradient = [&](const std::optional<MeasureRate>& rate) -> std::optional<VectorXd> {
+    if (!rate) return std::nullopt;
+    const auto n = static_cast<Eigen::Index>(rate->terms.size());
     MatrixXd Y(state_rates.rows(), n), translations(3, n);
     VectorXd lambda(n), weight(n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const QuadraticTerm& term = rate.terms[k];
+      const QuadraticTerm& term = rate->terms[k];
       Y.col(k) = term.y;
       translations.col(k) = term.ground;
       lambda[k] = term.lambda;
@@ -320,7 +321,7 @@ void set_dynamics(const MechanismFactor& factor, const DynamicsMeasures& dynamic
     }
     VectorXd sum =
         design.quadratic(Y, lambda, state_rates, ground ? &*ground : nullptr).transpose() * weight;
-    for (const ForceTerm& term : rate.forces) {
+    for (const ForceTerm& term : rate->forces) {
       const auto of = force_rates(term.point, term.y, factor, design, state_rates);
       if (!of) return std::nullopt;
       sum += *of;
@@ -335,8 +336,7 @@ void set_dynamics(const MechanismFactor& factor, const DynamicsMeasures& dynamic
     gradients.transmissibility = gradient(measure->rate);
   for (const TransferMeasure& transfer : dynamics.transfers) {
     gradients.transfers.push_back(gradient(transfer.at_rest));
-    gradients.transfer_bandwidths.emplace_back();
-    if (transfer.bandwidth) gradients.transfer_bandwidths.back() = gradient(transfer.of_bandwidth);
+    gradients.transfer_bandwidths.push_back(gradient(transfer.of_bandwidth));
   }
 }
 

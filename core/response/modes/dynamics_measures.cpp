@@ -89,28 +89,32 @@ MeasureRate bandwidth_rate(const MechanismFactor& factor, double frequency, doub
   return terms.take();
 }
 
-std::optional<DynamicsMeasure> bandwidth(const MechanismFactor& factor, double damping,
-                                         const VectorXd& unit_stroke, bool terms) {
+void add_bandwidth(const MechanismFactor& factor, double damping, const VectorXd& unit_stroke,
+                   bool terms, DynamicsMeasures& measures) {
   HarmonicAnswer answer(unit_stroke, std::min(factor.size(), most_harmonic_columns),
                         factor.solver(true), factor.masses());
-  const std::optional<double> end =
-      found_end(answer, damping, [&] { return end_of_mass_line(answer.mass(), damping); });
-  if (!end) return std::nullopt;
-  DynamicsMeasure measure{*end, *end, {}};
-  if (terms) measure.rate = bandwidth_rate(factor, *end, damping, answer, unit_stroke);
-  return measure;
+  const LineEnd end =
+      found_end(answer, factor, damping, [&] { return end_of_mass_line(answer.mass(), damping); });
+  measures.no_bandwidth.push_back(end.none);
+  auto& measure = measures.bandwidths.emplace_back();
+  if (!end.frequency) return;
+  measure = {*end.frequency, *end.frequency, {}};
+  if (terms) measure->rate = bandwidth_rate(factor, *end.frequency, damping, answer, unit_stroke);
 }
 
-std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
-                                                const RigidMotion& rigid,
-                                                const TransmissibilityRule& rule, double damping,
-                                                bool terms, const NamedPoint* point) {
+Answer<DynamicsMeasure> transmissibility(const MechanismFactor& factor, const RigidMotion& rigid,
+                                         const TransmissibilityRule& rule, double damping,
+                                         bool terms, const NamedPoint* point) {
+  if (!factor.elastic().empty())
+    if (const auto limit = mode_limit(factor.system().elastic_bodies(), factor.frequencies());
+        rule.to > limit.frequency)
+      return Because(limit.reason);
   const int d = index(rule.direction);
   VectorXd force = VectorXd::Zero(factor.size());
   if (point) {
     LeafRates own;
     const Answer<MatrixXd> forces = point_forces(factor, {*point}, own);
-    if (!forces) return std::nullopt;
+    if (!forces) return Because(forces.error());
     force = forces->col(0);
   } else {
     force[6 * factor.system().mechanism().end_effector + d] = 1;
@@ -127,7 +131,8 @@ std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
                           std::pow(rule.to / rule.from, static_cast<double>(k) / watched));
   double frequency = rule.to;
   for (bool found = false; !found;) {
-    if (!reaches(answer, damping, frequencies)) return std::nullopt;
+    if (!reaches(answer, damping, frequencies))
+      return Because("the response over the band is not resolved");
     frequency = largest_gain({carried, answer.along(force), damping}, rule.from, rule.to);
     found = answer.still() || answer.residual(shift_of(frequency, damping)) <= harmonic_tolerance;
     frequencies.push_back(frequency);
@@ -138,7 +143,7 @@ std::optional<DynamicsMeasure> transmissibility(const MechanismFactor& factor,
   DynamicsMeasure measure{std::abs(T), frequency, {}};
   if (!terms) return measure;
   HarmonicAnswer adjoint(solve(force).col(0), most, solve, mass);
-  if (!reaches(adjoint, damping, {frequency})) return std::nullopt;
+  if (!reaches(adjoint, damping, {frequency})) return measure;
   const VectorXcd weighted = std::conj(T) / std::abs(T) * adjoint.vector(sigma);
   HarmonicTerms::Parts absolute = HarmonicTerms::parts(relative);
   absolute[0].ground[d] = 1;
@@ -159,12 +164,16 @@ DynamicsMeasures dynamics_measures(const MechanismFactor& factor, const Dynamics
   DynamicsMeasures measures;
   const MatrixXd strokes = driven ? factor.drive_shapes() : MatrixXd(factor.size(), 0);
   for (Eigen::Index k = 0; k < strokes.cols(); ++k)
-    measures.bandwidths.push_back(bandwidth(factor, rule.damping, strokes.col(k), terms));
+    add_bandwidth(factor, rule.damping, strokes.col(k), terms, measures);
   if (rule.transmissibility) {
     const RigidMotion rigid = rigid_motion(factor);
-    measures.transmissibility = transmissibility(
+    auto found = transmissibility(
         factor, rigid, *rule.transmissibility, rule.damping, terms,
         rule.transmissibility->point ? &points[*rule.transmissibility->point] : nullptr);
+    if (found)
+      measures.transmissibility = std::move(*found);
+    else
+      measures.no_transmissibility = found.error();
   }
   return measures;
 }

@@ -1,6 +1,6 @@
 #pragma once
 // Bandwidth, transmissibility and transfers of a mechanism about an equilibrium, straight from K
-// and M of all its unknowns: no modes are left out. Equations (H4) to (H12) of README.md.
+// and M of all its unknowns. Equations (H4) to (H12) of README.md.
 #include <optional>
 #include <vector>
 
@@ -12,17 +12,20 @@ namespace flexopt {
 
 struct DynamicsMeasure {
   double value = 0;
-  double frequency = 0;  ///< [Hz]
-  MeasureRate rate;      ///< of the value
+  double frequency = 0;             ///< [Hz]
+  std::optional<MeasureRate> rate;  ///< of the value; nothing where it was not found
 };
 
 struct TransferMeasure : Transfer {
-  MeasureRate at_rest, of_bandwidth;
+  MeasureRate at_rest;
+  std::optional<MeasureRate> of_bandwidth;  ///< nothing where it was not found
 };
 
 struct DynamicsMeasures {
   std::vector<std::optional<DynamicsMeasure>> bandwidths;  ///< of each drive [Hz]
+  std::vector<NoBandwidth> no_bandwidth;                   ///< likewise, where it is missing
   std::optional<DynamicsMeasure> transmissibility;
+  std::string no_transmissibility;  ///< why it is missing
   std::vector<TransferMeasure> transfers;
 };
 

@@ -1,9 +1,13 @@
 #include "core/response/modes/harmonic_terms.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "core/response/modes/frequencies.hpp"
 
 namespace flexopt {
 
@@ -45,15 +49,77 @@ std::optional<double> first_excess(const std::function<double(double)>& excess,
   return std::nullopt;
 }
 
-std::optional<double> found_end(HarmonicAnswer& answer, double damping,
-                                const std::function<std::optional<double>()>& end) {
+namespace {
+
+void lower(ModeLimit& limit, double highest, const std::string& part) {
+  const double frequency = highest / FrequencyOptions{}.cutoff_ratio;
+  if (frequency < limit.frequency)
+    limit = {frequency, fmt::format("{} has modes up to {:.4g} Hz, enough for {:.4g} Hz", part,
+                                    highest, frequency)};
+}
+
+// A line of which an answer that is not exact knows no accurate end: how far it is known.
+// `beyond`: an end by this answer.
+NoBandwidth unresolved(const HarmonicAnswer& answer, double damping, std::optional<double> beyond) {
+  constexpr double step = 1.1;
+  const std::vector<double> poles = answer.mass().frequencies();
+  std::optional<double> known;
+  if (!poles.empty())
+    for (double f = 1e-2 * poles.front();
+         f < beyond.value_or(poles.back()) &&
+         answer.residual(shift_of(f, damping)) <= harmonic_tolerance;
+         f *= step)
+      known = f;
+  return {known ? fmt::format("its line does not end up to {:.4g} Hz, and is not resolved beyond",
+                              *known)
+                : "its line is not resolved",
+          known};
+}
+
+LineEnd end_of_line(HarmonicAnswer& answer, double damping,
+                    const std::function<std::optional<double>()>& end) {
   for (;;) {
     const bool more = answer.extend();
-    if (answer.still()) return std::nullopt;
+    if (answer.still()) return {};
     const std::optional<double> found = end();
-    if (found && answer.residual(shift_of(*found, damping)) <= harmonic_tolerance) return found;
-    if (!more) return std::nullopt;
+    if (found && answer.residual(shift_of(*found, damping)) <= harmonic_tolerance)
+      return {found, {}};
+    if (more) continue;
+    if (answer.exact()) return {};
+    return {{}, unresolved(answer, damping, found)};
   }
+}
+
+}  // namespace
+
+ModeLimit mode_limit(const ElasticBodies& bodies, int frequencies) {
+  ModeLimit limit;
+  for (int k = 0; k < bodies.count(); ++k) {
+    if (bodies.body(k).imported) continue;
+    const auto modes = bodies.modes(k, frequencies);
+    if (modes->count() > 0) lower(limit, modes->highest(), bodies.body(k).name);
+  }
+  return limit;
+}
+
+LineEnd found_end(HarmonicAnswer& answer, const MechanismFactor& factor, double damping,
+                  const std::function<std::optional<double>()>& end) {
+  LineEnd found = end_of_line(answer, damping, end);
+  ModeLimit limit;
+  if (!factor.elastic().empty())
+    limit = mode_limit(factor.system().elastic_bodies(), factor.frequencies());
+  // leaves are exchanged for full ones where the end is beyond their tables
+  if (!found.frequency)
+    for (std::size_t i = 0; i < factor.leaves().size(); ++i)
+      if (const auto highest = factor.leaves()[i].linear->highest_mode())
+        lower(limit, *highest, fmt::format("leaf {}", i));
+  double to = std::numeric_limits<double>::infinity();  // what it says something about
+  if (found.frequency)
+    to = *found.frequency;
+  else if (!found.none.reason.empty())
+    to = found.none.at_least.value_or(0);
+  if (to > limit.frequency) return {{}, {limit.reason, limit.frequency}};
+  return found;
 }
 
 bool reaches(HarmonicAnswer& answer, double damping, const std::vector<double>& frequencies) {

@@ -3,13 +3,15 @@
 // their derivatives. Equations (H4) and (H9) of README.md.
 #include <array>
 #include <functional>
+#include <limits>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "core/response/modes/harmonic_answer.hpp"
 #include "core/response/modes/mechanism_factor.hpp"
-#include "core/response/request.hpp"
+#include "core/response/response.hpp"
 
 namespace flexopt {
 
@@ -49,9 +51,27 @@ double sign_change(const std::function<double(double)>& function, double a, doub
 /// The least frequency of a list, refined, at which an excess is not negative.
 std::optional<double> first_excess(const std::function<double(double)>& excess,
                                    const std::vector<double>& list);
-/// Extends the answer until the place that `end` finds by the answer so far is accurate.
-std::optional<double> found_end(HarmonicAnswer& answer, double damping,
-                                const std::function<std::optional<double>()>& end);
+
+/// Up to where motions count that leave modes of a part out: its highest over
+/// FrequencyOptions::cutoff_ratio.
+struct ModeLimit {
+  double frequency = std::numeric_limits<double>::infinity();  ///< [Hz]
+  std::string reason;                                          ///< which part ends there
+};
+/// Of elastic bodies with fixed-interface modes for so many frequencies, one at least. Matrices of
+/// other programs count as whole.
+ModeLimit mode_limit(const ElasticBodies& bodies, int frequencies);
+
+/// Where a line ends that a measure is read off.
+struct LineEnd {
+  std::optional<double> frequency;  ///< [Hz]
+  NoBandwidth none;                 ///< where it is missing
+};
+/// Extends the answer until the place that `end` finds by the answer so far is accurate. What lies
+/// beyond the modes of elastic bodies is no answer; a line without an end is followed as far as
+/// they, and the tables of leaves, have modes.
+LineEnd found_end(HarmonicAnswer& answer, const MechanismFactor& factor, double damping,
+                  const std::function<std::optional<double>()>& end);
 /// Extends the answer until it is accurate at these frequencies; false where it does not become so.
 bool reaches(HarmonicAnswer& answer, double damping, const std::vector<double>& frequencies);
 

@@ -1,4 +1,6 @@
 // Transfers between named points, and from the ground. Equations (H10) to (H12) of README.md.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -86,6 +88,9 @@ class Transferred {
     terms.force(*to.point, (c * of_from).real());
     terms.force(*from.point, weighted.real());
   }
+  static std::string why_uncoupled(const PointAnswer& from, const PointAnswer& to) {
+    return fmt::format("a load at {} does not move {}", from.point->name, to.point->name);
+  }
   static void add_compliance(double c, const PointAnswer& from, const PointAnswer& to,
                              HarmonicTerms& terms) {
     terms.pencil(-c, 0, {to.still}, {from.still});
@@ -115,7 +120,10 @@ void Transferred::set_bandwidth(const VectorXd& still, const PointAnswer& to,
                                 const std::function<Line(const HarmonicAnswer&)>& line_of,
                                 const AddRates& add_rates, TransferMeasure& measure) const {
   HarmonicAnswer moved = answer(still);
-  measure.bandwidth = found_end(moved, damping_, [&] { return end_of(line_of(moved), damping_); });
+  const LineEnd end =
+      found_end(moved, *factor_, damping_, [&] { return end_of(line_of(moved), damping_); });
+  measure.bandwidth = end.frequency;
+  measure.no_bandwidth = end.none;
   if (!rates_ || !measure.bandwidth) return;
   const double f = *measure.bandwidth;
   HarmonicAnswer of_to = answer(to.still);
@@ -138,8 +146,16 @@ TransferMeasure Transferred::of_load(const PointAnswer& from, const PointAnswer&
     add_compliance(1, from, to, terms);
     measure.at_rest = terms.take();
   }
-  const double G = to.force.dot(solve_(factor_->mass(from.still)).col(0));  // dH/dσ at rest
-  if (std::abs(C) <= uncoupled * std::sqrt(std::abs(own * other)) || G == 0) return measure;
+  if (std::abs(C) <= uncoupled * std::sqrt(std::abs(own * other))) {
+    measure.no_bandwidth.reason = why_uncoupled(from, to);
+    return measure;
+  }
+  const MatrixXd inertia = factor_->mass(from.still);
+  const double G = to.force.dot(solve_(inertia).col(0));  // dH/dσ at rest
+  if (G == 0) {                                           // no line that anything could leave
+    measure.no_bandwidth.reason = inertia.isZero(0) ? "" : "the load feels no mass at rest";
+    return measure;
+  }
   const auto line_of = [&](const HarmonicAnswer& answer) -> Line {
     const PoleSum H = answer.along(to.force), growth = growth_of(H);
     return {H, [=](Complex s) { return growth.at(s) / H.at(s) * (C / G); },
@@ -171,7 +187,10 @@ TransferMeasure Transferred::of_motion(const PointAnswer& from, const PointAnswe
     add_ratio(1, terms);
     measure.at_rest = terms.take();
   }
-  if (std::abs(C) <= uncoupled * std::sqrt(std::abs(own * other))) return measure;
+  if (std::abs(C) <= uncoupled * std::sqrt(std::abs(own * other))) {
+    measure.no_bandwidth.reason = why_uncoupled(from, to);
+    return measure;
+  }
   const auto line_of = [&](const HarmonicAnswer& answer) -> Line {
     const PoleSum H = answer.along(to.force), H_own = answer.along(from.force);
     return {H, [=](Complex s) { return H.at(s) / H_own.at(s) * (own / C); },

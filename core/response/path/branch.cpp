@@ -291,9 +291,18 @@ void BranchWalk::visit(std::size_t k) {
   if (!differentiable_ && (request_.wants_harmonic_answers() || request_.wants_state_space(k))) {
     // reduced leaves that know no interior leave the dynamics to full ones
     Equilibrium there = equilibrium;
-    const auto whole = finish_on_full_leaves(system(), model_, request_, k,
-                                             check_interior(system(), request_, k, false), there);
-    if (there.converged) outputs_.add_dynamics(whole ? *whole : system(), k, point);
+    auto whole = finish_on_full_leaves(system(), model_, request_, k,
+                                       check_interior(system(), request_, k, false), there);
+    Check believed;
+    if (there.converged) believed = outputs_.add_dynamics(whole ? *whole : system(), k, point);
+    if (!believed) {  // nor do those whose tables end too early
+      whole = finish_on_full_leaves(system(), model_, request_, k, believed, there);
+      if (there.converged) believed = outputs_.add_dynamics(*whole, k, point);
+    }
+    if (!believed) {
+      point.status = PointStatus::no_equilibrium;
+      point.message = believed.error();
+    }
   }
   point.other_branch = other_branch_.has_value();
   if (const Check holds = check_degree(system().mechanism(), point); !holds) {

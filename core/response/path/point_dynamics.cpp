@@ -27,8 +27,20 @@ void set_measures(const DynamicsMeasures& measures, PathPoint& point) {
     point.bandwidths.emplace_back();
     if (bandwidth) point.bandwidths.back() = bandwidth->value;
   }
+  point.no_bandwidth = measures.no_bandwidth;
+  point.transmissibility.reset();
   if (const auto& gain = measures.transmissibility)
     point.transmissibility = {gain->value, gain->frequency};
+  point.no_transmissibility = measures.no_transmissibility;
+}
+
+// So many frequencies, or as many as elastic bodies need for fixed-interface modes that carry
+// motions up to `band` [Hz]. Where the most do not suffice, the motions are left out.
+int frequencies_to(double band, const ElasticBodies& bodies, int count) {
+  constexpr int most = 100;  // frequencies of a job
+  while (count < most && mode_limit(bodies, count).frequency < band)
+    count = std::min(most, 2 * count);
+  return count;
 }
 
 // Modes are told apart where they are drawn and where they are followed along the stroke.
@@ -52,6 +64,31 @@ void add_modes(const StrokeRequest& request, const std::vector<Mode>& free,
   const auto lowest =
       std::ranges::find_if(modes, [&](const Mode& mode) { return rule.admits(mode.kind); });
   if (lowest != modes.end()) point.parasitic_frequency = lowest->frequency;
+}
+
+// Up to where measures are read off [Hz].
+double highest_of(const DynamicsMeasures& measures, const DynamicsRule* rule) {
+  double highest = measures.transmissibility ? rule->transmissibility->to : 0;
+  for (const std::optional<DynamicsMeasure>& bandwidth : measures.bandwidths)
+    if (bandwidth) highest = std::max(highest, bandwidth->frequency);
+  for (const TransferMeasure& transfer : measures.transfers)
+    highest = std::max(highest, transfer.bandwidth.value_or(0));
+  return highest;
+}
+
+// What is up to the highest frequency is made of all modes of reduced leaves up to somewhat more.
+// `all`: whether none of the modes is missing that are asked for.
+Check check_tables(const MechanismFactor& factor, double highest, bool all) {
+  const double cutoff = FrequencyOptions{}.cutoff_ratio * highest;
+  for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
+    const std::optional<double> top = factor.leaves()[i].linear->highest_mode();
+    if (top && !all)
+      return Because(fmt::format("leaf {}: its tables have fewer modes than are asked for", i));
+    if (top && *top < cutoff)
+      return Because(fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz",
+                                 i, *top, cutoff));
+  }
+  return {};
 }
 
 // Whether a motion grows where loads follow their bodies: with the drives held as for stability.
@@ -141,16 +178,10 @@ void PointOutputs::add_mode_shapes(System& system, PathPoint& point) {
 }
 
 // Whether modes of reduced leaves, which were found or not, are believed.
-// Those up to the highest frequency are made of all modes of the leaves up to somewhat more.
 Check PointOutputs::check_modes(const MechanismFactor& factor, const FullModeLists& lists,
-                                bool found, const DynamicsMeasures& dynamics,
-                                const PathPoint& point) const {
+                                bool found, const DynamicsMeasures& dynamics) const {
   if (model_->leaf_modes == 0) return {};
-  double highest = dynamics.transmissibility ? request_->dynamics->transmissibility->to : 0;
-  for (const std::optional<DynamicsMeasure>& bandwidth : dynamics.bandwidths)
-    if (bandwidth) highest = std::max(highest, bandwidth->frequency);
-  for (const Transfer& transfer : point.transfers)
-    highest = std::max(highest, transfer.bandwidth.value_or(0));
+  double highest = highest_of(dynamics, request_->dynamics ? &*request_->dynamics : nullptr);
   for (const FullModes* list : {&lists.free, &lists.locked})
     for (const Mode& mode : list->modes) highest = std::max(highest, mode.frequency);
   const auto wanted = [&](DriveState drive) {
@@ -158,16 +189,7 @@ Check PointOutputs::check_modes(const MechanismFactor& factor, const FullModeLis
   };
   const bool all = found && lists.free.modes.size() >= wanted(DriveState::free) &&
                    lists.locked.modes.size() >= wanted(DriveState::locked);
-  const double cutoff = FrequencyOptions{}.cutoff_ratio * highest;
-  for (std::size_t i = 0; i < factor.leaves().size(); ++i) {
-    const std::optional<double> top = factor.leaves()[i].linear->highest_mode();
-    if (top && !all)
-      return Because(fmt::format("leaf {}: its tables have fewer modes than are asked for", i));
-    if (top && *top < cutoff)
-      return Because(fmt::format("leaf {}: its tables have modes up to {:.4g} Hz, not to {:.4g} Hz",
-                                 i, *top, cutoff));
-  }
-  return {};
+  return check_tables(factor, highest, all);
 }
 
 // False where a named point has no motion; the point then says why.
@@ -205,27 +227,40 @@ bool PointOutputs::add_state_space(const MechanismFactor& factor, const FullMode
   return model.has_value();
 }
 
-int PointOutputs::vibrations(std::size_t index) const {
+int PointOutputs::vibrations(const System& system, std::size_t index) const {
   constexpr int of_dynamics = 6;  // of a band whose frequencies nobody has asked for
   int count = request_->wants_frequencies() || request_->wants_frequency_derivatives()
                   ? request_->frequencies
                   : 0;
   if (request_->wants_harmonic_answers()) count = std::max(count, of_dynamics);
   if (request_->wants_state_space(index)) count = std::max(count, request_->state_space->modes);
+  if (request_->wants_dynamics() && request_->dynamics->transmissibility)
+    count =
+        frequencies_to(request_->dynamics->transmissibility->to, system.elastic_bodies(), count);
   return count;
 }
 
-void PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& point) {
-  const Answer<MechanismFactor> linear = MechanismFactor::of(system, vibrations(index));
-  if (!linear) return refuse(point, linear.error());
+Check PointOutputs::add_dynamics(System& system, std::size_t index, PathPoint& point) {
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system, vibrations(system, index));
+  if (!linear) {
+    refuse(point, linear.error());
+    return {};
+  }
   const MechanismFactor& factor = *linear;
   DynamicsMeasures measures;
-  if (!add_measures(factor, false, measures, point)) return;
-  if (!request_->wants_state_space(index)) return;
+  if (!add_measures(factor, false, measures, point)) return {};
+  if (request_->wants_harmonic_answers() && model_->leaf_modes > 0)
+    if (Check believed = check_tables(factor, highest_of(measures, &*request_->dynamics), true);
+        !believed)
+      return believed;
+  if (!request_->wants_state_space(index)) return {};
   const auto modes =
       full_modes(factor, std::min(request_->state_space->modes, factor.size()), 0, ModeMotions::no);
-  if (!modes) return miss_frequencies(factor.size(), point);
-  add_state_space(factor, modes->free, index, point);
+  if (modes)
+    add_state_space(factor, modes->free, index, point);
+  else
+    miss_frequencies(factor.size(), point);
+  return {};
 }
 
 // What differentiable points have beside others; derivatives of everything, if asked for.
@@ -236,7 +271,7 @@ Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids
     refuse(point, reason);
     return Check();
   };
-  const Answer<MechanismFactor> linear = MechanismFactor::of(system, vibrations(index));
+  const Answer<MechanismFactor> linear = MechanismFactor::of(system, vibrations(system, index));
   if (!linear) return refused(linear.error());
   const MechanismFactor& factor = *linear;
   DynamicsMeasures dynamics;
@@ -244,8 +279,7 @@ Check PointOutputs::evaluate_differentiable(System& system, const Solids* solids
   FullModeLists modes;
   if (model_->mass == LeafMass::consistent) {
     const bool found = add_full_frequencies(factor, index, modes, point);
-    if (Check believed = check_modes(factor, modes, found, dynamics, point); !believed)
-      return believed;
+    if (Check believed = check_modes(factor, modes, found, dynamics); !believed) return believed;
     if (!found || !add_state_space(factor, modes.free, index, point)) return {};
     add_mode_shapes(system, point);
   }

@@ -44,8 +44,9 @@ class PointOutputs {
   Check evaluate(System& system, const Equilibrium& equilibrium, std::size_t index,
                  PathPoint& point, PointGradients* gradients);
   /// Bandwidth, transmissibility and the linear model of a point as it is modelled, from leaves
-  /// that know their interiors.
-  void add_dynamics(System& system, std::size_t index, PathPoint& point);
+  /// that know their interiors. Where it fails the tables of reduced leaves end before, and the
+  /// point is to have them of full leaves instead.
+  Check add_dynamics(System& system, std::size_t index, PathPoint& point);
   /// Critical factors of the load that the request names, from an equilibrium on full leaves, and
   /// their derivatives.
   void add_buckling(System& system, const Equilibrium& equilibrium, std::size_t index,
@@ -65,13 +66,13 @@ class PointOutputs {
                             PathPoint& point);
   void add_mode_shapes(System& system, PathPoint& point);
   Check check_modes(const MechanismFactor& factor, const FullModeLists& lists, bool found,
-                    const DynamicsMeasures& dynamics, const PathPoint& point) const;
+                    const DynamicsMeasures& dynamics) const;
   bool add_measures(const MechanismFactor& factor, bool terms, DynamicsMeasures& measures,
                     PathPoint& point);
   bool add_state_space(const MechanismFactor& factor, const FullModes& free, std::size_t index,
                        PathPoint& point);
   /// For how many frequencies a point's factor has modes of elastic bodies.
-  int vibrations(std::size_t index) const;
+  int vibrations(const System& system, std::size_t index) const;
   Check evaluate_differentiable(System& system, const Solids* solids, std::size_t index,
                                 PathPoint& point, PointGradients* gradients);
 

@@ -62,6 +62,23 @@ TEST_CASE("goals ask for the measures alone, and an endless mass line is beyond 
   CHECK(reading->values == GoalValues{1e6, 250});
   CHECK(aggregate(goals[0], reading->values) == 250);
   CHECK_FALSE(read_goal(goals[1], response, request));  // no transmissibility was found
+
+  // not known to its end, and not known at all
+  response.path[0].no_bandwidth = {{"not resolved beyond", 700.0}};
+  CHECK(read_goal(goals[0], response, request)->values == GoalValues{700, 250});
+  response.path[0].no_bandwidth = {{"not resolved", {}}};
+  const auto unknown = read_goal(goals[0], response, request);
+  REQUIRE_FALSE(unknown);
+  CHECK_THAT(unknown.error().message, Catch::Contains("not resolved"));
+  Goal transferred = goals[0];
+  transferred.quantity = "transfer_bandwidth.a.b";
+  for (PathPoint& p : response.path) {
+    p.numbers = {{"transfer_bandwidth", "a.b", "Hz", 0}};
+    p.transfers = {{.no_bandwidth = {"a load at a does not move b", {}}}};
+  }
+  const auto uncoupled = read_goal(transferred, response, request);
+  REQUIRE_FALSE(uncoupled);
+  CHECK_THAT(uncoupled.error().message, Catch::Contains("does not move b"));
 }
 
 TEST_CASE(

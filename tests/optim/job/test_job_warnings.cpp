@@ -159,6 +159,18 @@ TEST_CASE("a mesh of another material, unit or place than its design is told wit
   CHECK_THAT(noted(body, "-1 m", "60 mm"), Contains("/elastic/mesh/units"));
 }
 
+TEST_CASE("a material of an elastic body's own is looked at, too") {
+  const std::string text = note_on_own(R"({
+      "bodies": [{"name": "end_effector", "at": [0.08, 0, 0],
+        "elastic": {"box": ["7 mm", "30 mm", "20 mm"], "center": ["3.5 mm", 0, 0],
+                    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.33, "density": 7.8},
+                    "elements": {"size": "10 mm"},
+                    "interfaces": [{"name": "O", "face": "x+"}]}}]})");
+  CHECK_THAT(text, StartsWith("/design/mechanism/bodies/0/elastic/material/density = 7.8 kg/m^3 "
+                              "(end_effector)") &&
+                       Contains("meant: 7800 kg/m^3"));
+}
+
 TEST_CASE("a box that weighs in addition to an elastic body is told") {
   const std::string text = note_on_own(R"({
       "bodies": [{"name": "end_effector", "at": [0.08, 0, 0], "density": "2700 kg/m^3",

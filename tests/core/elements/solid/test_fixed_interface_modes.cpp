@@ -80,6 +80,6 @@ TEST_CASE("rates of fixed-interface modes are those of the same mesh moved") {
     close(rates->stiffness, more->stiffness, less->stiffness);
     close(rates->mass, more->mass, less->mass);
     close(rates->coupling, more->coupling, less->coupling);
-    close(rates->shapes, more->shapes, less->shapes);
+    CHECK(rates->shapes.size() == 0);  // the kept rates would be as large as the mesh
   }
 }

@@ -288,7 +288,7 @@ TEST_CASE("rates of terms of degree 3 and 4 are exact") {
     require_close(as_column(rate->quartic),
                   slope_at_zero([&](double x) { return as_column(at(x)->model.quartic); }, h),
                   1e-7);
-    require_close(field_rates(body, direction).second_fields,
+    require_close(field_rates(body, direction)->second_fields,
                   slope_at_zero([&](double x) { return at(x)->second_fields; }, h), 1e-7);
   }
 }

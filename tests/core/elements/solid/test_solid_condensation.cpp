@@ -104,7 +104,8 @@ TEST_CASE("rates of a condensed body are those of differences") {
     check(rate->mass, plus->model.mass, minus->model.mass);
     check(rate->moments, plus->model.moments, minus->model.moments);
     check(rate->mass_moment, plus->model.mass_moment, minus->model.mass_moment);
-    check(field_rates(body, d).fields, plus->fields, minus->fields);
+    check(field_rates(body, d)->fields, plus->fields, minus->fields);
+    CHECK(field_rates(body, d) == field_rates(body, d));  // no copies
     CHECK((plus->model.total_mass - minus->model.total_mass) / (2 * h) ==
           Approx(rate->total_mass).epsilon(1e-7));
   }

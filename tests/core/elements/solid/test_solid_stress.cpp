@@ -143,7 +143,7 @@ TEST_CASE("derivatives of the stress at a node are exact") {
     const auto solid = condensed(body);
     const VectorXd u = solid_displacements(*solid, d),
                    u_rate =
-                       solid_displacement_rates(*solid, field_rates(body, direction), d, d_rate);
+                       solid_displacement_rates(*solid, *field_rates(body, direction), d, d_rate);
     const SolidSurface surface = solid_surface(body);
     for (const int node : {surface.nodes[3], solid_stress(body, surface, u).largest->node}) {
       const auto at = [&](double h) {

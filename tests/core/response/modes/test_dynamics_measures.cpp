@@ -122,6 +122,7 @@ TEST_CASE("one mass on a spring shakes as the closed form says") {
     CHECK(held.transmissibility->value == Approx(1).epsilon(1e-12));
     // one mass alone never leaves its line
     CHECK_FALSE(peak.bandwidths.at(0));
+    CHECK(peak.no_bandwidth.at(0).reason.empty());
   }
 }
 
@@ -157,6 +158,19 @@ TEST_CASE("the drive of two masses leaves the line where the closed form does") 
   CHECK(dynamics_measures(*at.factor, {0.98 * weak, {}}, true, false).bandwidths[0]);
   CHECK_FALSE(dynamics_measures(*at.factor, {1.02 * weak, {}}, true, false).bandwidths[0]);
   CHECK(dynamics_measures(*at.factor, {0.01, {}}, false, false).bandwidths.empty());
+}
+
+TEST_CASE("a line without an end that is not known to its end tells how far it is known") {
+  const Mechanism m = skew_guide(values_of(numbers));
+  const BentMechanism at = bent(m, 0.01, models::full(Flexure::plate, {8, 4}));
+  REQUIRE(at.factor->size() > most_harmonic_columns);
+  const double damping = 0.6;  // no sum of modes takes m above √(1 + 4ζ²)/2ζ < √2 of that at rest
+  const auto found = dynamics_measures(*at.factor, {damping, {}}, true, false);
+  CHECK_FALSE(found.bandwidths.at(0));
+  const NoBandwidth& none = found.no_bandwidth.at(0);
+  CHECK_THAT(none.reason, Catch::Contains("not resolved beyond"));
+  REQUIRE(none.at_least);
+  CHECK(*none.at_least > 1000);
 }
 
 TEST_CASE("the tip of a shaken cantilever moves as that of a beam") {

@@ -2,6 +2,7 @@
 #include "core/response/modes/point_forces.hpp"
 
 #include "core/math/rotation.hpp"
+#include "core/response/gradients/point_gradients.hpp"
 #include "core/response/modes/dynamics_measures.hpp"
 #include "core/response/modes/state_space.hpp"
 #include "support/gradient_checks.hpp"
@@ -231,6 +232,40 @@ TEST_CASE("a transfer ends where its mass leaves the line, and from a drive to i
     CHECK(*transfer.bandwidth ==
           Approx(*(*found)[static_cast<std::size_t>(3 * to + from)].bandwidth).epsilon(1e-8));
   }
+}
+
+TEST_CASE("a load that does not move a point has no bandwidth there, and the transfer says why") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);  // the middle plane is one of symmetry
+  const BentMechanism at = bent(m, 0, models::beams(3));
+  const std::vector<NamedPoint> points{{.name = "O", .body = 0, .direction = unit(Direction::uy)},
+                                       {.name = "up", .body = 0, .direction = unit(Direction::uz)}};
+  DynamicsRule rule{.damping = 0.02};
+  rule.transfers = {{0, 1}, {.from = 0, .to = 1, .of_motion = true}};
+  LeafRates rates;
+  const auto found = transfers(*at.factor, rule, points, false, rates);
+  REQUIRE(found);
+  for (const TransferMeasure& transfer : *found) {
+    CHECK_FALSE(transfer.bandwidth);
+    CHECK(transfer.no_bandwidth.reason == "a load at O does not move up");
+    CHECK_FALSE(transfer.no_bandwidth.at_least);
+  }
+}
+
+TEST_CASE("a bandwidth whose derivative was not found has none, not zero") {
+  const Family family{leaning, numbers, {0}, 10};
+  const Mechanism m = leaning(values_of(numbers));
+  const ModelOptions model = models::beams(3);
+  const BentMechanism at = bent(m, 0.01, model);
+  DesignDirections design(m, {direction(family, 0).rate});
+  const auto rates = design_rates(*at.factor, design, model);
+  REQUIRE(rates);
+  DynamicsMeasures measures;
+  measures.transfers.emplace_back().bandwidth = 100;
+  const PointGradients found =
+      point_gradients(*at.factor, *rates, {.outputs = {Output::equilibrium}}, PathPoint(), {},
+                      nullptr, &measures, {}, {});
+  REQUIRE(found.transfer_bandwidths.size() == 1);
+  CHECK_FALSE(found.transfer_bandwidths[0]);
 }
 
 TEST_CASE("transmissibility to a point is that of the pencil") {
