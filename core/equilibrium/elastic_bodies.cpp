@@ -16,7 +16,9 @@ bool ElasticBodies::add(const std::vector<JointBody>& poses, double& energy, Vec
       holders[a] = body_or_ground(poses, own.interfaces[a].body);
     evaluate_held(own, solid->model, holders, action_, held);
     if (!held.floating.framed) return false;
-    energy += held.floating.energy;
+    // the weight has none at its undeflected place
+    energy += held.floating.energy + action_.gravity.dot(solid->model.total_mass * own.place +
+                                                         own.axes * solid->model.mass_moment);
     add_holder_forces(own, held.force, force);
     add_between(held.tangent, own, tangent);
   }

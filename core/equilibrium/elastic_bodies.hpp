@@ -31,8 +31,8 @@ class ElasticBodies {
   const ElasticAction& action() const { return action_; }
   void act(const ElasticAction& action) { action_ = action; }
 
-  /// Adds energy, forces on the rigid bodies and tangent at these poses; false where the floating
-  /// frame of a body is not found.
+  /// Adds energy [J] (that of the weight from the undeflected places on), forces on the rigid
+  /// bodies and tangent at these poses; false where the floating frame of a body is not found.
   bool add(const std::vector<JointBody>& poses, double& energy, VectorXd& force,
            BlockMatrix& tangent);
   /// Adds the mass at the state of the last evaluation.

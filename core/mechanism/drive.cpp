@@ -150,10 +150,12 @@ std::optional<Direction> end_effector_direction(const Mechanism& mechanism, cons
   return static_cast<Direction>(largest + (is_rotation(drive.direction) ? 3 : 0));
 }
 
-std::array<bool, 6> prescribed_directions(const Mechanism& mechanism) {
+std::array<bool, 6> prescribed_directions(const Mechanism& mechanism,
+                                          const std::bitset<6>& drives) {
   std::array<bool, 6> prescribed{};
-  for (const Drive& drive : mechanism.drives)
-    if (const auto d = end_effector_direction(mechanism, drive)) prescribed[index(*d)] = true;
+  for (std::size_t k = 0; k < mechanism.drives.size(); ++k)
+    if (const auto d = end_effector_direction(mechanism, mechanism.drives[k]); d && drives[k])
+      prescribed[index(*d)] = true;
   return prescribed;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Drives: what a stroke measures and its derivatives. Rotations are varied as exp(hat δ) R, to
 // second order. Equations (Q4) and (Q5) of core/equilibrium/README.md.
+#include <bitset>
 #include <optional>
 #include <vector>
 
@@ -20,8 +21,9 @@ std::vector<int> conditional_drives(const Mechanism& mechanism);
 /// is such a drive.
 std::optional<Direction> end_effector_direction(const Mechanism& mechanism, const Drive& drive);
 
-/// Directions of the end-effector that drives prescribe.
-std::array<bool, 6> prescribed_directions(const Mechanism& mechanism);
+/// Directions of the end-effector that these drives prescribe; by default all.
+std::array<bool, 6> prescribed_directions(const Mechanism& mechanism,
+                                          const std::bitset<6>& drives = ~std::bitset<6>());
 
 /// Stroke of a drive over (displacement, spin) of `body` and of `other`. With p, p′ the present
 /// reference points, P, P′ the undeflected ones, R, R′ the rotations, a the undeflected axis:

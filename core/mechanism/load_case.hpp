@@ -102,6 +102,8 @@ struct LoadCase {
   std::bitset<6> held = {};
 
   bool driven() const { return growing.empty(); }
+  /// Whether stability is that with all drives held; else `held` alone are.
+  bool stable_with_all_held() const { return driven() && held.none(); }
   /// Whether any load follows its body.
   bool follow() const {
     return std::ranges::any_of(constant, &DeadLoad::follows) ||

@@ -86,6 +86,7 @@ enum class Output {
   state_space,            ///< the linear model about the equilibrium, as the request wants it
   load_capacity,          ///< largest loads at O, by the rule of the request
   stroke_capacity,        ///< largest strokes, by the rules of the request
+  stable_states,          ///< the stable equilibria that are found: StableState
   shapes                  ///< deformed mid-surfaces for drawing
 };
 
@@ -95,11 +96,11 @@ class Outputs {
   Outputs(std::initializer_list<Output> list = {}) {
     for (const Output o : list) set_.set(static_cast<std::size_t>(o));
   }
-  /// All outputs that are numbers: everything but the shapes.
+  /// All outputs that are numbers: everything but the shapes and the stable states.
   static Outputs numbers() {
     Outputs all;
     all.set_.set();
-    return all.remove(Output::shapes);
+    return all.remove({Output::shapes, Output::stable_states});
   }
 
   Outputs& add(const Outputs& more) {
@@ -296,7 +297,6 @@ struct StrokeRequest {
   CapacityRule capacity;
   std::vector<StrokeCapacityRule> stroke_capacity;  ///< at most one for each drive
   BranchChoice branch = BranchChoice::primary;
-  bool stable_states = false;  ///< whether points list those that are found: StableState
   /// How many places of large stress a differentiable point lists: PathPoint::stress_peaks.
   int stress_peaks = 0;
   std::vector<NamedPoint> named_points;

@@ -105,7 +105,8 @@ struct Clearance {
 
 /// Factor of a dead load at which the tangent becomes singular, when this load alone grows.
 struct CriticalLoad {
-  /// Factor of the load on the branch of equilibria; negative where only the reversed load does so.
+  /// Factor of the load on the branch of equilibria; negative where the reversed load
+  /// does so and the load itself, followed to its bound, does not.
   std::optional<double> factor;
   /// Factor that the state of the point predicts if its tangent goes on changing as it does there.
   std::optional<double> linearised;
@@ -342,7 +343,7 @@ struct PathPoint {
   std::vector<std::optional<StrokeCapacity>> stroke_capacity;
   /// In the order of the job, once it has filled them in.
   std::vector<NamedQuantity> named_quantities;
-  std::vector<StableState> stable_states;  ///< lowest first, where the request wants them
+  std::vector<StableState> stable_states;  ///< lowest first, where they are asked for
   bool other_branch = false;               ///< the path has left the branch that it came along
   /// The path from rest has lost or regained stability.
   bool bifurcation_passed = false;

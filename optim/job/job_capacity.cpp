@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -100,9 +101,12 @@ RecordTable<StrokeCapacitySpec> stroke_capacity_table(std::optional<Direction> d
           &Spec::drive_load, "largest load of the drive, in size; default: it is not looked at");
 }
 
-/// Why no load along it does anything, or nothing.
-const char* without_effect(std::size_t direction, const Mechanism& mechanism, DriveState drive) {
+/// Why no load along it does anything, or nothing. `held`: drives that are not let go of either.
+const char* without_effect(std::size_t direction, const Mechanism& mechanism, DriveState drive,
+                           const std::bitset<6>& held = {}) {
   const std::size_t d = direction % 6;
+  if (prescribed_directions(mechanism, held)[d])
+    return "a drive of \"held\" holds the end-effector in this direction";
   if (drive == DriveState::locked && prescribed_directions(mechanism)[d])
     return "a drive holds the end-effector in this direction; \"drive\": \"free\" lets go of it";
   if (mechanism.bodies[static_cast<std::size_t>(mechanism.end_effector)].held[d])
@@ -147,7 +151,7 @@ void read_load_capacity(const json& read, const Mechanism& mechanism, FaultList&
   for (std::size_t i = 0; i < spec.directions.size(); ++i) {
     const std::size_t direction = index_of(spec.directions[i]);
     const std::string here = (at / "directions" / i).to_string();
-    if (const char* why = without_effect(direction, mechanism, rule.drive))
+    if (const char* why = without_effect(direction, mechanism, rule.drive, request.loads.held))
       faults.add(here, shown(spec.directions[i]), why);
     else if (rule.directions[direction])
       faults.add(here, shown(spec.directions[i]), "it is listed before");

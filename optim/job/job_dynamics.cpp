@@ -115,7 +115,7 @@ void check_mass(const ModelOptions& model, const json& read, const char* section
 }
 
 void check_transmissibility(const json& read, const TransmissibilityRule& rule,
-                            const Mechanism& mechanism, FaultList& faults) {
+                            const Mechanism& mechanism, const LoadCase& loads, FaultList& faults) {
   const Pointer at("/dynamics/transmissibility");
   if (!(rule.from < rule.to))
     faults.add(at / "to", fmt::format("{:g} Hz", rule.to),
@@ -125,6 +125,8 @@ void check_transmissibility(const json& read, const TransmissibilityRule& rule,
   if (rule.point) return;
   if (mechanism.bodies[static_cast<std::size_t>(mechanism.end_effector)].held[d])
     held = "O cannot move there: the ground takes it along";
+  else if (prescribed_directions(mechanism, loads.held)[d])
+    held = "a drive of \"held\" holds O there";
   else if (rule.drive == DriveState::locked && prescribed_directions(mechanism)[d])
     held = "the locked drive holds O there: expected \"drive\": \"free\"";
   if (*held) faults.add(at / "direction", shown(read["direction"]), held);
@@ -188,7 +190,7 @@ void read_measures(const json& read, const Mechanism& mechanism, FaultList& faul
     read_points_of_rules(read["dynamics"], request.named_points, faults, rule);
   if (rule.transmissibility) {
     const json& section = read["dynamics"]["transmissibility"];
-    check_transmissibility(section, *rule.transmissibility, mechanism, faults);
+    check_transmissibility(section, *rule.transmissibility, mechanism, request.loads, faults);
   }
   request.dynamics = rule;
 }

@@ -277,9 +277,9 @@ void read_request(json& read, const json& as_written, const Family* family, Faul
   if (read.contains("buckling") && faults.sound("/buckling") && faults.sound("/loads"))
     faults.attempt([&] { read_buckling(read["buckling"], request); });
   request.branch = read["branch"] == "stable" ? BranchChoice::stable : BranchChoice::primary;
-  request.stable_states = read["stable_states"];
+  if (read["stable_states"]) request.outputs.add(Output::stable_states);
   for (const auto& [key, wanted] : {std::pair{"/branch", request.branch == BranchChoice::stable},
-                                    {"/stable_states", request.stable_states}})
+                                    {"/stable_states", request.outputs.has(Output::stable_states)}})
     if (wanted && request.loads.follow())
       faults.add(key, read[Pointer(key)].dump(), "loads that follow their bodies have no energy");
   if (family && read.contains("held") && faults.sound("/held"))

@@ -148,8 +148,15 @@ Answer<std::vector<PointValue>, Why> values_at(const std::string& quantity, int 
   const std::optional<double> nothing =
       value.value_or(-1) < 0 ? value_of_nothing(point, quantity) : std::nullopt;
   if (nothing) {
-    const auto size = path.gradients ? std::ssize(path.gradients->parameters) : 0;
-    return std::vector{PointValue{*nothing, VectorXd::Zero(size)}};
+    PointValue counts{*nothing, {}};
+    if (const StrokeGradients* all = path.gradients) {
+      counts.gradient = VectorXd::Zero(std::ssize(all->parameters));
+      // how far a search came moves with the design; the largest load that is looked at does not
+      if (quantity.starts_with("load_capacity."))
+        counts.gradient =
+            gradient_of(point, all->path[&point - path.response.path.data()], quantity);
+    }
+    return std::vector{std::move(counts)};
   }
   if (value && std::isfinite(*value)) return candidates(quantity, branches, path, point, *value);
   const std::string reason = fmt::format("{} has no value", quantity);

@@ -111,7 +111,7 @@ GradientChecker::GradientChecker(const Job& job, std::size_t load_case, double t
                           : cases_of(job)[load_case].request;
   request_.values = PathValues::differentiable;
   request_.outputs.add({Output::equilibrium, Output::stiffness})
-      .remove({Output::shapes, Output::state_space});
+      .remove({Output::shapes, Output::stable_states, Output::state_space});
   request_.newton.tolerance = std::min(request_.newton.tolerance, 1e-12);
   // the last of a list may change places with one that is not listed
   listed_ = request_.frequencies;

@@ -112,7 +112,7 @@ Study::Study(const Job& job, const ParameterValues& parameters, const ModelOptio
   }
   for (std::size_t k = 0; k < cases_of(job).size(); ++k) {
     StrokeRequest request = cases_of(job)[k].request;
-    request.outputs.remove({Output::shapes, Output::frequency_derivatives});
+    request.outputs.remove({Output::shapes, Output::stable_states, Output::frequency_derivatives});
     if (spec_.goals) request.outputs.add(request_of_goals(job_, goals_, k).outputs);
     requests_.push_back(std::move(request));
   }

@@ -192,6 +192,10 @@ std::string parameter_unit(const Family& family, const std::string& parameter);
 /// none.
 std::string quantity_text(double value, const std::string& unit, int digits = 5);
 
+/// The beginning of a sentence about unstable points: which drives are held, and that it is
+/// unstable.
+std::string unstable_text(const Mechanism& mechanism, const LoadCase& loads);
+
 /// "lowest parasitic frequency over the stroke": what a goal takes of a quantity or a formula, in
 /// words.
 std::string extreme_name(const Constraint& goal, const DriveList& drives);

@@ -29,12 +29,13 @@ std::string other_branch_text(const std::vector<PathPoint>& path) {
 }
 
 /// Tells of stability: points that are unstable, changes on the way, points that left their branch.
-std::string stability_text(const std::vector<PathPoint>& path) {
+std::string stability_text(const std::vector<PathPoint>& path, const Mechanism& mechanism,
+                           const LoadCase& loads) {
   const auto unstable = static_cast<std::size_t>(std::ranges::count_if(
       path, [](const PathPoint& p) { return p.status == PointStatus::converged && !p.stable; }));
   std::string text;
   if (unstable > 0)
-    text += fmt::format(" With the drive held it is unstable at {} of {}.", unstable,
+    text += fmt::format(" {} at {} of {}.", unstable_text(mechanism, loads), unstable,
                         plural(path.size(), "point"));
   const auto passed = std::ranges::find(path, true, &PathPoint::bifurcation_passed);
   if (passed != path.end() && !passed->message.empty())
@@ -84,16 +85,17 @@ std::string elastic_text(const std::vector<PathPoint>& path, const Mechanism& me
 
 /// Status and message of one path.
 std::pair<std::string, std::string> conclusion(const StrokeResponse& response, Accuracy accuracy,
-                                               const Mechanism& mechanism) {
+                                               const Mechanism& mechanism, const LoadCase& loads) {
   const auto& path = response.path;
   const auto converged = static_cast<std::size_t>(std::ranges::count(
       path, PointStatus::converged, [](const PathPoint& point) { return point.status; }));
   if (response.status == Status::ok && converged == path.size()) {
     const std::string& why = response.no_frequency_derivatives;
-    return {"ok", fmt::format("Equilibrium found at {}, {} accuracy{}.{}",
-                              plural(path.size(), "stroke point"), name_of(accuracy),
-                              why.empty() ? "" : "; no frequency derivatives: " + why,
-                              stability_text(path) + elastic_text(path, mechanism))};
+    return {"ok",
+            fmt::format("Equilibrium found at {}, {} accuracy{}.{}",
+                        plural(path.size(), "stroke point"), name_of(accuracy),
+                        why.empty() ? "" : "; no frequency derivatives: " + why,
+                        stability_text(path, mechanism, loads) + elastic_text(path, mechanism))};
   }
   const char* status = response.status == Status::limit_reached ? "limit_reached"
                        : response.status == Status::left_branch ? "left_branch"
@@ -108,7 +110,7 @@ void conclude_evaluation(RunRecord& record) {
   const bool differentiated = accuracy == Accuracy::reduced && !record.gradients.empty();
   if (record.cases.empty()) {
     std::tie(record.status, record.message) =
-        conclusion(record.response, accuracy, record.mechanism);
+        conclusion(record.response, accuracy, record.mechanism, record.job.request.loads);
     if (differentiated && record.status == "ok")
       record.message += full_leaves_text(record.response.path);
     return;
@@ -116,7 +118,8 @@ void conclude_evaluation(RunRecord& record) {
   std::size_t points = 0;
   record.status = "ok";
   for (std::size_t k = 0; k < record.cases.size(); ++k) {
-    const auto [status, message] = conclusion(record.cases[k], accuracy, record.mechanism);
+    const auto [status, message] =
+        conclusion(record.cases[k], accuracy, record.mechanism, record.job.cases[k].request.loads);
     points += record.cases[k].path.size();
     if (status == "ok") continue;
     record.status = status;
@@ -128,7 +131,8 @@ void conclude_evaluation(RunRecord& record) {
       fmt::format("Equilibrium found at {} in {} load cases, {} accuracy.",
                   plural(points, "stroke point"), record.cases.size(), name_of(accuracy));
   for (std::size_t k = 0; k < record.cases.size(); ++k)
-    if (const std::string text = stability_text(record.cases[k].path) +
+    if (const std::string text = stability_text(record.cases[k].path, record.mechanism,
+                                                record.job.cases[k].request.loads) +
                                  elastic_text(record.cases[k].path, record.mechanism);
         !text.empty())
       record.message += fmt::format(" Load case {}:{}", record.job.cases[k].name, text);
@@ -276,7 +280,8 @@ const StrokeResponse& response_of(const RunRecord& record) {
 }
 
 std::pair<std::string, std::string> conclusion_of_case(const RunRecord& record, std::size_t k) {
-  return conclusion(*responses_of(record)[k], record.job.model.accuracy, record.mechanism);
+  return conclusion(*responses_of(record)[k], record.job.model.accuracy, record.mechanism,
+                    cases_of(record.job)[k].request.loads);
 }
 
 std::string name_of(Accuracy accuracy) {

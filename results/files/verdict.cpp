@@ -19,7 +19,8 @@ constexpr double beyond = 1.0005;
 
 struct Placed {
   const PathPoint* point = nullptr;
-  std::string where;  ///< "at -1 mm"
+  std::string where;     ///< "at -1 mm"
+  std::string unstable;  ///< unstable_text()
 };
 
 /// The points that converged, of all load cases, each with its place.
@@ -45,7 +46,7 @@ std::vector<Placed> converged_points(const RunRecord& record) {
         where += quantity_text(point.stroke, stroke_unit(drives, request), 3);
       }
       if (!cases[k].name.empty()) where += " of load case " + cases[k].name;
-      points.push_back({&point, std::move(where)});
+      points.push_back({&point, std::move(where), unstable_text(record.mechanism, request.loads)});
     }
   return points;
 }
@@ -56,7 +57,7 @@ std::string instability(const std::vector<Placed>& points) {
   if (first == points.end()) return "";
   const auto count = std::ranges::count_if(points, unstable);
   return fmt::format(
-      "With the drive held it is unstable {}{}.", first->where,
+      "{} {}{}.", first->unstable, first->where,
       count > 1 ? fmt::format(" and at {} more point{}", count - 1, count > 2 ? "s" : "") : "");
 }
 
@@ -78,6 +79,18 @@ std::string stress_text(const RunRecord& record, const std::vector<Placed>& poin
 }
 
 }  // namespace
+
+std::string unstable_text(const Mechanism& mechanism, const LoadCase& loads) {
+  if (mechanism.drives.empty()) return "It is unstable";
+  std::string names;
+  for (std::size_t k = 0; k < mechanism.drives.size(); ++k)
+    if (loads.held[k]) names += (names.empty() ? " " : ", ") + mechanism.drives[k].name;
+  const bool several = names.empty() ? mechanism.drives.size() > 1 : loads.held.count() > 1;
+  return fmt::format("With the drive{}{} {} it is unstable", several ? "s" : "", names,
+                     !loads.driven()                ? "free"
+                     : loads.stable_with_all_held() ? "held"
+                                                    : "alone held");
+}
 
 std::string quantity_text(double value, const std::string& unit, int digits) {
   struct Shown {

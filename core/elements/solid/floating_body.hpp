@@ -16,7 +16,7 @@ struct FloatingAnswersOf {
   bool framed = false;  ///< else no frame was found, and nothing below holds
   FramePoseOf<S> frame;
   Eigen::VectorX<S> local;    ///< d
-  S energy{};                 ///< [J], of gravity too
+  S energy{};                 ///< [J], of gravity too, from the global origin on
   Eigen::VectorX<S> force;    ///< derivative of the energy
   Eigen::MatrixX<S> tangent;  ///< its second derivative, symmetric
 };

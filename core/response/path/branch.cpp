@@ -257,8 +257,9 @@ void BranchWalk::add_branching(System& system, Equilibrium& equilibrium, std::si
     return outputs_.miss_branching("loads that follow their bodies have no potential", point);
   const auto whole = finish_on_full_leaves(system, model_, request_, k, check_full(system),
                                            equilibrium);  // reduced leaves do not reach so far
+  if (!equilibrium.converged) return outputs_.miss_branching(equilibrium.message, point);
   System& loaded = whole ? *whole : system;
-  if (request_.stable_states)
+  if (request_.outputs.has(Output::stable_states))
     point.stable_states = stable_states(loaded, other_branch_, model_, request_, k);
   if (request_.growing_load()) outputs_.add_buckling(loaded, equilibrium, k, point, own);
   if (request_.wants_capacity()) outputs_.add_load_capacity(loaded, equilibrium, k, point, own);
@@ -273,7 +274,7 @@ void BranchWalk::visit(std::size_t k) {
   Equilibrium equilibrium = reach(k);
   Check left;  // an unstable branch, if the path was on one
   if (equilibrium.converged && request_.branch == BranchChoice::stable &&
-      negative_pivots(system(), request_.loads.driven()) > 0)
+      negative_pivots(system(), request_.loads.stable_with_all_held()) > 0)
     left = leave_branch(system(), away_, model_, request_, k, equilibrium, other_branch_);
   StrokeGradients* gradients = gradients_of(differentiable_);
   PointGradients* own = gradients && k < gradients->path.size() ? &gradients->path[k] : nullptr;
@@ -318,7 +319,8 @@ void BranchWalk::visit(std::size_t k) {
       (request_.loads.held.none() ? point.negative_pivots : negative_pivots(system(), true)) > 0)
     bifurcation_passed_ = true;
   point.bifurcation_passed = bifurcation_passed_;
-  if ((request_.growing_load() || request_.wants_capacity() || request_.stable_states) &&
+  if ((request_.growing_load() || request_.wants_capacity() ||
+       request_.outputs.has(Output::stable_states)) &&
       point.status == PointStatus::converged)
     add_branching(full ? *full : system(), equilibrium, k, point, own);
 }

@@ -85,7 +85,7 @@ Answer<StableBranch> lead_to_stable_branch(System& system, const Push& push,
 
 /// The stable equilibria of a point, lowest first: that of `system`, assembled there, if it is
 /// stable, and those to either side of it where it is not; with `push`, by which it has come from
-/// an unstable branch, that on the other side. Of leaves that are full.
+/// an unstable branch, that on the other side. Each is listed once. Of leaves that are full.
 std::vector<StableState> stable_states(System& system, const std::optional<Push>& push,
                                        const ModelOptions& model, const StrokeRequest& request,
                                        std::size_t point);

@@ -266,7 +266,8 @@ const EstimatedError* StrokeErrors::find(std::size_t point, const std::string& n
 StrokeRequest estimate_request(StrokeRequest request) {
   request.outputs.remove({Output::frequency_derivatives, Output::envelope, Output::moving_envelope,
                           Output::clearance, Output::buckling, Output::stroke_capacity,
-                          Output::state_space, Output::transfers, Output::gauges, Output::shapes});
+                          Output::state_space, Output::transfers, Output::gauges,
+                          Output::stable_states, Output::shapes});
   request.values = PathValues::as_modelled;
   request.buckling_load.clear();
   return request;

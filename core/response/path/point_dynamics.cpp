@@ -93,7 +93,7 @@ Check check_tables(const MechanismFactor& factor, double highest, bool all) {
 
 // Whether a motion grows where loads follow their bodies: with the drives held as for stability.
 void add_growth(const StrokeRequest& request, const Frequencies& found, PathPoint& point) {
-  const bool locked = request.loads.driven() && request.loads.held.none();
+  const bool locked = request.loads.stable_with_all_held();
   for (const Mode& mode : locked ? found.locked : found.free) {
     point.stable = point.stable && mode.frequency >= 0;
     if (mode.growth_rate > (point.flutter ? point.flutter->growth_rate : 0)) point.flutter = mode;

@@ -65,10 +65,9 @@ void add_stiffness(const System& system, const StrokeRequest& request, PathPoint
   if (!point.drive_stiffnesses.empty()) point.drive_stiffness = point.drive_stiffnesses.front();
   set_gain(system.mechanism(), c.drive_motion, point);
   if (has_actuators(system.mechanism())) set_actuators(system.mechanism(), c.drive_motion, point);
-  point.negative_pivots =
-      request.loads.driven() && request.loads.held.none() && !system.follows()
-          ? c.negative_pivots
-          : negative_pivots(system, request.loads.driven() && request.loads.held.none());
+  point.negative_pivots = request.loads.stable_with_all_held() && !system.follows()
+                              ? c.negative_pivots
+                              : negative_pivots(system, request.loads.stable_with_all_held());
   point.stable = point.negative_pivots == 0;
 }
 
@@ -275,6 +274,9 @@ void PointOutputs::miss_branching(const std::string& why, PathPoint& point) cons
   for (std::size_t k = 0; request_->wants_capacity() && k < point.load_capacity.size(); ++k)
     if (request_->capacity.directions[k] && !point.load_capacity[k])
       point.load_capacity[k] = LoadCapacity{.reason = why};
+  if (request_->outputs.has(Output::stable_states) && point.stable_states.empty() &&
+      point.message.empty())
+    point.message = "stable states are missing: " + why;
 }
 
 void PointOutputs::add_stress_and_shapes(System& system, PathPoint& point) const {

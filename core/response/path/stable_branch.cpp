@@ -24,8 +24,8 @@ constexpr double left = 0.3, least_amplitude = 1e-5;
 
 // (displacement, spin) of the bodies along the lowest eigenvalue of the tangent, its largest entry
 // positive, of norm 1 where lengths count over the longest leaf. Nothing where it is not negative.
-std::optional<Push> push_of_bodies(const System& system, bool driven) {
-  const FreeMotions motions(system, driven);
+std::optional<Push> push_of_bodies(const System& system, DriveHold held) {
+  const FreeMotions motions(system, held);
   const MatrixXd& Z = motions.basis();
   if (Z.cols() == 0) return std::nullopt;
   const MatrixXd K = Z.transpose() * (system.tangent() * Z);
@@ -99,9 +99,8 @@ Answer<StableBranch> around(System& unstable, const Push& push, double stiffness
   StableBranch found;
   request.newton.max_halvings += more_halvings;
   const Mechanism& mechanism = unstable.mechanism();
-  const bool driven = request.loads.driven();
   std::optional<VectorXd> strokes;
-  if (driven) strokes = request.strokes_at(point, mechanism.drives.size());
+  if (request.loads.driven()) strokes = request.strokes_at(point, mechanism.drives.size());
   for (double amplitude = first;; amplitude *= left) {
     if (amplitude < least_amplitude) amplitude = 0;
     LoadCase loads = unstable.loads();
@@ -114,7 +113,8 @@ Answer<StableBranch> around(System& unstable, const Push& push, double stiffness
       found.system = found.system->on_full_leaves(std::move(loads));
       found.equilibrium = solve_equilibrium(*found.system, strokes, request.newton);
     }
-    const bool stable = found.equilibrium.converged && negative_pivots(*found.system, driven) == 0;
+    const bool stable = found.equilibrium.converged &&
+                        negative_pivots(*found.system, request.loads.stable_with_all_held()) == 0;
     if (stable && amplitude == 0) return found;
     if (stable) continue;
     return Because(found.equilibrium.converged ? "beside it the mechanism is unstable, too"
@@ -127,8 +127,8 @@ Answer<StableBranch> around(System& unstable, const Push& push, double stiffness
 namespace {
 
 // Nothing where no push leads away.
-std::optional<Push> push_of(const System& unstable, bool driven) {
-  std::optional<Push> push = push_of_bodies(unstable, driven);
+std::optional<Push> push_of(const System& unstable, DriveHold held) {
+  std::optional<Push> push = push_of_bodies(unstable, held);
   return push ? push : push_of_leaves(unstable);
 }
 
@@ -137,27 +137,56 @@ StableState state_of(const System& system) {
   return {system.energy() + system.load_energy(), {pose.position - pose.reference, pose.turn}};
 }
 
+// Where bodies and leaves are, rotations, and lengths over the longest leaf.
+VectorXd places_of(System& system) {
+  std::vector<double> all;
+  const auto add = [&](const auto& numbers, double unit) {
+    for (const double x : numbers.reshaped()) all.push_back(x / unit);
+  };
+  for (const JointBody& pose : system.poses()) {
+    add(pose.position, system.length());
+    add(pose.rotation, 1);
+  }
+  for (int i = 0; i < system.leaves(); ++i)
+    for (const Vector3d& place : system.leaf(i).material_points({{0.25, 0}, {0.5, 0}, {0.75, 0}}))
+      add(place, system.length());
+  return VectorXd::Map(all.data(), std::ssize(all));
+}
+
+// States as near are one: solve_equilibrium() ends at steps below 1e-6.
+constexpr double same_place = 1e-5;
+
 }  // namespace
 
 std::vector<StableState> stable_states(System& system, const std::optional<Push>& push,
                                        const ModelOptions& model, const StrokeRequest& request,
                                        std::size_t point) {
   std::vector<StableState> states;
+  std::vector<VectorXd> places;
+  const auto add = [&](System& stable) {
+    VectorXd here = places_of(stable);
+    if (std::ranges::any_of(places, [&](const VectorXd& other) {
+          return (here - other).cwiseAbs().maxCoeff() < same_place;
+        }))
+      return;
+    places.push_back(std::move(here));
+    states.push_back(state_of(stable));
+  };
+  const bool all_held = request.loads.stable_with_all_held();
   std::vector<Push> pushes;
   const auto add_opposite = [&](const Push& one) {
     pushes.push_back({-one.motion, -one.acceleration});
   };
-  if (negative_pivots(system, request.loads.driven()) == 0) {
-    states.push_back(state_of(system));
+  if (negative_pivots(system, all_held) == 0) {
+    add(system);
     if (push) add_opposite(*push);
-  } else if (const auto own =
-                 system.analyses() ? std::nullopt : push_of(system, request.loads.driven())) {
+  } else if (const auto own = system.analyses() ? std::nullopt : push_of(system, all_held)) {
     pushes.push_back(*own);
     add_opposite(*own);
   }
   for (const Push& one : pushes)
     if (const auto found = lead_to_stable_branch(system, one, model, request, point))
-      states.push_back(state_of(*found->system));
+      add(*found->system);
   std::ranges::stable_sort(states, {}, &StableState::energy);
   return states;
 }
@@ -166,7 +195,7 @@ Answer<StableBranch> find_stable_branch(System& unstable, const ModelOptions& mo
                                         const StrokeRequest& request, std::size_t point) {
   if (unstable.analyses())
     return Because("a mechanism of so many bodies is not led to its stable branch");
-  const std::optional<Push> push = push_of(unstable, request.loads.driven());
+  const std::optional<Push> push = push_of(unstable, request.loads.stable_with_all_held());
   if (push) return lead_to_stable_branch(unstable, *push, model, request, point);
   return Because("what is unstable lies inside leaves without mass and moves no body");
 }
@@ -194,7 +223,7 @@ Check leave_branch(System& system, std::unique_ptr<System>& away, const ModelOpt
       finish_on_full_leaves(system, model, request, point, check_full(system), here);
   if (!here.converged) return Because(here.message);
   // reduced leaves alone were unstable
-  if (whole && negative_pivots(*whole, request.loads.driven()) == 0) {
+  if (whole && negative_pivots(*whole, request.loads.stable_with_all_held()) == 0) {
     away = std::move(whole);
     equilibrium = here;
     return {};

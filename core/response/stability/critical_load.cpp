@@ -1,5 +1,7 @@
 #include "core/response/stability/critical_load.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -50,6 +52,13 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
   double bound = 100;
   for (const auto& e : {ahead, behind})
     if (e) bound = std::max(bound, 10 * std::abs(*e - at));
+  const auto no_factor = [&](std::string reason) {
+    result.gradient.reset();
+    result.load.factor.reset();
+    result.load.fold = false;
+    result.load.mode.clear();
+    result.load.reason = std::move(reason);
+  };
   // the derivative is that of the state where the branch stands: before the load is put on
   const auto follow = [&](int side) {
     result.load =
@@ -58,11 +67,7 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
     const Check held = tracer.check_bodies();
     if (held && design) result.gradient = tracer.gradient(*design, of_drives);
     const std::string doubt = held ? tracer.put_on(begin, *result.load.factor).doubt : held.error();
-    if (doubt.empty()) return;
-    result.gradient.reset();
-    result.load.factor.reset();
-    result.load.mode.clear();
-    result.load.reason = "a singular tangent is not confirmed: " + doubt;
+    if (!doubt.empty()) no_factor("a singular tangent is not confirmed: " + doubt);
   };
   follow(1);
   const bool to_largest = result.load.none && branch.factor() >= largest;
@@ -73,6 +78,11 @@ CriticalLoadResult find_critical_load(LoadBranch& branch, const ModelOptions& mo
     first = tracer.look(-1, known_behind);
     if (!behind) first.ahead.reset();
     follow(-1);
+    // the load itself may have a factor that was not found
+    if (result.load.factor && !none)
+      no_factor(
+          fmt::format("the tangent of the reversed load becomes singular at a factor of {:.4g}",
+                      *result.load.factor));
     if (!result.load.factor) {
       result.load.none = none && result.load.none;
       result.load.reason = reason + "; " + result.load.reason;

@@ -31,19 +31,24 @@ std::vector<Mechanism> with_load(const Mechanism& mechanism, std::vector<Mechani
 }
 
 // About how large the load gets: to a singular tangent as the state foretells it, with its mode, or
-// to large motions.
+// to large motions. None where the load does neither.
 struct Outlook {
   double size = 0;
   VectorXd mode;
 };
-Outlook outlook_of(LoadBranch& branch, const ModelOptions& model) {
+Answer<Outlook> outlook_of(LoadBranch& branch, int direction, const ModelOptions& model) {
+  const System& system = branch.system();
   BranchTracer tracer(branch, model);
   const BranchTracer::Look here = tracer.look(1, {});
-  const double motion =
-      here.along.bodies.cwiseQuotient(branch.system().units()).cwiseAbs().maxCoeff();
-  const double large = large_motion * std::abs(here.along.factor) / std::max(motion, 1e-300);
-  if (!here.ahead) return {large, {}};
-  return {std::min(large, std::abs(here.estimate(0, *here.ahead))), here.ahead->mode};
+  Outlook outlook{std::numeric_limits<double>::infinity(), {}};
+  if (!FreeMotions(system, branch.locked()).still(system.mechanism().end_effector)[direction % 6])
+    outlook.size = large_motion * std::abs(here.along.factor) /
+                   here.along.bodies.cwiseQuotient(system.units()).cwiseAbs().maxCoeff();
+  if (here.ahead)
+    outlook = {std::min(outlook.size, std::abs(here.estimate(0, *here.ahead))), here.ahead->mode};
+  if (!std::isfinite(outlook.size))
+    return Because("the end-effector cannot move in this direction: the load moves nothing");
+  return outlook;
 }
 
 LoadCapacity none_left(const CapacityLimits& limits) {
@@ -83,8 +88,12 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
     unloaded = limits.unloaded(unit.system(), *design, model, driven);
     of_drives = drive_load_rates(unit, model, design->design, driven);
   }
-  const Outlook outlook = outlook_of(unit, model);
-  const double size = outlook.size;
+  const Answer<Outlook> outlook = outlook_of(unit, direction, model);
+  if (!outlook) {
+    capacity.reason = outlook.error();
+    return result;
+  }
+  const double size = outlook->size;
   LoadBranch branch(system, load_along(direction, size), growing, drive, drive_loads,
                     request.newton);
   const LoadBranch::State begin = branch.save();
@@ -93,9 +102,10 @@ LoadCapacityResult find_load_capacity(System& system, int direction, double grow
   const std::optional<double>& largest =
       direction % 6 < 3 ? request.capacity.largest_force : request.capacity.largest_moment;
   const double bound = largest ? *largest / size : std::numeric_limits<double>::infinity();
-  CriticalLoad end = tracer.follow(1, tracer.look(1, outlook.mode), bound);
+  CriticalLoad end = tracer.follow(1, tracer.look(1, outlook->mode), bound);
   const double reached = end.factor.value_or(branch.factor());
   if (reached > bound || (!end.factor && !tracer.at_limit())) {
+    if (design && reached > bound) result.gradient = VectorXd(VectorXd::Zero(count));
     capacity.limit = CapacityLimit::none;
     capacity.value = std::min(reached * size, largest.value_or(reached * size));
     capacity.reason = reached > bound ? "no limit up to the largest load that is looked at"

@@ -20,7 +20,9 @@ struct CapacityDirections {
 
 struct LoadCapacityResult {
   LoadCapacity capacity;
-  std::optional<VectorXd> gradient;  ///< where the capacity has a value and it was asked for
+  /// Where it was asked for and a limit ends the capacity; zero of the largest load that is looked
+  /// at, and of a capacity that is zero. How far a search came has none.
+  std::optional<VectorXd> gradient;
 };
 
 /// Load capacity along `direction`, an index of LoadCapacity. `system`: assembled at an

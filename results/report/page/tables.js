@@ -67,7 +67,7 @@ export function checks() {
     expected.length ? table_of(expected, [
       {name: "Expected number", left: true, text: (e) => e.pointer}, {name: "Expected", text: (e) => number_text(e.expected, 6)}, {name: "±", text: (e) => number_text(e.tolerance, 2)},
       {name: "Found", text: (e) => number_text(e.value, 6)}, {name: "", left: true, text: (e) => e.ok ? "agrees" : "differs", tone: (e) => e.ok ? "good" : "bad"}, {name: "Source", left: true, text: (e) => e.source}]) : null,
-    converged.some((p) => !p.stable) ? element("p", {class: "bad"}, `Unstable with the drive held (buckled) ${converged.filter((p) => !p.stable).map(at_stroke).join(", ")}.`) : converged.length ? element("p", {}, "The tangent with the drive held has no negative eigenvalue at any converged point.") : null,
+    converged.some((p) => !p.stable) ? element("p", {class: "bad"}, `Unstable (buckled) ${converged.filter((p) => !p.stable).map(at_stroke).join(", ")}.`) : converged.length ? element("p", {}, "No converged point is unstable.") : null,
     comparison ? null : element("p", {class: "soft"}, `Not checked: ${result.stress_checks?.fatigue?.checked || result.stress_checks?.life?.checked ? "" : "fatigue, "}stiffness of the frame; clearance is that between leaves and boxes of bodies.`),
   ];
 }

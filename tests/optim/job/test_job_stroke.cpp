@@ -119,6 +119,30 @@ TEST_CASE("drives that stay held are those that a job names") {
   CHECK_THROWS_WITH(parse_job(document), Contains("give a stroke"));
 }
 
+TEST_CASE("loads and motions along a drive that stays held are refused with the drives free, too") {
+  json document = json::parse(R"({
+    "flexopt": 1, "job": "evaluate", "stroke": {"at": [{"y": 0, "spin": 0}]},
+    "design": {"parameters": {}, "material": "stavax",
+      "mechanism": {"flexopt_design": 1,
+        "drives": [{"name": "y", "direction": "uy"}, {"name": "spin", "direction": "rz"}],
+        "bodies": [{"name": "end_effector", "at": [0.1, 0, 0]}],
+        "leaves": [{"name": "a", "base": {"body": "ground", "at": [0, 0, 0]},
+                    "tip": {"body": "end_effector", "at": [0.1, 0, 0]},
+                    "across": [0, 0, 1], "width": 0.02, "thickness": 0.0005}]}},
+    "load_capacity": {"directions": ["uy", "-rz"], "drive": "free"},
+    "dynamics": {"transmissibility": {"direction": "uy", "from": "1 Hz", "to": "1 kHz"}}})");
+  CHECK_NOTHROW(parse_job(document));
+  document["held"] = {"spin"};
+  CHECK_THROWS_WITH(parse_job(document), Contains("/load_capacity/directions/1") &&
+                                             Contains("holds the end-effector") &&
+                                             !Contains("/dynamics"));
+  document["held"] = {"y"};
+  document["load_capacity"]["directions"] = {"-rz"};
+  CHECK_THROWS_WITH(parse_job(document), Contains("/dynamics/transmissibility/direction") &&
+                                             Contains("holds O there") &&
+                                             !Contains("/load_capacity"));
+}
+
 TEST_CASE("loads follow bodies where a job says so") {
   json document = patched(R"({"loads": [{"force": [0, 0, "-5 N"], "follows": "body"}, {}]})");
   const Job job = parse_job(document);

@@ -68,6 +68,15 @@ TEST_CASE("goals ask for the frequencies that tell them") {
   CHECK(needed("max_stress") == 8);
 }
 
+TEST_CASE("a search does not look for stable states, which no goal reads") {
+  json document = guide::stiff_guide();
+  document["stable_states"] = true;
+  const Job job = parse_job(document);
+  CHECK(job.request.outputs.has(Output::stable_states));
+  CHECK_FALSE(request_of_goals(job, make_goals(job), 0).outputs.has(Output::stable_states));
+  CHECK_FALSE(parse_job(guide::stiff_guide()).request.outputs.has(Output::stable_states));
+}
+
 TEST_CASE("a point without equilibrium or value is a reading with a reason") {
   const Job job = parse_job(guide::stiff_guide());
   const std::vector<Goal> goals = make_goals(job);
@@ -151,7 +160,9 @@ TEST_CASE("a capacity without a limit counts as the load that is borne at least"
   response.path[0].load_capacity[8] = {.value = 70, .limit = CapacityLimit::none};
   const GoalReading least = read_goal(g, response, job.request, &gradients).value();
   CHECK(least.values == GoalValues{70});
-  CHECK(least.gradient.isZero(0));
+  CHECK(least.gradient == Eigen::RowVector2d(3, 4));  // zero of the largest that is looked at
+  gradients.path[0].load_capacity[8].reset();         // how far the search came
+  CHECK(read_goal(g, response, job.request, &gradients).value().gradient.size() == 0);
   response.path[0].load_capacity[8].reset();
   CHECK_FALSE(read_goal(g, response, job.request));
 }

@@ -52,6 +52,25 @@ TEST_CASE("the most pressing word comes first") {
   CHECK(unstable.word == "unstable");
   CHECK_THAT(unstable.text, Contains("With the drive held it is unstable at ") &&
                                 Contains("more points") && Contains("Off by 35 %."));
+  const auto held_otherwise = [&](const auto& change) {
+    return verdict_where([&](RunRecord& r) {
+             r.response.path.front().stable = false;
+             change(r.mechanism, r.job.request.loads);
+           })
+        .text;
+  };
+  CHECK_THAT(held_otherwise([](Mechanism& m, LoadCase& loads) {
+               m.drives.push_back(m.drives[0]);
+               m.drives[0].name = "x", m.drives[1].name = "y";
+               loads.held.set(1);
+             }),
+             Contains("With the drive y alone held it is unstable at "));
+  CHECK_THAT(held_otherwise([](Mechanism& m, LoadCase&) { m.drives.push_back(m.drives[0]); }),
+             Contains("With the drives held it is unstable at "));
+  CHECK_THAT(held_otherwise([](Mechanism&, LoadCase& loads) { loads.growing.resize(1); }),
+             Contains("With the drive free it is unstable at load factor "));
+  CHECK_THAT(held_otherwise([](Mechanism& m, LoadCase&) { m.drives.clear(); }),
+             Contains("It is unstable at "));
   const Verdict twice = verdict_where([&](RunRecord& r) {
     r.message = "Of an equilibrium.";
     r.response.path.front().stable = r.response.path.back().stable = false;

@@ -235,7 +235,7 @@ TEST_CASE("the two states of a buckled column are listed with equal energies") {
   const double euler = M_PI * M_PI * models::bending(m.leaves[0]) / (0.1 * 0.1);
   for (const BranchChoice branch : {BranchChoice::primary, BranchChoice::stable}) {
     StrokeRequest request = pressed({-euler, 0, 0}, {0.9, 1.3}, branch);
-    request.stable_states = true;
+    request.outputs.add(Output::stable_states);
     const StrokeResponse r = evaluate_stroke(m, beams(), request);
     REQUIRE(r.path[0].stable_states.size() == 1);
     CAPTURE(r.path[1].message, r.path[1].stable, r.path[1].other_branch);
@@ -250,4 +250,57 @@ TEST_CASE("the two states of a buckled column are listed with equal energies") {
     CHECK(a.energy < 2 * straight);
     CHECK(r.path[0].stable_states[0].energy == Approx(straight * 0.81 / 1.69).epsilon(1e-4));
   }
+}
+
+TEST_CASE("a stable state that two ways lead to is listed once") {
+  Mechanism m = models::single_leaf(0.1, 0.01, 2e-4);
+  m.bodies[0].held = {false, false, true, true, true, true};
+  const double euler = M_PI * M_PI * models::bending(m.leaves[0]) / (0.1 * 0.1);
+  const Push aside{.motion = 0.1 * VectorXd::Unit(6, 1)};
+  for (const auto& [factor, count] : {std::pair{0.9, 1U}, {1.3, 2U}}) {
+    // the straight state that the way has come back to, or the buckled one on the side of the push
+    const StrokeRequest request = pressed({-euler, 0, 0}, {factor}, BranchChoice::stable);
+    System straight(m, make_full_leaves(m, beams()), request.loads);
+    REQUIRE(step_load(straight, request.loads.mounted(factor), request.newton).converged);
+    Answer<StableBranch> found = lead_to_stable_branch(straight, aside, beams(), request, 0);
+    REQUIRE(found);
+    CHECK(stable_states(*found->system, aside, beams(), request, 0).size() == count);
+  }
+}
+
+TEST_CASE("leaves that bulge to either side between bodies that stand have two states") {
+  Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  m.bodies[0].held = {false, false, true, true, true, true};
+  const double critical = 8 * M_PI * M_PI * models::bending(m.leaves[0]) / (0.1 * 0.1);
+  StrokeRequest request = bulging(pushed(-1.1 * critical));
+  request.outputs.add(Output::stable_states);
+  const PathPoint point = evaluate_stroke(m, beams(), request).path[0];
+  INFO(point.message);
+  REQUIRE(point.other_branch);
+  REQUIRE(point.stable_states.size() == 2);
+  CHECK(point.stable_states[0].energy == Approx(point.stable_states[1].energy).epsilon(1e-6));
+}
+
+TEST_CASE("stable states are stable as the point is, with the drives that stay held alone") {
+  // guided at its tip by the drive that stays held, free to sway along the other
+  Mechanism m = models::single_leaf(0.1, 0.01, 2e-4);
+  m.bodies[0].held = in_plane;
+  m.drives = {make_drive(Direction::uy), make_drive(Direction::rz)};
+  const double euler = M_PI * M_PI * models::bending(m.leaves[0]) / (0.1 * 0.1);
+  for (const auto& [factor, stable] : {std::pair{0.9, true}, {1.3, false}})
+    for (const BranchChoice branch : {BranchChoice::primary, BranchChoice::stable}) {
+      StrokeRequest request{
+          .loads = pushed(-factor * euler),
+          .outputs = {Output::equilibrium, Output::stiffness, Output::stable_states},
+          .branch = branch};
+      request.strokes = {VectorXd::Zero(2)};
+      request.loads.held.set(1);
+      const PathPoint point = evaluate_stroke(m, beams(), request).path[0];
+      CAPTURE(factor, point.message);
+      REQUIRE(point.status == PointStatus::converged);
+      CHECK(point.stable == stable);
+      CHECK(point.stable_states.size() == (stable ? 1U : 0U));
+      if (!stable && branch == BranchChoice::stable)  // at these strokes there is no other
+        CHECK_THAT(point.message, Catch::Contains("the stable branch was not found"));
+    }
 }

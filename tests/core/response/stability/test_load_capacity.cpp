@@ -394,3 +394,41 @@ TEST_CASE("derivatives of the capacity are exact at every limit", "[slow]") {
     }
   }
 }
+
+TEST_CASE(
+    "the largest load that is looked at has derivative zero, how far a search came has none") {
+  const test::Family family{[](const test::Values& v) { return models::guide(v[0], 0.03, 5e-4); },
+                            {{"length", 0.1}},
+                            {0},
+                            1};
+  StrokeRequest request = asking({ux});
+  request.values = PathValues::differentiable;
+  for (const bool bounded : {true, false}) {
+    if (bounded)
+      request.capacity.largest_force = 500;
+    else
+      request.capacity.largest_force.reset();
+    const StrokeSensitivity here =
+        evaluate_stroke_gradients(family.make(test::values_of(family.numbers)),
+                                  test::directions_of(family), beams(), request);
+    REQUIRE(here.gradients);
+    const std::optional<VectorXd>& gradient = here.gradients->path[0].load_capacity[ux];
+    CHECK(here.response.path[0].load_capacity[ux]->limit == CapacityLimit::none);
+    REQUIRE(gradient.has_value() == bounded);
+    if (bounded) CHECK(gradient->isZero(0));
+  }
+}
+
+TEST_CASE("a load along which nothing moves has no capacity, and says so") {
+  // O turns about z alone
+  Mechanism m = models::single_leaf(0.1, 0.01, 4e-4);
+  m.drives.clear();
+  m.bodies[0].held = {true, true, true, true, true, false};
+  const LoadCapacity found = capacity(m, beams(), asking({uz}), uz);
+  CHECK(found.limit == CapacityLimit::none);
+  CHECK(found.value == 0);
+  CHECK_THAT(found.reason, Catch::Contains("the load moves nothing"));
+  StrokeRequest turning = asking({rx + 2});
+  turning.capacity.largest_moment = 0.01;
+  CHECK(capacity(m, beams(), turning, rx + 2).value == 0.01);
+}
