@@ -248,6 +248,11 @@ Answer<std::vector<TransferMeasure>> transfers(const MechanismFactor& factor,
     const Transferred of(factor, wanted, rule.damping, terms);
     const PointAnswer from = of.answer_of(points[first], forces->col(0)),
                       to = of.answer_of(points[wanted.to], forces->col(1));
+    constexpr double still = 1e-14;  // share of a compliance that is rounding
+    if (wanted.from && wanted.of_motion &&
+        from.force.dot(from.still) <= still * to.force.dot(to.still))
+      return Because(fmt::format("the motion of {} is held, and no other can be given to it",
+                                 from.point->name));
     found.push_back(!wanted.from       ? of.of_ground(to)
                     : wanted.of_motion ? of.of_motion(from, to)
                                        : of.of_load(from, to));

@@ -251,6 +251,19 @@ TEST_CASE("a load that does not move a point has no bandwidth there, and the tra
   }
 }
 
+TEST_CASE("no motion is given to a point that a drive holds still") {
+  const Mechanism m = models::guide(0.1, 0.03, 5e-4);
+  const BentMechanism at = bent(m, 0, models::beams(3));
+  const std::vector<NamedPoint> points{{.name = "O", .body = 0, .direction = unit(Direction::uy)},
+                                       {.name = "up", .body = 0, .direction = unit(Direction::uz)}};
+  DynamicsRule rule{.damping = 0.02};
+  rule.transfers = {{.from = 0, .to = 1, .drive = DriveState::locked, .of_motion = true}};
+  LeafRates rates;
+  const auto found = transfers(*at.factor, rule, points, false, rates);
+  REQUIRE_FALSE(found);
+  CHECK(found.error() == "the motion of O is held, and no other can be given to it");
+}
+
 TEST_CASE("a bandwidth whose derivative was not found has none, not zero") {
   const Family family{leaning, numbers, {0}, 10};
   const Mechanism m = leaning(values_of(numbers));
