@@ -178,6 +178,7 @@ Json leaf_geometry_json(const Mechanism& mechanism, const ModelOptions& model) {
                       {"width", leaf.width},
                       {"thickness", leaf.thickness},
                       {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
+                      {"allowable_stress", optional_json(leaf.material.allowable_stress)},
                       {"mesh", leaf_shape(leaf, model).mesh},
                       {"validity", validity_json(leaf)}});
     // the angle of its arc, positive to the side of across × (base → tip)
