@@ -23,7 +23,7 @@ struct Placed {
 
 /// The points that converged, of all load cases, each with its place.
 std::vector<Placed> converged_points(const RunRecord& record) {
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   const std::vector<JobCase> cases = cases_of(record.job);
   const auto responses = responses_of(record);
   std::vector<Placed> points;
@@ -135,7 +135,7 @@ Verdict verdict_of(const RunRecord& record) {
   if (record.optimum) {
     const Optimum& optimum = *record.optimum;
     const Objective& goal = record.job.optimise->objective;
-    const DriveList drives(record.mechanism, record.job.request);
+    const DriveList drives = drives_of(record);
     std::string name = extreme_name(goal, drives);
     name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
     const bool local = optimum.status == OptimumStatus::local;
