@@ -1,8 +1,10 @@
 #pragma once
 // A body that bends: a mesh of solid elements between rigid interface frames, or matrices of
 // another program in its place. Plain data.
+#include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,21 @@ struct MaterialT;
 enum class SolidCell { hexahedron, wedge, tetrahedron };
 inline constexpr int nodes_of(SolidCell cell) {
   return cell == SolidCell::hexahedron ? 20 : cell == SolidCell::wedge ? 15 : 10;
+}
+
+/// Corners of the faces of a cell, counterclockwise seen from outside; of a triangle the last one
+/// is the first. Three faces meet at each corner, so that F faces have 2F − 4.
+inline std::span<const std::array<int, 4>> faces_of(SolidCell cell) {
+  using Face = std::array<int, 4>;
+  static constexpr std::array<Face, 6> hexahedron{
+      {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}};
+  static constexpr std::array<Face, 5> wedge{
+      {{0, 2, 1, 0}, {3, 4, 5, 3}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}}};
+  static constexpr std::array<Face, 4> tetrahedron{
+      {{0, 2, 1, 0}, {0, 1, 3, 0}, {1, 2, 3, 1}, {2, 0, 3, 2}}};
+  if (cell == SolidCell::hexahedron) return hexahedron;
+  if (cell == SolidCell::wedge) return wedge;
+  return tetrahedron;
 }
 
 /// Which nodes make which cell. The same for all designs of an optimisation: nodes move with the

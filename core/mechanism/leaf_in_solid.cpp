@@ -14,32 +14,16 @@
 namespace flexopt {
 namespace {
 
-using Face = std::array<int, 4>;  // corners of a cell; of a triangle the last one is the first
-
-std::span<const Face> faces_of(SolidCell cell) {
-  static constexpr std::array<Face, 6> hexahedron{
-      {{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}};
-  static constexpr std::array<Face, 5> wedge{
-      {{0, 1, 2, 0}, {3, 4, 5, 3}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}}};
-  static constexpr std::array<Face, 4> tetrahedron{
-      {{0, 1, 2, 0}, {0, 1, 3, 0}, {1, 2, 3, 1}, {0, 2, 3, 0}}};
-  if (cell == SolidCell::hexahedron) return hexahedron;
-  if (cell == SolidCell::wedge) return wedge;
-  return tetrahedron;
-}
-
 /// A mesh in which places are looked for, own axes; cells between their corners.
 class MeshVolume {
  public:
   explicit MeshVolume(const ElasticBody& body) : body_(&body) {
     for (const SolidCells::Block& block : body.cells->blocks)
       for (int c = 0; c < block.count(); ++c) {
-        const int corners = block.cell == SolidCell::hexahedron ? 8
-                            : block.cell == SolidCell::wedge    ? 6
-                                                                : 4;
-        Cell cell{faces_of(block.cell),
-                  &block.nodes[static_cast<std::size_t>(c) *
-                               static_cast<std::size_t>(nodes_of(block.cell))]};
+        const auto faces = faces_of(block.cell);
+        const int corners = 2 * static_cast<int>(faces.size()) - 4;
+        Cell cell{faces, &block.nodes[static_cast<std::size_t>(c) *
+                                      static_cast<std::size_t>(nodes_of(block.cell))]};
         for (int k = 0; k < corners; ++k) {
           cell.reach.extend(at(cell, k));
           cell.middle += at(cell, k) / corners;
@@ -59,7 +43,7 @@ class MeshVolume {
  private:
   using Reach = Eigen::AlignedBox3d;
   struct Cell {
-    std::span<const Face> faces;
+    std::span<const std::array<int, 4>> faces;
     const int* nodes;
     Reach reach;
     Vector3d middle = Vector3d::Zero();
@@ -68,7 +52,7 @@ class MeshVolume {
     return body_->nodes[static_cast<std::size_t>(cell.nodes[corner])];
   }
   bool holds(const Cell& cell, const Vector3d& place) const {
-    return std::ranges::all_of(cell.faces, [&](const Face& face) {
+    return std::ranges::all_of(cell.faces, [&](const std::array<int, 4>& face) {
       const Vector3d &a = at(cell, face[0]), &b = at(cell, face[1]), &c = at(cell, face[2]),
                      &d = at(cell, face[3]);
       const Vector3d normal = (c - a).cross(d - b), on = (a + b + c + d) / 4;

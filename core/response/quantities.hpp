@@ -41,10 +41,7 @@ struct DriveList {
   DriveList() = default;
   /// List of the only drive, of the end-effector along a global axis.
   DriveList(Direction drive);
-  explicit DriveList(const Mechanism& mechanism);
-  DriveList(const Mechanism& mechanism, const StrokeRequest& request) : DriveList(mechanism) {
-    numbers = named_numbers(request);
-  }
+  DriveList(const Mechanism& mechanism);
 
   /// Whether strokes, loads and stiffnesses stand under the names of the drives.
   bool named() const { return items.size() > 1 || (!items.empty() && !items[0].name.empty()); }

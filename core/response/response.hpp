@@ -304,6 +304,8 @@ struct PathPoint {
   /// Parasitic frequency predicted from the undeflected state: README.md (S5) [Hz].
   std::optional<double> parasitic_frequency_screening;
   std::optional<StressPeak> max_stress;
+  /// Least allowable over largest stress, of the parts whose material tells one; without fillets.
+  std::optional<StressSafety> allowable_safety;  ///< nothing above no_critical_factor
   std::optional<StressPeak> notch_stress;  ///< with the factors of the fillets at clamped edges
   /// Least safety against yield; nothing above no_critical_factor.
   std::optional<StressSafety> yield_safety;

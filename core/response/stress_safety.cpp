@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 
 #include "core/elements/leaf/fillet.hpp"
@@ -155,6 +156,13 @@ StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& 
   for (const StressPeak& peak : leaf.stress().at_clamps(clamp_factors(spring, fillet)))
     if (peak.value > largest.value * (1 + 1e-9)) largest = peak;
   return largest;
+}
+
+std::optional<StressSafety> allowable_safety(const std::vector<StressPeak>& parts,
+                                             const Mechanism& mechanism) {
+  return least_safety(parts, mechanism, [](const Material& m) {
+    return m.allowable_stress.value_or(std::numeric_limits<double>::infinity());
+  });
 }
 
 void add_stress_safety(const std::vector<StressPeak>& parts, const Mechanism& mechanism,

@@ -41,6 +41,11 @@ NotchFactors clamp_factor_rates(const LeafSpring& leaf, const LeafSpring& rate, 
 StressPeak with_fillets(StressPeak largest, LeafElement& leaf, const Mechanism& mechanism,
                         double fillet);
 
+/// Least allowable stress over stress of the parts whose material has an allowable stress, from the
+/// largest stress of each; nothing where none has one, or above no_critical_factor.
+std::optional<StressSafety> allowable_safety(const std::vector<StressPeak>& parts,
+                                             const Mechanism& mechanism);
+
 /// Fills `notch_stress`, `yield_safety`, and fatigue by a stress ratio, of those that the request
 /// asks for, from the largest stresses of all parts, with fillets where there are some.
 void add_stress_safety(const std::vector<StressPeak>& parts, const Mechanism& mechanism,

@@ -98,7 +98,7 @@ std::vector<std::string> comparable_quantities() {
 
 std::vector<ComparedQuantity> compared_quantities(const Job& job) {
   assert(job.compare);
-  const DriveList drives = drives_of(resolve(job.design)->family(), job.request);
+  const DriveList drives = drives_of(job, resolve(job.design)->family().drives);
   std::vector<ComparedQuantity> list;
   const std::vector<std::string>& listed = job.compare->quantities;
   for (const std::string& name : comparable_quantities()) {

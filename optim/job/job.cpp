@@ -208,6 +208,12 @@ void JobReader::check_sections() {
 
 /// The sections that need the family, whose names and units theirs are.
 void JobReader::read_sections() {
+  if (mechanism_) {  // whether a drive acts elsewhere depends on the axes of its frame
+    auto here = std::make_shared<Family>(*family_);
+    here->drives = *mechanism_;
+    source_ = std::move(here);
+    family_ = source_.get();
+  }
   const bool compares = job_.kind == JobKind::compare;
   if (read_.contains("quantities"))
     job_.quantities = read_defined_quantities(read_["quantities"], *family_, job_, cases_, faults_);

@@ -43,12 +43,14 @@ GoalContext::GoalContext(const Family& of_family, const Job& job, const CaseName
     : family(of_family),
       design(job.design),
       request(job.request),
-      quantities(flexopt::quantities(drives_of(of_family, job.request))),
+      drives(drives_of(job, of_family.drives)),
       defined(job.quantities),
       values(job.design.parameters),
       cases(all_cases),
       borne(may_bear),
       faults(all_faults) {
+  drives.named_quantities.clear();
+  quantities = flexopt::quantities(drives);
   for (const Parameter& p : family.parameters) {
     names.push_back({p.name, p.unit});
     // a parameter whose value is wrong: any number will do to find out the unit of a formula
@@ -111,7 +113,7 @@ const Quantity& GoalContext::quantity(const std::string& name, bool counts,
 }
 
 Expression GoalContext::formula(const std::string& text, const Pointer& at) const {
-  return {text, names, at.to_string(), formula_names(drives_of(family, request), defined)};
+  return {text, names, at.to_string(), formula_names(drives, defined)};
 }
 
 void GoalContext::take(const json& goal, const char* key, bool is_formula, const Pointer& at,

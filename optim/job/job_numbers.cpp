@@ -106,22 +106,16 @@ std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters)
   return names;
 }
 
-std::vector<FormulaName> formula_names(const DriveList& drives,
-                                       const std::vector<NamedFormula>& defined) {
+std::vector<FormulaName> formula_names(DriveList drives, const std::vector<NamedFormula>& defined) {
   std::vector<FormulaName> names;
+  drives.named_quantities.clear();
   for (const Quantity& q : quantities(drives)) names.push_back({q.name, q.unit});
   for (const NamedFormula& q : defined) names.push_back({q.name, q.formula->unit(), q.formula});
   return names;
 }
 
-DriveList drives_of(const Family& family, const StrokeRequest& request) {
-  DriveList list = family.drives;
-  list.numbers = named_numbers(request);
-  return list;
-}
-
-DriveList drive_list(const Job& job, const Mechanism& mechanism) {
-  DriveList drives(mechanism, job.request);
+DriveList drives_of(const Job& job, DriveList drives) {
+  drives.numbers = named_numbers(job.request);
   for (const NamedFormula& q : job.quantities)
     drives.named_quantities.emplace_back(q.name, q.formula->unit());
   return drives;
@@ -132,7 +126,7 @@ Expression goal_formula(const Job& job, const std::string& text, const std::stri
   std::vector<Parameter> all = family.parameters;
   all.insert(all.end(), job_numbers().begin(), job_numbers().end());
   return {text, formula_names(all), pointer,
-          formula_names(drives_of(family, job.request), job.quantities)};
+          formula_names(drives_of(job, family.drives), job.quantities)};
 }
 
 ParameterValues complete_numbers(const Job& job, const ParameterValues& parameters) {

@@ -29,14 +29,11 @@ std::vector<Parameter> parameters_of(const Job& job);
 /// Names and units of parameters, and of the quantities of a mechanism and those that a job
 /// defines, as formulas want them.
 std::vector<FormulaName> formula_names(const std::vector<Parameter>& parameters);
-std::vector<FormulaName> formula_names(const DriveList& drives,
-                                       const std::vector<NamedFormula>& defined);
+std::vector<FormulaName> formula_names(DriveList drives, const std::vector<NamedFormula>& defined);
 
-/// The drives of a mechanism of the job, with the quantities that the job defines.
-DriveList drive_list(const Job& job, const Mechanism& mechanism);
-
-/// What the table of quantities must know of a job.
-DriveList drives_of(const Family& family, const StrokeRequest& request);
+/// The drives of a mechanism of the job, or of its family, with what the job's request names and
+/// the quantities that the job defines.
+DriveList drives_of(const Job& job, DriveList drives);
 
 /// A formula of a goal of the job: of parameters, numbers of the job, and quantities.
 Expression goal_formula(const Job& job, const std::string& text, const std::string& pointer = "");

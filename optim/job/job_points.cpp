@@ -17,10 +17,6 @@ using Pointer = json::json_pointer;
 
 namespace {
 
-bool turns(const NamedPointSpec& point) {
-  return point.direction && !point.direction->tail<3>().isZero(0);
-}
-
 // Whether a body is a material point of a leaf, to which nothing can be fixed.
 bool is_material_point(const Mechanism& mechanism, int body) {
   return std::ranges::any_of(mechanism.leaves, [&](const LeafSpring& leaf) {
@@ -31,12 +27,12 @@ bool is_material_point(const Mechanism& mechanism, int body) {
 NamedPoint point_on_body(const NamedPointSpec& wanted, int b, const Mechanism& mechanism,
                          const json& read, const Pointer& at) {
   const RigidBody& body = mechanism.bodies[static_cast<std::size_t>(b)];
-  NamedPoint point{.name = wanted.name, .body = b, .at = wanted.at};
+  NamedPoint point{.name = wanted.name, .body = b, .at = wanted.at, .direction = wanted.direction};
   if (!is_material_point(mechanism, b)) return point;
   if (wanted.at && (*wanted.at - body.reference).norm() > 1e-9)
     throw SpecError(at / "at", shown(read["at"]) + " m",
                     "this body is a material point of a leaf: nothing beside it is fixed to it");
-  if (turns(wanted))
+  if (point.turns())
     throw SpecError(at / "direction", shown(read["direction"]),
                     "this body is a material point of a leaf: it has no rotation");
   point.at.reset();
@@ -53,7 +49,8 @@ NamedPoint resolved(const NamedPointSpec& wanted, const Mechanism& mechanism, co
                          at);
   if (!wanted.at) throw SpecError(at / "at", "nothing", "it is required where no body is named");
   if (std::optional<NamedPoint> found = point_on_leaf(mechanism, wanted.name, *wanted.at)) {
-    if (turns(wanted))
+    found->direction = wanted.direction;
+    if (found->turns())
       throw SpecError(at / "direction", shown(read["direction"]),
                       "a point of a leaf has no rotation; expected a translation, or a body");
     return *std::move(found);
@@ -165,7 +162,6 @@ void read_points(const json& read, const Mechanism* mechanism, FaultList& faults
       faults.attempt([&] {
         const NamedPointSpec wanted = named_point_table().read(item);
         NamedPoint point = resolved(wanted, *mechanism, item, at, notes);
-        point.direction = wanted.direction;
         point.kind = kind;
         request.named_points.push_back(std::move(point));
       });

@@ -62,7 +62,8 @@ struct GoalContext {
   const Family& family;
   const DesignSpec& design;
   const StrokeRequest& request;
-  std::vector<Quantity> quantities;
+  DriveList drives;                          ///< without the quantities that the job defines
+  std::vector<Quantity> quantities;          ///< of these
   const std::vector<NamedFormula>& defined;  ///< quantities that the job defines
   ParameterValues values;          ///< that formulas may use: parameters, material, end-effector
   std::vector<FormulaName> names;  ///< names of these, the family's first

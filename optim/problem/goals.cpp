@@ -350,10 +350,8 @@ Answer<GoalReading, Why> read_goal(const Goal& goal, const StrokeResponse& respo
   return reading;
 }
 
-void add_defined_quantities(const Job& job, const ParameterValues& parameters,
-                            StrokeResponse& response, StrokeGradients* gradients) {
-  if (job.quantities.empty()) return;
-  ParameterValues numbers = complete_numbers(job, parameters);
+void add_defined_quantities(const Job& job, ParameterValues numbers, StrokeResponse& response,
+                            StrokeGradients* gradients) {
   const ReadPath path{response, job.request, gradients};
   for (const auto& [name, formula] : job.quantities) {
     const std::vector<double> rounding = rounding_of_terms(*formula, response);

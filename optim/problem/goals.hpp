@@ -111,9 +111,9 @@ Answer<GoalReading, Why> read_parts(const Goal& goal, const ParameterValues& par
 
 /// Fills in the quantities that the job defines at every point of a path, with their derivatives
 /// where gradients are given. One has no value where one of its terms has none, or where it is not
-/// finite. `parameters`: of the design.
-void add_defined_quantities(const Job& job, const ParameterValues& parameters,
-                            StrokeResponse& response, StrokeGradients* gradients = nullptr);
+/// finite. `numbers`: of the design, complete_numbers.
+void add_defined_quantities(const Job& job, ParameterValues numbers, StrokeResponse& response,
+                            StrokeGradients* gradients = nullptr);
 
 /// Which of the goal's values is the one over the stroke, and with which sign it enters (−1 for a
 /// negative value under max_abs).

@@ -28,6 +28,11 @@ Job moved(const Job& job, const std::string& name, double value) {
   return other;
 }
 
+void add_quantities(const Job& job, StrokeResponse& response,
+                    StrokeGradients* gradients = nullptr) {
+  add_defined_quantities(job, complete_numbers(job, job.design.parameters), response, gradients);
+}
+
 double present(const Job& job, const std::string& name) {
   if (!find_job_number(name)) return job.design.parameters.at(name);
   return numbers_of(job.design.material, job.end_effector).at(name);
@@ -118,7 +123,7 @@ GradientChecker::GradientChecker(const Job& job, std::size_t load_case, double t
   if (listed_ > 0) request_.frequencies += 2;
   parameters_ = differentiable_parameters(job);
   through_ = through_formulas(job, job.design.parameters, parameters_);
-  const DriveList drives = drives_of(resolve(job.design)->family(), request_);
+  const DriveList drives = drives_of(job, make_mechanism(job, job.design.parameters));
   names_ = quantities(drives);
   turns_ = is_rotation(drives.first());
 }
@@ -128,6 +133,7 @@ Check GradientChecker::prepare() {
                               through_.names, job_.model, request_);
   if (exact_.response.status != Status::ok || !exact_.gradients)
     return Because(exact_.gradients ? exact_.response.message : exact_.message);
+  add_quantities(job_, exact_.response, &*exact_.gradients);
   screened_ = screening_modes(exact_.response, request_);
   here_ = values(exact_.response);
   const std::string& first = parameters().front();
@@ -191,10 +197,11 @@ MaybeNumbers GradientChecker::values(const StrokeResponse& response) const {
 
 std::vector<double> GradientChecker::values_at(const std::string& parameter, double value) const {
   const Job other = moved(job_, parameter, value);
-  const StrokeResponse response =
+  StrokeResponse response =
       evaluate_stroke(make_mechanism(other, other.design.parameters), job_.model, request_);
   if (response.status != Status::ok)
     throw SpecError("/design", fmt::format("{} = {:g}", parameter, value), response.message);
+  add_quantities(other, response);
   std::vector<double> numbers;
   for (const auto& v : values(response)) numbers.push_back(v.value_or(0));
   return numbers;
@@ -204,11 +211,12 @@ std::vector<double> GradientChecker::rounding_of_slopes(std::size_t parameter) c
   const std::string& name = parameters().front();  // a length: other places round otherwise
   return rounding_beside([&](double by) {
     const Job near = moved(job_, name, present(job_, name) * (1 + by));
-    const StrokeSensitivity exact =
+    StrokeSensitivity exact =
         stroke_sensitivity(near, complete_parameters(near.design, near.design.parameters),
                            through_.names, job_.model, request_);
     std::vector<double> slopes(here_.size(), 0.0);
     if (exact.response.status != Status::ok || !exact.gradients) return slopes;
+    add_quantities(near, exact.response, &*exact.gradients);
     const MaybeNumbers found = slopes_along(parameter, exact);
     for (std::size_t i = 0; i < slopes.size(); ++i) slopes[i] = found[i].value_or(0);
     return slopes;
@@ -256,8 +264,25 @@ std::vector<FrequencyGroup> GradientChecker::groups_along(double step, MaybeNumb
   for (std::size_t i = 0; i < slopes.size(); ++i) {
     const Quantity& q = names_[i % names_.size()];
     if (q.name.starts_with("frequencies.") && rank_of(q) >= listed_) slopes[i].reset();
+    if (q.row != &row_of_named_quantities()) continue;
+    // a formula, behind its terms, has none where one of these has none or is in a group
+    const std::size_t first = i - i % names_.size();
+    for (const std::string& term : terms_of(q)) {
+      const std::size_t at =
+          first + (std::ranges::find(names_, term, &Quantity::name) - names_.begin());
+      if (!slopes[at] || std::ranges::any_of(groups, [&](const FrequencyGroup& g) {
+            return std::ranges::find(g, at) != g.end();
+          }))
+        slopes[i].reset();
+    }
   }
   return groups;
+}
+
+// The quantities of a formula; else the quantity itself.
+std::vector<std::string> GradientChecker::terms_of(const Quantity& q) const {
+  if (q.row != &row_of_named_quantities()) return {q.name};
+  return job_.quantities[static_cast<std::size_t>(q.component)].formula->quantities();
 }
 
 // What errors of number i are relative to.
@@ -303,8 +328,12 @@ GradientCheck GradientChecker::compare(std::size_t i, const std::string& paramet
   // a size between two points, each as far as another one: its ends may be of different sides;
   // and the smallest of equal stiffnesses has a derivative on each side, and between them those of
   // what does not stay the smallest along all parameters
-  const bool tied = c.quantity == "principal_stiffness" && is_tied(exact_.response.path[c.point]);
-  if (!c.agrees && (tied || c.quantity.starts_with("envelope"))) {
+  bool tied = false, of_sizes = false;
+  for (const std::string& term : terms_of(names_[i % names_.size()])) {
+    tied |= term == "principal_stiffness" && is_tied(exact_.response.path[c.point]);
+    of_sizes |= term.starts_with("envelope");
+  }
+  if (!c.agrees && (tied || of_sizes)) {
     const auto [low, high] = std::minmax(differences.forward[i], differences.backward[i]);
     const double known = std::max(differences.forward_error[i], differences.backward_error[i]);
     if (c.exact >= low - 5 * known && c.exact <= high + 5 * known) accept(c.exact, known);

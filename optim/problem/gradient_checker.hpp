@@ -59,6 +59,7 @@ class GradientChecker {
   MaybeNumbers slopes_along(std::size_t parameter, const StrokeSensitivity& exact) const;
   std::vector<double> rounding_of_slopes(std::size_t parameter) const;
   std::vector<FrequencyGroup> groups_along(double step, MaybeNumbers& slopes) const;
+  std::vector<std::string> terms_of(const Quantity& quantity) const;
   double size_of(std::size_t i, double x, double difference, double steepest) const;
   GradientCheck compare(std::size_t i, const std::string& parameter, double slope,
                         const Derivatives& differences, double size) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optim/job/job_numbers.hpp"
 #include "optim/search/search.hpp"
 #include "optim/search/stages.hpp"
 #include "optim/solvers/parallel.hpp"
@@ -185,7 +186,7 @@ void add_paths(const DesignProblem& problem, const Variables& variables, const D
       for (PathPoint& point : full_paths[k].response.path) point.shapes.clear();
     }
   for (StrokeResponse& path : own_paths)
-    add_defined_quantities(job, problem.parameters(variables), path);
+    add_defined_quantities(job, complete_numbers(job, problem.parameters(variables)), path);
   const DesignValues full = problem.robust() || problem.worst_assembly()
                                 ? problem.evaluate(variables, false, Accuracy::full)
                                 : problem.read(variables, full_paths, requests);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/goals.hpp"
 #include "optim/problem/line_log.hpp"
@@ -157,7 +158,7 @@ ComparedPath evaluate(const Job& job, const Sample& sample, int design, int mode
       request.outputs = needs_of(quantities);
       append(evaluator(mechanism, choice.model, request), one.name, whole);
     }
-    add_defined_quantities(job, sample.parameters, whole);
+    add_defined_quantities(job, complete_numbers(job, sample.parameters), whole);
     seconds = {whole.seconds_path, seconds_since(begin)};
     return compared_path(design, model, quantities, whole);
   } catch (const SpecError& error) {

@@ -180,15 +180,18 @@ void Study::allow(const DesignValues& values, ToleranceReport& report) const {
 void Study::linearise(ToleranceReport& report) const {
   std::vector<StrokeSensitivity> found;
   std::set<std::string> without;
+  const auto [material, end_effector] = numbers_set(job_, parameters_);
+  const std::vector<Quantity> listed =
+      quantities(drives_of(job_, resolve(job_.design)->build(parameters_, material, end_effector)));
   for (std::size_t k = 0; k < requests_.size(); ++k) {
     StrokeRequest request = requests_[k];
     request.values = PathValues::differentiable;
-    found.push_back(stroke_sensitivity(job_, parameters_, names_, model_, request));
-    const StrokeSensitivity& of = found.back();
+    StrokeSensitivity& of =
+        found.emplace_back(stroke_sensitivity(job_, parameters_, names_, model_, request));
     if (!of.gradients) report.message = of.message.empty() ? of.response.message : of.message;
-    const DriveList drives = drives_of(resolve(job_.design)->family(), request);
+    add_defined_quantities(job_, parameters_, of.response, of.gradients ? &*of.gradients : nullptr);
     for (std::size_t i = 0; i < of.response.path.size(); ++i)
-      for (const Quantity& q : quantities(drives)) {
+      for (const Quantity& q : listed) {
         const std::optional<double> value = q.value(of.response.path[i]);
         if (!value) continue;
         ToleratedQuantity& number = report.quantities.emplace_back();
@@ -246,8 +249,10 @@ SampledDesign Study::evaluate(const VectorXd& unit_point, const ToleranceReport&
   try {
     const auto [material, end_effector] = numbers_set(job_, values);
     const Mechanism mechanism = resolve(job_.design)->build(values, material, end_effector);
-    for (std::size_t k = 0; k < requests_.size(); ++k)
+    for (std::size_t k = 0; k < requests_.size(); ++k) {
       found[k].response = evaluate_stroke(mechanism, model_, requests_[k]);
+      add_defined_quantities(job_, values, found[k].response);
+    }
   } catch (const SpecError& error) {
     sample.failure = error.what();
     return sample;

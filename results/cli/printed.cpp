@@ -86,7 +86,7 @@ Json list_json(const Json& list) {
 }
 
 void add_tables(const RunRecord& record, Json& json) {
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   if (record.job.cases.empty()) {
     json["table"] = table_json(response_of(record), drives, record.job.request);
     return;

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "optim/job/job_numbers.hpp"
 #include "results/files/result_json.hpp"
 #include "results/files/result_parts.hpp"
 
@@ -42,7 +43,7 @@ void add_margin(const Constraint& goal, Json& json) {
 
 Json constraints_json(const Job& job, const Optimum& optimum, const Mechanism& mechanism) {
   const OptimiseSpec& spec = *job.optimise;
-  const DriveList drives(mechanism, job.request);
+  const DriveList drives = drives_of(job, mechanism);
   assert(optimum.constraints.size() == spec.constraints.size() || optimum.constraints.empty());
   Json constraints = Json::array();
   for (std::size_t i = 0; i < optimum.constraints.size(); ++i) {
@@ -292,7 +293,7 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
   const OptimiseSpec& spec = *job.optimise;
   const Family& family = resolve(job.design)->family();
   Json goal = {{"sense", spec.objective.maximise ? "maximise" : "minimise"}};
-  goal.update(goal_json(spec.objective, DriveList(mechanism, job.request)));
+  goal.update(goal_json(spec.objective, drives_of(job, mechanism)));
   if (!spec.objective.load_case.empty()) goal["case"] = spec.objective.load_case;
   add_margin(spec.objective, goal);
   if (optimum.status != OptimumStatus::failed) add_decisive(job, mechanism, optimum.decisive, goal);
@@ -328,10 +329,9 @@ OrderedJson make_optimum(const Job& job, const Optimum& optimum, const Mechanism
       {"screening", screening_json(optimum)},
       {"optima", optima_json(optimum)},
       {"stock", stock_json(optimum)},
-      {"pareto", pareto_json(spec, optimum, DriveList(mechanism, job.request))},
+      {"pareto", pareto_json(spec, optimum, drives_of(job, mechanism))},
       {"verified", verified_json(job, optimum, mechanism)},
-      {"sensitivities",
-       sensitivities_json(spec, optimum, family, DriveList(mechanism, job.request))},
+      {"sensitivities", sensitivities_json(spec, optimum, family, drives_of(job, mechanism))},
       {"history", history_json(optimum)}};
 }
 

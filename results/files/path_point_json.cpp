@@ -56,19 +56,18 @@ Json modes_json(const PathPoint& point) {
 
 Json stress_place_json(const std::optional<StressPeak>& peak, const Mechanism& mechanism) {
   if (!peak) return nullptr;
-  if (peak->elastic_body >= 0)
-    return {
-        {"elastic_body", *part_of(*peak, mechanism).name},
-        {"allowable_stress", optional_json(part_of(*peak, mechanism).material->allowable_stress)},
-        {"node", peak->node},
-        {"position", vector_json(peak->position)}};
-  const auto leaf = static_cast<std::size_t>(peak->leaf);
-  assert(leaf < mechanism.leaves.size());
-  return {{"leaf", mechanism.leaves[leaf].name},
-          {"along", peak->along},
-          {"across", peak->across},
-          {"position", vector_json(peak->position)},
-          {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}};
+  const StressedPart part = part_of(*peak, mechanism);
+  const bool elastic = peak->elastic_body >= 0;
+  Json json = {{elastic ? "elastic_body" : "leaf", *part.name},
+               {"allowable_stress", optional_json(part.material->allowable_stress)}};
+  if (elastic)
+    json["node"] = peak->node;
+  else
+    json.update({{"along", peak->along},
+                 {"across", peak->across},
+                 {"surface", peak->on_positive_normal ? "positive_normal" : "negative_normal"}});
+  json["position"] = vector_json(peak->position);
+  return json;
 }
 
 /// Place of a stress peak with the stress there and the notch factors that it contains.
@@ -361,6 +360,11 @@ OrderedJson make_path_point(const PathPoint& point, const Mechanism& mechanism,
                         {"drive_locked", rows_json(point.compliance_locked)}};
   json["modes"] = modes_json(point);
   json["max_stress_place"] = stress_place_json(point.max_stress, mechanism);
+  if (point.allowable_safety) {
+    Json& place = json["allowable_stress_place"];
+    place = stress_place_json(point.allowable_safety->stress, mechanism);
+    place["stress"] = point.allowable_safety->stress.value;
+  }
   if (point.notch_stress)
     json["notch_stress_place"] = notch_place_json(*point.notch_stress, mechanism);
   if (point.yield_safety)

@@ -178,6 +178,7 @@ Json leaf_geometry_json(const Mechanism& mechanism, const ModelOptions& model) {
                       {"width", leaf.width},
                       {"thickness", leaf.thickness},
                       {"section", leaf.section == Section::circular ? "circular" : "rectangular"},
+                      {"allowable_stress", optional_json(leaf.material.allowable_stress)},
                       {"mesh", leaf_shape(leaf, model).mesh},
                       {"validity", validity_json(leaf)}});
     // the angle of its arc, positive to the side of across × (base → tip)
@@ -195,7 +196,7 @@ Json units_json(const Job& job, const Mechanism& mechanism, const StrokeRequest&
   // by name, as in the job: the order in a design file is not that in a job.json that holds it
   std::map<std::string, std::string> parameters;
   for (const Parameter& parameter : parameters_of(job)) parameters[parameter.name] = parameter.unit;
-  const DriveList drives = drive_list(job, mechanism);
+  const DriveList drives = drives_of(job, mechanism);
   Json units = {{"stroke", stroke_unit(drives, request)}};
   if (drives.named() && request.loads.driven()) {
     units["stroke"] = Json::object();

@@ -237,9 +237,7 @@ void conclude_errors(RunRecord& record) {
   if (const auto decisive = decisive_stress_error(record.errors))
     record.message += fmt::format(
         " {} is within {} where it decides, at {}.", decisive->name, percent(decisive->relative()),
-        quantity_text(
-            decisive->value,
-            quantity_unit(decisive->name, DriveList(record.mechanism, record.job.request)), 3));
+        quantity_text(decisive->value, quantity_unit(decisive->name, drives_of(record)), 3));
   for (const StrokeErrors& errors : record.errors)
     if (!errors.message.empty()) {
       record.message += fmt::format(" No errors are known of some points: {}.", errors.message);
@@ -273,7 +271,7 @@ std::vector<const StrokeResponse*> responses_of(const RunRecord& record) {
   return all;
 }
 
-DriveList drives_of(const RunRecord& record) { return drive_list(record.job, record.mechanism); }
+DriveList drives_of(const RunRecord& record) { return drives_of(record.job, record.mechanism); }
 
 const StrokeResponse& response_of(const RunRecord& record) {
   return record.optimum ? record.optimum->response : record.response;

@@ -143,7 +143,7 @@ Json parameters_json(const RunRecord& record, const MapSpec& map, const Response
 }
 
 Json map_json(const RunRecord& record, const MapSpec& map, const ResponseMap& found) {
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   const std::size_t columns = found.parameters[1].size();
   Json quantities = Json::array();
   for (std::size_t q = 0; q < map.quantities.size(); ++q) {
@@ -165,7 +165,7 @@ Json map_json(const RunRecord& record, const MapSpec& map, const ResponseMap& fo
 std::string maps_csv(const RunRecord& record) {
   std::string text = csv::row({"map", "first parameter", "value [SI]", "second parameter",
                                "value [SI]", "quantity", "unit", "value", "margin [1]"});
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   for (std::size_t m = 0; m < record.maps.size(); ++m) {
     const MapSpec& map = record.job.maps[m];
     const ResponseMap& found = record.maps[m];
@@ -238,7 +238,7 @@ OrderedJson make_tolerances(const RunRecord& record) {
   assert(record.tolerances && record.job.tolerances);
   const ToleranceReport& report = *record.tolerances;
   const TolerancesSpec& spec = *record.job.tolerances;
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   const auto goal = [&](const ToleratedGoal& of) { return goal_json(record, of, drives); };
   Json json = {
       {"convention",
@@ -277,7 +277,7 @@ std::string tolerances_csv(const RunRecord& record) {
                 "sampled mean", "sampled standard deviation", "sampled low", "sampled high"});
   for (const Tolerance& entry : entries) cells.push_back(csv::text_cell("share: " + entry.name));
   std::string text = csv::row(cells);
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   for (const ToleratedQuantity& q : record.tolerances->quantities) {
     cells.clear();
     const JobCase& one = cases[q.load_case];
@@ -317,7 +317,7 @@ void write_maps_csv(const std::filesystem::path& folder, const RunRecord& record
 OrderedJson make_assembly(const RunRecord& record) {
   assert(record.assembly);
   const AssemblyReport& report = *record.assembly;
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   const auto worst = [&](const WorstAssembly& of) { return worst_json(of, record, drives); };
   Json json = {
       {"convention",

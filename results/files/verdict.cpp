@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/response/stress_safety.hpp"
 #include "results/files/result_parts.hpp"
 
 namespace flexopt {
@@ -25,7 +24,7 @@ struct Placed {
 
 /// The points that converged, of all load cases, each with its place.
 std::vector<Placed> converged_points(const RunRecord& record) {
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   const std::vector<JobCase> cases = cases_of(record.job);
   const auto responses = responses_of(record);
   std::vector<Placed> points;
@@ -61,18 +60,15 @@ std::string instability(const std::vector<Placed>& points) {
       count > 1 ? fmt::format(" and at {} more point{}", count - 1, count > 2 ? "s" : "") : "");
 }
 
-/// The sentence about the largest stress; `share` becomes its part of what the material of its part
-/// allows.
-std::string stress_text(const RunRecord& record, const std::vector<Placed>& points, double& share) {
-  const auto stress = [](const Placed& p) {
-    return p.point->max_stress ? p.point->max_stress->value : -1;
+/// The sentence about the stress that is the largest share of what the material of its part allows;
+/// `share` becomes that.
+std::string stress_text(const std::vector<Placed>& points, double& share) {
+  const auto share_of = [](const Placed& p) {
+    return p.point->allowable_safety ? 1 / p.point->allowable_safety->value : 0;
   };
-  const auto most = std::ranges::max_element(points, {}, stress);
-  if (most == points.end() || stress(*most) < 0) return "";
-  const auto& allowable =
-      part_of(*most->point->max_stress, record.mechanism).material->allowable_stress;
-  if (!allowable) return "";
-  share = stress(*most) / *allowable;
+  const auto most = std::ranges::max_element(points, {}, share_of);
+  if (most == points.end() || !most->point->allowable_safety) return "";
+  share = share_of(*most);
   return fmt::format("the stress is {}{:.{}g} % of what the material allows, {}",
                      share > beyond ? "" : "at most ", 100 * share,
                      share > beyond && share < 1.01 ? 4 : 3, most->where);
@@ -147,12 +143,12 @@ Verdict verdict_of(const RunRecord& record) {
     return {"bad", "unstable", unstable + (record.status == "ok" ? "" : " " + record.message)};
   if (record.status != "ok") return plain;
   double share = 0;
-  const std::string stress = stress_text(record, points, share);
+  const std::string stress = stress_text(points, share);
   Verdict verdict{"good", "works", ""};
   if (record.optimum) {
     const Optimum& optimum = *record.optimum;
     const Objective& goal = record.job.optimise->objective;
-    const DriveList drives(record.mechanism, record.job.request);
+    const DriveList drives = drives_of(record);
     std::string name = extreme_name(goal, drives);
     name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
     const bool local = optimum.status == OptimumStatus::local;

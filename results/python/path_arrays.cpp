@@ -82,7 +82,7 @@ class PathArrays {
   /// for a drive without a name, and on a load path.
   py::dict strokes() const {
     py::dict all;
-    const DriveList drives(record_->mechanism, record_->job.request);
+    const DriveList drives(record_->mechanism);
     for (std::size_t d = 0; drives.named() && d < drives.items.size(); ++d) {
       py::array_t<double> numbers(static_cast<py::ssize_t>(size()));
       for (std::size_t k = 0; k < size(); ++k) {

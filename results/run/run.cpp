@@ -9,6 +9,7 @@
 #include "core/response/models/leaf_models.hpp"
 #include "core/response/path/model_choice.hpp"
 #include "core/spec/spec_error.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/problem/evaluation_log.hpp"
 #include "optim/problem/goals.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
@@ -27,7 +28,7 @@ namespace {
 StrokeResponse drawn_response(const Job& job, const ParameterValues& parameters,
                               const Mechanism& mechanism, const StrokeRequest& request) {
   StrokeResponse response = evaluate_stroke(mechanism, job.model, drawn(request));
-  add_defined_quantities(job, parameters, response);
+  add_defined_quantities(job, complete_numbers(job, parameters), response);
   return response;
 }
 
@@ -58,8 +59,8 @@ void differentiate(const std::vector<std::string>& along, RunListener& listener,
     one.request.values = PathValues::differentiable;
     StrokeSensitivity found = stroke_sensitivity(record.job, record.job.design.parameters, along,
                                                  record.job.model, watched(listener, one.request));
-    add_defined_quantities(record.job, record.job.design.parameters, found.response,
-                           found.gradients ? &*found.gradients : nullptr);
+    add_defined_quantities(record.job, complete_numbers(record.job, record.job.design.parameters),
+                           found.response, found.gradients ? &*found.gradients : nullptr);
     if (!found.gradients && record.no_gradients.empty()) record.no_gradients = found.message;
     if (found.gradients) record.gradients.push_back(std::move(*found.gradients));
     (one.name.empty() ? record.response : record.cases.emplace_back()) = std::move(found.response);
@@ -285,7 +286,7 @@ RunRecord run_optimisation(const Job& asked, const RunOptions& run, RunListener&
   if (!run.folder.empty() && spec.search != SearchKind::global)
     std::filesystem::remove(screening_log(options.log));
   const int total = spec.starts * spec.max_evaluations;
-  const DriveList drives(make_mechanism(job, job.design.parameters), job.request);
+  const DriveList drives = drives_of(job, make_mechanism(job, job.design.parameters));
   BestSoFar best(spec, drives);
   options.progress = [&](const EvaluationRecord& evaluation, const Progress& progress) {
     best.add(evaluation);

@@ -184,7 +184,7 @@ WrittenRun write_run(const fs::path& folder, const RunRecord& record) {
   const bool again = fs::exists(folder / "result.json");  // else what is there is somebody's
   OrderedJson result = make_result(record);
   written.failed_expectations = check_expectations(record.job.expect, result);
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   const auto& optimum = record.optimum;
   const auto& comparison = record.comparison;
   write_or_remove(folder / "comparison.csv",

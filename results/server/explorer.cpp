@@ -41,7 +41,7 @@ OrderedJson goals_of(const Job& job, RunRecord& record) {
   const DesignValues values = problem.read(variables, found, requests);
   OrderedJson goals = OrderedJson::array();
   if (!values.ok) return goals;
-  const DriveList drives(record.mechanism, record.job.request);
+  const DriveList drives = drives_of(record);
   const Scales scales = problem.scales(&values);
   const Objective& objective = spec.objective;
   goals.push_back({{"label", goal_label(objective)},

@@ -64,13 +64,13 @@ set(tested_by
   designs/solids/contour_outline designs/test_contour_meshes
   designs/solids/contour_sizes designs/test_contour_meshes
   designs/solids/triangles designs/test_contour_meshes
-  designs/solids/import_inp designs/test_imports
+  designs/solids/import_inp designs/test_imported_meshes
   designs/solids/import_matrices designs/test_imports
-  designs/solids/import_mesh designs/test_imports
-  designs/solids/import_msh designs/test_imports
+  designs/solids/import_mesh designs/test_imported_meshes
+  designs/solids/import_msh designs/test_imported_meshes
   designs/solids/matrix_checks designs/test_imports
   designs/solids/matrix_files designs/test_imports
-  designs/solids/numbered_lines designs/test_imports
+  designs/solids/numbered_lines designs/test_imported_meshes
   core/equilibrium/free_motions core/equilibrium/test_joints
   core/equilibrium/solve_equilibrium core/equilibrium/test_stroke_path
   core/equilibrium/system core/equilibrium/test_joints

@@ -130,8 +130,7 @@ StrainField recovered_strains(const PlateMesh& mesh, const std::vector<MatrixXd>
           [&](int j, const auto& U) { return section_turn(mesh, i, j, U, a); });
       values.insert(values.end(), across.begin(), across.end());
     }
-  return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), std::move(values),
-          fold_split(mesh.shape())};
+  return {gauss_stations(mesh.x()), gauss_stations(mesh.y()), values, fold_split(mesh.shape())};
 }
 
 std::vector<double> strain_stations(const std::vector<double>& lines) {

@@ -376,10 +376,4 @@ void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,
   fields.second_fields = turns[1] - solve(second.forces[1]);
 }
 
-MatrixXd cubic_rows(const ElasticBody& body, const CondensedSolid& solid) {
-  const Rated U{solid.fields * solid.model.basis};
-  return third_derivatives(SecondOrder(body, body, U, {solid.second_fields}), U,
-                           {second_turns(body, body, solid.model.basis)})[0];
-}
-
 }  // namespace flexopt

@@ -32,9 +32,5 @@ MatrixXd cubic_along(const ElasticBody& body, const CondensedSolid& solid, const
 void add_quartic_rate(const ElasticBody& body, const ElasticBody& direction,
                       const CondensedSolid& solid, const HeldSolve& solve, FieldRates& fields,
                       ElasticModel& rate);
-/// A_ijk of a solid of degree 4, a row for each pair i ≥ j (in the order of its second-order
-/// fields), all k; `cubic` is made of those with i ≥ j ≥ k. That they are symmetric in k too tells
-/// that fields and turns fit each other.
-MatrixXd cubic_rows(const ElasticBody& body, const CondensedSolid& solid);
 
 }  // namespace flexopt

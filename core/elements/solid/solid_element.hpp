@@ -90,14 +90,4 @@ void for_each_cell(const SolidCells& cells, Visit&& visit) {
   }
 }
 
-/// Calls visit(point, reference point, nodes) for each integration point of a body's mesh.
-template <class Visit>
-void for_each_point(const ElasticBody& body, SolidRule rule, Visit&& visit) {
-  for_each_cell(*body.cells, [&](SolidCell cell, std::span<const int> nodes) {
-    const CellPlaces places = places_of(body.nodes, nodes);
-    for (const ReferencePoint& at : reference_points(cell, rule))
-      visit(solid_point(at, places), at, nodes);
-  });
-}
-
 }  // namespace flexopt

@@ -10,26 +10,14 @@
 namespace flexopt {
 namespace {
 
-/// Corners of the faces of a cell, counterclockwise seen from outside.
-std::vector<std::vector<int>> corner_loops(SolidCell cell) {
-  switch (cell) {
-    case SolidCell::hexahedron:
-      return {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
-    case SolidCell::wedge:
-      return {{0, 2, 1}, {3, 4, 5}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}};
-    case SolidCell::tetrahedron:
-      break;
-  }
-  return {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-}
-
 /// A face of a cell: corners, then the nodes in the middles of the sides that begin at them.
 using CellFace = std::vector<int>;
 
-std::vector<CellFace> faces_of(SolidCell cell) {
-  std::vector<CellFace> faces = corner_loops(cell);
-  for (CellFace& face : faces) {
-    const std::size_t corners = face.size();
+std::vector<CellFace> faces_with_middles(SolidCell cell) {
+  std::vector<CellFace> faces;
+  for (const auto& loop : faces_of(cell)) {
+    const std::size_t corners = loop[3] == loop[0] ? 3 : 4;
+    CellFace& face = faces.emplace_back(loop.begin(), loop.begin() + corners);
     for (std::size_t k = 0; k < corners; ++k) {
       const Vector3d middle =
           0.5 * (reference_node(cell, face[k]) + reference_node(cell, face[(k + 1) % corners]));
@@ -44,9 +32,9 @@ std::vector<CellFace> faces_of(SolidCell cell) {
 /// Calls visit(nodes of a face) for each face that one cell has alone.
 template <class Visit>
 void for_each_outer_face(const SolidCells& cells, const Visit& visit) {
-  const std::array<std::vector<CellFace>, 3> faces{faces_of(SolidCell::hexahedron),
-                                                   faces_of(SolidCell::wedge),
-                                                   faces_of(SolidCell::tetrahedron)};
+  const std::array<std::vector<CellFace>, 3> faces{faces_with_middles(SolidCell::hexahedron),
+                                                   faces_with_middles(SolidCell::wedge),
+                                                   faces_with_middles(SolidCell::tetrahedron)};
   const auto for_each_face = [&](const auto& call) {
     for_each_cell(cells, [&](SolidCell cell, std::span<const int> nodes) {
       for (const CellFace& face : faces[static_cast<std::size_t>(cell)]) {

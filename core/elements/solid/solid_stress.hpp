@@ -59,10 +59,5 @@ std::vector<RatedTensor> node_stresses(const ElasticBody& body, const ElasticBod
                                        const VectorXd& displacements,
                                        const VectorXd& displacement_rates,
                                        const std::vector<int>& nodes);
-inline RatedTensor node_stress(const ElasticBody& body, const ElasticBody& direction,
-                               const VectorXd& displacements, const VectorXd& displacement_rates,
-                               int node) {
-  return node_stresses(body, direction, displacements, displacement_rates, {node}).front();
-}
 
 }  // namespace flexopt

@@ -134,7 +134,7 @@ StrainField SuperelementGrid::strains(const State& state) const {
                                section_turn(mesh, p, q, U, station[r]));
       }
   }
-  return {std::move(x), std::move(y), std::move(values)};
+  return {std::move(x), std::move(y), values};
 }
 
 SuperelementGrid::Point SuperelementGrid::locate(double along, double across) const {

@@ -118,8 +118,6 @@ class TubeModel {
   /// Those that are known reach sigma.
   const TubeStress* stress(double sigma = 0);
   bool stress_known() const { return known_ && known_->stress; }
-  /// Whether no bent state had to be solved for.
-  bool unsolved() const { return expansions_.empty(); }
   /// Makes the tables of the dynamics reach sigma, where there are any.
   void reach_dynamics(double sigma, StationsWanted stations);
   /// How the tables of the dynamics see the leaf.

@@ -91,8 +91,6 @@ class MechanismFactor {
   MatrixXd motion(const MatrixXd& Y) const;
   /// K⁻¹ E of the forces E of unit drive loads, a column for each drive, all of them free.
   const MatrixXd& drive_answers() const { return drive_answers_; }
-  /// Eᵀ K⁻¹ E: strokes by drive loads, all drives free.
-  const MatrixXd& drive_compliance() const { return drive_compliance_; }
   /// Motions of unit strokes, one drive each, the others held, and of conditions the multipliers
   /// that this takes.
   MatrixXd drive_shapes() const;
@@ -123,7 +121,8 @@ class MechanismFactor {
   std::vector<Leaf> leaves_;
   std::vector<ElasticInside> elastic_;
   TangentFactor tangent_, locked_tangent_;  ///< of the bodies and the conditions
-  MatrixXd drive_answers_, drive_compliance_;
+  MatrixXd drive_answers_;
+  MatrixXd drive_compliance_;  ///< Eᵀ K⁻¹ E: strokes by drive loads, all drives free
   BlockMatrix body_mass_;
 };
 

@@ -287,6 +287,7 @@ void PointOutputs::add_stress_and_shapes(System& system, PathPoint& point) const
   if (stress) {
     std::vector<StressPeak> parts = largest_stresses(system, elastic);
     add_max_stress(parts, point);
+    point.allowable_safety = allowable_safety(parts, system.mechanism());
     add_safety(system, request_->stress, std::move(parts), point);
     if (request_->stress.need_history()) add_sections(system, elastic, *stress_places_, point);
     for (std::size_t k = 0; k < elastic.size(); ++k) {

@@ -2,15 +2,10 @@
 import {least, max, min} from "d3";
 import {case_chooser} from "./cases.js";
 import {stroke_text} from "./comparison.js";
-import {allowed_at, at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, optimum, parameter_text, part_of, path, quantities, rest_point, result, stroke_unit, supports, undeflected} from "./result.js";
+import {at_stroke, comparison, converged, drive, drive_units, goal_factor, goal_name, goal_text, goal_unit, heading, job, least_at, listed, load_path, optimum, parameter_text, part_of, path, quantities, rest_point, result, stress_share, stroke_unit, supports, undeflected} from "./result.js";
 import {ranking_table} from "./designs.js";
 import {element, number_text, quantity_parts, quantity_text, readable} from "./text.js";
 
-const stress_share = () => {
-  const hottest = least_at((p) => typeof p.max_stress === "number" ? -p.max_stress : null);
-  const allowed = hottest && allowed_at(hottest);
-  return hottest && allowed ? {share: hottest.max_stress / allowed, allowed, point: hottest} : null;
-};
 const lowest_buckling = () => {
   const q = quantities.find((one) => one.name.startsWith("buckling"));
   const point = q && least_at((p) => { const v = q.value(p); return v === null ? null : Math.abs(v); });
@@ -92,8 +87,8 @@ function limits() {
   }
   const lost = path.filter((p) => p.status !== "converged");
   if (lost.length) said.push(`${lost.length} of ${path.length} points ${result.status === "limit_reached" ? "were not done within the limits of the job" : "have no equilibrium"}, the first ${at_stroke(lost[0])}.`);
-  const share = stress_share();
-  if (share && !optimum) said.push(`Stress: ${quantity_text(share.point.max_stress, "Pa")} of ${quantity_text(share.allowed, "Pa")} allowed (${number_text(100 * share.share)} %), ${at_stroke(share.point)}${share.point.max_stress_place ? ` in ${part_of(share.point.max_stress_place)}` : ""}.`);
+  const most = least_at((p) => stress_share(p) === null ? null : -stress_share(p)), stressed = most?.allowable_stress_place;
+  if (stressed && !optimum) said.push(`Stress: ${quantity_text(stressed.stress, "Pa")} of ${quantity_text(stressed.allowable_stress, "Pa")} allowed (${number_text(100 * stress_share(most))} %), ${at_stroke(most)} in ${part_of(stressed)}.`);
   const rest = converged.length > 1 && supports.length ? rest_point() : null;
   if (rest) {
     const kept = least(supports.map((d) => ({d, p: least_at((q) => q.support_stiffness?.[d])})).filter((k) => k.p && rest.support_stiffness?.[k.d]), (k) => k.p.support_stiffness[k.d] / rest.support_stiffness[k.d]);

@@ -1,7 +1,7 @@
 // Plots of the chosen leaf: its stress along its length now, and its largest stress over the stroke.
 import {range} from "d3";
 import {line_chart} from "./charts.js";
-import {allowable, converged, result, shown_stroke, stroke_label} from "./result.js";
+import {converged, result, shown_stroke, stroke_label} from "./result.js";
 import {designs} from "./scene_data.js";
 import {listen, state} from "./state.js";
 import {element, quantity_text, readable} from "./text.js";
@@ -33,7 +33,7 @@ export function leaf_panel() {
     if (!leaf) { place.replaceChildren(); return; }
     const own = (result.leaves ?? []).find((l) => l.name === leaf.name);
     facts.textContent = `${quantity_text(leaf.length, "m")} long, ${leaf.round ? `diameter ${quantity_text(leaf.thickness, "m")}` : `${quantity_text(leaf.width, "m")} wide, ${quantity_text(leaf.thickness, "m")} thick`}`
-      + (own?.validity?.needed ? `; needs the theory of a ${readable(own.validity.needed)}` : "") + (allowable ? `; allowed ${quantity_text(allowable, "Pa")}` : "") + ".";
+      + (own?.validity?.needed ? `; needs the theory of a ${readable(own.validity.needed)}` : "") + (own?.allowable_stress ? `; allowed ${quantity_text(own.allowable_stress, "Pa")}` : "") + ".";
     stroke.replaceChildren(stroke_chart(design, leaf));
     redraw();
     place.replaceChildren(element("h3", {}, `Chosen: ${leaf.name}`), facts, along, stroke);

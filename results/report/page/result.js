@@ -13,7 +13,9 @@ export let listed = [];
 /// Drives with names: the plots then show their points one after the other.
 export let drive_units = null;
 export let path = [], converged = [], quantities = [], supports = [];
-export let drive = "", stroke_unit = "", stroke_label = "", allowable = null;
+export let drive = "", stroke_unit = "", stroke_label = "";
+/// What the material allows where the stress is largest; null where that is not one number for all points.
+export let allowable = null;
 /// Nothing was computed: the page shows the mechanism as designed.
 export let undeflected = false;
 export let load_path = false;  // nothing is driven: stroke is the load factor
@@ -46,7 +48,8 @@ export function read_result(json) {
   load_path = job.load_path !== undefined;
   stroke_label = load_path ? "load factor [1]" : drive_units ? "point [1]"
     : `stroke ${/^[ur][xyz]$/.test(drive) ? drive : ""} [${shown_unit(stroke_unit)}]`.replace("  ", " ");
-  allowable = result.material?.allowable_stress ?? null;
+  const allowed = new Set(converged.map((p) => p.max_stress_place?.allowable_stress ?? null));
+  allowable = allowed.size === 1 ? [...allowed][0] : null;
   quantities = (result.quantities ?? []).map((q) => ({...q, value: (point) => value_at(q, point)}))
     .filter((q) => converged.some((p) => q.value(p) !== null));
   supports = quantities_of("support_stiffness").map((q) => q.at[1]);
@@ -82,8 +85,8 @@ export const place_text = (point) => drive_units ? strokes_text(point.strokes)
 export const at_stroke = (point) => `at ${place_text(point)}`;
 /// The leaf or the elastic body that a stress is in.
 export const part_of = (place) => place?.leaf ?? place?.elastic_body ?? "";
-/// What the material allows where the stress of a point is largest.
-export const allowed_at = ({max_stress_place: place}) => place?.elastic_body ? place.allowable_stress : allowable;
+/// The stress of a point as a share of what the material of its part allows, where that is largest; null where no material tells.
+export const stress_share = ({allowable_stress_place: place}) => place ? place.stress / place.allowable_stress : null;
 /// The converged point of least value.
 export const least_at = (value) => least(converged.filter((p) => typeof value(p) === "number"), value);
 export const all_leaves_full = () => converged.every((p) => (p.leaves ?? [{}]).every((leaf) => leaf.model === "full"));

@@ -1,6 +1,6 @@
 // The tables: every point of the stroke, the checks, the overconstraints.
 import {group, max} from "d3";
-import {allowed_at, at_stroke, comparison, converged, error_at, heading, largest_of, load_path, part_of, path, quantities, result, stroke_unit, drive_units, strokes_text} from "./result.js";
+import {at_stroke, comparison, converged, error_at, heading, largest_of, load_path, part_of, path, quantities, result, stress_share, stroke_unit, drive_units, strokes_text} from "./result.js";
 import {set} from "./state.js";
 import {element, number_text, quantity_text, readable, shown_factor, shown_unit, table_of, without_noise} from "./text.js";
 
@@ -15,7 +15,7 @@ export function stroke_table() {
         const largest = largest_of(q);
         return {name: heading(q.label), unit: shown_unit(q.unit),
           text: value((p) => q.value(p) === null ? "–" : number_text(without_noise(q.value(p), largest) * shown_factor(q.unit))),
-          tone: (p) => q.name === "max_stress" && allowed_at(p) && p.max_stress > allowed_at(p) * 1.0001 ? "bad" : ""};
+          tone: (p) => q.name === "max_stress" && stress_share(p) > 1.0001 ? "bad" : ""};
       }),
       {name: "Where", left: true, text: value((p) => part_of(p.max_stress_place))},
       {name: "Newton", unit: "iterations", text: (p) => String(p.newton_iterations ?? "–")},

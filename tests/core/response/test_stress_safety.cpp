@@ -60,6 +60,27 @@ TEST_CASE("the weakest material decides, not the largest stress") {
   CHECK(p.yield_safety->value < 1400e6 / p.notch_stress->value);
 }
 
+TEST_CASE("a part is held against what its own material allows, not that with the largest stress") {
+  Mechanism m = strong_guide();
+  m.leaves[0].thickness = 0.6e-3;  // the larger stress
+  const auto point = [&](std::optional<double> thick, std::optional<double> thin) {
+    m.leaves[0].material.allowable_stress = thick;
+    m.leaves[1].material.allowable_stress = thin;
+    return point_of(m, models::coarse(Flexure::beam), {.points = {5e-3}});
+  };
+  const PathPoint weak = point(450e6, 100e6);
+  REQUIRE(weak.allowable_safety);
+  CHECK(weak.max_stress->leaf == 0);
+  CHECK(weak.allowable_safety->stress.leaf == 1);
+  CHECK(weak.allowable_safety->stress.value < weak.max_stress->value);
+  CHECK(weak.allowable_safety->value == Approx(100e6 / weak.allowable_safety->stress.value));
+  const PathPoint told = point({}, 100e6);  // nothing is said about the part with most stress
+  REQUIRE(told.allowable_safety);
+  CHECK(told.allowable_safety->stress.leaf == 1);
+  CHECK(point(450e6, {}).allowable_safety->stress.leaf == 0);
+  CHECK_FALSE(point({}, {}).allowable_safety);
+}
+
 TEST_CASE("every model of a leaf has the same stress at a fillet") {
   const Mechanism m = strong_guide();
   const StrokeRequest request = stresses(5e-3, 0.3e-3);

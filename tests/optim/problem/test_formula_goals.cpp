@@ -2,6 +2,7 @@
 #include "core/math/ridders.hpp"
 #include "core/response/quantities.hpp"
 #include "optim/job/job_numbers.hpp"
+#include "optim/problem/check_gradients.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "optim/problem/stroke_sensitivity.hpp"
 #include "optim/search/optimise.hpp"
@@ -175,7 +176,7 @@ TEST_CASE(
   request.values = PathValues::differentiable;
   StrokeSensitivity found = stroke_sensitivity(job, parameters, along, job.model, request);
   REQUIRE(found.gradients);
-  add_defined_quantities(job, parameters, found.response, &*found.gradients);
+  add_defined_quantities(job, complete_numbers(job, parameters), found.response, &*found.gradients);
   const std::vector<PathPoint>& path = found.response.path;
   CHECK(value_of(path[1], "guiding_ratio") ==
         *path[1].support_stiffness[2] / path[1].drive_stiffness);
@@ -208,6 +209,35 @@ TEST_CASE(
                 .margin(1e-8 * std::abs(*value_of(path[1], name)) / p));
     }
   }
+}
+
+TEST_CASE("derivatives of quantities of a job are checked as all others are") {
+  const Job job = parse_job(test::guide_job(R"J({
+    "job": "evaluate", "optimise": null, "frequencies": 0, "stroke": {"at": ["1 mm"]},
+    "design": {"parameters": {"width": {"expression": "length/3"}}},
+    "quantities": [{"name": "ratio", "expression": "support_stiffness.uz/drive_stiffness"},
+                   {"name": "section", "expression": "width*thickness*drive_load"}],
+    "model": {"flexure": "beam", "accuracy": "full", "mesh": [4, 2]}})J"));
+  const GradientReport report = check_gradients(job, 1e-6, 2);
+  INFO(report.message);
+  CHECK(report.ok);
+  for (const char* name : {"ratio", "section"})
+    for (const char* parameter : {"length", "thickness"})
+      CHECK(std::ranges::any_of(report.checks, [&](const GradientCheck& c) {
+        return c.quantity == name && c.parameter == parameter && c.exact != 0;
+      }));
+}
+
+TEST_CASE("a gain is a goal of drives that act elsewhere or along other axes, frame or not") {
+  json document = own_mechanism();
+  json& mechanism = document["design"]["mechanism"];
+  mechanism["frames"] = json::parse(R"([{"name": "here", "at": [0, 0, 0]}])");
+  mechanism["drives"][0]["frame"] = "here";
+  document["optimise"]["constraints"].push_back(
+      {{"quantity", "gain.x.uy"}, {"over_stroke", "last"}, {"max", 1}});
+  CHECK_THROWS_WITH(parse_job(document), Contains("unknown quantity"));
+  mechanism["frames"][0]["turn"] = json::parse(R"([["z", 0.2]])");
+  CHECK_NOTHROW(parse_job(document));
 }
 
 TEST_CASE("a formula over load cases is the worst of theirs, or of the one that is named") {

@@ -53,6 +53,25 @@ TEST_CASE("slopes are derivatives times the limits, of material numbers, too") {
   CHECK_FALSE(report.yield);
 }
 
+TEST_CASE("quantities that a job defines have tolerances as all others have") {
+  json document = guide();
+  document["quantities"] =
+      json::parse(R"J([{"name": "own", "expression": "drive_stiffness*thickness/length"}])J");
+  document["tolerance_samples"] = {{"count", 12}};
+  const ToleranceReport report = study(document);
+  const ToleratedNumber &own = number(report, "own"),
+                        &stiffness = number(report, "drive_stiffness");
+  CHECK(own.value == Approx(stiffness.value * 0.5e-3 / 0.1).epsilon(1e-12));
+  REQUIRE(own.slopes);
+  const VectorXd relative = *stiffness.slopes / stiffness.value;  // length, modulus, thickness
+  CHECK((*own.slopes)[0] == Approx(own.value * (relative[0] - 0.5e-3 / 0.1)).epsilon(1e-9));
+  CHECK((*own.slopes)[1] == Approx(own.value * relative[1]).epsilon(1e-9));
+  CHECK((*own.slopes)[2] == Approx(own.value * (relative[2] + 10e-6 / 0.5e-3)).epsilon(1e-9));
+  REQUIRE(own.sampled);
+  CHECK(own.sampled->count == 12);
+  CHECK(own.sampled->low < own.sampled->high);
+}
+
 TEST_CASE("the room of a linear constraint is exact, and the least of all is that of the job") {
   const ToleranceReport report = study(guide());
   REQUIRE(report.goals.size() == 4);

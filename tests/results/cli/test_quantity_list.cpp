@@ -1,5 +1,6 @@
 // Every number that `flexopt quantities` lists, everywhere: goals, their derivatives, result.json,
 // path.csv. The table of quantities drives these tests: a new row is in them by itself.
+#include "optim/job/job_numbers.hpp"
 #include "optim/problem/design_problem.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/result_parts.hpp"
@@ -38,7 +39,7 @@ json document() {
 
 std::vector<Quantity> all_quantities() {
   const Job job = parse_job(document());
-  return quantities(DriveList(make_mechanism(job, job.design.parameters), job.request));
+  return quantities(drives_of(job, make_mechanism(job, job.design.parameters)));
 }
 
 /// The document with an optimisation whose constraints are all these quantities.
@@ -72,7 +73,7 @@ json::json_pointer pointer_of(const Quantity& q) {
 TEST_CASE("every row of the table is listed with unit, meaning and what it costs") {
   const Job job = parse_job(document());
   const std::string list =
-      describe_quantities(DriveList(make_mechanism(job, job.design.parameters), job.request));
+      describe_quantities(drives_of(job, make_mechanism(job, job.design.parameters)));
   const auto is_of_kind = [](const QuantityRow& row) { return row.of_kind != nullptr; };
   const auto missing = std::ranges::count_if(quantity_rows(), is_of_kind);
   CHECK(missing == 3);  // the drive is one of the end-effector, without actuator
@@ -129,8 +130,7 @@ TEST_CASE("every quantity stands in result.json and in path.csv") {
   record.response = evaluate_stroke(record.mechanism, record.job.model, request);
   conclude(record);
   const json result = make_result(record);
-  const std::string table =
-      path_csv(record.response, DriveList(record.mechanism, request), record.job.request);
+  const std::string table = path_csv(record.response, drives_of(record), record.job.request);
   const std::string header = "," + table.substr(0, table.find('\n')) + ",";
   const PathPoint& point = record.response.path[1];
   for (const Quantity& q : all_quantities()) {

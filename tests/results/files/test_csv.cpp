@@ -3,6 +3,7 @@
 #include <map>
 
 #include "core/response/quantities.hpp"
+#include "optim/job/job_numbers.hpp"
 #include "optim/problem/goals.hpp"
 #include "results/cli/printed.hpp"
 #include "results/files/result_parts.hpp"
@@ -183,7 +184,7 @@ TEST_CASE("quantities that a job defines stand in every file and table, with the
     "stroke": {"to": "5 mm", "points": 2}})J"));
   RunRecord record{.job = job, .mechanism = make_mechanism(job, job.design.parameters)};
   record.response = evaluate_stroke(record.mechanism, job.model, job.request);
-  add_defined_quantities(job, job.design.parameters, record.response);
+  add_defined_quantities(job, complete_numbers(job, job.design.parameters), record.response);
   conclude(record);
   const double ratio = *value_of(record.response.path[1], "ratio");
   CHECK(ratio ==

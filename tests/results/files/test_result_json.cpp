@@ -67,6 +67,7 @@ TEST_CASE("Every number of a stroke point is in the result, under the contract's
                           {"drive_locked", point.frequencies_locked}}}}) == "");
     CHECK(unlike_text(json, R"({"status": "converged", "newton_iterations": 4, "stable": true,
         "max_stress_place": {"leaf": "leaf 2"}, "buckling_load_factor": null})") == "");
+    CHECK(json["max_stress_place"].contains("allowable_stress"));
     for (int a = 0; a < 6; ++a)
       for (int b = 0; b < 6; ++b) {
         CHECK(json["compliance"]["drive_free"][a][b] == point.compliance_free(a, b));

@@ -183,5 +183,7 @@ TEST_CASE("An elastic body is in the scene, the shape files and the result") {
   CHECK(point["elastic_bodies"][0]["max_stress_jump"].get<double>() > 0);
   CHECK(point["max_stress_place"]["elastic_body"] == "bar");
   CHECK(point["max_stress_place"]["allowable_stress"] == 200e6);
+  CHECK(point["allowable_stress_place"]["elastic_body"] == "bar");
+  CHECK(point["allowable_stress_place"]["stress"] == stress);
   CHECK(point["max_stress_place"]["position"] == point["elastic_bodies"][0]["max_stress_position"]);
 }

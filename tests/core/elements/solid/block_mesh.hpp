@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/elements/solid/solid_element.hpp"
 #include "core/mechanism/mechanism.hpp"
 
 namespace flexopt::test {
@@ -119,6 +120,16 @@ inline Material material(double youngs_modulus, double poissons_ratio, double de
   m.poissons_ratio = poissons_ratio;
   m.density = density;
   return m;
+}
+
+/// Calls visit(point, reference point, nodes) for each integration point of a body's mesh.
+template <class Visit>
+void for_each_point(const ElasticBody& body, SolidRule rule, Visit&& visit) {
+  for_each_cell(*body.cells, [&](SolidCell cell, std::span<const int> nodes) {
+    const CellPlaces places = places_of(body.nodes, nodes);
+    for (const ReferencePoint& at : reference_points(cell, rule))
+      visit(solid_point(at, places), at, nodes);
+  });
 }
 
 }  // namespace flexopt::test

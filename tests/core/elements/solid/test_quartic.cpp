@@ -163,17 +163,6 @@ void require_series(const ElasticBody& body, double size, double turn) {
   }
 }
 
-double largest_asymmetry(const MatrixXd& rows) {
-  const auto m = static_cast<int>(rows.cols());
-  const auto pair = [](int i, int j) { return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; };
-  double worst = 0;
-  for (int i = 0; i < m; ++i)
-    for (int j = 0; j <= i; ++j)
-      for (int k = 0; k < m; ++k)
-        worst = std::max(worst, std::abs(rows(pair(i, j), k) - rows(pair(k, j), i)));
-  return worst / rows.cwiseAbs().maxCoeff();
-}
-
 MatrixXd as_column(const std::vector<double>& numbers) {
   return VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
@@ -232,13 +221,6 @@ TEST_CASE("the basis of elastic coordinates has no mean motion") {
               .cwiseAbs()
               .maxCoeff() < 1e-15);
   }
-}
-
-TEST_CASE("cubic terms are symmetric though each is computed by itself") {
-  for (const ElasticBody& body :
-       {notch_body({}, {12, 2, 2}), bent_block(SolidCell::wedge, {3, 1, 1}),
-        bent_block(SolidCell::tetrahedron, {3, 1, 1}), block_of_three({4, 2, 2})})
-    CHECK(largest_asymmetry(cubic_rows(body, *condensed(body))) < 1e-13);
 }
 
 TEST_CASE("a linear body knows the cubic terms that it leaves out") {

@@ -98,7 +98,7 @@ TEST_CASE("one mass on a spring shakes as the closed form says") {
   m.bodies[0].held = only_uy;
   for (LeafSpring& leaf : m.leaves) leaf.material.density = 1e-9;
   const BentMechanism at = bent(m, 0.01, models::beams(6));
-  const double compliance = at.factor->drive_compliance()(0, 0),
+  const double compliance = at.factor->free_drives().compliance(0, 0),
                f0 = std::sqrt(1 / (compliance * m.bodies[0].mass)) / (2 * M_PI);
   for (const double damping : {0.003, 0.05, 0.4}) {
     const auto peak =
