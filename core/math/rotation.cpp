@@ -15,6 +15,12 @@ Matrix3d rotation_exp(const Vector3d& v) {
   return Matrix3d::Identity() + std::sin(a) / a * K + (1 - std::cos(a)) / (a * a) * K * K;
 }
 
+namespace {
+// So far from a whole turn [rad] the axis of a rotation is known to a millionth where a state is
+// known to 1e-9.
+constexpr double nearly_whole = 1e-3;
+}  // namespace
+
 Vector3d rotation_log(const Matrix3d& R) {
   const Vector3d axial = 0.5 * Vector3d(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
   const double s = axial.norm(), c = 0.5 * (R.trace() - 1);
@@ -28,8 +34,18 @@ Vector3d rotation_log(const Matrix3d& R, const Vector3d& near) {
   const Vector3d v = rotation_log(R);
   const double angle = v.norm();
   if (angle + near.norm() < std::numbers::pi) return v;
-  const Vector3d axis = angle < 1e-8 ? near.normalized() : Vector3d(v / angle);
+  constexpr double whole = 2 * std::numbers::pi, aligned = 0.9;
+  const Vector3d along = near.normalized(), axis = v / angle;
+  if (angle < nearly_whole || std::abs(axis.dot(along)) < aligned)
+    return v + whole * std::round((near - v).dot(along) / whole) * along;
   return v + (unwrapped(angle, near.dot(axis)) - angle) * axis;
+}
+
+Matrix3d rotation_log_tangent(const Vector3d& v) {
+  const double angle = v.norm(), rest = unwrapped(angle, 0);
+  if (angle < std::numbers::pi || std::abs(rest) > nearly_whole)
+    return rotation_left_tangent_inverse(v);
+  return rotation_left_tangent_inverse(rest / angle * v);
 }
 
 Matrix3d rotation_left_tangent(const Vector3d& v) {

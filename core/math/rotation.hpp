@@ -23,8 +23,11 @@ Matrix3d rotation_exp(const Vector3d& v);
 /// Rotation vector of R, |v| < π. Axial vector and atan2: accurate near 0 and up to π.
 Vector3d rotation_log(const Matrix3d& R);
 
-/// The rotation vector of R, of all that are whole turns apart, that is nearest to another one.
+/// The rotation vector of R, of all that are whole turns apart, that is nearest to another one. At
+/// whole turns, where the axis of R is none or another one, they are turns about `near`.
 Vector3d rotation_log(const Matrix3d& R, const Vector3d& near);
+/// dv of such a rotation vector v by a spin ω of exp(v) is this times ω.
+Matrix3d rotation_log_tangent(const Vector3d& v);
 /// The angle, of all that are whole turns apart, that is nearest to another one [rad].
 inline double unwrapped(double angle, double near) {
   return near + std::remainder(angle - near, 2 * std::numbers::pi);

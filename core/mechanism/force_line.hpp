@@ -13,8 +13,10 @@ struct Pull {
 };
 
 /// A table of `count` lengths [m], ascending, and forces [N], which `point` reads as they are
-/// needed: no copy is allocated. Between two lengths the force is a cubic, whose slope at a length
-/// is that of the parabola through it and its two neighbours; beyond the ends it is straight.
+/// needed: no copy is allocated. Between two lengths the force is a cubic that rises or falls as
+/// the table does there (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 1984): its slope at a
+/// length is a harmonic mean of those of the secants on either side, zero where these differ in
+/// sign. At the ends it is that of the secant; beyond them the force is straight.
 template <class T, class Read>
 struct ForceLine {
   const Read& point;  ///< (i) → length and force
@@ -25,11 +27,14 @@ struct ForceLine {
     return (b[1] - a[1]) / (b[0] - a[0]);
   }
   T slope(int i) const {
-    if (count == 2) return secant(0);
-    if (i == 0) return 2.0 * secant(0) - slope(1);
-    if (i == count - 1) return 2.0 * secant(i - 1) - slope(i - 1);
+    if (i == 0) return secant(0);
+    const T left = secant(i - 1);
+    if (i == count - 1) return left;
+    const T right = secant(i);
+    if (plain(left) * plain(right) <= 0) return T(0.0);
     const T before = point(i)[0] - point(i - 1)[0], after = point(i + 1)[0] - point(i)[0];
-    return (secant(i - 1) * after + secant(i) * before) / (before + after);
+    return 3.0 * (before + after) /
+           ((before + 2.0 * after) / left + (2.0 * before + after) / right);
   }
   /// Adds the part t, 0 … 1, of the interval behind point i.
   void go(int i, const T& t, Pull<T>& to) const {

@@ -317,6 +317,7 @@ void add_stability(const PathPoint& point, const StrokeRequest& request, Json& j
                        {"growth_rate", point.flutter->growth_rate}};
   if (request.branch == BranchChoice::stable)
     json["branch"] = point.other_branch ? "other" : "primary";
+  if (request.outputs.has(Output::stable_states)) json["stable_states"] = Json::array();
   for (const StableState& state : point.stable_states)
     json["stable_states"].push_back({{"energy", state.energy},
                                      {"displacement", vector_json(state.motion.displacement)},

@@ -195,6 +195,7 @@ class TubeLeaf final : public LeafElement, public LimitedRange {
   LeafStress stress() override;
   LeafShape shape() override;
   std::vector<Vector3d> material_points(const std::vector<std::array<double, 2>>& places) override;
+  Vector3d material_point(double along, double across) override;
   /// What the highest degree of the potential changes, relative.
   struct DegreeChanges {
     double own = 0;   ///< the leaf's forces, by the nominal stress that they cause

@@ -144,4 +144,8 @@ std::vector<Vector3d> TubeLeaf::material_points(const std::vector<std::array<dou
   return plate_material_points(*model_->mesh(), rebuilt_nodal(), scale_, places);
 }
 
+Vector3d TubeLeaf::material_point(double along, double across) {
+  return plate_material_points(*model_->mesh(), rebuilt_nodal(), scale_, {{along, across}}).front();
+}
+
 }  // namespace flexopt

@@ -39,9 +39,9 @@ VectorXd motion_along_rates(const NamedPoint& point, const Vector3d& displacemen
   }
   const int b = *point.body;
   if (point.turns())
-    return along(rotation_left_tangent_inverse(factor.system().pose(b).turn) *
-                     state_rates.middleRows(6 * b + 3, 3),
-                 point.direction->tail<3>());
+    return along(
+        rotation_log_tangent(factor.system().pose(b).turn) * state_rates.middleRows(6 * b + 3, 3),
+        point.direction->tail<3>());
   MatrixXd rates = state_rates.middleRows(6 * b, 3) +
                    lever_rates(point, factor.system(), directions, state_rates);
   for (Eigen::Index p = 0; point.at && p < rates.cols(); ++p)

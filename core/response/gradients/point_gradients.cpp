@@ -247,8 +247,8 @@ void set_motion(const MechanismFactor& factor, const PathPoint& point,
         follows && follows->body == mechanism.end_effector && follows->spread_over_tip)
       gradients.displacement =
           tip_displacement_rates(mechanism, i, point, directions, fields.of(i));
-  gradients.rotation = rotation_left_tangent_inverse(system.pose(mechanism.end_effector).turn) *
-                       moved.middleRows(ee + 3, 3);
+  gradients.rotation =
+      rotation_log_tangent(system.pose(mechanism.end_effector).turn) * moved.middleRows(ee + 3, 3);
 }
 
 void set_stress(const Mechanism& mechanism, const PathPoint& point, const StressRules& rules,

@@ -96,7 +96,10 @@ void add_frequency_derivatives(const Mechanism& mechanism, const ModelOptions& m
                       std::ranges::any_of(response.path, [](const PathPoint& point) {
                         return point.status != PointStatus::not_reached;
                       });
-  if (!loaded) return miss_frequency_derivatives(response.path.front().message, response);
+  if (!loaded) {  // not the derivatives alone
+    response.no_frequency_derivatives = response.message = response.path.front().message;
+    return;
+  }
   Answer<FrequencyDerivativesResult> found =
       differentiable && differentiable->along_stroke
           ? std::move(*differentiable->along_stroke)

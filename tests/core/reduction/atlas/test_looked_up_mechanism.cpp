@@ -66,6 +66,24 @@ TEST_CASE("a mechanism of looked-up leaves is that of built ones", "[slow]") {
   }
 }
 
+TEST_CASE("named points of looked-up leaves move as those of full ones") {
+  const Mechanism m = models::guide(0.1, 0.03, 0.0005, 0.1);
+  StrokeRequest request{.points = {0, 0.012}, .frequencies = 0};
+  request.named_points = {{.name = "near", .leaf = 0, .along = 0.05, .across = 0.9},
+                          {.name = "middle", .leaf = 1, .along = 0.4, .across = 0.1}};
+  ModelOptions model = looked_up();
+  const StrokeResponse found = test::evaluated(m, model, request);
+  model.accuracy = Accuracy::full;
+  const StrokeResponse full = test::evaluated(m, model, request);
+  for (const LeafReport& leaf : found.path[1].leaves) CHECK(leaf.source == "atlas");
+  for (std::size_t p = 0; p < 2; ++p) {
+    INFO(request.named_points[p].name);
+    CHECK(found.path[0].named_points[p].norm() < 1e-9);
+    CHECK((found.path[1].named_points[p] - full.path[1].named_points[p]).norm() <
+          1e-3 * full.path[1].named_points[p].norm());
+  }
+}
+
 TEST_CASE("size and Young's modulus of looked-up leaves scale out exactly", "[slow]") {
   const double size = 0.37, modulus = 1.0 / 3;
   const StrokeResponse one = guide(small_atlas(), 1, 1, 0),

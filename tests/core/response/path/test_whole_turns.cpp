@@ -42,6 +42,31 @@ TEST_CASE("a strip is wound up beyond whole turns") {
   }
 }
 
+TEST_CASE("turns are counted through whole ones, where a body has no axis") {
+  Mechanism m = models::single_leaf(0.3, 0.01, 3e-4, Direction::rz);
+  const double whole = 2 * std::numbers::pi;
+  StrokeRequest request{.points = {6.2, whole - 1e-6, whole, whole + 1e-9, 6.4, 2 * whole, 13},
+                        .frequencies = 0,
+                        .newton = exactly};
+  request.outputs.remove(Output::frequency_derivatives);
+  const StrokeResponse r = test::evaluated(m, models::free_beams(24), request);
+  for (const PathPoint& point : r.path) {
+    INFO("turned by " << point.stroke);
+    CHECK((point.rotation - Vector3d(0, 0, point.stroke)).norm() < 1e-6);
+  }
+  request.points = {whole};
+  const MechanismDirection thicker{"thickness", [&] {
+                                     Mechanism rate = zero_rate(m);
+                                     rate.leaves[0].thickness = 1;
+                                     return rate;
+                                   }()};
+  request.values = PathValues::differentiable;
+  const StrokeSensitivity found =
+      evaluate_stroke_gradients(m, {thicker}, models::free_beams(24), request);
+  REQUIRE(found.gradients);
+  CHECK(found.gradients->path[0].rotation.norm() < 1e-3);
+}
+
 TEST_CASE("a drive between bodies and a load path count whole turns, too") {
   Mechanism m = models::single_leaf(0.2, 4e-3, 1e-4, Direction::rz);
   m.bodies[0].held = in_plane;
