@@ -67,12 +67,12 @@ struct ElasticItem {
 
   std::variant<Box, Plate, Notch, Imported> shape;
   std::optional<Material> material;
-  std::vector<Interface> interfaces;  ///< of a notch: base and tip, without places
-  std::string payload;                ///< empty: not said
-  bool rigid = false;                 ///< it weighs as it would and does not bend
-  ElasticDegree degree = ElasticDegree::linear;
-  DesignNumber size, root;  ///< of its elements
-  MeshDensity density;      ///< without these two
+  std::vector<Interface> interfaces;    ///< of a notch: base and tip, without places
+  std::string payload;                  ///< empty: not said
+  bool rigid = false;                   ///< it weighs as it would and does not bend
+  std::optional<ElasticDegree> degree;  ///< nothing: by the number of interfaces
+  DesignNumber size, root;              ///< of its elements
+  MeshDensity density;                  ///< without these two
 
   bool is_imported() const { return std::holds_alternative<Imported>(shape); }
   bool is_notch() const { return std::holds_alternative<Notch>(shape); }

@@ -111,7 +111,7 @@ void check_interfaces(const FlatElastic<double>& body) {
     throw SpecError(body.source.pointer + "/interfaces", value,
                     "an elastic body has two or more: of its own, or leaves and other elastic "
                     "bodies that name it");
-  if (count > 3 && body.degree == ElasticDegree::quartic)
+  if (count > 3 && body.degree() == ElasticDegree::quartic)
     throw SpecError(body.source.pointer + "/degree", value, "of degree 4 with three at most");
 }
 
@@ -134,7 +134,7 @@ ElasticPlan plan_of(const FlatElastic<double>& body) {
 /// interfaces, of a linear one that of the patch.
 template <class S>
 Vector3<S> origin_of(const FlatElastic<S>& body, const FlatInterface<S>& interface) {
-  if (body.degree == ElasticDegree::linear && !std::holds_alternative<NotchShapeT<S>>(body.shape))
+  if (body.degree() == ElasticDegree::linear && !std::holds_alternative<NotchShapeT<S>>(body.shape))
     return interface.patch.center;
   Vector3<S> middle = Vector3<S>::Zero();
   for (const FlatInterface<S>& one : body.interfaces)
@@ -161,7 +161,7 @@ ElasticBodyT<S> meshed(const FlatElastic<S>& from, const SolidPlan& plan,
   body.name = from.name;
   body.place = from.place;
   body.axes = from.axes;
-  body.degree = from.degree;
+  body.degree = from.degree();
   const auto add = [&](const FlatInterface<S>& of, std::vector<int> patch) {
     body.interfaces.push_back({.name = of.name,
                                .body = of.body,

@@ -271,8 +271,8 @@ void PlanReader::read_elastic(const json& from, const Pointer& at, const json& o
   }
   if (from.value("degree", 2) == 3)
     throw SpecError(at / "degree", "3", "2, or 4: the third degree alone has no least energy");
-  elastic->degree = from.value("degree", elastic->is_notch() ? 4 : 2) == 4 ? ElasticDegree::quartic
-                                                                           : ElasticDegree::linear;
+  if (from.contains("degree") || shape == "import")
+    elastic->degree = from.value("degree", 2) == 4 ? ElasticDegree::quartic : ElasticDegree::linear;
   elastic->rigid = from["rigid"];
   if (elastic->rigid && elastic->is_notch())
     throw SpecError(at / "rigid", "true", "a rigid notch is no hinge");

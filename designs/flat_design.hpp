@@ -96,10 +96,16 @@ struct FlatElastic {
   bool mirrored = false;                    ///< the file's z is against own z
   std::optional<Material> material;         ///< where it has its own
   std::vector<FlatInterface<S>> interfaces;
-  ElasticDegree degree = ElasticDegree::linear;
+  std::optional<ElasticDegree> given_degree;  ///< nothing: by the number of interfaces
   MeshDensity density;
   int frame = no_body;  ///< the body of its name
   bool rigid = false;   ///< all interfaces are parts of that body, so that it weighs alone
+
+  /// Degree 4 costs little between two interfaces, and what they join may be flexures of one piece.
+  ElasticDegree degree() const {
+    return given_degree.value_or(interfaces.size() == 2 ? ElasticDegree::quartic
+                                                        : ElasticDegree::linear);
+  }
 };
 
 /// A size along a leaf: one value; or at base and tip; or at profile_stations().

@@ -124,7 +124,7 @@ void Flattener<S>::add_elastic(const BodyItem& item, const Placement<S>& at, Nam
   elastic.source = source_of(item);
   elastic.source.pointer += "/elastic";
   elastic.material = from.material;
-  elastic.degree = from.degree;
+  elastic.given_degree = from.degree;
   elastic.density = from.density;
   const auto finest = [&](const DesignNumber& n, const char* key) {
     not_negative(n, elastic.source.pointer + "/elements" + key, "the size of an element");

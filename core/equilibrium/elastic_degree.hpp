@@ -7,16 +7,19 @@
 
 namespace flexopt {
 
-/// Geometric share of body `k` in the state of the last evaluation. Degree 4: the largest relative
-/// change of a stiffness by the deformation. Degree 2: forces of second order ½ A[e, e], which it
-/// leaves out, over those of first order, in the norm of the energy.
-/// Nothing of imported matrices, and at rest.
+/// Geometric share of body `k` in the state of the last evaluation: the largest relative change of
+/// a stiffness by the deformation; of degree 2, which leaves it out, at least the forces of second
+/// order ½ A[e, e] over those of first order, in the norm of the energy. Nothing of imported
+/// matrices, and at rest.
 std::optional<double> geometric_share(const ElasticBodies& bodies, int k);
 
-/// Whether a body holds a share of this size; else why not.
-Check check_share(const ElasticBody& body, double share);
-/// The share over what the body holds.
-double share_over_limit(const ElasticBody& body, double share);
+/// How much a stiffness of body `k` is off by the terms that its degree leaves out, relative, in
+/// the state of the last evaluation with this share. Zero of imported matrices.
+double degree_error(const ElasticBodies& bodies, int k, const std::optional<double>& share);
+/// Largest error that is believed.
+inline constexpr double largest_degree_error = 0.1;
+/// Whether a body holds a deformation with this error; else why not.
+Check check_degree(const ElasticBody& body, double error);
 
 /// The geometric stiffness yᵀ (A·e) y of a body of degree 2, which its energy leaves out, for
 /// motions y of all rigid bodies, six rows each. Zero of bodies that have it, and of imported ones.

@@ -239,11 +239,11 @@ struct StateSpace {
 /// How far an elastic body is from where its model holds.
 struct ElasticBodyReport {
   double turn = 0;  ///< largest rotation of an interface in the floating frame [rad]
-  /// Degree 4: largest change of a stiffness by the deformation, relative. Degree 2: forces
-  /// of second order ½ A[e, e], which it leaves out, over those of first order, in the norm of the
-  /// energy. README.md of core/elements/solid, "Degree 4". Nothing where A is not known, or at
-  /// rest.
+  /// Largest change of a stiffness by the deformation, relative; of degree 2, which leaves it out,
+  /// at least the forces of second order over those of first order. README.md of
+  /// core/elements/solid, "Degree 4". Nothing where A is not known, or at rest.
   std::optional<double> geometric_share;
+  double degree_error = 0;    ///< what the degree leaves out, relative to a stiffness
   double rigid_residual = 0;  ///< stiffness against rigid motion before it was projected away
   int unknowns = 0;           ///< of its mesh
   /// Largest von Mises stress of the surface, but of cells beside patches; where the stress is

@@ -232,6 +232,7 @@ Json elastic_bodies_json(const PathPoint& point, const Mechanism& mechanism) {
             {"degree", static_cast<int>(mechanism.elastic_bodies[k].degree)},
             {"turn", body.turn},
             {"geometric_share", optional_json(body.geometric_share)},
+            {"degree_error", body.degree_error},
             {"rigid_residual", body.rigid_residual},
             {"unknowns", body.unknowns}};
     if (!body.stress) continue;

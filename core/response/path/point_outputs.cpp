@@ -144,7 +144,9 @@ Solids solids_of(System& system) {
 ElasticBodyReport report_of(const ElasticBodies& elastic, int k) {
   const CondensedSolid& solid = elastic.solid(k);
   const VectorXd& local = elastic.held(k).floating.local;
-  ElasticBodyReport report{.geometric_share = geometric_share(elastic, k),
+  const std::optional<double> share = geometric_share(elastic, k);
+  ElasticBodyReport report{.geometric_share = share,
+                           .degree_error = degree_error(elastic, k, share),
                            .rigid_residual = solid.rigid_residual,
                            .unknowns = solid.unknowns};
   for (Eigen::Index a = 3; a < local.size(); a += 6)
@@ -177,8 +179,8 @@ ElasticShape shape_of(const ElasticStress& body) {
 
 Check check_degree(const Mechanism& mechanism, const PathPoint& point) {
   for (std::size_t k = 0; k < point.elastic_bodies.size(); ++k)
-    if (Check holds = check_share(mechanism.elastic_bodies[k],
-                                  point.elastic_bodies[k].geometric_share.value_or(0));
+    if (Check holds =
+            check_degree(mechanism.elastic_bodies[k], point.elastic_bodies[k].degree_error);
         !holds)
       return holds;
   return {};

@@ -362,11 +362,13 @@ Check BranchTracer::check_bodies() const {
   const VectorXd& mode = critical_->ahead->mode;
   const double rate = critical_->rate->forms(mode)(0, 0) / critical_->load;
   for (int k = 0; k < bodies.count(); ++k) {
-    if (Check holds = check_share(bodies.body(k), geometric_share(bodies, k).value_or(0)); !holds)
+    if (Check holds =
+            check_degree(bodies.body(k), degree_error(bodies, k, geometric_share(bodies, k)));
+        !holds)
       return holds;
     const double off = left_out_stiffness(bodies, k, mode.head(critical_->factor->bodies())) / rate;
-    if (const Check holds = check_share(
-            bodies.body(k), std::sqrt(std::abs(off / std::max(1e-3, std::abs(branch_->factor())))));
+    if (const Check holds = check_degree(
+            bodies.body(k), std::abs(off / std::max(1e-3, std::abs(branch_->factor()))));
         !holds)
       return Because("in the mode of instability " + holds.error());
   }
