@@ -172,7 +172,11 @@ TEST_CASE("a notch shares frames with the bodies that it is between, its points 
   CHECK(hinge.degree == ElasticDegree::quartic);
   CHECK(hinge.interfaces[0].body == ground);
   CHECK(hinge.interfaces[1].body == 0);
-  for (std::size_t a = 0; a < 2; ++a) CHECK(hinge.interface_place(a).norm() < 1e-15);
+  for (std::size_t a = 0; a < 2; ++a) {
+    CHECK(hinge.interface_place(a).norm() < 1e-15);
+    const Vector3d face(a == 0 ? -0.01 : 0.01, 0, 0);  // a radius and an end
+    CHECK((hinge.interfaces[a].face - face).norm() < 1e-15);
+  }
   CHECK(lever.interfaces[0].body == 0);
   CHECK(lever.interfaces[1].body == 2);
   const Eigen::AlignedBox3d end = room(hinge, hinge.interfaces[1]),
