@@ -166,7 +166,8 @@ ElasticBodyT<S> meshed(const FlatElastic<S>& from, const SolidPlan& plan,
     body.interfaces.push_back({.name = of.name,
                                .body = of.body,
                                .origin = origin_of(from, of),
-                               .patch = std::move(patch)});
+                               .patch = std::move(patch),
+                               .face = of.patch.center});
   };
   if (from.file) {
     const auto& file = std::get<ElasticItem::Imported>(from.file->shape);
@@ -181,7 +182,14 @@ ElasticBodyT<S> meshed(const FlatElastic<S>& from, const SolidPlan& plan,
     for (const Vector3d& node : file.mesh->nodes)
       body.nodes.push_back(
           Vector3d(node[0], node[1], from.mirrored ? -node[2] : node[2]).template cast<S>());
-    for (const FlatInterface<S>& one : from.interfaces) add(one, one.nodes);
+    for (const FlatInterface<S>& one : from.interfaces) {
+      add(one, one.nodes);
+      ElasticInterfaceT<S>& interface = body.interfaces.back();
+      interface.face.setZero();  // the middle of the nodes: the point of a set may be elsewhere
+      for (const int node : one.nodes)
+        interface.face += body.nodes[static_cast<std::size_t>(node)] *
+                          S(1.0 / static_cast<double>(one.nodes.size()));
+    }
   } else {
     body.cells = plan.cells;
     body.nodes = place_nodes(plan, from.shape, patches_of(from));

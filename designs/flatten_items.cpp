@@ -83,7 +83,7 @@ template <class S>
 void Flattener<S>::add_body(const BodyItem& item) {
   const std::string name = instance_name(item, item.name);
   if (bodies_.contains(name)) {
-    if (scope_.joined.contains(name)) return;  // the body of the file around it stands for it
+    if (scope_.joined.contains(name)) return check_joined(item, bodies_.at(name));
     throw SpecError(item.pointer + "/name", "\"" + name + "\"", "another body has this name");
   }
   const Placement<S> at = frame(item.frame, item);
@@ -105,6 +105,30 @@ void Flattener<S>::add_body(const BodyItem& item) {
   if (entry.body != no_body) out_.bodies.push_back(std::move(body));
   check_mass(item);
   if (item.elastic) add_elastic(item, at, entry);
+}
+
+// The body of the file around it stands for it, and has nothing of it.
+template <class S>
+void Flattener<S>::check_joined(const BodyItem& item, const NamedBody& to) const {
+  FaultList lost;
+  const auto loses = [&](const std::string& key) {
+    lost.add(item.pointer + key, "\"" + instance_name(item, item.name) + "\"",
+             fmt::format("the body that it is joined to stands for it, without its {0}: give {0} "
+                         "to that one, or join another body of the part",
+                         key.substr(1)));
+  };
+  const auto has = [&](const std::optional<DesignNumber>& n) {
+    return n && value_of(number(*n)) != 0;
+  };
+  if (item.elastic) loses("/elastic");
+  if (!item.leaf.empty()) loses("/on");
+  if (to.body != ground) {  // where a mass does nothing
+    if (has(item.mass)) loses("/mass");
+    if (has(item.density)) loses("/density");
+    const Matrix3d inertia = inertia_of(item).unaryExpr([](const S& x) { return value_of(x); });
+    if (!inertia.isZero(0)) loses("/inertia");
+  }
+  lost.raise();
 }
 
 template <class S>

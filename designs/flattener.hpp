@@ -186,6 +186,8 @@ class Flattener {
   long whole(const DesignNumber& n, const std::string& pointer, const char* what) const;
   Matrix3<S> inertia_of(const BodyItem& item) const;
   void check_mass(const BodyItem& item) const;  ///< throws SpecError for what no body has
+  /// Throws SpecError for what a body of this part would lose to the one that it is joined to.
+  void check_joined(const BodyItem& item, const NamedBody& to) const;
   std::string instance_name(const DesignItem& item, const std::string& text) const;
   NamedBody named(const DesignItem& item, const std::string& name, const std::string& key) const;
   int body(const DesignItem& item, const std::string& name, const char* key) const;

@@ -88,7 +88,10 @@ void each_number(Mechanism& mechanism, const Visit& visit) {
     entries(body.place);
     entries(body.axes);
     for (auto& node : body.nodes) entries(node);
-    for (auto& interface : body.interfaces) entries(interface.origin);
+    for (auto& interface : body.interfaces) {
+      entries(interface.origin);
+      entries(interface.face);
+    }
     each_material_number(body.material, named);
   }
   for (auto& joint : mechanism.joints) {

@@ -37,7 +37,7 @@ Check check_rules(const ElasticBody& body, int bodies) {
   for (const ElasticInterface& interface : body.interfaces) {
     if (interface.body != ground && (interface.body < 0 || interface.body >= bodies))
       return Because(fmt::format("{}: there is no body {}", name, interface.body));
-    if (!interface.origin.allFinite())
+    if (!interface.origin.allFinite() || !interface.face.allFinite())
       return Because(fmt::format("{}: the place of {} is not finite", name, interface.name));
     if (std::ranges::any_of(interface.patch, [&](int k) { return k < 0 || k >= nodes; }))
       return Because(fmt::format("{}: {} holds a node that is none", name, interface.name));

@@ -64,6 +64,8 @@ struct ElasticInterfaceT {
   Vector3<Scalar> origin;   ///< its point, own axes of the elastic body [m]
   std::vector<int> patch;   ///< nodes of the mesh that move with it; not of imported matrices
   double clamp_growth = 1;  ///< stress-free sizes over nominal ones of the rigid body
+  /// The middle of the patch, own axes [m]: what the growth of a warm body and of its holder moves.
+  Vector3<Scalar> face = Vector3<Scalar>::Zero();
 };
 
 /// The degree of an elastic body's energy in its deformation.

@@ -90,6 +90,12 @@ Mechanism rigid_guide(const Material& material) {
 
 const ModelOptions beams = models::coarse(Flexure::beam);
 
+// The same shape, with origins where bodies of degree 4 have them: in its middle.
+void make_quartic(ElasticBody& body) {
+  body.degree = ElasticDegree::quartic;
+  for (ElasticInterface& interface : body.interfaces) interface.origin.setZero();
+}
+
 Material stiffer(double factor) {
   Material m = models::aluminium();
   m.youngs_modulus *= factor;
@@ -188,20 +194,49 @@ TEST_CASE("a warm bar grows, and two grounds hold it with the force of its stiff
   const double strain = 1e-3;
   StrokeRequest request{.points = {0}};
   request.loads.elastic_expansion = {strain};
-  Mechanism bar = cantilever();
-  const PathPoint free = evaluated(bar, {}, request).path[0];
-  CHECK(free.displacement[0] == Approx(strain * length).epsilon(1e-9));
-  CHECK(std::abs(free.drive_load) < 1e-6);
-  bar.drives = {make_drive(Direction::ux)};
-  const PathPoint held = evaluated(bar, {}, request).path[0];
-  const double K = 1 / evaluated(bar, {}, {.points = {0}}).path[0].compliance_free(0, 0);
-  CHECK(held.drive_load == Approx(-K * strain * length).epsilon(3e-3));
-  // its rigid frames grow with it: O, apart from the interface, moves on
-  bar.drives.clear();
-  bar.bodies[0].reference[0] += 0.02;
-  request.loads.body_expansion = {strain, 0};
-  CHECK(evaluated(bar, {}, request).path[0].displacement[0] ==
-        Approx(strain * (length + 0.02)).epsilon(1e-9));
+  for (const bool quartic : {false, true}) {
+    request.loads.body_expansion.clear();
+    Mechanism bar = cantilever();
+    if (quartic) make_quartic(bar.elastic_bodies[0]);
+    const PathPoint free = evaluated(bar, {}, request).path[0];
+    CHECK(free.displacement[0] == Approx(strain * length).epsilon(1e-9));
+    CHECK(std::abs(free.drive_load) < 1e-6);
+    bar.drives = {make_drive(Direction::ux)};
+    const PathPoint held = evaluated(bar, {}, request).path[0];
+    const double K = 1 / evaluated(bar, {}, {.points = {0}}).path[0].compliance_free(0, 0);
+    CHECK(held.drive_load == Approx(-K * strain * length).epsilon(3e-3));
+    // its rigid frames grow with it: O, apart from the interface, moves on
+    bar.drives.clear();
+    bar.bodies[0].reference[0] += 0.02;
+    request.loads.body_expansion = {strain, 0};
+    CHECK(evaluated(bar, {}, request).path[0].displacement[0] ==
+          Approx(strain * (length + 0.02)).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("what holds a body grows up to its face, wherever the body has its origins") {
+  const double strain = 1e-3;
+  for (const bool first : {false, true}) {  // whether it is of degree 4 too
+    Mechanism bar = cantilever(2);
+    bar.drives.clear();
+    if (first) make_quartic(bar.elastic_bodies[0]);
+    make_quartic(bar.elastic_bodies[1]);
+    const auto moved = [&](const std::vector<double>& solids, const std::vector<double>& rigid) {
+      StrokeRequest request{.points = {0}};
+      request.loads.elastic_expansion = solids;
+      request.loads.body_expansion = rigid;
+      return evaluated(bar, {}, request).path[0].displacement[0];
+    };
+    // frames: between the two, at O, and the ground, all at the faces that they hold
+    CHECK(moved({strain, 0}, {strain, 0, 0}) == Approx(strain * length / 2).epsilon(1e-9));
+    CHECK(moved({0, strain}, {0, strain, 0}) == Approx(strain * length / 2).epsilon(1e-9));
+    CHECK(std::abs(moved({0, 0}, {strain, strain, strain})) < 1e-12);
+    // the ground grows from the global origin on
+    for (ElasticBody& one : bar.elastic_bodies) one.place[0] += 0.3;
+    for (RigidBody& one : bar.bodies) one.reference[0] += 0.3;
+    CHECK(moved({strain, strain}, {strain, strain, strain}) ==
+          Approx(strain * (0.3 + length)).epsilon(1e-9));
+  }
 }
 
 TEST_CASE("a very stiff elastic stage is a rigid one") {
@@ -297,6 +332,7 @@ Mechanism moved_guide(const Values& p) {
   for (Vector3d& node : stage.nodes) node[0] *= p[1] / thickness;
   for (ElasticInterface& interface : stage.interfaces) {
     interface.origin[0] *= p[1] / thickness;
+    interface.face = interface.origin;
     interface.origin[2] += 0.05 * p[5];
   }
   stage.axes = Eigen::AngleAxisd(0.1 * p[4], Vector3d::UnitX()).matrix();
@@ -307,6 +343,7 @@ Mechanism moved_guide(const Values& p) {
   m.bodies.push_back(models::intermediate({p[0] + 0.011, 0.05, p[5]}, 0.02, 1e-6, "end"));
   models::hold_end(arm, "upper", 1, -1);
   models::hold_end(arm, "end", 3, 1);
+  make_quartic(arm);
   m.elastic_bodies.push_back(arm);
   return m;
 }
@@ -324,11 +361,14 @@ Mechanism moving_guide(const Values& p) {
 
 }  // namespace
 
-TEST_CASE("exact derivatives of mechanisms with elastic bodies agree with differences", "[slow]") {
+TEST_CASE("exact derivatives of mechanisms with warm elastic bodies agree with differences",
+          "[slow]") {
   StrokeRequest request{.points = {0, 5e-3},
                         .loads = {.constant = {{.force = {1, 0, -2}, .moment = {0.02, 0, 0.01}}}},
                         .frequencies = 4};
   request.loads.gravity = {1, 2, -9};
+  request.loads.elastic_expansion = {1e-3, -5e-4};
+  request.loads.body_expansion = {4e-4, -3e-4, 2e-4, 5e-4, 1e-4};
   const int compared = check_gradients({moving_guide, numbers, {0, 1, 2, 3, 4, 5}, 10.0},
                                        models::coarse(Flexure::beam), request);
   CHECK(compared > 200);

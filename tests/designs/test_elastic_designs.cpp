@@ -172,7 +172,11 @@ TEST_CASE("a notch shares frames with the bodies that it is between, its points 
   CHECK(hinge.degree == ElasticDegree::quartic);
   CHECK(hinge.interfaces[0].body == ground);
   CHECK(hinge.interfaces[1].body == 0);
-  for (std::size_t a = 0; a < 2; ++a) CHECK(hinge.interface_place(a).norm() < 1e-15);
+  for (std::size_t a = 0; a < 2; ++a) {
+    CHECK(hinge.interface_place(a).norm() < 1e-15);
+    const Vector3d face(a == 0 ? -0.01 : 0.01, 0, 0);  // a radius and an end
+    CHECK((hinge.interfaces[a].face - face).norm() < 1e-15);
+  }
   CHECK(lever.interfaces[0].body == 0);
   CHECK(lever.interfaces[1].body == 2);
   const Eigen::AlignedBox3d end = room(hinge, hinge.interfaces[1]),
@@ -326,6 +330,37 @@ TEST_CASE("a body of an interface, a leaf of a part and joins name elastic bodie
   const Mechanism m = made(document);
   CHECK(names_of_bodies(m)[1] == "end_effector.more/upper.tip");
   CHECK(m.elastic_bodies[0].interfaces.size() == 4);
+}
+
+TEST_CASE("a body with a mass or a shape of its own is not joined to another one") {
+  json part = elastic_guide();
+  part.erase("drive");
+  part["bodies"][0].update({{"mass", 0.1}, {"inertia", {1e-6, 1e-6, 1e-6}}});
+  json whole{
+      {"flexopt_design", 1},
+      {"bodies", {{{"name", "end_effector"}, {"at", {0.067, 0.04, 0}}}}},
+      {"parts", {{{"name", "p"}, {"design", part}, {"join", {{"end_effector", "end_effector"}}}}}},
+      {"drive", {{"direction", "uy"}}}};
+  const auto keys = [&] {
+    std::string found;
+    try {
+      made(whole);
+    } catch (const SpecError& error) {
+      for (const Fault& fault : error.faults()) {
+        CHECK_THAT(fault.rule, Catch::Contains("joined to"));
+        found += fault.pointer.substr(fault.pointer.rfind('/'));
+      }
+    }
+    return found;
+  };
+  CHECK(keys() == "/elastic/mass/inertia");
+  json& joined = whole["parts"][0]["design"]["bodies"][0];
+  for (const char* key : {"elastic", "inertia"}) joined.erase(key);
+  CHECK(keys() == "/mass");
+  joined["mass"] = 0;
+  CHECK(keys().empty());
+  joined = {{"name", "end_effector"}, {"on", {{"leaf", "upper"}, {"at", {0.03, 0.08, 0}}}}};
+  CHECK(keys() == "/on");
 }
 
 TEST_CASE("faults of elastic bodies are told at their places") {

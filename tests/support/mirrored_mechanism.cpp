@@ -36,7 +36,10 @@ void reflect_solid(Body& body, const Mirror& mirror) {
   body.axes = mirror.place.asDiagonal() * body.axes * Vector3d(1, 1, -1).asDiagonal();
   if (body.cells) body.cells = std::make_shared<const SolidCells>(mirrored(*body.cells));
   for (Vector3d& node : body.nodes) node[2] = -node[2];
-  for (auto& held : body.interfaces) held.origin[2] = -held.origin[2];
+  for (auto& held : body.interfaces) {
+    held.origin[2] = -held.origin[2];
+    held.face[2] = -held.face[2];
+  }
   if (!body.coarse) return;
   auto coarse = std::make_shared<std::decay_t<decltype(*body.coarse)>>(*body.coarse);
   reflect_solid(*coarse, mirror);

@@ -348,7 +348,7 @@ class Writer {
         "flexopt_design": 1,
         "parameters": {"length": {"unit": "m", "default": "50 mm"}, "thick": {"unit": "m", "default": "0.4 mm"}},
         "frames": [{"name": "arm {i}", "turn": [["x", "180 deg*i"], ["y", "20 deg"]], "repeat": {"i": [0, 1]}}],
-        "bodies": [{"name": "end_effector", "at": [0, 0, 0], "mass": 1},
+        "bodies": [{"name": "end_effector", "at": [0, 0, 0]},
                    {"name": "mid {i}", "frame": "arm {i}", "repeat": {"i": [0, 1]}, "at": ["-length", "3 mm", "12 mm"],
                     "mass": 0.02, "inertia": [1e-6, 2e-6, 3e-6], "center_of_mass": [1e-3, 0, 2e-3]}],
         "leaves": [{"name": "in {i}", "frame": "arm {i}", "repeat": {"i": [0, 1]}, "across": [0.3, 1, 0.1],

@@ -45,9 +45,8 @@ inline ElasticBody box(const Vector3d& lengths, const std::array<int, 3>& counts
 /// Lets a body hold the nodes between two corners, own axes; the interface is in their middle.
 inline void hold(ElasticBody& elastic, const std::string& name, int body, const Vector3d& low,
                  const Vector3d& high) {
-  ElasticInterface interface {
-    name, body, 0.5 * (low + high), {}
-  };
+  const Vector3d middle = 0.5 * (low + high);
+  ElasticInterface interface { .name = name, .body = body, .origin = middle, .face = middle };
   for (std::size_t k = 0; k < elastic.nodes.size(); ++k) {
     const Vector3d& at = elastic.nodes[k];
     if (((at - low).array() > -1e-9).all() && ((high - at).array() > -1e-9).all())

@@ -5,14 +5,30 @@
 namespace flexopt {
 namespace {
 
-/// Sizes of what a holder has grown to by heat, over nominal ones.
-double grown(const ElasticBody& body, std::size_t a, const ElasticAction& action) {
-  return 1 + action.warmth * (body.interfaces[a].clamp_growth - 1);
+/// Sizes of what has this stress-free growth by heat, over nominal ones.
+double grown(double growth, const ElasticAction& action) {
+  return 1 + action.warmth * (growth - 1);
 }
 
 template <class S>
 BodyActionOf<S> inside(const ElasticBody& body, const ElasticAction& action) {
-  return {action.gravity.template cast<S>(), S(1 + action.warmth * (body.growth - 1))};
+  return {action.gravity.template cast<S>(), S(grown(body.growth, action))};
+}
+
+/// From a holder's reference point to the grown origin of an interface, undeflected: the holder
+/// grows up to the face, the elastic body from there. Rates of the two parts give its rate.
+Vector3d grown_arm(const ElasticBody& body, std::size_t a, const ElasticAction& action,
+                   const Vector3d& to_face, const Vector3d& to_origin) {
+  return grown(body.interfaces[a].clamp_growth, action) * to_face +
+         grown(body.growth, action) * to_origin;
+}
+
+/// The same for this reference point [m].
+Vector3d grown_arm(const ElasticBody& body, std::size_t a, const ElasticAction& action,
+                   const Vector3d& reference) {
+  const ElasticInterface& at = body.interfaces[a];
+  return grown_arm(body, a, action, body.place + body.axes * at.face - reference,
+                   body.axes * (at.origin - at.face));
 }
 
 /// A of the interfaces becomes A of their holders: its columns, those of the motions of the places
@@ -52,8 +68,7 @@ void evaluate_held(const ElasticBody& body, const ElasticModel& model,
   held.arms.resize(count);
   for (std::size_t a = 0; a < count; ++a) {
     const JointBodyOf<S>& at = holders[a];
-    const Vector3d arm = grown(body, a, action) * (body.interface_place(a) - at.reference);
-    held.arms[a] = at.rotation * arm;
+    held.arms[a] = at.rotation * grown_arm(body, a, action, at.reference);
     held.interfaces[a] = {at.position + held.arms[a], at.rotation * body.axes};
   }
   evaluate_floating<S>(model, held.interfaces, inside<S>(body, action), held.floating);
@@ -78,10 +93,13 @@ HeldBodyOf<S> held_rates(const ElasticBody& body, const ElasticModel& model,
   const ElasticBody& d = *rate.body;
   for (std::size_t a = 0; a < holders.size(); ++a) {
     const JointBodyOf<S>&at = holders[a], &moves = rate.holders[a];
-    const Vector3d arm = grown(body, a, action) * (body.interface_place(a) - at.reference),
-                   darm = grown(body, a, action) *
-                          (d.place + d.axes * body.interfaces[a].origin +
-                           body.axes * d.interfaces[a].origin - moves.reference);
+    const ElasticInterface &own = body.interfaces[a], &own_rate = d.interfaces[a];
+    const Vector3d arm = grown_arm(body, a, action, at.reference),
+                   darm = grown_arm(
+                       body, a, action,
+                       d.place + d.axes * own.face + body.axes * own_rate.face - moves.reference,
+                       d.axes * (own.origin - own.face) +
+                           body.axes * (own_rate.origin - own_rate.face));
     r.arms.push_back(moves.rotation * arm + at.rotation * darm);
     r.interfaces.push_back(
         {moves.position + r.arms[a], moves.rotation * body.axes + at.rotation * d.axes});

@@ -66,10 +66,10 @@ TEST_CASE("every number of a mechanism is visited once") {
   const Mechanism m = everything();
   const std::vector<double> all = numbers(m);
   // bodies: place, mass, centre, inertia; leaves: place, axes, sizes, material, point, arc,
-  // profiles; elastic body: place, axes, nodes, origins, material; joint; spring: ends, stiffness,
-  // length; bushing: place, matrix; line; drive, actuators
+  // profiles; elastic body: place, axes, nodes, origins and faces, material; joint; spring: ends,
+  // stiffness, length; bushing: place, matrix; line; drive, actuators
   REQUIRE(all.size() == 2 * (3 + 1 + 3 + 9) + 2 * (3 + 9 + 3 + 3) + 2 + 1 + 2 + 144 +
-                            (3 + 9 + 2 * 3 + 2 * 3 + 3) + 6 + (6 + 2) + (3 + 36) + (6 + 2 + 4) + 9 +
+                            (3 + 9 + 2 * 3 + 2 * 6 + 3) + 6 + (6 + 2) + (3 + 36) + (6 + 2 + 4) + 9 +
                             4);
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == double(i + 1));
   CHECK(m.bodies[1].inertia.minCoeff() > m.bodies[0].inertia.maxCoeff());

@@ -100,6 +100,7 @@ ElasticBody block_body(SolidCell cell, const std::array<int, 3>& counts, const M
     for (const int k : interface.patch)
       interface.origin +=
           body.nodes[static_cast<std::size_t>(k)] / static_cast<double>(interface.patch.size());
+    interface.face = interface.origin;
   }
   return body;
 }
