@@ -12,6 +12,7 @@ set(tested_by
   core/elements/plate/strain_field core/elements/plate/test_plate_stress
   core/elements/plate/deformed_plate core/elements/plate/test_plate_stress
   core/elements/plate/full_model core/elements/leaf/test_full_model
+  core/elements/solid/mesh_energy core/elements/solid/test_quartic
   core/elements/solid/solid_check core/elements/solid/test_solid_condensation
   core/elements/solid/solid_element core/elements/solid/test_solid_condensation
   core/elements/solid/solid_model_rates core/elements/solid/test_solid_condensation

@@ -2,6 +2,7 @@
 
 #include "core/elements/solid/solid_condensation.hpp"
 #include "core/elements/solid/solid_element.hpp"
+#include "core/elements/solid/solid_stress.hpp"
 #include "core/math/rotation.hpp"
 
 namespace flexopt {
@@ -10,18 +11,13 @@ namespace {
 // Displacements to second order inside, exact on the patches.
 VectorXd displacements(const ElasticBody& body, const CondensedSolid& solid,
                        const VectorXd& local) {
-  const VectorXd e = solid.model.basis.transpose() * local;
-  VectorXd pairs(solid.second_fields.cols());
-  for (Eigen::Index i = 0, p = 0; i < e.size(); ++i)
-    for (Eigen::Index j = 0; j <= i; ++j) pairs[p++] = (i == j ? 0.5 : 1.0) * e[i] * e[j];
-  VectorXd u = solid.fields * local + solid.second_fields * pairs;
+  VectorXd u = solid_displacements(solid, local);
   for (std::size_t a = 0; a < body.interfaces.size(); ++a) {
-    const auto row = 6 * static_cast<Eigen::Index>(a);
-    const Matrix3d turn = rotation_exp(local.segment<3>(row + 3)) - Matrix3d::Identity();
+    const Vector6d at = local.segment<6>(6 * static_cast<Eigen::Index>(a));
+    const Matrix3d turn = rotation_exp(at.tail<3>()) - Matrix3d::Identity();
     for (const int node : body.interfaces[a].patch)
-      u.segment<3>(3 * node) =
-          local.segment<3>(row) +
-          turn * (body.nodes[static_cast<std::size_t>(node)] - body.interfaces[a].origin);
+      u.segment<3>(3 * node) = at.head<3>() + turn * (body.nodes[static_cast<std::size_t>(node)] -
+                                                      body.interfaces[a].origin);
   }
   return u;
 }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "core/elements/solid/floating_body.hpp"
+#include "core/elements/solid/mesh_energy.hpp"
 #include "core/elements/solid/solid_element.hpp"
 #include "core/elements/solid/solid_stress.hpp"
 #include "core/math/decompositions.hpp"
@@ -242,6 +243,23 @@ TEST_CASE("terms of degree 3 and 4 are those of the nonlinear solid") {
     require_series(bent_block(SolidCell::tetrahedron, {2, 1, 1}), 3e-4, 0.03);
   }
   SECTION("three interfaces") { require_series(block_of_three({4, 1, 1}), 1e-4, 0.01); }
+}
+
+TEST_CASE("the energy that degree 4 leaves out is that of the nonlinear solid") {
+  const ElasticBody body = bent_block(SolidCell::hexahedron, {4, 1, 1});
+  const auto solid = condensed(body);
+  const ElasticModel& model = solid->model;
+  const NonlinearSolid exact(body);
+  for (const double size : {0.5, 1.0, 2.0}) {
+    const VectorXd d = any_coordinates(model, size * 1e-3, size * 0.1, 5),
+                   e = model.basis.transpose() * d;
+    const double energy = 0.5 * d.dot(model.stiffness * d) + form(model.cubic, e) / 6 +
+                          form(model.quartic, e) / 24,
+                 off = exact.energy(d) / energy - 1;
+    INFO(size << ": " << off);
+    CHECK(std::abs(off) > 1e-6);
+    CHECK(left_out_energy(body, *solid, d) == Approx(off).epsilon(0.1));
+  }
 }
 
 TEST_CASE("second-order fields turn patches as rigid bodies to second order") {
