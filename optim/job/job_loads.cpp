@@ -94,7 +94,8 @@ void add_elastic_expansion(const ElasticBody& body, double strain, const Mechani
   for (const ElasticInterface& interface : body.interfaces) {
     if (interface.body == ground) continue;
     const auto frame = static_cast<std::size_t>(interface.body);
-    if (!bodies.contains(mechanism.bodies[frame].name))
+    const std::string& name = mechanism.bodies[frame].name;
+    if (name == body.name || !bodies.contains(name))
       add_expansion(frame, strain, mechanism, pointer, value, faults, strains);
   }
 }
