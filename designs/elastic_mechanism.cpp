@@ -12,6 +12,7 @@
 #include "core/mechanism/each_number.hpp"
 #include "designs/elastic_item.hpp"
 #include "designs/flat_design.hpp"
+#include "designs/solids/solid_faces.hpp"
 
 namespace flexopt {
 namespace {
@@ -118,6 +119,13 @@ void check_interfaces(const FlatElastic<double>& body) {
 ElasticPlan plan_of(const FlatElastic<double>& body) {
   check_interfaces(body);
   if (body.file) return {};
+  if (const double longest = extent(flat_faces(body.shape)); body.density.size > longest)
+    throw SpecError(body.source.pointer + "/elements/size",
+                    fmt::format("{:g} m", body.density.size),
+                    fmt::format("the largest elements are no larger than the faces of the body, "
+                                "{:g} m; smaller ones at patches and corners are so by root and "
+                                "growth",
+                                longest));
   Answer<SolidPlan> mesh = kept_plan(body, body.density);
   if (!mesh) {
     const ItemSource& source = told_source(body, mesh.error());

@@ -5,6 +5,7 @@
 
 #include "core/math/dual.hpp"
 #include "designs/flattener.hpp"
+#include "designs/solids/contour_curves.hpp"
 
 namespace flexopt {
 
@@ -57,6 +58,9 @@ void Flattener<S>::set_shape(const ElasticItem::Plate& plate, const BodyItem& it
          positive(plate.holes[i].radius, fmt::format("{}/holes/{}/radius", pointer, i),
                   "the radius of a hole")});
   shape.thickness = positive(plate.thickness, pointer + "/thickness", "a thickness");
+  if constexpr (std::is_same_v<S, double>)
+    if (const Check sound = check_contours(contours_of(shape), shape.windows.size()); !sound)
+      throw SpecError(pointer, "its contours", sound.error());
   elastic.shape = std::move(shape);
   std::optional<Vector3<S>> along;
   if (plate.along) along = unit(vector(*plate.along), pointer + "/along");

@@ -42,7 +42,12 @@ Check check_rules(const ElasticBody& body, int bodies) {
     if (std::ranges::any_of(interface.patch, [&](int k) { return k < 0 || k >= nodes; }))
       return Because(fmt::format("{}: {} holds a node that is none", name, interface.name));
   }
-  return body.cells ? check_rules(body.material, name) : Check{};
+  if (!body.cells) return {};
+  constexpr double largest_ratio = 0.4999;  // at 0.5 the stiffness of the volume is infinite
+  if (const double ratio = body.material.poissons_ratio; !(ratio <= largest_ratio))
+    return Because(fmt::format("{}: its Poisson's ratio is {:g}; a solid's is {:g} at most", name,
+                               ratio, largest_ratio));
+  return check_rules(body.material, name);
 }
 
 }  // namespace flexopt

@@ -149,8 +149,13 @@ std::string name_of(int contour, std::size_t windows) {
   return w < 0 ? "outline" : h < 0 ? fmt::format("windows[{}]", w) : fmt::format("holes[{}]", h);
 }
 
-std::string near(const Point2<double>& place) {
-  return fmt::format("near ({:.6g}, {:.6g}) mm", 1e3 * place[0], 1e3 * place[1]);
+std::string in_mm(const Point2<double>& place) {
+  return fmt::format("({:.6g}, {:.6g})", 1e3 * place[0], 1e3 * place[1]);
+}
+std::string near(const Point2<double>& place) { return "near " + in_mm(place) + " mm"; }
+std::string name_of(const CurveT<double>& curve) {
+  return fmt::format("the {} from {} to {} mm", curve.is_arc ? "arc" : "line", in_mm(curve.from),
+                     in_mm(curve.to));
 }
 
 /// Which side of a → b the place is on: > 0 to the left.
@@ -280,9 +285,10 @@ Check check_contours(const ContoursT<double>& contours, std::size_t windows) {
       const auto &a = chords[i], &b = chords[j];
       // the end of one is the beginning of the other
       if (a.to == b.from || b.to == a.from || !touch(a, b)) continue;
-      return Because(fmt::format("{} and {} cross or touch {}",
-                                 name_of(contour_of(a.curve), windows),
-                                 name_of(contour_of(b.curve), windows), near(a.from)));
+      return Because(
+          fmt::format("{} and {} cross or touch: {} and {}", name_of(contour_of(a.curve), windows),
+                      name_of(contour_of(b.curve), windows), name_of(contours.curves[a.curve]),
+                      name_of(contours.curves[b.curve])));
     }
   for (int k = 0; k < contours.contours(); ++k) {
     std::vector<Chord> others;

@@ -128,8 +128,9 @@ std::vector<Plane> distinct_planes(const std::vector<double>& places,
 }
 
 /// Sizes wanted beside the planes of patches: `small` at its sides and below it, where a rigid
-/// patch ends in a singular stress, or half of a patch that is small itself. A side at the edge of
-/// the body needs none; below a patch that has no other, a fifth of its smaller side will do.
+/// patch ends in a singular stress, or half of a patch that is small itself. A side needs none at
+/// the edge of the body, nor where the strip beside it is narrower than a quarter of the patch and
+/// carries little; below a patch that has no other, a fifth of its smaller side will do.
 /// Infinite for planes of the shape.
 std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& planes, double root,
                                                     double small, double tolerance) {
@@ -149,7 +150,8 @@ std::array<std::vector<double>, 3> sizes_at_patches(const PlanesT<double>& plane
       for (int side = 0; side < 2; ++side) {
         const int key = planes.of_shape[d] + 2 * p + side;
         const double outside = std::min(planes.at[d][key] - *low, *high - planes.at[d][key]);
-        if (width[d] == INFINITY || outside < tolerance) continue;
+        const double strip = root > 0 ? tolerance : std::max(tolerance, width[d] / 4);
+        if (width[d] == INFINITY || outside < strip) continue;
         has_rim = true;
         wanted[d][key] = root > 0 ? root : std::min(width[d] / 2, small);
       }

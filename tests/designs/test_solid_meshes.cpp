@@ -329,6 +329,19 @@ TEST_CASE("a mesh fills a frame exactly, and its patches hold the nodes within t
   }
 }
 
+TEST_CASE("a patch that ends short of the edge takes hardly more elements than one that does not") {
+  PlateShapeT<double> plate;
+  plate.outline = rectangle(0, 0, 0.06, 0.04);
+  plate.thickness = 0.008;
+  const auto nodes = [&](double height) {
+    const auto patch = [&](double x, double width, const char* name) {
+      return PatchT<double>{{x, 0.02, 0}, {0, width / 2, 0}, {0, 0, height / 2}, name};
+    };
+    return mesh_of(plate, {patch(0.06, 0.01, "O"), patch(0, 0.02, "g")}).nodes.size();
+  };
+  CHECK(nodes(0.006) < 1.5 * nodes(0.008));
+}
+
 TEST_CASE("the nodes of a notch lie on its contour, and its elements fill it") {
   Dice dice{std::mt19937(3)};
   for (const auto& notch : notches(dice)) {

@@ -11,8 +11,7 @@
 namespace flexopt {
 namespace {
 
-constexpr double largest_poissons_ratio = 0.4999, largest_aspect = 1000, flat = 1e-6,
-                 symmetric_within = 1e-8;
+constexpr double largest_aspect = 1000, flat = 1e-6, symmetric_within = 1e-8;
 
 using Nodes = std::span<const int>;
 
@@ -141,9 +140,6 @@ Check check_solid(const ElasticBody& body) {
   if (body.imported) return check_imported(body);
   if (body.degree == ElasticDegree::quartic && interfaces > 3)
     return Because(fmt::format("it has {} interfaces; of degree 4 it may have three", interfaces));
-  if (const double ratio = body.material.poissons_ratio; !(ratio <= largest_poissons_ratio))
-    return Because(fmt::format("its Poisson's ratio is {:g}; a solid's is {:g} at most", ratio,
-                               largest_poissons_ratio));
   for (const auto check : {check_numbers, check_patches, check_cells, check_piece})
     if (const Check fine = check(body); !fine) return fine;
   return {};

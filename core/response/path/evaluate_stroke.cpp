@@ -248,8 +248,10 @@ StrokeResponse evaluate(const Mechanism& mechanism, const ModelOptions& model,
   }
   Check kept = check_joints(mechanism);
   if (kept) kept = check_rules(request.loads, mechanism);
-  for (const ElasticBody& body : mechanism.elastic_bodies)
+  for (const ElasticBody& body : mechanism.elastic_bodies) {
+    if (kept) kept = check_rules(body, static_cast<int>(mechanism.bodies.size()));
     if (kept) kept = check_elastic(body);
+  }
   if (kept && mechanism.drives.empty() && request.loads.driven() &&
       std::ranges::any_of(request.points, [](double stroke) { return stroke != 0; }))
     kept = Because("the mechanism has no drive that a stroke could prescribe");
