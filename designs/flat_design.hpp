@@ -101,9 +101,9 @@ struct FlatElastic {
   int frame = no_body;  ///< the body of its name
   bool rigid = false;   ///< all interfaces are parts of that body, so that it weighs alone
 
-  /// Degree 4 costs little between two interfaces, and what they join may be flexures of one piece.
+  /// Degree 4 costs little up to three interfaces, and what they join may be flexures of one piece.
   ElasticDegree degree() const {
-    return given_degree.value_or(interfaces.size() == 2 ? ElasticDegree::quartic
+    return given_degree.value_or(interfaces.size() <= 3 ? ElasticDegree::quartic
                                                         : ElasticDegree::linear);
   }
 };

@@ -34,17 +34,18 @@ double degree_error(const ElasticBodies& bodies, int k, const std::optional<doub
   if (!share) return 0;
   if (bodies.body(k).degree == ElasticDegree::linear) return *share;
   const double error = by_share * std::pow(*share, 4);
-  if (*share < negligible || error > largest_degree_error) return error;
+  if (*share < negligible || error > largest_degree_error(bodies.body(k))) return error;
   return std::max(error, by_energy * std::abs(left_out_energy(bodies.body(k), bodies.solid(k),
                                                               bodies.held(k).floating.local)));
 }
 
 Check check_degree(const ElasticBody& body, double error) {
-  if (error <= largest_degree_error) return {};
+  const double largest = largest_degree_error(body);
+  if (error <= largest) return {};
   return Because(fmt::format(
       "{} deforms further than degree {} holds: by what it leaves out a stiffness is off by some "
       "{:.2g} %, {:g} % at most; {}",
-      body.name, static_cast<int>(body.degree), 100 * error, 100 * largest_degree_error,
+      body.name, static_cast<int>(body.degree), 100 * error, 100 * largest,
       body.degree == ElasticDegree::linear ? "degree 4 holds further"
                                            : "cut it into two bodies where it bends"));
 }

@@ -16,8 +16,11 @@ std::optional<double> geometric_share(const ElasticBodies& bodies, int k);
 /// How much a stiffness of body `k` is off by the terms that its degree leaves out, relative, in
 /// the state of the last evaluation with this share. Zero of imported matrices.
 double degree_error(const ElasticBodies& bodies, int k, const std::optional<double>& share);
-/// Largest error that is believed.
-inline constexpr double largest_degree_error = 0.1;
+/// Largest error that is believed: of degree 4, of which it is a bound, and of degree 2, of which
+/// it is that of the stiffness that changes most, often one that hardly counts.
+inline double largest_degree_error(const ElasticBody& body) {
+  return body.degree == ElasticDegree::linear ? 0.3 : 0.1;
+}
 /// Whether a body holds a deformation with this error; else why not.
 Check check_degree(const ElasticBody& body, double error);
 

@@ -73,7 +73,8 @@ std::string elastic_text(const std::vector<PathPoint>& path, const Mechanism& me
           " An interface of {} turns by {:.3g} rad in the body: imported matrices are believed up "
           "to {:g} rad.",
           body.name, turn, largest_turn);
-    if (constexpr double negligible = 0.01; error > negligible)
+    if (const double negligible = body.degree == ElasticDegree::linear ? 0.1 : 0.01;
+        error > negligible)
       text += fmt::format(
           " By what degree {} leaves out of the energy of {} a stiffness is off by up to {:.2g} "
           "%{}.",

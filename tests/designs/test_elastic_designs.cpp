@@ -117,7 +117,7 @@ TEST_CASE("leaves end on patches of their size, and frames without mass hold the
   REQUIRE(m.elastic_bodies.size() == 1);
   const ElasticBody& stage = m.elastic_bodies[0];
   CHECK(stage.material.name == "Al-7075-T6");
-  CHECK(stage.degree == ElasticDegree::linear);
+  CHECK(stage.degree == ElasticDegree::quartic);
   REQUIRE(stage.interfaces.size() == 3);
   const Vector3d sides[] = {{0, 0.016, 0.02}, {0, 0.0004, 0.02}, {0, 0.0004, 0.02}};
   for (std::size_t a = 0; a < 3; ++a) {

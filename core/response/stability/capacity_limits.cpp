@@ -89,7 +89,7 @@ double CapacityLimits::beyond(System& system) {
       take(elastic.body(k).material, [&] { return ElasticStress(elastic, k).largest(); });
   for (int k = 0; k < elastic.count(); ++k) {
     const double error = degree_error(elastic, k, geometric_share(elastic, k)),
-                 over = error / largest_degree_error - 1;
+                 over = error / largest_degree_error(elastic.body(k)) - 1;
     if (over <= largest) continue;
     largest = over;
     stress_.reset();
