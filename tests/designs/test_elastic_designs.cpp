@@ -123,7 +123,7 @@ TEST_CASE("leaves end on patches of their size, and frames without mass hold the
   for (std::size_t a = 0; a < 3; ++a) {
     const ElasticInterface& one = stage.interfaces[a];
     CHECK(one.body == static_cast<int>(a));
-    CHECK((stage.interface_place(a) - m.bodies[a].reference).norm() < 1e-15);
+    CHECK((stage.place + stage.axes * one.face - m.bodies[a].reference).norm() < 1e-15);
     const Eigen::AlignedBox3d patch = room(stage, one);
     CHECK((patch.sizes() - sides[a]).norm() < 1e-12);
     CHECK((patch.center() - m.bodies[a].reference).norm() < 1e-12);
