@@ -209,7 +209,7 @@ class Expander {
     if (!interfaces.empty()) item["interfaces"] = std::move(interfaces);
     if (body.rigid) item["rigid"] = true;
     if (body.file) return item;
-    item["degree"] = static_cast<int>(body.degree());
+    if (body.given_degree) item["degree"] = static_cast<int>(*body.given_degree);
     const MeshDensity& density = body.density;
     item["elements"] = {{"size", density.size}, {"root", density.root}, {"growth", density.growth}};
     if (density.through > 0) item["elements"]["through"] = density.through;

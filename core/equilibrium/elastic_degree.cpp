@@ -7,7 +7,9 @@
 
 #include "core/elements/solid/mesh_energy.hpp"
 #include "core/elements/solid/quartic.hpp"
+#include "core/equilibrium/free_motions.hpp"
 #include "core/math/decompositions.hpp"
+#include "core/math/rotation.hpp"
 
 namespace flexopt {
 
@@ -27,45 +29,77 @@ std::optional<double> geometric_share(const ElasticBodies& bodies, int k) {
   return std::max(share, std::sqrt(second.dot(K.llt().solve(second)) / first));
 }
 
-// (U12): bounds what seven notches and bars were off by, README.md of core/elements/solid.
-double degree_error(const ElasticBodies& bodies, int k, const std::optional<double>& share) {
-  constexpr double negligible = 0.2;  // share from which on the energy is looked at
-  constexpr double by_energy = 35, by_share = 0.06;
+namespace {
+
+// Coordinates on the basis of a body for motions of all rigid bodies, m × columns. The mean turn
+// moves no interface against the others; the basis leaves out the means.
+MatrixXd elastic_motions(const ElasticBodies& bodies, int k, const MatrixXd& motions) {
+  const ElasticModel& model = bodies.model(k);
+  const HeldBody& held = bodies.held(k);
+  const MatrixXd rows = holder_rows<double>(bodies.body(k), motions);
+  MatrixXd y = motions_in_frame<double>(held, rows);
+  MatrixXd turn = MatrixXd::Zero(3, y.cols());
+  for (Eigen::Index a = 0; a < y.rows(); a += 6) turn += y.middleRows<3>(a + 3);
+  turn *= 6.0 / static_cast<double>(y.rows());
+  for (Eigen::Index a = 0; a < y.rows(); a += 6)
+    y.middleRows<3>(a) += hat(Vector3d(model.origins[static_cast<std::size_t>(a) / 6] +
+                                       held.floating.local.segment<3>(a))) *
+                          turn;
+  return elastic_basis(model.interfaces()).transpose() * y;
+}
+
+// Largest change of a stiffness of the mechanism by A·e, without sign: that of the body in the
+// place that it has there.
+double largest_change(const System& system, int k, const MatrixXd& change) {
+  const Eigen::Index n = 6 * std::ssize(system.poses());
+  const MatrixXd E = elastic_motions(system.elastic_bodies(), k, MatrixXd::Identity(n, n));
+  double largest = 0;
+  for (const bool held : {false, true}) {
+    const MatrixXd C = E * TangentFactor(system, held).answer(E.transpose());
+    const SymmetricEigen compliance(0.5 * (C + C.transpose()));
+    const MatrixXd root =
+        compliance.eigenvectors() * compliance.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+    largest = std::max(
+        largest,
+        SymmetricEigen(root.transpose() * change * root).eigenvalues().cwiseAbs().maxCoeff());
+  }
+  return largest;
+}
+
+}  // namespace
+
+double degree_error(const System& system, int k, const std::optional<double>& share) {
+  constexpr double of_linear = 0.003, of_quartic = 0.2;  // share from which on it is looked at
+  constexpr double by_energy = 35, by_share = 0.06;      // (U12)
+  const ElasticBodies& bodies = system.elastic_bodies();
+  const ElasticBody& body = bodies.body(k);
+  const VectorXd& local = bodies.held(k).floating.local;
   if (!share) return 0;
-  if (bodies.body(k).degree == ElasticDegree::linear) return *share;
+  if (body.degree == ElasticDegree::linear)
+    return *share < of_linear
+               ? 0
+               : largest_change(system, k, cubic_along(body, bodies.solid(k), local));
   const double error = by_share * std::pow(*share, 4);
-  if (*share < negligible || error > largest_degree_error(bodies.body(k))) return error;
-  return std::max(error, by_energy * std::abs(left_out_energy(bodies.body(k), bodies.solid(k),
-                                                              bodies.held(k).floating.local)));
+  if (*share < of_quartic || error > largest_degree_error) return error;
+  return std::max(error, by_energy * std::abs(left_out_energy(body, bodies.solid(k), local)));
 }
 
 Check check_degree(const ElasticBody& body, double error) {
-  const double largest = largest_degree_error(body);
-  if (error <= largest) return {};
+  if (error <= largest_degree_error) return {};
   return Because(fmt::format(
       "{} deforms further than degree {} holds: by what it leaves out a stiffness is off by some "
       "{:.2g} %, {:g} % at most; {}",
-      body.name, static_cast<int>(body.degree), 100 * error, 100 * largest,
+      body.name, static_cast<int>(body.degree), 100 * error, 100 * largest_degree_error,
       body.degree == ElasticDegree::linear ? "degree 4 holds further"
                                            : "cut it into two bodies where it bends"));
 }
 
 double left_out_stiffness(const ElasticBodies& bodies, int k, const VectorXd& motion) {
-  const ElasticModel& model = bodies.model(k);
-  const HeldBody& held = bodies.held(k);
-  if (!model.quartic.empty()) return 0;
-  const MatrixXd change = cubic_along(bodies.body(k), bodies.solid(k), held.floating.local);
+  if (!bodies.model(k).quartic.empty()) return 0;
+  const MatrixXd change =
+      cubic_along(bodies.body(k), bodies.solid(k), bodies.held(k).floating.local);
   if (change.size() == 0) return 0;
-  const MatrixXd rows = holder_rows<double>(bodies.body(k), motion);
-  VectorXd y = motions_in_frame<double>(held, rows);
-  // the mean turn moves no interface against the others; the basis leaves out the means
-  Vector3d turn = Vector3d::Zero();
-  for (Eigen::Index a = 0; a < y.size(); a += 6) turn += y.segment<3>(a + 3);
-  turn *= 6.0 / static_cast<double>(y.size());
-  for (Eigen::Index a = 0; a < y.size(); a += 6)
-    y.segment<3>(a) -= turn.cross(model.origins[static_cast<std::size_t>(a) / 6] +
-                                  held.floating.local.segment<3>(a));
-  const VectorXd e = elastic_basis(model.interfaces()).transpose() * y;
+  const VectorXd e = elastic_motions(bodies, k, motion);
   return e.dot(change * e);
 }
 

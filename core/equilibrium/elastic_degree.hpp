@@ -3,7 +3,7 @@
 // core/elements/solid, "Degree 4".
 #include <optional>
 
-#include "core/equilibrium/elastic_bodies.hpp"
+#include "core/equilibrium/system.hpp"
 
 namespace flexopt {
 
@@ -13,14 +13,11 @@ namespace flexopt {
 /// matrices, and at rest.
 std::optional<double> geometric_share(const ElasticBodies& bodies, int k);
 
-/// How much a stiffness of body `k` is off by the terms that its degree leaves out, relative, in
-/// the state of the last evaluation with this share. Zero of imported matrices.
-double degree_error(const ElasticBodies& bodies, int k, const std::optional<double>& share);
-/// Largest error that is believed: of degree 4, of which it is a bound, and of degree 2, of which
-/// it is that of the stiffness that changes most, often one that hardly counts.
-inline double largest_degree_error(const ElasticBody& body) {
-  return body.degree == ElasticDegree::linear ? 0.3 : 0.1;
-}
+/// How much a stiffness is off by the terms that the degree of body `k` leaves out, relative, at an
+/// equilibrium with this share: of degree 2 one of the mechanism, drives held or free; of degree 4
+/// (U12). Zero of imported matrices. The system must be assembled.
+double degree_error(const System& system, int k, const std::optional<double>& share);
+inline constexpr double largest_degree_error = 0.1;  ///< that is believed
 /// Whether a body holds a deformation with this error; else why not.
 Check check_degree(const ElasticBody& body, double error);
 

@@ -166,7 +166,8 @@ void share_edges(const std::vector<Job>& jobs, const std::vector<WrittenCase>& c
     if (own.resolved->edges().empty()) continue;
     if (design.resolved->edges().empty()) design.resolved = own.resolved;
     if (edges(own) != edges(design))
-      faults.add(cases[k].at / "assembly", shown(cases[k].own["assembly"]),
+      faults.add(cases[k].at / "assembly",
+                 shown(cases[k].own.value("assembly", json("that of the job"))),
                  "load cases are of one design: they share the formulas of their edges");
   }
 }

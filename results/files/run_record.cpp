@@ -61,10 +61,11 @@ std::string elastic_text(const std::vector<PathPoint>& path, const Mechanism& me
   std::string text;
   for (std::size_t k = 0; k < mechanism.elastic_bodies.size(); ++k) {
     const ElasticBody& body = mechanism.elastic_bodies[k];
-    double turn = 0, error = 0;
+    double turn = 0, share = 0, error = 0;
     for (const PathPoint& point : path)
       if (k < point.elastic_bodies.size()) {
         turn = std::max(turn, point.elastic_bodies[k].turn);
+        share = std::max(share, point.elastic_bodies[k].geometric_share.value_or(0));
         error = std::max(error, point.elastic_bodies[k].degree_error);
       }
     if (constexpr double largest_turn = 0.02;  // [rad], where no share is known
@@ -73,15 +74,15 @@ std::string elastic_text(const std::vector<PathPoint>& path, const Mechanism& me
           " An interface of {} turns by {:.3g} rad in the body: imported matrices are believed up "
           "to {:g} rad.",
           body.name, turn, largest_turn);
-    if (const double negligible = body.degree == ElasticDegree::linear ? 0.1 : 0.01;
-        error > negligible)
+    if (constexpr double negligible = 0.01; error > negligible)
       text += fmt::format(
-          " By what degree {} leaves out of the energy of {} a stiffness is off by up to {:.2g} "
-          "%{}.",
-          static_cast<int>(body.degree), body.name, 100 * error,
-          body.degree == ElasticDegree::linear
-              ? ", and motions of second order, as parasitic ones may be, are missing"
-              : "");
+          " By what degree {} leaves out of the energy of {} a stiffness is off by up to {:.2g} %.",
+          static_cast<int>(body.degree), body.name, 100 * error);
+    if (constexpr double negligible = 0.1;
+        body.degree == ElasticDegree::linear && share > negligible)
+      text += fmt::format(
+          " Motions of second order in {}, as parasitic ones may be, are left out by degree 2.",
+          body.name);
   }
   return text;
 }

@@ -470,7 +470,8 @@ TEST_CASE(
                                                         .arm = {-3 * length, 0, 0},
                                                         .name = "load"}}},
                                 .buckling_load = "load",
-                                .outputs = {Output::equilibrium, Output::buckling}};
+                                .outputs = {Output::equilibrium, Output::buckling},
+                                .newton = {.tolerance = 1e-7}};
     return evaluated(column, {}, request).path[0].buckling->drive_locked;
   };
   const CriticalLoad pulled = factor(0.01 * unit), pushed = factor(-0.01 * unit);

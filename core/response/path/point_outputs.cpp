@@ -141,12 +141,13 @@ Solids solids_of(System& system) {
           system.poses()};
 }
 
-ElasticBodyReport report_of(const ElasticBodies& elastic, int k) {
+ElasticBodyReport report_of(const System& system, int k) {
+  const ElasticBodies& elastic = system.elastic_bodies();
   const CondensedSolid& solid = elastic.solid(k);
   const VectorXd& local = elastic.held(k).floating.local;
   const std::optional<double> share = geometric_share(elastic, k);
   ElasticBodyReport report{.geometric_share = share,
-                           .degree_error = degree_error(elastic, k, share),
+                           .degree_error = degree_error(system, k, share),
                            .rigid_residual = solid.rigid_residual,
                            .unknowns = solid.unknowns};
   for (Eigen::Index a = 3; a < local.size(); a += 6)
@@ -203,8 +204,9 @@ void PointOutputs::add_reports(System& system, PathPoint& point) {
   point.leaves.clear();
   for (int i = 0; i < system.leaves(); ++i) point.leaves.push_back(system.leaf(i).report());
   point.elastic_bodies.clear();
-  const ElasticBodies& elastic = system.elastic_bodies();
-  for (int k = 0; k < elastic.count(); ++k) point.elastic_bodies.push_back(report_of(elastic, k));
+  system.assemble();
+  for (int k = 0; k < system.elastic_bodies().count(); ++k)
+    point.elastic_bodies.push_back(report_of(system, k));
 }
 
 // Largest first, the one that is named max_stress at their head.

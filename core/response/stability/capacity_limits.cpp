@@ -88,12 +88,13 @@ double CapacityLimits::beyond(System& system) {
     if (elastic.body(k).cells)
       take(elastic.body(k).material, [&] { return ElasticStress(elastic, k).largest(); });
   for (int k = 0; k < elastic.count(); ++k) {
-    const double error = degree_error(elastic, k, geometric_share(elastic, k)),
-                 over = error / largest_degree_error(elastic.body(k)) - 1;
+    const double error = degree_error(system, k, geometric_share(elastic, k)),
+                 over = error / largest_degree_error - 1;
     if (over <= largest) continue;
     largest = over;
     stress_.reset();
-    too_far_ = why_not(check_degree(elastic.body(k), error));
+    too_far_ =
+        why_not(check_degree(elastic.body(k), std::max(error, largest_degree_error * (1 + 1e-9))));
   }
   if (request_->capacity.stiffness_share == 0) return largest;
   const auto now = support_stiffness(system);

@@ -250,7 +250,7 @@ TEST_CASE("the energy that degree 4 leaves out is that of the nonlinear solid") 
   const auto solid = condensed(body);
   const ElasticModel& model = solid->model;
   const NonlinearSolid exact(body);
-  for (const double size : {0.5, 1.0, 2.0}) {
+  for (const double size : {0.15, 0.3}) {
     const VectorXd d = any_coordinates(model, size * 1e-3, size * 0.1, 5),
                    e = model.basis.transpose() * d;
     const double energy = 0.5 * d.dot(model.stiffness * d) + form(model.cubic, e) / 6 +
