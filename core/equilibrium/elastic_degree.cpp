@@ -48,20 +48,19 @@ MatrixXd elastic_motions(const ElasticBodies& bodies, int k, const MatrixXd& mot
   return elastic_basis(model.interfaces()).transpose() * y;
 }
 
-// Largest change of a stiffness of the mechanism by A·e, without sign: that of the body in the
-// place that it has there.
-double largest_change(const System& system, int k, const MatrixXd& change) {
+// Largest relative change of a stiffness at the end-effector by A·e, to first order.
+double largest_change(const System& system, int k) {
   const Eigen::Index n = 6 * std::ssize(system.poses());
-  const MatrixXd E = elastic_motions(system.elastic_bodies(), k, MatrixXd::Identity(n, n));
+  MatrixXd loads = MatrixXd::Zero(n, 6);
+  loads.middleRows<6>(6 * system.mechanism().end_effector).setIdentity();
   double largest = 0;
   for (const bool held : {false, true}) {
-    const MatrixXd C = E * TangentFactor(system, held).answer(E.transpose());
-    const SymmetricEigen compliance(0.5 * (C + C.transpose()));
-    const MatrixXd root =
-        compliance.eigenvectors() * compliance.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-    largest = std::max(
-        largest,
-        SymmetricEigen(root.transpose() * change * root).eigenvalues().cwiseAbs().maxCoeff());
+    const MatrixXd motions = TangentFactor(system, held).answer(loads);
+    const VectorXd compliance = loads.cwiseProduct(motions).colwise().sum().cwiseAbs();
+    for (int i = 0; i < 6; ++i)
+      if (const double c = compliance[i]; c > 1e-12 * compliance.segment<3>(i - i % 3).maxCoeff())
+        largest = std::max(
+            largest, std::abs(left_out_stiffness(system.elastic_bodies(), k, motions.col(i))) / c);
   }
   return largest;
 }
@@ -76,9 +75,7 @@ double degree_error(const System& system, int k, const std::optional<double>& sh
   const VectorXd& local = bodies.held(k).floating.local;
   if (!share) return 0;
   if (body.degree == ElasticDegree::linear)
-    return *share < of_linear
-               ? 0
-               : largest_change(system, k, cubic_along(body, bodies.solid(k), local));
+    return *share < of_linear ? 0 : std::max(*share * *share, largest_change(system, k));
   const double error = by_share * std::pow(*share, 4);
   if (*share < of_quartic || error > largest_degree_error) return error;
   return std::max(error, by_energy * std::abs(left_out_energy(body, bodies.solid(k), local)));

@@ -14,8 +14,8 @@ namespace flexopt {
 std::optional<double> geometric_share(const ElasticBodies& bodies, int k);
 
 /// How much a stiffness is off by the terms that the degree of body `k` leaves out, relative, at an
-/// equilibrium with this share: of degree 2 one of the mechanism, drives held or free; of degree 4
-/// (U12). Zero of imported matrices. The system must be assembled.
+/// equilibrium with this share: of degree 2 that of the end-effector, drives held or free, to first
+/// order; of degree 4 (U12). Zero of imported matrices. The system must be assembled.
 double degree_error(const System& system, int k, const std::optional<double>& share);
 inline constexpr double largest_degree_error = 0.1;  ///< that is believed
 /// Whether a body holds a deformation with this error; else why not.
