@@ -111,7 +111,8 @@ TEST_CASE("stress and safeties of elastic bodies have exact derivatives", "[slow
     request.stress.yield = request.stress.fatigue = true;
     request.stress_peaks = 3;
     request.stroke_capacity = {{.up_to = 0.01, .ways = {true, false}, .stress = 150e6}};
-    request.capacity.directions[0] = true;
+    // along the bar, up to such a stress, a body of degree 2 does not hold a load
+    request.capacity.directions[0] = degree == ElasticDegree::quartic;
     request.capacity.stress = 150e6;
     request.values = PathValues::differentiable;
     request.newton.tolerance = 1e-11;
@@ -121,7 +122,8 @@ TEST_CASE("stress and safeties of elastic bodies have exact derivatives", "[slow
     REQUIRE(exact.gradients);
     const auto numbers = [](const PathPoint& p) {
       return Values{p.max_stress->value, p.yield_safety->value, p.fatigue_safety->value,
-                    p.load_capacity[0]->value, p.stroke_capacity[0]->value};
+                    p.load_capacity[0] ? p.load_capacity[0]->value : 0,
+                    p.stroke_capacity[0]->value};
     };
     for (std::size_t k = 0; k < family.along.size(); ++k) {
       const Derivatives d = differences_along(family, k, 0.02, [&](const Mechanism& m) {
@@ -134,14 +136,15 @@ TEST_CASE("stress and safeties of elastic bodies have exact derivatives", "[slow
         const PointGradients& g = exact.gradients->path[i];
         const auto at = static_cast<Eigen::Index>(k);
         const Values found{(*g.max_stress)[at], (*g.yield_safety)[at], (*g.fatigue_safety)[at],
-                           (*g.load_capacity[0])[at], (*g.stroke_capacity[0])[at]};
+                           g.load_capacity[0] ? (*g.load_capacity[0])[at] : 0,
+                           (*g.stroke_capacity[0])[at]};
         const Values here = numbers(exact.response.path[i]);
         for (std::size_t n = 0; n < found.size(); ++n) {
           const double size = std::max(std::abs(d.value[5 * i + n]),
                                        0.1 * std::abs(here[n] / family.numbers[k].value));
           INFO(family.numbers[k].name << ", number " << n << " at point " << i << ": " << found[n]
                                       << " not " << d.value[5 * i + n]);
-          CHECK(std::abs(found[n] - d.value[5 * i + n]) < 1e-6 * size);
+          CHECK(std::abs(found[n] - d.value[5 * i + n]) <= 1e-6 * size);
         }
         const auto& peaks = exact.response.path[i].stress_peaks;
         REQUIRE_FALSE(peaks.empty());

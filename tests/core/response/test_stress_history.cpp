@@ -286,5 +286,5 @@ TEST_CASE("exact derivatives of fatigue of wires, arcs and loaded leaves agree w
       {"length", 0.1}, {"width", 0.03}, {"thickness", 1.5e-3}, {"modulus", 2e11}};
   const std::vector<std::size_t> along =
       kind == wire ? std::vector<std::size_t>{0, 2, 3} : std::vector<std::size_t>{0, 1, 2, 3};
-  CHECK(check_gradients({make, numbers, along, 500.0}, model, request) > 50);
+  CHECK(check_gradients({make, numbers, along, 500.0}, model, request, 0.02, 0.95) > 50);
 }
