@@ -48,19 +48,20 @@ MatrixXd elastic_motions(const ElasticBodies& bodies, int k, const MatrixXd& mot
   return elastic_basis(model.interfaces()).transpose() * y;
 }
 
-// Largest relative change of a stiffness at the end-effector by A·e, to first order.
-double largest_change(const System& system, int k) {
+// Largest relative change of a stiffness at the end-effector by A·e, `change`, to first order.
+double largest_change(const System& system, int k, const MatrixXd& change) {
   const Eigen::Index n = 6 * std::ssize(system.poses());
   MatrixXd loads = MatrixXd::Zero(n, 6);
   loads.middleRows<6>(6 * system.mechanism().end_effector).setIdentity();
   double largest = 0;
   for (const bool held : {false, true}) {
     const MatrixXd motions = TangentFactor(system, held).answer(loads);
-    const VectorXd compliance = loads.cwiseProduct(motions).colwise().sum().cwiseAbs();
+    const MatrixXd e = elastic_motions(system.elastic_bodies(), k, motions);
+    const VectorXd compliance = loads.cwiseProduct(motions).colwise().sum().cwiseAbs(),
+                   left_out = e.cwiseProduct(change * e).colwise().sum().cwiseAbs();
     for (int i = 0; i < 6; ++i)
       if (const double c = compliance[i]; c > 1e-12 * compliance.segment<3>(i - i % 3).maxCoeff())
-        largest = std::max(
-            largest, std::abs(left_out_stiffness(system.elastic_bodies(), k, motions.col(i))) / c);
+        largest = std::max(largest, left_out[i] / c);
   }
   return largest;
 }
@@ -75,7 +76,10 @@ double degree_error(const System& system, int k, const std::optional<double>& sh
   const VectorXd& local = bodies.held(k).floating.local;
   if (!share) return 0;
   if (body.degree == ElasticDegree::linear)
-    return *share < of_linear ? 0 : std::max(*share * *share, largest_change(system, k));
+    return *share < of_linear
+               ? 0
+               : std::max(*share * *share,
+                          largest_change(system, k, cubic_along(body, bodies.solid(k), local)));
   const double error = by_share * std::pow(*share, 4);
   if (*share < of_quartic || error > largest_degree_error) return error;
   return std::max(error, by_energy * std::abs(left_out_energy(body, bodies.solid(k), local)));

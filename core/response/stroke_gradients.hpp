@@ -51,7 +51,7 @@ struct PointGradients {
   std::vector<std::optional<VectorXd>> motions_along, transfers, transfer_bandwidths;
   MatrixXd gauges, bridges;  ///< of the strains and of the outputs × parameters
   std::optional<VectorXd> buckling_locked, buckling_free;  ///< of the factors
-  /// Of those that a limit ends; zero of one that is the largest that is looked at.
+  /// Capacities that a limit ends have one; it is zero where that is the largest that is looked at.
   std::array<std::optional<VectorXd>, 12> load_capacity;
   std::vector<std::optional<VectorXd>> stroke_capacity;   ///< of those that have a value
   std::vector<std::optional<VectorXd>> named_quantities;  ///< as the point's

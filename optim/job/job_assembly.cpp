@@ -198,12 +198,14 @@ class StepsOf {
 Shape edge_shape() {
   std::vector<Field> fields = assembly_table().fields();
   for (Field& field : fields) {
-    if (field.name == "move")
-      field.shape = vector3("m", largest_edge_size),
+    if (field.name == "move") {
+      field.shape = vector3("m", largest_edge_size);
       field.meaning = "largest to either side, of the edge's middle";
-    if (field.name == "turn")
-      field.shape = vector3("rad", largest_edge_size),
+    }
+    if (field.name == "turn") {
+      field.shape = vector3("rad", largest_edge_size);
       field.meaning = "largest to either side, about each axis";
+    }
   }
   return shape::record(std::move(fields));
 }

@@ -90,7 +90,7 @@ Mechanism rigid_guide(const Material& material) {
 
 const ModelOptions beams = models::coarse(Flexure::beam);
 
-// The same shape, with origins where bodies of degree 4 have them: in its middle.
+// Makes a body one of degree 4, with its origins where those have them: in the middle.
 void make_quartic(ElasticBody& body) {
   body.degree = ElasticDegree::quartic;
   for (ElasticInterface& interface : body.interfaces) interface.origin.setZero();

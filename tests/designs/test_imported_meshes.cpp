@@ -31,7 +31,7 @@ Edges edges_of(SolidCell cell) {
   }
 }
 
-/// The same in the order of Gmsh's manual, section "Node ordering".
+/// These corners in the order of Gmsh's manual, section "Node ordering".
 Edges gmsh_edges_of(SolidCell cell) {
   switch (cell) {
     case SolidCell::hexahedron:

@@ -23,7 +23,7 @@ Vector3d grown_arm(const ElasticBody& body, std::size_t a, const ElasticAction& 
          grown(body.growth, action) * to_origin;
 }
 
-/// The same for this reference point [m].
+/// Arm of an interface as above, with the reference point of its holder there [m].
 Vector3d grown_arm(const ElasticBody& body, std::size_t a, const ElasticAction& action,
                    const Vector3d& reference) {
   const ElasticInterface& at = body.interfaces[a];

@@ -58,11 +58,11 @@ struct ModeLimit {
   double frequency = std::numeric_limits<double>::infinity();  ///< [Hz]
   std::string reason;                                          ///< which part ends there
 };
-/// Of elastic bodies with fixed-interface modes for so many frequencies, one at least. Matrices of
-/// other programs count as whole.
+/// The lowest limit of the elastic bodies, one at least, with fixed-interface modes for so many
+/// frequencies. Matrices of other programs count as whole.
 ModeLimit mode_limit(const ElasticBodies& bodies, int frequencies);
 
-/// Where a line ends that a measure is read off.
+/// The end of a line that a measure is read off.
 struct LineEnd {
   std::optional<double> frequency;  ///< [Hz]
   NoBandwidth none;                 ///< where it is missing

@@ -76,8 +76,8 @@ double highest_of(const DynamicsMeasures& measures, const DynamicsRule* rule) {
   return highest;
 }
 
-// What is up to the highest frequency is made of all modes of reduced leaves up to somewhat more.
-// `all`: whether none of the modes is missing that are asked for.
+// Whether the tables of reduced leaves have all modes up to somewhat more than the highest
+// frequency. `all`: whether none of the modes is missing that are asked for.
 Check check_tables(const MechanismFactor& factor, double highest, bool all) {
   const double cutoff = FrequencyOptions{}.cutoff_ratio * highest;
   for (std::size_t i = 0; i < factor.leaves().size(); ++i) {

@@ -137,7 +137,7 @@ StableState state_of(const System& system) {
   return {system.energy() + system.load_energy(), {pose.position - pose.reference, pose.turn}};
 }
 
-// Where bodies and leaves are, rotations, and lengths over the longest leaf.
+// Places and rotations of bodies and places of leaves, lengths over the longest leaf.
 VectorXd places_of(System& system) {
   std::vector<double> all;
   const auto add = [&](const auto& numbers, double unit) {

@@ -20,8 +20,9 @@ struct CapacityDirections {
 
 struct LoadCapacityResult {
   LoadCapacity capacity;
-  /// Where it was asked for and a limit ends the capacity; zero of the largest load that is looked
-  /// at, and of a capacity that is zero. How far a search came has none.
+  /// The derivative is there where it was asked for and a limit ends the capacity; it is zero of
+  /// the largest load that is looked at, and of a capacity that is zero. How far a search came has
+  /// none.
   std::optional<VectorXd> gradient;
 };
 
